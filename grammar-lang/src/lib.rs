@@ -1,0 +1,1 @@
+//! The `sgc` grammar language.

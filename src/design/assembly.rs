@@ -1,0 +1,103 @@
+//! The assembly: a design as plain rigid elements and joints.
+//!
+//! This is the contract between whatever makes designs and whatever simulates
+//! them. It knows no grammar and no solver: a model lowers it to its own bodies.
+//!
+//! Frame: right-handed, y is up, x-z is the ground plane. SI units throughout.
+//! Poses are those at rest (every hinge at angle zero).
+
+use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
+
+/// One simulated rigid piece: a cube, a ball or one cylinder of an actuator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Element {
+    /// Geometry about the element's own origin.
+    pub shape: Shape,
+    /// Pose of the element's centre in the world, at rest.
+    pub pose: Isometry3<f64>,
+    /// Mass in kg, positive; spread evenly over the shape.
+    pub mass: f64,
+    /// Coulomb coefficient of the surface; a contact uses the geometric mean
+    /// of the two surfaces' coefficients.
+    pub friction: f64,
+}
+
+/// The geometry of an element, centred on its origin, in metres.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// A box with half its edge lengths along x, y and z.
+    Box {
+        /// Half of each edge.
+        half: Vector3<f64>,
+    },
+    /// A ball.
+    Ball {
+        /// Its radius.
+        radius: f64,
+    },
+    /// A cylinder whose axis is the local x axis.
+    Cylinder {
+        /// Its radius.
+        radius: f64,
+        /// Half of its length along x.
+        half_length: f64,
+    },
+}
+
+/// A joint between two elements; the joints of an assembly form a tree.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Index of the element nearer to the core.
+    pub parent: usize,
+    /// Index of the other element.
+    pub child: usize,
+    /// What the joint lets the child do.
+    pub kind: JointKind,
+}
+
+/// What a joint lets its child do relative to its parent.
+#[derive(Clone, Debug, PartialEq)]
+pub enum JointKind {
+    /// Nothing: the two are one body.
+    Rigid,
+    /// Rotation about one axis, driven by a servo.
+    Hinge(Hinge),
+}
+
+/// A hinge with its servo. Angles are of the child relative to the parent,
+/// right-handed about `axis`, zero at rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Hinge {
+    /// A point on the axis, in the world at rest.
+    pub anchor: Point3<f64>,
+    /// The axis, in the world at rest.
+    pub axis: UnitVector3<f64>,
+    /// Which actuator drives this hinge: an index below [`Assembly::actuators`].
+    pub actuator: usize,
+    /// The share of the actuator's total bend angle that this hinge takes.
+    pub share: f64,
+    /// Hard limits of the hinge angle in rad, low then high.
+    pub limits: (f64, f64),
+    /// Servo stiffness in N m/rad.
+    pub stiffness: f64,
+    /// Servo damping in N m s/rad.
+    pub damping: f64,
+    /// Largest servo torque in N m.
+    pub torque: f64,
+    /// Fastest change of the servo's own target while the bend grows away from
+    /// zero, rad/s of this hinge.
+    pub bending_rate: f64,
+    /// The same while the bend goes back towards zero, rad/s of this hinge.
+    pub relaxing_rate: f64,
+}
+
+/// A design as rigid elements and joints.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Assembly {
+    /// The elements; the first is the core, the root of the tree.
+    pub elements: Vec<Element>,
+    /// The joints, parents before children: one fewer than elements.
+    pub joints: Vec<Joint>,
+    /// How many actuators the hinges refer to.
+    pub actuators: usize,
+}

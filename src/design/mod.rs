@@ -1,0 +1,3 @@
+//! The design: what a rule set makes and a model simulates.
+
+pub mod assembly;

@@ -1,0 +1,4 @@
+//! `sgc` turns spatial grammars into soft robots that move.
+
+pub mod design;
+pub mod simulate;

@@ -1,0 +1,3 @@
+//! The `sgc` program.
+
+fn main() {}

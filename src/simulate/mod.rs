@@ -1,0 +1,71 @@
+//! Simulation: an assembly and its actuators' targets become a recorded motion.
+//!
+//! A [`Model`] lowers an [`Assembly`] to its own bodies once; the [`Simulation`]
+//! it returns then runs as many drives of that body as wanted without
+//! allocating anew. Two solvers implement it: `articulated` (reduced
+//! coordinates, what the search uses) and `rapier` (maximal coordinates, the
+//! second opinion). This layer knows no grammar.
+
+pub mod motion;
+
+use crate::design::assembly::Assembly;
+pub use motion::{Motion, Targets};
+
+/// The numbers of a hinge simulation, in SI units; a grammar's `model` gives them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Settings {
+    /// Time step in s.
+    pub step: f64,
+    /// Simulated time in s.
+    pub duration: f64,
+    /// Time between recorded frames in s; a multiple of `step` is not required:
+    /// the solver records the state at the step nearest to each frame's time.
+    pub record: f64,
+    /// Gravity, downwards, in m/s^2.
+    pub gravity: f64,
+    /// Coulomb coefficient of the ground.
+    pub ground_friction: f64,
+    /// Sweeps of the contact solver per step.
+    pub iterations: usize,
+    /// Whether parts of the body collide with each other.
+    pub self_collision: bool,
+    /// An element faster than this (m/s) makes the evaluation invalid.
+    pub speed_limit: f64,
+}
+
+/// Why an assembly or its settings cannot be simulated at all.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unfit {
+    /// A sentence for people: what is wrong and how to mend it.
+    pub reason: String,
+}
+
+/// Why one run gave no motion that may be scored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Invalid {
+    /// A number stopped being finite.
+    NotFinite,
+    /// An element went faster than the model's speed limit.
+    TooFast,
+}
+
+/// A simulation method.
+pub trait Model: Sync {
+    /// The name that `--solver` uses.
+    fn name(&self) -> &'static str;
+
+    /// Lowers an assembly to the solver's own bodies, resting on the ground.
+    ///
+    /// # Errors
+    ///
+    /// [`Unfit`] when a mass, size, limit or step makes no sense.
+    fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit>;
+}
+
+/// One body, ready to be driven any number of times.
+pub trait Simulation: Send {
+    /// Simulates each drive from rest; one outcome per drive, in order. Runs
+    /// are independent: an outcome does not depend on the others in the batch
+    /// nor on earlier calls, bit for bit.
+    fn run(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>>;
+}

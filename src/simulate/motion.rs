@@ -1,0 +1,105 @@
+//! What goes into a simulation (targets) and what comes out (motion).
+
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+
+/// Target bend angles of every actuator, sampled at equal intervals and
+/// interpolated linearly in between; the last sample holds on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Targets {
+    /// Time between samples in s.
+    pub interval: f64,
+    /// Number of actuators.
+    pub actuators: usize,
+    /// Total bend angle in rad, `[sample * actuators + actuator]`.
+    pub angles: Vec<f64>,
+}
+
+impl Targets {
+    /// The target of one actuator at time `t` in rad.
+    #[must_use]
+    pub fn at(&self, actuator: usize, t: f64) -> f64 {
+        if self.actuators == 0 {
+            return 0.0;
+        }
+        let last = (self.angles.len() / self.actuators).saturating_sub(1);
+        let place = (t / self.interval).max(0.0);
+        let low = (place as usize).min(last);
+        let high = (low + 1).min(last);
+        let part = (place - low as f64).clamp(0.0, 1.0);
+        let of = |sample: usize| self.angles.get(sample * self.actuators + actuator).copied().unwrap_or(0.0);
+        of(low) + (of(high) - of(low)) * part
+    }
+}
+
+/// Where an element sits: fixed to one body of the solver.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Placement {
+    /// Index of the body.
+    pub body: usize,
+    /// Pose of the element in the body's frame.
+    pub local: Isometry3<f64>,
+}
+
+/// A recorded motion: the pose of every body at equal intervals, from which
+/// the pose of any element at any time follows.
+#[derive(Clone, Debug)]
+pub struct Motion {
+    /// Time between frames in s; frame 0 is the state at rest, time zero.
+    pub interval: f64,
+    /// Simulated time in s: the time of the last frame, which may come less
+    /// than an interval after the one before it.
+    pub duration: f64,
+    /// Number of bodies.
+    pub bodies: usize,
+    /// Body poses in the world, `[frame * bodies + body]`.
+    pub poses: Vec<Isometry3<f64>>,
+    /// Actual total bend angle of every actuator, `[frame * actuators + actuator]`, rad.
+    pub bends: Vec<f64>,
+    /// Where each element of the assembly sits.
+    pub placements: Arc<[Placement]>,
+}
+
+impl Motion {
+    /// Number of recorded frames.
+    #[must_use]
+    pub fn frames(&self) -> usize {
+        if self.bodies == 0 { 0 } else { self.poses.len() / self.bodies }
+    }
+
+    /// The time of a frame in s.
+    #[must_use]
+    pub fn time(&self, frame: usize) -> f64 {
+        (frame as f64 * self.interval).min(self.duration)
+    }
+
+    /// The pose of an element in the world at time `t`, between two frames
+    /// interpolated (position linearly, rotation by normalised quaternions);
+    /// `None` for an element that does not exist.
+    #[must_use]
+    pub fn pose(&self, element: usize, t: f64) -> Option<Isometry3<f64>> {
+        let placement = self.placements.get(element)?;
+        let last = self.frames().checked_sub(1)?;
+        let mut low = ((t / self.interval).max(0.0) as usize).min(last);
+        if self.time(low) >= self.duration {
+            low = last;
+        }
+        let high = (low + 1).min(last);
+        let (from, to) = (
+            self.poses.get(low * self.bodies + placement.body)?,
+            self.poses.get(high * self.bodies + placement.body)?,
+        );
+        let span = self.time(high) - self.time(low);
+        let part = if span > 0.0 { ((t - self.time(low)) / span).clamp(0.0, 1.0) } else { 0.0 };
+        let body = if part <= 0.0 {
+            *from
+        } else if part >= 1.0 {
+            *to
+        } else {
+            let position = from.translation.vector.lerp(&to.translation.vector, part);
+            Isometry3::from_parts(position.into(), from.rotation.nlerp(&to.rotation, part))
+        };
+        Some(body * placement.local)
+    }
+}
