@@ -1,0 +1,99 @@
+//! The registry of codes: every finding that the language or the engine reports.
+
+/// How bad a finding is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The grammar cannot be used.
+    Error,
+    /// The grammar can be used, but probably says something that was not meant.
+    Warning,
+}
+
+/// A kind of finding.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Code {
+    /// What scripts match on: `E0301`.
+    pub id: &'static str,
+    /// What people say: `wrong-dimension`.
+    pub name: &'static str,
+    /// How bad it is.
+    pub severity: Severity,
+}
+
+macro_rules! codes {
+    ($($constant:ident $id:literal $name:literal $severity:ident;)*) => {
+        impl Code {
+            $(#[doc = concat!("`", $id, "`: ", $name)] pub const $constant: &'static Code =
+                &Code { id: $id, name: $name, severity: Severity::$severity };)*
+        }
+        /// Every code, in order.
+        pub const CODES: &[&Code] = &[$(Code::$constant),*];
+    };
+}
+
+codes! {
+    // Text
+    NOT_TEXT          "E0101" "not-text" Error;
+    EMPTY             "E0102" "empty-file" Error;
+    SYNTAX            "E0103" "syntax" Error;
+    UNCLOSED          "E0104" "missing-brace" Error;
+    UNKNOWN_KEYWORD   "E0105" "unknown-keyword" Error;
+    TOO_DEEP          "E0106" "too-deeply-nested" Error;
+    BAD_NUMBER        "E0107" "number-too-large" Error;
+    // Names and modules
+    UNKNOWN_NAME      "E0201" "unknown-name" Error;
+    DUPLICATE         "E0202" "duplicate-name" Error;
+    NO_MODULE         "E0203" "no-such-module" Error;
+    IMPORT_CYCLE      "E0204" "import-cycle" Error;
+    NOT_EXPORTED      "E0205" "not-in-module" Error;
+    MISSING_ITEM      "E0206" "missing-declaration" Error;
+    UNKNOWN_PARAMETER "E0207" "unknown-parameter" Error;
+    // Types and units
+    WRONG_DIMENSION   "E0301" "wrong-dimension" Error;
+    MISSING_UNIT      "E0302" "missing-unit" Error;
+    UNKNOWN_UNIT      "E0303" "unknown-unit" Error;
+    WRONG_TYPE        "E0304" "wrong-type" Error;
+    UNKNOWN_TYPE      "E0305" "unknown-type" Error;
+    UNKNOWN_FIELD     "E0306" "unknown-field" Error;
+    MISSING_FIELD     "E0307" "missing-field" Error;
+    WRONG_ARGUMENTS   "E0308" "wrong-arguments" Error;
+    OUT_OF_DOMAIN     "E0309" "outside-domain" Error;
+    EMPTY_DOMAIN      "E0310" "empty-domain" Error;
+    NOT_FINITE        "E0311" "not-a-finite-number" Error;
+    BAD_VALUE         "E0312" "unusable-value" Error;
+    // Stages
+    WRONG_STAGE       "E0401" "wrong-stage" Error;
+    // The grammar as a whole
+    NEVER_MATCHES     "E0501" "rule-never-matches" Error;
+    NO_EFFECT         "E0502" "rule-without-effect" Error;
+    NOT_ACTUATED      "E0503" "actuator-without-actuation" Error;
+    OBJECTIVE_UNIT    "E0504" "objective-without-unit" Error;
+    CONSTANT_REQUIRE  "E0505" "requirement-never-holds" Error;
+    NOT_A_GRAMMAR     "E0506" "not-a-grammar" Error;
+    CANNOT_GROW       "E0507" "cannot-grow" Error;
+    START_BREAKS      "E0601" "start-breaks-requirement" Error;
+    // Suspicions
+    UNUSED_IMPORT     "W0701" "unused-import" Warning;
+}
+
+/// The code with this id or name.
+#[must_use]
+pub fn find(id_or_name: &str) -> Option<&'static Code> {
+    CODES.iter().copied().find(|c| c.id.eq_ignore_ascii_case(id_or_name) || c.name == id_or_name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ids_and_names_are_unique_and_in_order() {
+        for pair in CODES.windows(2) {
+            assert!(pair[0].id[1..] < pair[1].id[1..], "{} before {}", pair[0].id, pair[1].id);
+        }
+        for (i, code) in CODES.iter().enumerate() {
+            assert_eq!(find(code.name).map(|c| c.id), Some(CODES[i].id));
+            assert_eq!(code.id.starts_with('W'), code.severity == Severity::Warning);
+        }
+    }
+}

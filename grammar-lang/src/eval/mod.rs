@@ -1,0 +1,457 @@
+//! Evaluates typed expressions. What a stage knows comes from a [`Scope`].
+
+mod curve;
+mod value;
+
+use std::sync::Arc;
+
+pub use curve::Curve;
+pub use value::{Domain, KindValue, Reference, Value};
+
+use crate::ir::{Expr, ExprKind, Function, Gather, Group, Operator, RuleSet, Shape, Word};
+use crate::source::Span;
+
+/// Why an expression has no value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EvalError {
+    /// Where.
+    pub span: Span,
+    /// Why, in words.
+    pub reason: String,
+}
+
+/// What a stage knows. Whatever a stage does not know is `None`; the checker
+/// lets no expression ask for it.
+#[allow(unused_variables)]
+pub trait Scope {
+    /// The value of a word.
+    fn word(&self, word: Word) -> Option<Value> {
+        None
+    }
+    /// The value of a parameter of the grammar, SI.
+    fn param(&self, name: &str) -> Option<Value> {
+        None
+    }
+    /// A part of the initial design by name.
+    fn placed(&self, name: &str) -> Option<Value> {
+        None
+    }
+    /// The parts of a group.
+    fn group(&self, group: &Group) -> Option<Vec<Value>> {
+        None
+    }
+    /// Whether a part belongs to a group.
+    fn belongs(&self, part: &Value, group: &Group) -> Option<bool> {
+        None
+    }
+    /// Whether a step created a part of a group that still exists.
+    fn adds(&self, step: &Value, group: &Group) -> Option<bool> {
+        None
+    }
+    /// An attribute of a part or actuator.
+    fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
+        None
+    }
+    /// An attribute of an element at a time in s.
+    fn attribute_at(&self, of: &Value, name: &str, time: f64) -> Option<Value> {
+        None
+    }
+    /// A function that only this stage knows.
+    fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
+        None
+    }
+    /// The expression of a pattern.
+    fn pattern(&self, name: &str) -> Option<&Expr> {
+        None
+    }
+    /// The expression of a term.
+    fn term(&self, name: &str) -> Option<&Expr> {
+        None
+    }
+}
+
+/// A scope that knows only the declarations of a rule set.
+impl Scope for RuleSet {
+    fn param(&self, name: &str) -> Option<Value> {
+        let param = self.params.get(name)?;
+        Some(if param.ty == crate::ir::Ty::Bool { Value::Bool(param.value != 0.0) } else { Value::Number(param.value) })
+    }
+    fn pattern(&self, name: &str) -> Option<&Expr> {
+        self.patterns.get(name)
+    }
+    fn term(&self, name: &str) -> Option<&Expr> {
+        self.terms.get(name).map(|t| &t.value)
+    }
+}
+
+/// The inside of a pattern: a scope that also knows where the cycle is.
+struct InCycle<'a> {
+    outer: &'a dyn Scope,
+    cycle: f64,
+}
+
+impl Scope for InCycle<'_> {
+    fn word(&self, word: Word) -> Option<Value> {
+        if word == Word::Cycle { Some(Value::Number(self.cycle)) } else { self.outer.word(word) }
+    }
+    fn param(&self, name: &str) -> Option<Value> {
+        self.outer.param(name)
+    }
+    fn pattern(&self, name: &str) -> Option<&Expr> {
+        self.outer.pattern(name)
+    }
+}
+
+/// Evaluates an expression. `locals` holds the values of local slots; binders
+/// of aggregates extend it while they run.
+///
+/// # Errors
+///
+/// [`EvalError`] where a value does not exist: an aggregate over nothing, an
+/// index beyond a list, a number that is not finite.
+pub fn evaluate(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Result<Value, EvalError> {
+    Evaluation { scope, locals }.value(expr)
+}
+
+struct Evaluation<'a> {
+    scope: &'a dyn Scope,
+    locals: &'a mut Vec<Value>,
+}
+
+type Result_ = Result<Value, EvalError>;
+
+fn fail<T>(expr: &Expr, reason: impl Into<String>) -> Result<T, EvalError> {
+    Err(EvalError { span: expr.span, reason: reason.into() })
+}
+
+fn missing(expr: &Expr) -> EvalError {
+    EvalError { span: expr.span, reason: "this is not known at this stage".to_owned() }
+}
+
+impl Evaluation<'_> {
+    fn number(&mut self, expr: &Expr) -> Result<f64, EvalError> {
+        match self.value(expr)? {
+            Value::Number(x) => Ok(x),
+            _ => Err(missing(expr)),
+        }
+    }
+
+    fn bool(&mut self, expr: &Expr) -> Result<bool, EvalError> {
+        match self.value(expr)? {
+            Value::Bool(x) => Ok(x),
+            _ => Err(missing(expr)),
+        }
+    }
+
+    fn value(&mut self, expr: &Expr) -> Result_ {
+        let value = self.raw(expr)?;
+        match value {
+            Value::Number(x) if !x.is_finite() => fail(expr, "this is not a finite number"),
+            value => Ok(value),
+        }
+    }
+
+    fn raw(&mut self, expr: &Expr) -> Result_ {
+        let known = |value: Option<Value>| value.ok_or_else(|| missing(expr));
+        Ok(match &expr.kind {
+            ExprKind::Number(x) => Value::Number(*x),
+            ExprKind::Bool(x) => Value::Bool(*x),
+            ExprKind::Text(x) => Value::Text(x.as_str().into()),
+            ExprKind::Param(name) => known(self.scope.param(name))?,
+            ExprKind::Local(slot) => known(self.locals.get(*slot).cloned())?,
+            ExprKind::Word(Word::Pi) => Value::Number(std::f64::consts::PI),
+            ExprKind::Word(word) => known(self.scope.word(*word))?,
+            ExprKind::Placed(name) => known(self.scope.placed(name))?,
+            ExprKind::Group(group) => known(self.scope.group(group).map(|g| Value::List(g.into())))?,
+            ExprKind::Kind(name, params) => {
+                let params = params
+                    .iter()
+                    .map(|(n, e)| Ok((n.clone(), self.value(e)?)))
+                    .collect::<Result<Vec<_>, EvalError>>()?;
+                Value::Kind(Arc::new(KindValue { name: name.clone(), params }))
+            }
+            ExprKind::Pattern(name) => Value::Pattern(name.as_str().into()),
+            ExprKind::Term(name) => {
+                let scope = self.scope;
+                let term = scope.term(name).ok_or_else(|| missing(expr))?;
+                evaluate(term, scope, &mut Vec::new())?
+            }
+            ExprKind::Attribute(of, name) => {
+                let of = self.value(of)?;
+                match (&of, name.as_str()) {
+                    (Value::Vector(v), "x") => Value::Number(v[0]),
+                    (Value::Vector(v), "y") => Value::Number(v[1]),
+                    (Value::Vector(v), "z") => Value::Number(v[2]),
+                    _ => known(self.scope.attribute(&of, name))?,
+                }
+            }
+            ExprKind::At(track, time) => {
+                let ExprKind::Attribute(of, name) = &track.kind else { return Err(missing(expr)) };
+                let of = self.value(of)?;
+                let time = self.number(time)?;
+                known(self.scope.attribute_at(&of, name, time))?
+            }
+            ExprKind::Negate(x) => match self.value(x)? {
+                Value::Number(x) => Value::Number(-x),
+                Value::Vector(v) => Value::Vector(v.map(|x| -x)),
+                _ => return Err(missing(expr)),
+            },
+            ExprKind::Not(x) => Value::Bool(!self.bool(x)?),
+            ExprKind::Binary(a, operator, b) => self.binary(expr, a, *operator, b)?,
+            ExprKind::If(condition, yes, no) => {
+                if self.bool(condition)? { self.value(yes)? } else { self.value(no)? }
+            }
+            ExprKind::Aggregate { .. } => self.aggregate(expr)?,
+            ExprKind::Call(function, arguments) => self.call(expr, *function, arguments)?,
+            ExprKind::Apply(curve, place) => {
+                let curve = self.value(curve)?;
+                let place = self.number(place)?;
+                match &curve {
+                    Value::Curve(curve) => Value::Number(curve.at(place)),
+                    Value::Pattern(name) => {
+                        let scope = self.scope;
+                        let pattern = scope.pattern(name).ok_or_else(|| missing(expr))?;
+                        let inside = InCycle { outer: scope, cycle: place - libm::floor(place) };
+                        evaluate(pattern, &inside, &mut Vec::new())?
+                    }
+                    _ => return Err(missing(expr)),
+                }
+            }
+            ExprKind::Index(list, index) => {
+                let list = self.value(list)?;
+                let index = self.number(index)?;
+                let items = list.items();
+                match (index >= 0.0).then(|| items.get(index as usize)).flatten() {
+                    Some(item) => item.clone(),
+                    None => {
+                        return fail(expr, format!("there is no item {index} in a list of {}", items.len()));
+                    }
+                }
+            }
+            ExprKind::Range(low, high) => Value::Domain(Arc::new(Domain::Range {
+                low: self.number(low)?,
+                high: self.number(high)?,
+                whole: expr.ty == crate::ir::Ty::Domain(Box::new(crate::ir::Ty::Count)),
+            })),
+            ExprKind::Set(items) => Value::Domain(Arc::new(Domain::Items(self.values(items)?))),
+            ExprKind::List(items) => Value::List(self.values(items)?.into()),
+            ExprKind::Convert(x, factor) => Value::Number(self.number(x)? / factor),
+        })
+    }
+
+    fn values(&mut self, items: &[Expr]) -> Result<Vec<Value>, EvalError> {
+        items.iter().map(|e| self.value(e)).collect()
+    }
+
+    fn binary(&mut self, expr: &Expr, a: &Expr, operator: Operator, b: &Expr) -> Result_ {
+        use Operator as O;
+        match operator {
+            O::And => return Ok(Value::Bool(self.bool(a)? && self.bool(b)?)),
+            O::Or => return Ok(Value::Bool(self.bool(a)? || self.bool(b)?)),
+            O::Is | O::IsNot | O::Adds => {
+                let left = self.value(a)?;
+                let answer = match &b.kind {
+                    ExprKind::Group(group) if operator == O::Adds => {
+                        self.scope.adds(&left, group).ok_or_else(|| missing(expr))?
+                    }
+                    ExprKind::Group(group) => self.scope.belongs(&left, group).ok_or_else(|| missing(expr))?,
+                    _ => left == self.value(b)?,
+                };
+                return Ok(Value::Bool(answer != (operator == O::IsNot)));
+            }
+            _ => {}
+        }
+        let (left, right) = (self.value(a)?, self.value(b)?);
+        Ok(match (left, operator, right) {
+            (Value::Number(x), _, Value::Number(y)) => match operator {
+                O::Add => Value::Number(x + y),
+                O::Subtract => Value::Number(x - y),
+                O::Multiply => Value::Number(x * y),
+                O::Divide if y == 0.0 => return fail(expr, "this divides by zero"),
+                O::Divide => Value::Number(x / y),
+                O::Less => Value::Bool(x < y),
+                O::LessEqual => Value::Bool(x <= y),
+                O::Greater => Value::Bool(x > y),
+                O::GreaterEqual => Value::Bool(x >= y),
+                O::Equal => Value::Bool(x == y),
+                _ => Value::Bool(x != y),
+            },
+            (Value::Vector(x), O::Add, Value::Vector(y)) => Value::Vector([x[0] + y[0], x[1] + y[1], x[2] + y[2]]),
+            (Value::Vector(x), O::Subtract, Value::Vector(y)) => {
+                Value::Vector([x[0] - y[0], x[1] - y[1], x[2] - y[2]])
+            }
+            (Value::Vector(x), O::Multiply, Value::Number(y)) | (Value::Number(y), O::Multiply, Value::Vector(x)) => {
+                Value::Vector(x.map(|x| x * y))
+            }
+            (Value::Vector(x), O::Divide, Value::Number(y)) if y != 0.0 => Value::Vector(x.map(|x| x / y)),
+            (Value::Number(y), O::Multiply, Value::Curve(c)) | (Value::Curve(c), O::Multiply, Value::Number(y)) => {
+                Value::Curve(Arc::new(c.scaled(y)))
+            }
+            (Value::List(x), O::Add, Value::List(y)) => Value::List(x.iter().chain(y.iter()).cloned().collect()),
+            (x, O::Equal, y) => Value::Bool(x == y),
+            (x, O::NotEqual, y) => Value::Bool(x != y),
+            _ => return Err(missing(expr)),
+        })
+    }
+
+    fn aggregate(&mut self, expr: &Expr) -> Result_ {
+        let ExprKind::Aggregate { how, binders, otherwise, .. } = &expr.kind else { return Err(missing(expr)) };
+        let depth = self.locals.len();
+        let mut gathered = Gathered { count: 0, sum: 0.0, least: f64::INFINITY, greatest: f64::NEG_INFINITY, all: true, any: false };
+        let ran = self.gather(expr, binders, &mut gathered);
+        self.locals.truncate(depth);
+        ran?;
+        let nothing = gathered.count == 0;
+        Ok(match how {
+            Gather::Count => Value::Number(gathered.count as f64),
+            Gather::Sum => Value::Number(gathered.sum),
+            Gather::Forall => Value::Bool(gathered.all),
+            Gather::Exists => Value::Bool(gathered.any),
+            _ if nothing => match otherwise {
+                Some(value) => self.value(value)?,
+                None => return fail(expr, "there is nothing to gather here; say what then with `otherwise`"),
+            },
+            Gather::Mean => Value::Number(gathered.sum / gathered.count as f64),
+            Gather::Min => Value::Number(gathered.least),
+            Gather::Max => Value::Number(gathered.greatest),
+        })
+    }
+
+    fn gather(&mut self, expr: &Expr, binders: &[crate::ir::Binder], into: &mut Gathered) -> Result<(), EvalError> {
+        let ExprKind::Aggregate { how, condition, body, .. } = &expr.kind else { return Err(missing(expr)) };
+        let Some((binder, rest)) = binders.split_first() else {
+            if let Some(condition) = condition {
+                if !self.bool(condition)? {
+                    return Ok(());
+                }
+            }
+            into.count += 1;
+            match (how, body) {
+                (Gather::Count, _) | (_, None) => {}
+                (Gather::Forall | Gather::Exists, Some(body)) => {
+                    let holds = self.bool(body)?;
+                    into.all &= holds;
+                    into.any |= holds;
+                }
+                (_, Some(body)) => {
+                    let x = self.number(body)?;
+                    into.sum += x;
+                    into.least = into.least.min(x);
+                    into.greatest = into.greatest.max(x);
+                }
+            }
+            return Ok(());
+        };
+        let items = self.value(&binder.over)?;
+        let items: Vec<Value> = match &items {
+            Value::Domain(domain) => domain.items(),
+            list => list.items().to_vec(),
+        };
+        for item in items {
+            self.locals.truncate(binder.slot);
+            self.locals.push(item);
+            self.gather(expr, rest, into)?;
+        }
+        Ok(())
+    }
+
+    fn call(&mut self, expr: &Expr, function: Function, arguments: &[Expr]) -> Result_ {
+        use Function as F;
+        if function == F::Count {
+            if let [Expr { kind: ExprKind::Group(group), .. }] = arguments {
+                let group = self.scope.group(group).ok_or_else(|| missing(expr))?;
+                return Ok(Value::Number(group.len() as f64));
+            }
+        }
+        let values = self.values(arguments)?;
+        let number = |i: usize| match values.get(i) {
+            Some(Value::Number(x)) => Ok(*x),
+            _ => Err(missing(expr)),
+        };
+        let list = |i: usize| values.get(i).map(Value::items).ok_or_else(|| missing(expr));
+        let times = |i: usize| number(i).map(|n| n.clamp(0.0, 10_000.0) as usize);
+        Ok(match function {
+            F::Abs => Value::Number(number(0)?.abs()),
+            F::Min | F::Max => {
+                let mut best = number(0)?;
+                for i in 1..values.len() {
+                    let x = number(i)?;
+                    if (x < best) == (function == F::Min) {
+                        best = x;
+                    }
+                }
+                Value::Number(best)
+            }
+            F::Clamp => Value::Number(number(0)?.min(number(2)?).max(number(1)?)),
+            F::Floor => Value::Number(libm::floor(number(0)?)),
+            F::Ceil => Value::Number(libm::ceil(number(0)?)),
+            F::Round => Value::Number(libm::round(number(0)?)),
+            F::Fraction => Value::Number(number(0)? - libm::floor(number(0)?)),
+            F::Sqrt if number(0)? < 0.0 => return fail(expr, "a negative number has no square root"),
+            F::Sqrt => Value::Number(number(0)?.sqrt()),
+            F::Exp => Value::Number(libm::exp(number(0)?)),
+            F::Ln if number(0)? <= 0.0 => return fail(expr, "only a positive number has a logarithm"),
+            F::Ln => Value::Number(libm::log(number(0)?)),
+            F::Sin => Value::Number(libm::sin(number(0)?)),
+            F::Cos => Value::Number(libm::cos(number(0)?)),
+            F::Tan => Value::Number(libm::tan(number(0)?)),
+            F::Arc => Value::Number(number(0)? * number(1)?),
+            F::Length | F::Horizontal | F::Height => {
+                let Some(Value::Vector([x, y, z])) = values.first() else { return Err(missing(expr)) };
+                Value::Number(match function {
+                    F::Length => (x * x + y * y + z * z).sqrt(),
+                    F::Horizontal => (x * x + z * z).sqrt(),
+                    _ => *y,
+                })
+            }
+            F::Angle => {
+                let (Some(Value::Rotation(a)), Some(Value::Rotation(b))) = (values.first(), values.get(1)) else {
+                    return Err(missing(expr));
+                };
+                let dot: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
+                Value::Number(2.0 * libm::acos(dot.abs().min(1.0)))
+            }
+            F::Count => Value::Number(list(0)?.len() as f64),
+            F::Each => {
+                let n = times(1)?;
+                Value::List(list(0)?.iter().flat_map(|x| std::iter::repeat_n(x.clone(), n)).collect())
+            }
+            F::Repeat => {
+                let item = values.first().ok_or_else(|| missing(expr))?;
+                Value::List(std::iter::repeat_n(item.clone(), times(1)?).collect())
+            }
+            F::First | F::Last => {
+                let items = list(0)?;
+                let item = if function == F::First { items.first() } else { items.last() };
+                match item {
+                    Some(item) => item.clone(),
+                    None => return fail(expr, "an empty list has no such item"),
+                }
+            }
+            F::Bezier => {
+                let points: Vec<f64> = list(0)?
+                    .iter()
+                    .map(|v| if let Value::Number(x) = v { Ok(*x) } else { Err(missing(expr)) })
+                    .collect::<Result<_, _>>()?;
+                match Curve::bezier(&points) {
+                    Some(curve) => Value::Curve(Arc::new(curve)),
+                    None => return fail(expr, "a Bezier curve has 2 to 64 control points"),
+                }
+            }
+            F::Box => Value::Shape(Shape::Box([number(0)?, number(1)?, number(2)?])),
+            F::Sphere => Value::Shape(Shape::Sphere(number(0)?)),
+            F::Cylinder => Value::Shape(Shape::Cylinder(number(0)?, number(1)?)),
+            F::Normal | F::Uniform => Value::List([Value::Number(number(0)?), Value::Number(number(1)?)].into()),
+            F::Gain | F::Neighbours => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
+        })
+    }
+}
+
+struct Gathered {
+    count: usize,
+    sum: f64,
+    least: f64,
+    greatest: f64,
+    all: bool,
+    any: bool,
+}

@@ -1,0 +1,111 @@
+//! The values of expressions.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::Curve;
+use crate::ir::Shape;
+
+/// A value, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A quantity or a count.
+    Number(f64),
+    /// True or false.
+    Bool(bool),
+    /// A text.
+    Text(Arc<str>),
+    /// A vector: x, y, z with y up.
+    Vector([f64; 3]),
+    /// A rotation as a unit quaternion: w, x, y, z.
+    Rotation([f64; 4]),
+    /// A closed curve.
+    Curve(Arc<Curve>),
+    /// A pattern of the rule set, by name.
+    Pattern(Arc<str>),
+    /// A shape.
+    Shape(Shape),
+    /// A kind of part, with parameters.
+    Kind(Arc<KindValue>),
+    /// Something in the design.
+    Reference(Reference),
+    /// Several in order.
+    List(Arc<[Value]>),
+    /// Values to draw from.
+    Domain(Arc<Domain>),
+}
+
+/// A kind of part, ready to be attached.
+#[derive(Clone, Debug, PartialEq)]
+pub struct KindValue {
+    /// The kind's name.
+    pub name: String,
+    /// The parameters that were given.
+    pub params: Vec<(String, Value)>,
+}
+
+/// Something in a design; what the numbers mean is the design's business.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Reference {
+    /// A part.
+    Part(u64),
+    /// A port of a part.
+    Port(u64, u8),
+    /// An element.
+    Element(u32),
+    /// A step of the derivation.
+    Step(u64),
+}
+
+/// Values to draw from.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Domain {
+    /// Everything between two ends, or every whole number.
+    Range {
+        /// The least.
+        low: f64,
+        /// The greatest.
+        high: f64,
+        /// Whether only whole numbers count.
+        whole: bool,
+    },
+    /// These.
+    Items(Vec<Value>),
+}
+
+impl Domain {
+    /// The values one by one; for a continuous range, none.
+    #[must_use]
+    pub fn items(&self) -> Vec<Value> {
+        match self {
+            Self::Items(items) => items.clone(),
+            Self::Range { low, high, whole: true } if high >= low => {
+                let count = (libm::floor(*high) - libm::ceil(*low) + 1.0).clamp(0.0, 1e6) as usize;
+                (0..count).map(|i| Value::Number(libm::ceil(*low) + i as f64)).collect()
+            }
+            Self::Range { .. } => Vec::new(),
+        }
+    }
+}
+
+impl Value {
+    /// The items of a list; of anything else, none.
+    #[must_use]
+    pub fn items(&self) -> &[Value] {
+        match self {
+            Self::List(items) => items,
+            _ => &[],
+        }
+    }
+
+    /// The number, if it is one.
+    #[must_use]
+    pub fn as_number(&self) -> Option<f64> {
+        match self {
+            Self::Number(x) => Some(*x),
+            _ => None,
+        }
+    }
+}

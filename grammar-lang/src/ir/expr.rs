@@ -1,0 +1,214 @@
+//! Typed expressions.
+
+use serde::{Deserialize, Serialize};
+
+use super::Ty;
+use crate::source::Span;
+pub use crate::syntax::ast::{Gather, Operator};
+
+/// An expression with its type and place. Numbers are in SI units.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Expr {
+    /// What it computes.
+    pub kind: ExprKind,
+    /// The type of its value.
+    pub ty: Ty,
+    /// Where it stands.
+    pub span: Span,
+}
+
+/// A collection of parts by kind.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Group {
+    /// All parts.
+    Part,
+    /// All passive parts.
+    Block,
+    /// All actuators.
+    Actuator,
+    /// All parts of one declared kind.
+    Kind(String),
+}
+
+/// A binder of an aggregate: it fills one local slot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Binder {
+    /// The local slot.
+    pub slot: usize,
+    /// What it runs over: a group, a list, `elements`, or a range of counts.
+    pub over: Expr,
+}
+
+/// What expressions compute.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ExprKind {
+    /// A number in SI units (also a count).
+    Number(f64),
+    /// True or false.
+    Bool(bool),
+    /// A text.
+    Text(String),
+    /// A parameter of the grammar.
+    Param(String),
+    /// A local: what a rule matched or chose, a variable of an actuation, a binder.
+    Local(usize),
+    /// A word that the stage gives a value to.
+    Word(Word),
+    /// A part of the initial design, by its name.
+    Placed(String),
+    /// A collection of parts.
+    Group(Group),
+    /// A kind of part with the parameters that are given.
+    Kind(String, Vec<(String, Expr)>),
+    /// A pattern by name.
+    Pattern(String),
+    /// A term by name.
+    Term(String),
+    /// An attribute of a part, actuator, element or vector.
+    Attribute(Box<Expr>, String),
+    /// A quantity over time, at a time.
+    At(Box<Expr>, Box<Expr>),
+    /// `-x`
+    Negate(Box<Expr>),
+    /// `not x`
+    Not(Box<Expr>),
+    /// Two operands.
+    Binary(Box<Expr>, Operator, Box<Expr>),
+    /// `if a then b else c`
+    If(Box<Expr>, Box<Expr>, Box<Expr>),
+    /// Over the items of collections.
+    Aggregate {
+        /// How items are gathered.
+        how: Gather,
+        /// What is run over.
+        binders: Vec<Binder>,
+        /// Which items count.
+        condition: Option<Box<Expr>>,
+        /// What is gathered; absent for a count.
+        body: Option<Box<Expr>>,
+        /// The value over nothing.
+        otherwise: Option<Box<Expr>>,
+    },
+    /// A built-in function.
+    Call(Function, Vec<Expr>),
+    /// A curve or a pattern at a place of the cycle.
+    Apply(Box<Expr>, Box<Expr>),
+    /// An item of a list, from 0.
+    Index(Box<Expr>, Box<Expr>),
+    /// A domain between two ends.
+    Range(Box<Expr>, Box<Expr>),
+    /// A domain of single values.
+    Set(Vec<Expr>),
+    /// A list.
+    List(Vec<Expr>),
+    /// A quantity as a number of units of this size.
+    Convert(Box<Expr>, f64),
+}
+
+macro_rules! words {
+    ($(#[$meta:meta])* $name:ident { $($variant:ident $text:literal $doc:literal;)* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum $name { $(#[doc = $doc] $variant),* }
+        impl $name {
+            /// Every one, in the order of the reference.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+            /// How a grammar writes it.
+            #[must_use]
+            pub fn text(self) -> &'static str { match self { $(Self::$variant => $text),* } }
+            /// What it means.
+            #[must_use]
+            pub fn doc(self) -> &'static str { match self { $(Self::$variant => $doc),* } }
+            /// The one that a grammar writes like this.
+            #[must_use]
+            pub fn named(text: &str) -> Option<Self> { Self::ALL.iter().copied().find(|w| w.text() == text) }
+        }
+    };
+}
+
+words! {
+    /// Words that a stage gives a value to.
+    Word {
+        Pi "pi" "The number 3.14159...";
+        Cycle "cycle" "Where a pattern is in its cycle, from 0 to 1.";
+        Time "t" "The time since the motion began.";
+        Start "start" "The time at which the motion begins.";
+        End "end" "The time at which the motion ends.";
+        Duration "duration" "How long the motion lasts.";
+        Elements "elements" "All rigid pieces of the body.";
+        Temperature "temperature" "The temperature of the annealing, on the scale of the objective.";
+        Iteration "iteration" "How many iterations have been completed.";
+        Best "best" "The best value so far.";
+        Idle "idle" "Iterations since the best value improved.";
+        Connected "connected" "Whether the design is in one piece.";
+        NoOverlap "no_overlap" "Whether no two parts overlap; touching is allowed.";
+    }
+}
+
+words! {
+    /// Built-in functions.
+    Function {
+        Abs "abs" "The size without the sign.";
+        Min "min" "The least of several values.";
+        Max "max" "The greatest of several values.";
+        Clamp "clamp" "clamp(x, low, high): x, or the end that it is beyond.";
+        Floor "floor" "The next whole number below.";
+        Ceil "ceil" "The next whole number above.";
+        Round "round" "The nearest whole number.";
+        Fraction "fraction" "What is left of a number after floor.";
+        Sqrt "sqrt" "The square root.";
+        Exp "exp" "The exponential of a number.";
+        Ln "ln" "The natural logarithm of a number.";
+        Sin "sin" "The sine of an angle.";
+        Cos "cos" "The cosine of an angle.";
+        Tan "tan" "The tangent of an angle.";
+        Arc "arc" "arc(radius, angle): the length of an arc.";
+        Length "length" "The length of a vector.";
+        Horizontal "horizontal" "The length of a vector's part along the ground.";
+        Height "height" "The vertical part of a vector.";
+        Angle "angle" "angle(a, b): the angle of the rotation from a to b.";
+        Count "count" "How many parts of a kind, or items of a list, there are.";
+        Each "each" "each(list, n): every item n times in a row.";
+        Repeat "repeat" "repeat(x, n): a list of n times x.";
+        First "first" "The first item of a list.";
+        Last "last" "The last item of a list.";
+        Bezier "bezier" "A Bezier curve over a cycle, through the first and last of its control points.";
+        Box "box" "box(x, y, z): a box with these edges.";
+        Sphere "sphere" "sphere(radius)";
+        Cylinder "cylinder" "cylinder(radius, length), its axis along x.";
+        Normal "normal" "normal(mean, standard deviation): a distribution.";
+        Uniform "uniform" "uniform(low, high): a distribution.";
+        Gain "gain" "gain(n): what the best value gained in the last n iterations.";
+        Neighbours "neighbours" "The parts that are joined to a part.";
+    }
+}
+
+impl Expr {
+    /// Whether the expression, or one that it is made of, satisfies `test`.
+    pub fn any(&self, test: &mut impl FnMut(&Self) -> bool) -> bool {
+        if test(self) {
+            return true;
+        }
+        match &self.kind {
+            ExprKind::Attribute(a, _) | ExprKind::Negate(a) | ExprKind::Not(a) | ExprKind::Convert(a, _) => a.any(test),
+            ExprKind::At(a, b)
+            | ExprKind::Binary(a, _, b)
+            | ExprKind::Apply(a, b)
+            | ExprKind::Index(a, b)
+            | ExprKind::Range(a, b) => a.any(test) || b.any(test),
+            ExprKind::If(a, b, c) => a.any(test) || b.any(test) || c.any(test),
+            ExprKind::Call(_, items) | ExprKind::Set(items) | ExprKind::List(items) => {
+                items.iter().any(|e| e.any(test))
+            }
+            ExprKind::Kind(_, items) => items.iter().any(|(_, e)| e.any(test)),
+            ExprKind::Aggregate { binders, condition, body, otherwise, .. } => {
+                binders.iter().any(|b| b.over.any(test))
+                    || [condition, body, otherwise].into_iter().flatten().any(|e| e.any(test))
+            }
+            _ => false,
+        }
+    }
+}

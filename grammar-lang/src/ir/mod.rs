@@ -1,0 +1,402 @@
+//! The typed rule set: what the engine runs. SI numbers, spans kept, serialisable.
+
+mod expr;
+mod ty;
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Word};
+pub use ty::Ty;
+
+use crate::source::Span;
+
+/// The version of this format.
+pub const VERSION: u32 = 1;
+
+/// A whole grammar, checked.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RuleSet {
+    /// [`VERSION`] of the format.
+    pub version: u32,
+    /// The grammar's name.
+    pub name: String,
+    /// What a user may set from outside, with the values in force.
+    pub params: IndexMap<String, Param>,
+    /// Passive parts.
+    pub parts: IndexMap<String, Part>,
+    /// Actuators.
+    pub actuators: IndexMap<String, Actuator>,
+    /// Fixed cyclic curves: expressions of `cycle`.
+    pub patterns: IndexMap<String, Expr>,
+    /// How rule applications are mirrored.
+    pub symmetry: Symmetry,
+    /// The initial design; the first part is the core.
+    pub begin: Vec<Placed>,
+    /// The rules.
+    pub rules: Vec<Rule>,
+    /// What every design must fulfil.
+    pub requirements: Vec<Requirement>,
+    /// Actuations by name.
+    pub actuations: IndexMap<String, Actuation>,
+    /// Which actuation drives which actuator.
+    pub actuated: IndexMap<String, String>,
+    /// The simulation model.
+    pub model: Model,
+    /// Named terms.
+    pub terms: IndexMap<String, Term>,
+    /// What the search wants.
+    pub objective: Objective,
+    /// How it searches.
+    pub search: Search,
+}
+
+/// A parameter with its value.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Param {
+    /// Its type.
+    pub ty: Ty,
+    /// The values it may take: low and high, in SI units.
+    pub domain: Option<(f64, f64)>,
+    /// Its value in SI units; a Bool is 0 or 1.
+    pub value: f64,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A shape, in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Shape {
+    /// Edge lengths along x, y and z.
+    Box([f64; 3]),
+    /// Radius.
+    Sphere(f64),
+    /// Radius, then length along x.
+    Cylinder(f64, f64),
+}
+
+/// A passive part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Part {
+    /// Its shape.
+    pub shape: Shape,
+    /// Mass in kg.
+    pub mass: f64,
+    /// Coulomb coefficient of its surface.
+    pub friction: f64,
+    /// `#rrggbb`
+    pub colour: String,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// An actuator: a row of equal segments joined by driven hinges.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Actuator {
+    /// One segment.
+    pub segment: Shape,
+    /// Mass of one segment in kg.
+    pub mass: f64,
+    /// Coulomb coefficient of its surface.
+    pub friction: f64,
+    /// Total bend from base to tip in rad, least and greatest.
+    pub bend: (f64, f64),
+    /// Speed of the total bend while it grows, rad/s.
+    pub bending_speed: f64,
+    /// Speed of the total bend while it goes back to zero, rad/s.
+    pub relaxing_speed: f64,
+    /// Greatest torque of a hinge, N m.
+    pub torque: f64,
+    /// Stiffness of a hinge's servo, N m/rad.
+    pub stiffness: f64,
+    /// Damping of a hinge's servo, N m s/rad.
+    pub damping: f64,
+    /// `#rrggbb`
+    pub colour: String,
+    /// Parameters of an instance.
+    pub params: IndexMap<String, InstanceParam>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A parameter of an actuator instance.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InstanceParam {
+    /// Its type.
+    pub ty: Ty,
+    /// The values it may take: low and high, in SI units.
+    pub domain: Option<(f64, f64)>,
+    /// Its value if a rule does not say otherwise.
+    pub default: Option<Expr>,
+}
+
+/// How rule applications are mirrored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Symmetry {
+    /// Not at all.
+    None,
+    /// In the plane through the core's centre with this normal: 0, 1, 2 for x, y, z.
+    Mirror(usize),
+}
+
+/// A part of the initial design.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Placed {
+    /// What rules call it.
+    pub name: String,
+    /// The passive part that it is.
+    pub kind: String,
+    /// Where this is said.
+    pub span: Span,
+}
+
+/// A rule of the grammar.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rule {
+    /// Its name.
+    pub name: String,
+    /// What it needs.
+    pub pattern: Pattern,
+    /// What it draws, in order; each takes the next local slot.
+    pub choices: Vec<Choice>,
+    /// Conditions, each with the number of local slots that it needs to be bound.
+    pub guards: Vec<Guard>,
+    /// What it does.
+    pub effects: Vec<Effect>,
+    /// How often it is drawn, relative to the others.
+    pub weight: Expr,
+    /// What its locals are called, by slot.
+    pub locals: Vec<String>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// What a rule matches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Pattern {
+    /// Nothing: it applies once.
+    Nothing,
+    /// A part of a kind (local 0), with a free port (local 1) if asked for.
+    Part {
+        /// Which parts.
+        kind: Group,
+        /// Whether a free port is bound to local 1.
+        port: bool,
+        /// A condition on it.
+        condition: Option<Expr>,
+    },
+    /// A step of the derivation (local 0).
+    Step {
+        /// A condition on it.
+        condition: Option<Expr>,
+    },
+}
+
+/// A choice of a rule.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    /// Its name.
+    pub name: String,
+    /// The values to draw from, uniformly.
+    pub domain: Expr,
+}
+
+/// A condition of a rule.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Guard {
+    /// How many locals must be bound before it can be asked.
+    pub needs: usize,
+    /// What must hold.
+    pub condition: Expr,
+}
+
+/// What a rule does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Effect {
+    /// Attaches a part to a port.
+    Attach {
+        /// What: a kind, or a kind with parameters.
+        what: Expr,
+        /// Where.
+        port: Expr,
+        /// Turned by how much about the port's normal.
+        turned: Option<Expr>,
+    },
+    /// Sets an attribute of a part.
+    Set {
+        /// The part.
+        part: Expr,
+        /// `turn`, or a parameter of the actuator.
+        attribute: String,
+        /// Its new value.
+        value: Expr,
+    },
+    /// Takes back a step.
+    Revert(Expr),
+}
+
+/// What every design must fulfil.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Requirement {
+    /// Its name, or the text of its condition.
+    pub name: String,
+    /// What must hold.
+    pub condition: Expr,
+    /// Why.
+    pub because: Option<String>,
+    /// Where it is said.
+    pub span: Span,
+}
+
+/// A parameterised curve for actuators.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Actuation {
+    /// What the search varies.
+    pub variables: Vec<Variable>,
+    /// Values that do not depend on time, in order. Locals: the actuator is 0,
+    /// then the variables, then these.
+    pub lets: Vec<(String, Expr)>,
+    /// Values that depend on time, in order, with the next local slots.
+    pub moving: Vec<(String, Expr)>,
+    /// The target of the total bend angle.
+    pub drive: Expr,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A quantity that the search varies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Whether the design has one, not each actuator.
+    pub shared: bool,
+    /// How many there are, if it is a list.
+    pub size: Option<usize>,
+    /// Its type (of one item).
+    pub ty: Ty,
+    /// Least and greatest value in SI units; 0 and 1 for a Bool.
+    pub domain: (f64, f64),
+    /// How it is mutated.
+    pub mutation: Mutation,
+}
+
+/// How a varied quantity is mutated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mutation {
+    /// The chance that one item changes in one move.
+    pub probability: Expr,
+    /// How it changes.
+    pub kernel: Kernel,
+    /// What happens at the ends of the domain.
+    pub bound: Bound,
+}
+
+/// The change of a mutation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kernel {
+    /// A Bool becomes the other one.
+    Flip,
+    /// Adds a normally distributed number: mean, standard deviation.
+    Normal(Expr, Expr),
+    /// Adds an evenly distributed number: least, greatest.
+    Uniform(Expr, Expr),
+}
+
+/// What happens to a value beyond the ends of its domain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Bound {
+    /// It stays at the end.
+    Clamp,
+    /// It is folded back.
+    Reflect,
+    /// It is drawn anew, evenly.
+    Resample,
+}
+
+/// The simulation model and its numbers, SI.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// Its name.
+    pub name: String,
+    /// Simulated time, s.
+    pub duration: f64,
+    /// Time step, s.
+    pub step: f64,
+    /// Time between two samples of the drive, s.
+    pub control: f64,
+    /// Time between two recorded frames, s.
+    pub record: f64,
+    /// Gravity, m/s^2.
+    pub gravity: f64,
+    /// Coulomb coefficient of the ground.
+    pub ground_friction: f64,
+    /// Sweeps of the contact solver in a step.
+    pub iterations: usize,
+    /// Whether parts of a body collide with each other.
+    pub self_collision: bool,
+    /// Greatest speed of an element in a valid evaluation, m/s.
+    pub speed_limit: f64,
+}
+
+/// A named term of an objective.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Term {
+    /// Its type.
+    pub ty: Ty,
+    /// Its value.
+    pub value: Expr,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// What the search wants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Objective {
+    /// Whether more is better.
+    pub maximize: bool,
+    /// A number.
+    pub value: Expr,
+    /// The unit of that number, for people; empty if it has none.
+    pub unit: String,
+}
+
+/// A nested search.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Search {
+    /// Its name.
+    pub name: String,
+    /// What a new best must keep of its value at half the step.
+    pub keep: f64,
+    /// The loop over bodies.
+    pub outer: Schedule,
+    /// The loop over curves of one body, if there is one.
+    pub inner: Option<Schedule>,
+}
+
+/// An annealing schedule: expressions of the search stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Schedule {
+    /// Greatest number of iterations.
+    pub iterations: Expr,
+    /// Moves in an iteration.
+    pub moves: Expr,
+    /// The temperature of an iteration.
+    pub temperature: Expr,
+    /// Whether to stop, asked after each iteration.
+    pub stop: Expr,
+}
+
+impl RuleSet {
+    /// Whether `kind` names an actuator (else a passive part).
+    #[must_use]
+    pub fn is_actuator(&self, kind: &str) -> bool {
+        self.actuators.contains_key(kind)
+    }
+}

@@ -1,0 +1,366 @@
+//! The syntax tree: what a text says, before any name is looked up.
+
+use crate::source::Span;
+
+/// A word with its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Name {
+    /// The word.
+    pub text: String,
+    /// Its place.
+    pub span: Span,
+}
+
+/// A whole text.
+#[derive(Clone, Debug, Default)]
+pub struct Module {
+    /// What the text declares, in order.
+    pub items: Vec<Item>,
+    /// Names of items that could not be read: uses of them are not errors of their own.
+    pub broken: Vec<String>,
+}
+
+/// A declaration.
+#[derive(Clone, Debug)]
+pub struct Item {
+    /// What it declares.
+    pub kind: ItemKind,
+    /// Its place.
+    pub span: Span,
+    /// The `##` lines above it, without the marks.
+    pub doc: String,
+    /// Whether some of its clauses could not be read.
+    pub damaged: bool,
+}
+
+/// The declarations.
+#[derive(Clone, Debug)]
+pub enum ItemKind {
+    /// `grammar NAME`
+    Grammar(Name),
+    /// `use MODULE { names }`
+    Use {
+        /// What is imported: `std.blocks` or `./file.sgr`.
+        module: Name,
+        /// The names; `None` takes all.
+        names: Option<Vec<Name>>,
+    },
+    /// `param NAME : TYPE in DOMAIN = DEFAULT`
+    Param(Param),
+    /// `part NAME { fields }`
+    Part(Block),
+    /// `actuator NAME { fields }`
+    Actuator(Block),
+    /// `model NAME { fields }`
+    Model(Block),
+    /// `search NAME { fields }`
+    Search(Block),
+    /// `search NAME`: the one that the grammar uses.
+    UseSearch(Name),
+    /// `symmetry none`, `symmetry mirror PLANE`
+    Symmetry(Name, Option<Name>),
+    /// `begin { place ... }`
+    Begin(Vec<Place>),
+    /// `rule NAME { clauses }`
+    Rule(Name, Vec<RuleClause>),
+    /// `require NAME : EXPR because TEXT`
+    Require {
+        /// Its name, if it has one.
+        name: Option<Name>,
+        /// What must hold.
+        condition: Expr,
+        /// Why.
+        because: Option<String>,
+    },
+    /// `pattern NAME = EXPR`
+    Pattern(Name, Expr),
+    /// `actuation NAME for a : KIND { clauses }`
+    Actuation {
+        /// Its name.
+        name: Name,
+        /// What its clauses call the actuator.
+        binder: Name,
+        /// Which actuators it drives.
+        kind: Name,
+        /// Its clauses.
+        clauses: Vec<ActuationClause>,
+    },
+    /// `actuate KIND with ACTUATION`
+    Actuate(Name, Name),
+    /// `simulate MODEL for DURATION`
+    Simulate(Name, Expr),
+    /// `term NAME : TYPE = EXPR`
+    Term(Name, Name, Expr),
+    /// `maximize EXPR`, `minimize EXPR`
+    Objective {
+        /// Whether more is better.
+        maximize: bool,
+        /// The value.
+        value: Expr,
+    },
+    /// `let NAME = EXPR`
+    Let(Name, Expr),
+}
+
+/// A parameter of a grammar or of an actuator.
+#[derive(Clone, Debug)]
+pub struct Param {
+    /// Its name.
+    pub name: Name,
+    /// Its type.
+    pub ty: Name,
+    /// The values that it may take.
+    pub domain: Option<Expr>,
+    /// Its value if nobody says otherwise.
+    pub default: Option<Expr>,
+}
+
+/// A named block of fields.
+#[derive(Clone, Debug)]
+pub struct Block {
+    /// Its name.
+    pub name: Name,
+    /// Its fields, in order.
+    pub fields: Vec<Field>,
+}
+
+/// A line of a block.
+#[derive(Clone, Debug)]
+pub enum Field {
+    /// `name = value`
+    Value(Name, Expr),
+    /// `name { fields }`
+    Group(Block),
+    /// `param ...`
+    Param(Param),
+}
+
+/// `place NAME : KIND`
+#[derive(Clone, Debug)]
+pub struct Place {
+    /// What rules call it.
+    pub name: Name,
+    /// What it is.
+    pub kind: Name,
+}
+
+/// A clause of a rule with its place.
+#[derive(Clone, Debug)]
+pub struct RuleClause {
+    /// What it says.
+    pub kind: RuleClauseKind,
+    /// Its place.
+    pub span: Span,
+}
+
+/// The clauses of a rule.
+#[derive(Clone, Debug)]
+pub enum RuleClauseKind {
+    /// `match nothing`
+    MatchNothing,
+    /// `match p : part with free port q where CONDITION`
+    Match {
+        /// The name of what is matched.
+        name: Name,
+        /// Its kind.
+        kind: Name,
+        /// The name of its free port, if one is asked for.
+        port: Option<Name>,
+        /// A condition on it.
+        condition: Option<Expr>,
+    },
+    /// `choose n in DOMAIN`
+    Choose(Name, Expr),
+    /// `when CONDITION` or, with `false`, `unless CONDITION`
+    Guard(bool, Expr),
+    /// `attach WHAT to PORT turned ANGLE`
+    Attach {
+        /// What is attached.
+        what: Expr,
+        /// Where.
+        port: Expr,
+        /// By how much it is turned about the port.
+        turned: Option<Expr>,
+    },
+    /// `set TARGET = VALUE`
+    Set(Expr, Expr),
+    /// `revert STEP`
+    Revert(Expr),
+    /// `weight EXPR`
+    Weight(Expr),
+}
+
+/// The clauses of an actuation.
+#[derive(Clone, Debug)]
+pub enum ActuationClause {
+    /// `shared ...` or `vary ...`
+    Variable(Variable),
+    /// `let NAME = EXPR`
+    Let(Name, Expr),
+    /// `drive angle = EXPR`
+    Drive(Name, Expr),
+}
+
+/// A quantity that the search varies.
+#[derive(Clone, Debug)]
+pub struct Variable {
+    /// Whether the whole design has one, not each actuator.
+    pub shared: bool,
+    /// Its name.
+    pub name: Name,
+    /// How many there are, if it is a list.
+    pub size: Option<Expr>,
+    /// Its type.
+    pub ty: Name,
+    /// The values that it may take.
+    pub domain: Option<Expr>,
+    /// Probability and kernel of its mutation.
+    pub mutate: Option<(Expr, Expr)>,
+    /// Probability of flipping, for a Bool.
+    pub flip: Option<Expr>,
+    /// What happens at the ends of the domain.
+    pub bound: Option<Name>,
+}
+
+/// An expression with its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expr {
+    /// What it says.
+    pub kind: ExprKind,
+    /// Its place.
+    pub span: Span,
+}
+
+/// An argument of a call.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Argument {
+    /// Its name, if it is given by name.
+    pub name: Option<Name>,
+    /// Its value.
+    pub value: Expr,
+}
+
+/// A binder: `e in elements`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Binder {
+    /// The name.
+    pub name: Name,
+    /// What it runs over.
+    pub over: Expr,
+}
+
+/// The expressions.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ExprKind {
+    /// A number with its unit, if it has one.
+    Quantity(f64, Option<Name>),
+    /// A text.
+    Text(String),
+    /// `true`, `false`
+    Bool(bool),
+    /// A word.
+    Name(String),
+    /// `a.b`
+    Member(Box<Expr>, Name),
+    /// `f(a, b = c)`
+    Call(Box<Expr>, Vec<Argument>),
+    /// `a[i]`
+    Index(Box<Expr>, Box<Expr>),
+    /// `x at t`
+    At(Box<Expr>, Box<Expr>),
+    /// `-x`
+    Negate(Box<Expr>),
+    /// `not x`
+    Not(Box<Expr>),
+    /// `a OP b`
+    Binary(Box<Expr>, Operator, Box<Expr>),
+    /// `if a then b else c`
+    If(Box<Expr>, Box<Expr>, Box<Expr>),
+    /// `forall`, `exists`, `sum over ...`
+    Aggregate {
+        /// What is done with the items.
+        how: Gather,
+        /// What is run over.
+        binders: Vec<Binder>,
+        /// Which items count.
+        condition: Option<Box<Expr>>,
+        /// What is gathered; `None` for a count.
+        body: Option<Box<Expr>>,
+        /// The value over nothing.
+        otherwise: Option<Box<Expr>>,
+    },
+    /// `a .. b`
+    Range(Box<Expr>, Box<Expr>),
+    /// `{ a, b }`
+    Set(Vec<Expr>),
+    /// `[ a, b ]`
+    List(Vec<Expr>),
+    /// `x in cm`
+    Convert(Box<Expr>, Name),
+}
+
+/// How an aggregate gathers its items.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Gather {
+    /// How many.
+    Count,
+    /// Their sum.
+    Sum,
+    /// Their mean.
+    Mean,
+    /// The least.
+    Min,
+    /// The greatest.
+    Max,
+    /// Whether all hold.
+    Forall,
+    /// Whether one holds.
+    Exists,
+}
+
+/// An operator with two operands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[allow(missing_docs)]
+pub enum Operator {
+    Add,
+    Subtract,
+    Multiply,
+    Divide,
+    Less,
+    LessEqual,
+    Greater,
+    GreaterEqual,
+    Equal,
+    NotEqual,
+    And,
+    Or,
+    Is,
+    IsNot,
+    Adds,
+}
+
+impl Operator {
+    /// How a text writes it.
+    #[must_use]
+    pub fn symbol(self) -> &'static str {
+        match self {
+            Self::Add => "+",
+            Self::Subtract => "-",
+            Self::Multiply => "*",
+            Self::Divide => "/",
+            Self::Less => "<",
+            Self::LessEqual => "<=",
+            Self::Greater => ">",
+            Self::GreaterEqual => ">=",
+            Self::Equal => "==",
+            Self::NotEqual => "!=",
+            Self::And => "and",
+            Self::Or => "or",
+            Self::Is => "is",
+            Self::IsNot => "is not",
+            Self::Adds => "adds",
+        }
+    }
+}

@@ -1,0 +1,21 @@
+//! From text to syntax tree. The only place that names pest.
+
+pub mod ast;
+mod lower;
+mod parse;
+mod recover;
+
+use crate::diagnostics::Diagnostic;
+use crate::source::{FileId, SourceMap};
+
+/// Reads a text: always a tree, and every error that its form has.
+pub fn parse(sources: &SourceMap, file: FileId) -> (ast::Module, Vec<Diagnostic>) {
+    let text = sources.get(file).map_or("", |s| s.text.as_str());
+    parse::module(text, file)
+}
+
+/// The words that open a declaration.
+pub(crate) const ITEM_WORDS: &[&str] = &[
+    "grammar", "use", "param", "part", "actuator", "symmetry", "begin", "rule", "require", "pattern",
+    "actuation", "actuate", "model", "simulate", "term", "maximize", "minimize", "search", "let",
+];

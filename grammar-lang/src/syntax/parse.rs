@@ -1,0 +1,128 @@
+//! Runs the grammar over a whole text and gathers items and errors.
+
+use pest::Parser;
+use pest::iterators::Pair;
+use pest_derive::Parser;
+
+use super::ast::Module;
+use super::lower::Lowering;
+use super::recover;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::source::{FileId, Span};
+
+/// The parser that pest derives.
+#[derive(Parser)]
+#[grammar = "syntax/grammar.pest"]
+pub(super) struct SgrParser;
+
+/// How many brackets may be open at once: recursion in the parser and in all
+/// that walks the tree is bounded by it.
+const DEEPEST: usize = 48;
+
+/// The longest text that is read, in bytes: spans are 32 bits wide.
+const LONGEST: usize = 64 << 20;
+
+pub(super) fn module(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
+    if let Some(refusal) = refuse(text, file) {
+        return (Module::default(), vec![refusal]);
+    }
+    let mut lowering = Lowering::new(text, file, 0);
+    let mut module = Module::default();
+    let pairs = match SgrParser::parse(Rule::file, text) {
+        Ok(pairs) => pairs,
+        // `file` matches every text; should it not, the whole text is junk.
+        Err(_) => {
+            let mut errors = lowering.finish();
+            recover::chunk(text, 0, text.len(), file, &mut module, &mut errors);
+            return (module, errors);
+        }
+    };
+    let mut errors = Vec::new();
+    for pair in pairs.flat_map(Pair::into_inner) {
+        match pair.as_rule() {
+            Rule::item => {
+                if let Some(item) = lowering.item(pair) {
+                    module.items.push(item);
+                }
+            }
+            Rule::junk => {
+                let span = pair.as_span();
+                recover::chunk(text, span.start(), span.end(), file, &mut module, &mut errors);
+            }
+            _ => {}
+        }
+    }
+    errors.extend(lowering.finish());
+    (module, errors)
+}
+
+/// Texts that are not worth parsing.
+fn refuse(text: &str, file: FileId) -> Option<Diagnostic> {
+    let at = |start, end| Span::new(file, start, end);
+    if text.len() > LONGEST {
+        return Some(
+            Diagnostic::new(Code::NOT_TEXT, at(0, 0), "this file is larger than 64 MB")
+                .help("a grammar is a few kilobytes of text; is this the right file?"),
+        );
+    }
+    if let Some(place) = text.find('\0').or_else(|| text.find('\u{FFFD}')) {
+        return Some(
+            Diagnostic::new(Code::NOT_TEXT, at(place, place + 1), "this file is not text")
+                .label("the first byte that no text has")
+                .help("a grammar is a plain text file in UTF-8"),
+        );
+    }
+    let mut depth = 0usize;
+    let mut quoted = false;
+    let mut comment = false;
+    let mut prefixes = 0usize;
+    for (place, c) in text.char_indices() {
+        match c {
+            '\n' => (quoted, comment) = (false, false),
+            _ if comment => {}
+            '"' => quoted = !quoted,
+            _ if quoted => {}
+            '#' => comment = true,
+            '(' | '[' | '{' => depth += 1,
+            ')' | ']' | '}' => depth = depth.saturating_sub(1),
+            _ => {}
+        }
+        // Chains of `-` or `not` recurse as brackets do.
+        prefixes = match c {
+            '-' => prefixes + 1,
+            c if c.is_whitespace() => prefixes,
+            _ => 0,
+        };
+        if depth > DEEPEST || prefixes > DEEPEST {
+            return Some(
+                Diagnostic::new(Code::TOO_DEEP, at(place, place + c.len_utf8()), "this is nested too deeply")
+                    .label(format!("level {}", DEEPEST + 1))
+                    .help("give parts of it a name with `let`"),
+            );
+        }
+    }
+    let words = ["if", "not", "forall", "exists", "over"];
+    let mut run = 0usize;
+    for word in text.split_whitespace() {
+        // Words that recurse without a bracket: many in one expression are as deep as brackets.
+        if words.contains(&word) {
+            run += 1;
+        } else if super::ITEM_WORDS.contains(&word) {
+            run = 0;
+        }
+        if run > 4 * DEEPEST {
+            return Some(
+                Diagnostic::new(Code::TOO_DEEP, at(0, 0), "an expression in this file is nested too deeply")
+                    .help("give parts of it a name with `let`"),
+            );
+        }
+    }
+    let bare = text
+        .lines()
+        .map(|l| l.split('#').next().unwrap_or("").trim_matches(|c: char| c.is_whitespace() || c == '\u{FEFF}'))
+        .all(str::is_empty);
+    bare.then(|| {
+        Diagnostic::new(Code::EMPTY, at(0, 0), "this file declares nothing")
+            .help("a grammar begins with `grammar NAME`")
+    })
+}

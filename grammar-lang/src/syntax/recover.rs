@@ -1,0 +1,403 @@
+//! Says what is wrong with text that is no item, piece by piece.
+
+use pest::Parser;
+use pest::error::{ErrorVariant, InputLocation};
+
+use super::ast::{ActuationClause, Block, Field, Item, ItemKind, Module, Place, RuleClause};
+use super::lower::Lowering;
+use super::parse::{Rule, SgrParser};
+use super::ITEM_WORDS;
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest};
+use crate::source::{FileId, Span};
+
+const RULE_CLAUSES: &[&str] =
+    &["match", "choose", "when", "unless", "attach", "set", "revert", "weight"];
+const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive"];
+const LATER: &[&str] =
+    &["variant", "example", "prefer", "task", "target", "cell", "lattice"];
+
+/// Reports one run of junk and saves what can be saved of it.
+pub(super) fn chunk(
+    text: &str,
+    start: usize,
+    end: usize,
+    file: FileId,
+    module: &mut Module,
+    errors: &mut Vec<Diagnostic>,
+) {
+    let piece = text.get(start..end).unwrap_or("");
+    let first = word_at(piece);
+    let at = |from: usize, to: usize| Span::new(file, from, to);
+    if !ITEM_WORDS.contains(&first) {
+        let line_start = text.get(..start).unwrap_or("").rsplit('\n').next().unwrap_or("");
+        let shown = if first.is_empty() { piece.chars().next().map_or(String::new(), String::from) } else { first.into() };
+        let span = at(start, start + shown.len());
+        if first.is_empty() || !line_start.trim().is_empty() {
+            errors.push(
+                Diagnostic::new(Code::SYNTAX, span, format!("unexpected `{shown}`"))
+                    .label("no declaration starts here")
+                    .help("a declaration ends before this; the next one starts on a new line with a word such as `rule`"),
+            );
+        } else if LATER.contains(&first) {
+            errors.push(
+                Diagnostic::new(Code::UNKNOWN_KEYWORD, span, format!("`{first}` is reserved, but this version cannot read it yet"))
+                    .label("no declaration of this version")
+                    .help("take it out, or use a newer version of sgc"),
+            );
+        } else {
+            errors.push(
+                Diagnostic::new(Code::UNKNOWN_KEYWORD, span, format!("`{first}` does not start a declaration"))
+                    .label("unknown word")
+                    .help(did_you_mean(first, ITEM_WORDS.iter().copied()).unwrap_or_else(|| {
+                        format!("a declaration starts with one of: {}", ITEM_WORDS.join(", "))
+                    })),
+            );
+        }
+        // What it was meant to declare is known all the same.
+        let mut words = piece.split_whitespace();
+        if nearest(first, ITEM_WORDS.iter().copied()).is_some() {
+            module.broken.extend(words.nth(1).map(str::to_owned));
+        }
+        return;
+    }
+    let header = piece.get(first.len()..).unwrap_or("").trim_start();
+    module.broken.push(word_at(header).to_owned());
+    if let Some(item) = by_clause(text, start, end, file, first, errors) {
+        module.items.push(item);
+        return;
+    }
+    errors.push(explain(text, start, end, Rule::only_item, file));
+}
+
+/// Reads an item with a block clause by clause; `None` if the header is what is wrong.
+fn by_clause(
+    text: &str,
+    start: usize,
+    end: usize,
+    file: FileId,
+    first: &str,
+    errors: &mut Vec<Diagnostic>,
+) -> Option<Item> {
+    let piece = text.get(start..end)?;
+    let open = find_bare(piece, '{')?;
+    let (words, entry): (&[&str], Rule) = match first {
+        "rule" => (RULE_CLAUSES, Rule::only_rule),
+        "actuation" => (ACTUATION_CLAUSES, Rule::only_actuation),
+        "begin" => (&["place"], Rule::only_begin),
+        "part" | "actuator" | "model" | "search" => (&[], Rule::only_field),
+        _ => return None,
+    };
+    // The header must stand on its own: it does if it does with an empty block.
+    let header = format!("{}{{}}", piece.get(..open)?);
+    let pair = SgrParser::parse(Rule::only_item, &header).ok()?.next()?;
+    let mut lowering = Lowering::new(&header, file, start);
+    let mut item = lowering.item(pair.into_inner().next()?)?;
+    errors.extend(lowering.finish());
+    item.damaged = true;
+    let found = errors.len();
+
+    let close = matching_close(piece, open);
+    let body_end = close.unwrap_or(piece.len());
+    if close.is_none() {
+        let last = piece.trim_end().len();
+        errors.push(
+            Diagnostic::new(
+                Code::UNCLOSED,
+                Span::new(file, start + last, start + last),
+                format!("`{first}` is not closed: a `}}` is missing"),
+            )
+            .label("expected `}` here")
+            .also(Span::new(file, start + open, start + open + 1), "this `{` is open")
+            .help("add a `}` on a line of its own"),
+        );
+    }
+    let mut rule_clauses = Vec::new();
+    let mut actuation_clauses = Vec::new();
+    let mut places = Vec::new();
+    let mut fields = Vec::new();
+    for (from, to) in clauses(piece, open + 1, body_end, words) {
+        let clause = piece.get(from..to).unwrap_or("");
+        match SgrParser::parse(entry, clause) {
+            Ok(mut pairs) => {
+                let Some(inner) = pairs.next().and_then(|p| p.into_inner().find(|p| p.as_rule() != Rule::COMMENT)) else {
+                    continue;
+                };
+                let mut lowering = Lowering::new(clause, file, start + from);
+                match entry {
+                    Rule::only_rule => rule_clauses.extend(lowering.rule_clause(inner)),
+                    Rule::only_actuation => actuation_clauses.extend(lowering.actuation_clause(inner)),
+                    Rule::only_begin => places.extend(lowering.place(inner)),
+                    _ => fields.extend(lowering.field(inner)),
+                }
+                errors.extend(lowering.finish());
+            }
+            Err(_) => errors.push(clause_error(text, start + from, start + to, entry, words, first, file)),
+        }
+    }
+    if let Some(close) = close {
+        let rest = piece.get(close + 1..).unwrap_or("");
+        let lead = rest.len() - rest.trim_start().len();
+        let extra = rest.trim();
+        if !extra.is_empty() && !extra.starts_with('#') {
+            let from = start + close + 1 + lead;
+            let length = extra.chars().next().map_or(1, char::len_utf8).max(word_at(extra).len());
+            errors.push(
+                Diagnostic::new(Code::SYNTAX, Span::new(file, from, from + length), "unexpected text after the closing `}`")
+                    .label(format!("`{first}` ended before this"))
+                    .help("is there a `}` too many?"),
+            );
+        }
+    }
+    if errors.len() == found {
+        // Each piece reads well, yet the whole does not: let the parser say why.
+        errors.push(explain(text, start, end, Rule::only_item, file));
+    }
+    fill(&mut item, rule_clauses, actuation_clauses, places, fields);
+    Some(item)
+}
+
+fn fill(
+    item: &mut Item,
+    rules: Vec<RuleClause>,
+    actuations: Vec<ActuationClause>,
+    begin: Vec<Place>,
+    values: Vec<Field>,
+) {
+    match &mut item.kind {
+        ItemKind::Rule(_, clauses) => *clauses = rules,
+        ItemKind::Actuation { clauses, .. } => *clauses = actuations,
+        ItemKind::Begin(places) => *places = begin,
+        ItemKind::Part(Block { fields, .. })
+        | ItemKind::Actuator(Block { fields, .. })
+        | ItemKind::Model(Block { fields, .. })
+        | ItemKind::Search(Block { fields, .. }) => *fields = values,
+        _ => {}
+    }
+}
+
+/// Says what is wrong with a clause, first of all with its first word.
+fn clause_error(
+    text: &str,
+    start: usize,
+    end: usize,
+    entry: Rule,
+    words: &[&str],
+    block: &str,
+    file: FileId,
+) -> Diagnostic {
+    let piece = text.get(start..end).unwrap_or("");
+    let first = word_at(piece);
+    if !words.is_empty() && !words.contains(&first) && !first.is_empty() {
+        return Diagnostic::new(
+            Code::UNKNOWN_KEYWORD,
+            Span::new(file, start, start + first.len()),
+            format!("`{first}` does not start a clause of `{block}`"),
+        )
+        .label("unknown word")
+        .help(
+            did_you_mean(first, words.iter().copied())
+                .unwrap_or_else(|| format!("a clause of `{block}` starts with one of: {}", words.join(", "))),
+        );
+    }
+    explain(text, start, end, entry, file)
+}
+
+/// Turns the parser's own error into words.
+fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> Diagnostic {
+    let piece = text.get(start..end).unwrap_or("");
+    let error = match SgrParser::parse(entry, piece) {
+        Err(error) => error,
+        Ok(_) => return Diagnostic::new(Code::SYNTAX, Span::new(file, start, end), "this cannot be read"),
+    };
+    let (InputLocation::Pos(mut place) | InputLocation::Span((mut place, _))) = error.location;
+    // pest stops before white space and comments; people look at the word after them.
+    loop {
+        let rest = piece.get(place..).unwrap_or("");
+        let skipped = rest.len() - rest.trim_start().len();
+        place += skipped;
+        match piece.get(place..).filter(|r| r.starts_with('#')) {
+            Some(rest) => place += rest.find('\n').unwrap_or(rest.len()),
+            None => break,
+        }
+    }
+    let rest = piece.get(place..).unwrap_or("");
+    let found = token_at(rest);
+    let mut expected: Vec<&str> = Vec::new();
+    if let ErrorVariant::ParsingError { positives, .. } = &error.variant {
+        for words in positives.iter().filter_map(|r| describe(*r)) {
+            if !expected.contains(&words) {
+                expected.push(words);
+            }
+        }
+    }
+    // Operators can follow almost everything: they hide what is really missing.
+    if expected.len() > 1 {
+        expected.retain(|e| *e != "an operator");
+    }
+    let wanted = match expected.as_slice() {
+        [] => "something else".to_owned(),
+        [one] => (*one).to_owned(),
+        [head @ .., last] => {
+            let head = head.iter().take(6).copied().collect::<Vec<_>>().join(", ");
+            format!("{head} or {last}")
+        }
+    };
+    let (span, message) = if found.is_empty() {
+        let last = start + piece.trim_end().len();
+        (Span::new(file, last, last), format!("expected {wanted}, but the text ends here"))
+    } else {
+        (Span::new(file, start + place, start + place + found.len()), format!("expected {wanted}, found `{found}`"))
+    };
+    let reserved = SgrParser::parse(Rule::keyword, found).is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found));
+    let help = if wanted.contains("a name") && reserved {
+        Some(format!("`{found}` is a word of the language: choose another name"))
+    } else if found == "==" || (found == "=" && !expected.contains(&"`=`")) {
+        Some("`==` compares two values, `=` gives a value to a name".to_owned())
+    } else {
+        None
+    };
+    Diagnostic::new(Code::SYNTAX, span, message).label("not expected here").help_if(help)
+}
+
+/// The words that people use for what the grammar expects.
+fn describe(rule: Rule) -> Option<&'static str> {
+    Some(match rule {
+        Rule::name | Rule::word | Rule::ident => "a name",
+        Rule::kind_name | Rule::kind_word => "a kind of part",
+        Rule::type_name => "a type",
+        Rule::expr | Rule::range | Rule::primary | Rule::sum | Rule::disjunction | Rule::negation | Rule::product
+        | Rule::sign | Rule::postfix | Rule::number | Rule::quantity | Rule::set | Rule::list | Rule::condition
+        | Rule::minus | Rule::aggregate | Rule::aggregate_word | Rule::quantifier | Rule::boolean
+        | Rule::comparison | Rule::conjunction | Rule::at_time | Rule::kw_not | Rule::kw_if
+        | Rule::kw_forall | Rule::kw_exists => "a value",
+        Rule::compare_op | Rule::sum_op | Rule::product_op | Rule::member | Rule::call | Rule::index | Rule::dots
+        | Rule::kw_and | Rule::kw_or | Rule::kw_at | Rule::dot | Rule::kw_is | Rule::kw_adds | Rule::unit_text => {
+            "an operator"
+        }
+        Rule::text | Rule::quote => "a text in quotes",
+        Rule::brace_open => "`{`",
+        Rule::brace_close => "`}`",
+        Rule::bracket_open => "`[`",
+        Rule::bracket_close => "`]`",
+        Rule::paren_open => "`(`",
+        Rule::paren_close => "`)`",
+        Rule::comma => "`,`",
+        Rule::colon => "`:`",
+        Rule::equals => "`=`",
+        Rule::kw_in => "`in`",
+        Rule::kw_for => "`for`",
+        Rule::kw_with => "`with`",
+        Rule::kw_to => "`to`",
+        Rule::kw_by => "`by`",
+        Rule::kw_of => "`of`",
+        Rule::kw_over => "`over`",
+        Rule::kw_because => "`because`",
+        Rule::kw_then => "`then`",
+        Rule::kw_else => "`else`",
+        Rule::kw_turned => "`turned`",
+        Rule::kw_where | Rule::where_part => "`where`",
+        Rule::kw_port => "`port`",
+        Rule::kw_free => "`free`",
+        Rule::free_port => "`with free port`",
+        Rule::module_path => "a module such as `std.blocks`",
+        Rule::mutate_part => "`mutate`",
+        Rule::flip_part => "`flip`",
+        Rule::field_clause | Rule::field | Rule::group => "`name = value`",
+        Rule::rule_clause => "a clause such as `match`",
+        Rule::actuation_clause => "a clause such as `vary`",
+        Rule::EOI => "the end of the declaration",
+        _ => return None,
+    })
+}
+
+fn word_at(text: &str) -> &str {
+    let end = text.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(text.len());
+    text.get(..end).unwrap_or("")
+}
+
+fn token_at(text: &str) -> &str {
+    let word = word_at(text);
+    if !word.is_empty() {
+        return word;
+    }
+    ["<=", ">=", "==", "!=", ".."]
+        .into_iter()
+        .find(|t| text.starts_with(t))
+        .and_then(|t| text.get(..t.len()))
+        .or_else(|| text.chars().next().and_then(|c| text.get(..c.len_utf8())))
+        .unwrap_or("")
+}
+
+/// Walks over text outside comments and quotes.
+fn bare(text: &str) -> impl Iterator<Item = (usize, char)> {
+    let mut quoted = false;
+    let mut comment = false;
+    text.char_indices().filter(move |(_, c)| {
+        match c {
+            '\n' => (quoted, comment) = (false, false),
+            '"' if !comment => quoted = !quoted,
+            '#' if !quoted => comment = true,
+            _ => {}
+        }
+        !quoted && !comment
+    })
+}
+
+fn find_bare(text: &str, wanted: char) -> Option<usize> {
+    bare(text).find(|(_, c)| *c == wanted).map(|(i, _)| i)
+}
+
+/// The `}` that closes the `{` at `open`.
+fn matching_close(text: &str, open: usize) -> Option<usize> {
+    let mut depth = 0usize;
+    for (place, c) in bare(text).filter(|(i, _)| *i >= open) {
+        match c {
+            '{' => depth += 1,
+            '}' => {
+                depth = depth.saturating_sub(1);
+                if depth == 0 {
+                    return Some(place);
+                }
+            }
+            _ => {}
+        }
+    }
+    None
+}
+
+/// Splits the inside of a block at the lines that start a clause: with one of
+/// `words`, or, without words, with `name =`, `name {` or `param`.
+fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, usize)> {
+    let mut starts = Vec::new();
+    let mut line = from;
+    let mut depth = 0usize;
+    while line < to {
+        let rest = text.get(line..to).unwrap_or("");
+        let length = rest.find('\n').map_or(rest.len(), |n| n + 1);
+        let content = rest.get(..length).unwrap_or("");
+        let lead = content.len() - content.trim_start().len();
+        let trimmed = content.trim();
+        let word = word_at(trimmed);
+        let after = trimmed.get(word.len()..).unwrap_or("").trim_start();
+        let opens = if words.is_empty() {
+            depth == 0 && (word == "param" || after.starts_with('=') || after.starts_with('{') || !starts.is_empty() && !word.is_empty() && after.is_empty())
+        } else {
+            // Continuation lines start with an operator or a word such as `because`.
+            words.contains(&word) || (depth == 0 && nearest(word, words.iter().copied()).is_some())
+        };
+        if !trimmed.is_empty() && !trimmed.starts_with('#') && (opens || starts.is_empty()) {
+            starts.push(line + lead);
+        }
+        for (_, c) in bare(content) {
+            match c {
+                '{' | '(' | '[' => depth += 1,
+                '}' | ')' | ']' => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+        }
+        line += length;
+    }
+    let ends = starts.iter().skip(1).copied().chain([to]).collect::<Vec<_>>();
+    starts.into_iter().zip(ends).collect()
+}
+

@@ -1,0 +1,7 @@
+//! Dimensions and units.
+
+mod dimension;
+mod table;
+
+pub use dimension::Dimension;
+pub use table::{Unit, UnitError, display_unit, parse, suggest, unit_names};

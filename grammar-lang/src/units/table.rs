@@ -1,0 +1,144 @@
+//! The units that a grammar may write, and what they are worth in SI.
+
+use std::f64::consts::PI;
+
+use super::Dimension;
+
+/// A unit: its dimension and its size in SI units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit {
+    /// Its dimension.
+    pub dimension: Dimension,
+    /// Its size in SI units, angles in radians.
+    pub factor: f64,
+}
+
+/// Name, size in SI, exponents of (length, mass, time, angle, current).
+const UNITS: &[(&str, f64, [i8; 5])] = &[
+    ("m", 1.0, [1, 0, 0, 0, 0]),
+    ("cm", 1e-2, [1, 0, 0, 0, 0]),
+    ("mm", 1e-3, [1, 0, 0, 0, 0]),
+    ("um", 1e-6, [1, 0, 0, 0, 0]),
+    ("km", 1e3, [1, 0, 0, 0, 0]),
+    ("kg", 1.0, [0, 1, 0, 0, 0]),
+    ("g", 1e-3, [0, 1, 0, 0, 0]),
+    ("mg", 1e-6, [0, 1, 0, 0, 0]),
+    ("s", 1.0, [0, 0, 1, 0, 0]),
+    ("ms", 1e-3, [0, 0, 1, 0, 0]),
+    ("us", 1e-6, [0, 0, 1, 0, 0]),
+    ("min", 60.0, [0, 0, 1, 0, 0]),
+    ("h", 3600.0, [0, 0, 1, 0, 0]),
+    ("rad", 1.0, [0, 0, 0, 1, 0]),
+    ("deg", PI / 180.0, [0, 0, 0, 1, 0]),
+    ("A", 1.0, [0, 0, 0, 0, 1]),
+    ("mA", 1e-3, [0, 0, 0, 0, 1]),
+    ("Hz", 1.0, [0, 0, -1, 0, 0]),
+    ("N", 1.0, [1, 1, -2, 0, 0]),
+    ("mN", 1e-3, [1, 1, -2, 0, 0]),
+    ("J", 1.0, [2, 1, -2, 0, 0]),
+    ("mJ", 1e-3, [2, 1, -2, 0, 0]),
+    ("W", 1.0, [2, 1, -3, 0, 0]),
+    ("Pa", 1.0, [-1, 1, -2, 0, 0]),
+    ("kPa", 1e3, [-1, 1, -2, 0, 0]),
+    ("MPa", 1e6, [-1, 1, -2, 0, 0]),
+    ("bar", 1e5, [-1, 1, -2, 0, 0]),
+    ("%", 1e-2, [0, 0, 0, 0, 0]),
+];
+
+/// Why a unit is none.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum UnitError {
+    /// This word is no unit.
+    Unknown(String),
+    /// The exponents grow past all reason.
+    TooHigh,
+}
+
+fn named(name: &str) -> Option<Unit> {
+    UNITS
+        .iter()
+        .find(|(n, ..)| *n == name)
+        .map(|(_, factor, d)| Unit { dimension: Dimension(*d), factor: *factor })
+}
+
+/// Reads a unit such as `mm`, `g/cm^3` or `N*m/rad`.
+///
+/// # Errors
+///
+/// [`UnitError`] names the first word that is no unit.
+pub fn parse(text: &str) -> Result<Unit, UnitError> {
+    let mut unit = Unit { dimension: Dimension::NUMBER, factor: 1.0 };
+    let mut rest = text;
+    let mut sign = 1i8;
+    loop {
+        let end = rest.find(['*', '/']).unwrap_or(rest.len());
+        let (word, tail) = rest.split_at(end);
+        let (name, exponent) = match word.split_once('^') {
+            Some((name, e)) => (name, e.parse::<i8>().map_err(|_| UnitError::Unknown(word.to_owned()))?),
+            None => (word, 1),
+        };
+        let base = named(name).ok_or_else(|| UnitError::Unknown(name.to_owned()))?;
+        let exponent = exponent.checked_mul(sign).ok_or(UnitError::TooHigh)?;
+        let part = base.dimension.power(exponent).ok_or(UnitError::TooHigh)?;
+        unit.dimension = unit.dimension.times(part).ok_or(UnitError::TooHigh)?;
+        for _ in 0..exponent.unsigned_abs() {
+            if exponent > 0 {
+                unit.factor *= base.factor;
+            } else {
+                unit.factor /= base.factor;
+            }
+        }
+        let Some(operator) = tail.chars().next() else { return Ok(unit) };
+        sign = if operator == '/' { -1 } else { 1 };
+        rest = tail.get(1..).unwrap_or("");
+    }
+}
+
+/// Every unit's name.
+pub fn unit_names() -> impl Iterator<Item = &'static str> {
+    UNITS.iter().map(|(n, ..)| *n)
+}
+
+/// The unit that a message suggests for a quantity of this dimension.
+#[must_use]
+pub fn suggest(dimension: Dimension) -> String {
+    for usual in ["mm", "g", "s", "deg", "mA", "N", "N*m/rad", "g/cm^3", "deg/s", "mm/s", "kPa"] {
+        if parse(usual).is_ok_and(|u| u.dimension == dimension) {
+            return usual.to_owned();
+        }
+    }
+    dimension.si()
+}
+
+/// The SI unit of a dimension for printing values: empty for a bare number.
+#[must_use]
+pub fn display_unit(dimension: Dimension) -> String {
+    if dimension.is_number() { String::new() } else { dimension.si() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn products_and_powers() {
+        let density = parse("g/cm^3").unwrap();
+        assert_eq!(density.dimension, Dimension::named("Density").unwrap());
+        assert!((density.factor - 1000.0).abs() < 1e-9);
+        let torque = parse("N*m/rad").unwrap();
+        assert_eq!(torque.dimension, Dimension::named("Torque").unwrap());
+        assert_eq!(parse("gg"), Err(UnitError::Unknown("gg".into())));
+        assert_eq!(parse("m^9*m^99*m^99"), Err(UnitError::TooHigh));
+    }
+
+    #[test]
+    fn every_suggestion_parses_back() {
+        for name in Dimension::names() {
+            let dimension = Dimension::named(name).unwrap();
+            if dimension.is_number() || dimension.si().starts_with('1') {
+                continue;
+            }
+            assert_eq!(parse(&suggest(dimension)).unwrap().dimension, dimension, "{name}");
+        }
+    }
+}
