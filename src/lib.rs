@@ -2,3 +2,4 @@
 
 pub mod design;
 pub mod simulate;
+pub mod world;

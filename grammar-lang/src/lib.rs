@@ -6,6 +6,50 @@
 pub mod diagnostics;
 pub mod eval;
 pub mod ir;
+mod lint;
+pub mod names;
 pub mod source;
 pub mod syntax;
+pub mod types;
 pub mod units;
+
+use diagnostics::Diagnostic;
+use ir::RuleSet;
+use source::{FileId, SourceMap, World};
+
+/// What a compilation gives: always all findings, and the rule set if there is no error.
+#[derive(Debug)]
+pub struct Compiled {
+    /// The typed rule set of a grammar without errors.
+    pub ruleset: Option<RuleSet>,
+    /// Whether the text is a grammar, not only a module for others to import.
+    pub is_grammar: bool,
+    /// Everything found.
+    pub diagnostics: Vec<Diagnostic>,
+}
+
+impl Compiled {
+    /// Whether any finding is an error.
+    #[must_use]
+    pub fn has_errors(&self) -> bool {
+        self.diagnostics.iter().any(Diagnostic::is_error)
+    }
+}
+
+/// Reads and checks a grammar. `overrides` are the parameters set from outside.
+pub fn compile(
+    world: &dyn World,
+    sources: &mut SourceMap,
+    entry: FileId,
+    overrides: &[(String, String)],
+) -> Compiled {
+    let (program, mut diagnostics) = names::load(world, sources, entry);
+    let is_grammar = program
+        .modules
+        .first()
+        .is_some_and(|m| m.tree.items.iter().any(|i| matches!(i.kind, syntax::ast::ItemKind::Grammar(_))));
+    let (ruleset, found) = types::check(&program, overrides);
+    diagnostics.extend(found);
+    let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
+    Compiled { ruleset, is_grammar, diagnostics }
+}

@@ -70,8 +70,8 @@ codes! {
     OBJECTIVE_UNIT    "E0504" "objective-without-unit" Error;
     CONSTANT_REQUIRE  "E0505" "requirement-never-holds" Error;
     NOT_A_GRAMMAR     "E0506" "not-a-grammar" Error;
-    CANNOT_GROW       "E0507" "cannot-grow" Error;
     START_BREAKS      "E0601" "start-breaks-requirement" Error;
+    NO_VALUE          "E0602" "no-value" Error;
     // Suspicions
     UNUSED_IMPORT     "W0701" "unused-import" Warning;
 }

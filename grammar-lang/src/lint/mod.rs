@@ -1,0 +1,15 @@
+//! Checks of a whole rule set that need no design. One file each.
+
+mod constant_requirement;
+mod empty_choice;
+mod never_matches;
+
+use crate::diagnostics::Diagnostic;
+use crate::ir::RuleSet;
+
+/// Runs every check.
+pub fn run(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+    for lint in [never_matches::check, constant_requirement::check, empty_choice::check] {
+        lint(ruleset, findings);
+    }
+}

@@ -1,0 +1,248 @@
+//! Modules and what their names mean: imports, scopes, cycles, duplicates.
+
+use indexmap::IndexMap;
+
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::source::{FileId, SourceMap, Span, World};
+use crate::syntax;
+use crate::syntax::ast::{Item, ItemKind, Module, Name};
+
+/// A declaration: item `item` of module `module`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Declaration {
+    /// Index into [`Program::modules`].
+    pub module: usize,
+    /// Index into the module's items.
+    pub item: usize,
+}
+
+/// A text with the names that it can use.
+#[derive(Debug)]
+pub struct LoadedModule {
+    /// What the world calls it.
+    pub name: String,
+    /// Its text.
+    pub file: FileId,
+    /// Its tree.
+    pub tree: Module,
+    /// Every name that can be used in it.
+    pub scope: IndexMap<String, Declaration>,
+    /// Names that would be known if another error had not happened.
+    pub lost: Vec<String>,
+    /// Whether any name might be lost.
+    pub leaky: bool,
+}
+
+/// All modules of a compilation; the first is the grammar itself.
+#[derive(Debug, Default)]
+pub struct Program {
+    /// The modules.
+    pub modules: Vec<LoadedModule>,
+}
+
+impl Program {
+    /// The item of a declaration.
+    #[must_use]
+    pub fn item(&self, declaration: Declaration) -> Option<&Item> {
+        self.modules.get(declaration.module)?.tree.items.get(declaration.item)
+    }
+
+    /// What a name means in a module.
+    #[must_use]
+    pub fn lookup(&self, module: usize, name: &str) -> Option<(Declaration, &Item)> {
+        let declaration = *self.modules.get(module)?.scope.get(name)?;
+        Some((declaration, self.item(declaration)?))
+    }
+
+    /// Whether an unknown name in a module is the echo of another error.
+    #[must_use]
+    pub fn is_lost(&self, module: usize, name: &str) -> bool {
+        self.modules.get(module).is_none_or(|m| m.leaky || m.lost.iter().any(|l| l == name))
+    }
+
+    /// All items of all modules.
+    pub fn items(&self) -> impl Iterator<Item = (Declaration, &Item)> {
+        self.modules.iter().enumerate().flat_map(|(module, m)| {
+            m.tree.items.iter().enumerate().map(move |(item, i)| (Declaration { module, item }, i))
+        })
+    }
+}
+
+/// The name that an item declares for others to use.
+#[must_use]
+pub fn declared(item: &Item) -> Option<&Name> {
+    match &item.kind {
+        ItemKind::Param(p) => Some(&p.name),
+        ItemKind::Part(b) | ItemKind::Actuator(b) | ItemKind::Model(b) | ItemKind::Search(b) => Some(&b.name),
+        ItemKind::Rule(n, _) | ItemKind::Pattern(n, _) | ItemKind::Term(n, ..) | ItemKind::Let(n, _) => Some(n),
+        ItemKind::Require { name, .. } => name.as_ref(),
+        ItemKind::Actuation { name, .. } => Some(name),
+        _ => None,
+    }
+}
+
+/// Reads a grammar and all that it imports.
+pub fn load(
+    world: &dyn World,
+    sources: &mut SourceMap,
+    entry: FileId,
+) -> (Program, Vec<Diagnostic>) {
+    let mut loader = Loader { world, sources, program: Program::default(), open: Vec::new(), errors: Vec::new() };
+    let name = loader.sources.get(entry).map_or_else(String::new, |s| s.name.clone());
+    loader.module(name, entry);
+    (loader.program, loader.errors)
+}
+
+struct Loader<'a> {
+    world: &'a dyn World,
+    sources: &'a mut SourceMap,
+    program: Program,
+    /// Modules that are being read, outermost first.
+    open: Vec<usize>,
+    errors: Vec<Diagnostic>,
+}
+
+impl Loader<'_> {
+    fn module(&mut self, name: String, file: FileId) -> usize {
+        let (tree, errors) = syntax::parse(self.sources, file);
+        self.errors.extend(errors);
+        let index = self.program.modules.len();
+        let lost = tree.broken.clone();
+        let items: Vec<(usize, Name)> =
+            tree.items.iter().enumerate().filter_map(|(i, item)| Some((i, declared(item)?.clone()))).collect();
+        let uses: Vec<(Name, Option<Vec<Name>>)> = tree
+            .items
+            .iter()
+            .filter_map(|item| match &item.kind {
+                ItemKind::Use { module, names } => Some((module.clone(), names.clone())),
+                _ => None,
+            })
+            .collect();
+        self.program.modules.push(LoadedModule {
+            name: name.clone(),
+            file,
+            tree,
+            scope: IndexMap::new(),
+            lost,
+            leaky: false,
+        });
+        self.open.push(index);
+        for (item, declared) in items {
+            self.declare(index, &declared, Declaration { module: index, item });
+        }
+        for (module, names) in uses {
+            self.import(index, &name, &module, names.as_deref());
+        }
+        self.open.pop();
+        index
+    }
+
+    fn declare(&mut self, module: usize, name: &Name, declaration: Declaration) {
+        let Some(loaded) = self.program.modules.get_mut(module) else { return };
+        match loaded.scope.get(&name.text).copied() {
+            Some(first) if first != declaration => {
+                let place = self.program.item(first).and_then(declared).map(|n| n.span);
+                let mut error =
+                    Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is declared twice", name.text))
+                        .label("declared again here")
+                        .help("give one of them another name");
+                if let Some(place) = place {
+                    error = error.also(place, "first declared here");
+                }
+                self.errors.push(error);
+            }
+            _ => {
+                loaded.scope.insert(name.text.clone(), declaration);
+            }
+        }
+    }
+
+    fn lose(&mut self, module: usize, names: Option<&[Name]>) {
+        let Some(loaded) = self.program.modules.get_mut(module) else { return };
+        match names {
+            Some(names) => loaded.lost.extend(names.iter().map(|n| n.text.clone())),
+            None => loaded.leaky = true,
+        }
+    }
+
+    fn import(&mut self, into: usize, from: &str, module: &Name, names: Option<&[Name]>) {
+        let source = match self.world.load(&module.text, from) {
+            Ok(source) => source,
+            Err(reason) => {
+                let library = self.world.library();
+                let help = did_you_mean(&module.text, library.iter().map(String::as_str)).unwrap_or_else(|| {
+                    format!("the standard library has: {}; other files are written as \"./file.sgr\"", library.join(", "))
+                });
+                self.errors.push(
+                    Diagnostic::new(Code::NO_MODULE, module.span, format!("there is no module `{}`", module.text))
+                        .label(reason)
+                        .help(help),
+                );
+                return self.lose(into, names);
+            }
+        };
+        let known = self.program.modules.iter().position(|m| m.name == source.name);
+        if let Some(known) = known {
+            if let Some(place) = self.open.iter().position(|m| *m == known) {
+                let ring: Vec<&str> = self.open[place..]
+                    .iter()
+                    .chain([&known])
+                    .filter_map(|m| self.program.modules.get(*m).map(|m| m.name.as_str()))
+                    .collect();
+                self.errors.push(
+                    Diagnostic::new(Code::IMPORT_CYCLE, module.span, format!("imports go round in a circle: {}", ring.join(" -> ")))
+                        .label("this import closes the circle")
+                        .help("move what both need into a third file"),
+                );
+                return self.lose(into, names);
+            }
+        }
+        let target = match known {
+            Some(known) => known,
+            None => {
+                let file = self.sources.add(source.name.clone(), source.text);
+                self.module(source.name, file)
+            }
+        };
+        let Some(loaded) = self.program.modules.get(target) else { return };
+        let own: Vec<(String, Declaration)> =
+            loaded.scope.iter().filter(|(_, d)| d.module == target).map(|(n, d)| (n.clone(), *d)).collect();
+        match names {
+            None => {
+                let (lost, leaky) = (loaded.lost.clone(), loaded.leaky);
+                for (name, declaration) in own {
+                    self.declare(into, &Name { text: name, span: module.span }, declaration);
+                }
+                if let Some(loaded) = self.program.modules.get_mut(into) {
+                    loaded.lost.extend(lost);
+                    loaded.leaky |= leaky;
+                }
+            }
+            Some(names) => {
+                for name in names {
+                    match own.iter().find(|(n, _)| *n == name.text) {
+                        Some((_, declaration)) => self.declare(into, name, *declaration),
+                        None => self.not_exported(into, target, module.span, name, &own),
+                    }
+                }
+            }
+        }
+    }
+
+    fn not_exported(&mut self, into: usize, target: usize, place: Span, name: &Name, own: &[(String, Declaration)]) {
+        if !self.program.is_lost(target, &name.text) {
+            let target = self.program.modules.get(target).map_or("", |m| m.name.as_str());
+            let help = did_you_mean(&name.text, own.iter().map(|(n, _)| n.as_str())).unwrap_or_else(|| {
+                let names: Vec<&str> = own.iter().map(|(n, _)| n.as_str()).collect();
+                format!("it declares: {}", names.join(", "))
+            });
+            self.errors.push(
+                Diagnostic::new(Code::NOT_EXPORTED, name.span, format!("`{target}` declares no `{}`", name.text))
+                    .label("not declared there")
+                    .also(place, "imported from here")
+                    .help(help),
+            );
+        }
+        self.lose(into, Some(std::slice::from_ref(name)));
+    }
+}

@@ -1,0 +1,209 @@
+//! Checks calls: built-in functions, curves, and kinds of parts with parameters.
+
+use super::expr::Context;
+use super::{Checker, signature};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::ir::{Expr, ExprKind, Function, Ty};
+use crate::source::Span;
+use crate::syntax::ast;
+use crate::syntax::ast::ItemKind;
+use crate::units::Dimension;
+
+impl Checker<'_> {
+    pub(super) fn call(&mut self, callee: &ast::Expr, arguments: &[ast::Argument], span: Span, cx: &mut Context) -> Expr {
+        let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
+        if let ast::ExprKind::Name(name) = &callee.kind {
+            let local = cx.locals.iter().any(|l| l.name == *name);
+            if !local {
+                let program = self.program;
+                if let Some((declaration, item)) = program.lookup(cx.module, name) {
+                    if matches!(item.kind, ItemKind::Part(_) | ItemKind::Actuator(_)) {
+                        self.touched.insert(declaration);
+                        return self.kind_with(name, item, arguments, span, cx);
+                    }
+                } else if let Some(function) = Function::named(name) {
+                    return self.function(function, arguments, span, cx);
+                } else if !cx.damaged && !self.program.is_lost(cx.module, name) {
+                    let help = did_you_mean(name, Function::ALL.iter().map(|f| f.text()))
+                        .unwrap_or_else(|| format!("functions are: {}", Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")));
+                    self.report(
+                        Diagnostic::new(Code::UNKNOWN_NAME, callee.span, format!("unknown function `{name}`"))
+                            .label("not declared")
+                            .help(help),
+                    );
+                    return unknown;
+                } else {
+                    return unknown;
+                }
+            }
+        }
+        let curve = self.infer(callee, cx);
+        let ty = match &curve.ty {
+            Ty::Curve(d) => Ty::Quantity(*d),
+            Ty::Pattern => Ty::Quantity(Dimension::ANGLE),
+            Ty::Unknown => return unknown,
+            other => {
+                let message = format!("a {other} cannot be called");
+                self.report(Diagnostic::new(Code::WRONG_TYPE, callee.span, message).label("not a function, curve or pattern"));
+                return unknown;
+            }
+        };
+        let [ast::Argument { name: None, value }] = arguments else {
+            self.report(
+                Diagnostic::new(Code::WRONG_ARGUMENTS, span, "a curve takes one argument: the place in its cycle, from 0 to 1")
+                    .label("not one argument"),
+            );
+            return unknown;
+        };
+        let place = self.expect(value, cx, &Ty::NUMBER, "the place in a cycle");
+        Expr { kind: ExprKind::Apply(Box::new(curve), Box::new(place)), ty, span }
+    }
+
+    /// `bender(segments = n)`: a kind with parameters.
+    fn kind_with(&mut self, name: &str, item: &ast::Item, arguments: &[ast::Argument], span: Span, cx: &mut Context) -> Expr {
+        let params = match &item.kind {
+            ItemKind::Actuator(block) => self.params_of(block),
+            _ => Vec::new(),
+        };
+        let mut given: Vec<(String, Expr)> = Vec::new();
+        for argument in arguments {
+            let Some(key) = &argument.name else {
+                self.report(
+                    Diagnostic::new(Code::WRONG_ARGUMENTS, argument.value.span, "parameters of a part are given by name")
+                        .label("which parameter?")
+                        .help_if(params.first().map(|(n, _)| format!("write `{name}({n} = ...)`"))),
+                );
+                continue;
+            };
+            let Some((_, ty)) = params.iter().find(|(n, _)| *n == key.text) else {
+                let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
+                    (!params.is_empty())
+                        .then(|| format!("it has: {}", params.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ")))
+                });
+                self.report(
+                    Diagnostic::new(Code::UNKNOWN_FIELD, key.span, format!("`{name}` has no parameter `{}`", key.text))
+                        .label("not a parameter")
+                        .help_if(help),
+                );
+                continue;
+            };
+            if given.iter().any(|(n, _)| *n == key.text) {
+                self.report(Diagnostic::new(Code::DUPLICATE, key.span, format!("`{}` is given twice", key.text)).label("again"));
+                continue;
+            }
+            let value = self.expect(&argument.value, cx, &ty.clone(), &format!("`{}`", key.text));
+            self.check_instance_domain(item, &key.text, &value, cx);
+            given.push((key.text.clone(), value));
+        }
+        Expr { kind: ExprKind::Kind(name.to_owned(), given), ty: Ty::Kind, span }
+    }
+
+    fn function(&mut self, function: Function, arguments: &[ast::Argument], span: Span, cx: &mut Context) -> Expr {
+        use Function as F;
+        let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
+        let (usage, arity) = signature::usage(function);
+        if !cx.stage.sees_function(function) {
+            self.report(
+                Diagnostic::new(Code::WRONG_STAGE, span, format!("`{}` cannot be called in {}", function.text(), cx.stage.name()))
+                    .label("not known here"),
+            );
+            return unknown;
+        }
+        if !arity.contains(&arguments.len()) || arguments.iter().any(|a| a.name.is_some()) {
+            let message = format!("`{}` is called as `{usage}`", function.text());
+            self.report(
+                Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)
+                    .label(format!("{} argument(s)", arguments.len()))
+                    .help(function.doc()),
+            );
+            return unknown;
+        }
+        let what = |i: usize| {
+            let place = if arity == (1..=1) { "the argument".to_owned() } else { format!("argument {}", i + 1) };
+            format!("{place} of `{}`", function.text())
+        };
+        let mut checked: Vec<Expr> = Vec::new();
+        let fixed: &[Ty] = &match function {
+            F::Floor | F::Ceil | F::Round | F::Fraction | F::Exp | F::Ln => vec![Ty::NUMBER],
+            F::Sin | F::Cos | F::Tan => vec![Ty::Quantity(Dimension::ANGLE)],
+            F::Angle => vec![Ty::Rotation, Ty::Rotation],
+            F::Box => vec![Ty::Quantity(Dimension::LENGTH); 3],
+            F::Sphere => vec![Ty::Quantity(Dimension::LENGTH)],
+            F::Cylinder => vec![Ty::Quantity(Dimension::LENGTH); 2],
+            F::Gain => vec![Ty::Count],
+            F::Neighbours => vec![Ty::Part],
+            _ => Vec::new(),
+        };
+        for (i, argument) in arguments.iter().enumerate() {
+            checked.push(match fixed.get(i) {
+                Some(ty) => self.expect(&argument.value, cx, ty, &what(i)),
+                None => self.infer(&argument.value, cx),
+            });
+        }
+        if matches!(function, F::Min | F::Max | F::Clamp | F::Normal | F::Uniform) {
+            // A literal 0 takes the dimension of its companions.
+            let model = checked.iter().map(|e| e.ty.clone()).find(|t| matches!(t, Ty::Quantity(d) if !d.is_number()));
+            let model = model.or_else(|| checked.iter().map(|e| e.ty.clone()).find(|t| *t == Ty::NUMBER));
+            if let Some(model) = model {
+                checked = checked.into_iter().map(|e| self.fit(e, &model, &format!("each argument of `{}`", function.text()))).collect();
+            }
+        }
+        if function == F::Count {
+            checked = checked
+                .into_iter()
+                .map(|e| if matches!(e.ty, Ty::List(_) | Ty::Unknown) { e } else { self.fit(e, &Ty::Group, "what is counted") })
+                .collect();
+        }
+        let tys: Vec<Ty> = checked.iter().map(|e| e.ty.clone()).collect();
+        if tys.contains(&Ty::Unknown) {
+            return unknown;
+        }
+        let first = tys.first().cloned().unwrap_or(Ty::Unknown);
+        let ty = match function {
+            F::Abs | F::Min | F::Max | F::Clamp => first.dimension().map(|_| first.clone()),
+            F::Floor | F::Ceil | F::Round | F::Count => Some(Ty::Count),
+            F::Fraction | F::Exp | F::Ln | F::Sin | F::Cos | F::Tan | F::Gain => Some(Ty::NUMBER),
+            F::Sqrt => first.dimension().and_then(Dimension::root).map(Ty::Quantity),
+            F::Arc => match (first.dimension(), tys.get(1).and_then(Ty::dimension)) {
+                (Some(radius), Some(Dimension::ANGLE)) => Some(Ty::Quantity(radius)),
+                _ => None,
+            },
+            F::Length | F::Horizontal | F::Height => match &first {
+                Ty::Vector(d) => Some(Ty::Quantity(*d)),
+                _ => None,
+            },
+            F::Angle => Some(Ty::Quantity(Dimension::ANGLE)),
+            F::Each => match (&first, tys.get(1)) {
+                (Ty::List(_), Some(Ty::Count)) => Some(first.clone()),
+                _ => None,
+            },
+            F::Repeat => (tys.get(1) == Some(&Ty::Count)).then(|| Ty::List(Box::new(first.clone()))),
+            F::First | F::Last => match &first {
+                Ty::List(item) => Some((**item).clone()),
+                _ => None,
+            },
+            F::Bezier => match &first {
+                Ty::List(item) => item.dimension().map(Ty::Curve),
+                _ => None,
+            },
+            F::Box | F::Sphere | F::Cylinder => Some(Ty::Shape),
+            F::Normal | F::Uniform => first.dimension().map(Ty::Distribution),
+            F::Neighbours => Some(Ty::List(Box::new(Ty::Part))),
+        };
+        let Some(ty) = ty else {
+            let have = tys.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
+            let help = if tys.iter().any(|t| matches!(t, Ty::Track(_))) {
+                "ask for it at a time: `e.position at end`".to_owned()
+            } else {
+                format!("call it as `{usage}`: {}", function.doc())
+            };
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, span, format!("`{}` cannot take ({have})", function.text()))
+                    .label("wrong kind of argument")
+                    .help(help),
+            );
+            return unknown;
+        };
+        Expr { kind: ExprKind::Call(function, checked), ty, span }
+    }
+}

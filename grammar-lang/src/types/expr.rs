@@ -1,0 +1,677 @@
+//! Checks expressions: names, stages, types and dimensions.
+
+use super::{Checker, signature};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::ir::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Ty, Word};
+use crate::source::Span;
+use crate::syntax::ast;
+use crate::syntax::ast::{ItemKind, Name};
+use crate::types::stage::{Stage, stages_of};
+use crate::units::{self, Dimension, UnitError};
+
+/// A name that only part of a declaration can read.
+#[derive(Clone, Debug)]
+pub(super) struct Local {
+    pub(super) name: String,
+    pub(super) ty: Ty,
+    pub(super) span: Span,
+}
+
+/// Where an expression stands.
+#[derive(Clone, Debug)]
+pub(super) struct Context {
+    /// The module whose names it reads.
+    pub(super) module: usize,
+    /// When it is evaluated.
+    pub(super) stage: Stage,
+    /// Names by slot.
+    pub(super) locals: Vec<Local>,
+    /// Whether clauses around it were lost, so that unknown names mean nothing.
+    pub(super) damaged: bool,
+}
+
+impl Context {
+    pub(super) fn new(module: usize, stage: Stage, damaged: bool) -> Self {
+        Self { module, stage, locals: Vec::new(), damaged }
+    }
+}
+
+fn unknown(span: Span) -> Expr {
+    Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span }
+}
+
+fn is_zero(expr: &Expr) -> bool {
+    matches!(expr.kind, ExprKind::Number(x) if x == 0.0) && expr.ty == Ty::Count
+}
+
+/// A number that was written without a unit.
+fn bare_number(expr: &Expr) -> Option<f64> {
+    match &expr.kind {
+        ExprKind::Number(x) if expr.ty.dimension().is_some_and(Dimension::is_number) => Some(*x),
+        ExprKind::Negate(inner) => bare_number(inner).map(|x| -x),
+        _ => None,
+    }
+}
+
+impl Checker<'_> {
+    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+        if !self.errors.contains(&diagnostic) {
+            self.errors.push(diagnostic);
+        }
+    }
+
+    /// Checks an expression that must have a type; says `what` it is for.
+    pub(super) fn expect(&mut self, tree: &ast::Expr, cx: &mut Context, wanted: &Ty, what: &str) -> Expr {
+        let expr = self.infer(tree, cx);
+        self.fit(expr, wanted, what)
+    }
+
+    /// Makes an expression fit a type, or reports why it does not.
+    pub(super) fn fit(&mut self, mut expr: Expr, wanted: &Ty, what: &str) -> Expr {
+        if expr.ty.fits(wanted) {
+            return expr;
+        }
+        if *wanted == Ty::Group {
+            if let Some(group) = as_group(&expr) {
+                return group;
+            }
+        }
+        if let (Ty::Domain(inner), ExprKind::Range(low, high)) = (wanted, &expr.kind) {
+            let low = self.fit((**low).clone(), inner, what);
+            let high = self.fit((**high).clone(), inner, what);
+            let ok = low.ty != Ty::Unknown && high.ty != Ty::Unknown;
+            expr.kind = ExprKind::Range(Box::new(low), Box::new(high));
+            expr.ty = if ok { wanted.clone() } else { Ty::Unknown };
+            return expr;
+        }
+        if let (Some(dimension), true) = (wanted.dimension(), is_zero(&expr)) {
+            expr.ty = Ty::Quantity(dimension);
+            return expr;
+        }
+        let error = mismatch(&expr, wanted, what);
+        self.report(error);
+        expr.ty = Ty::Unknown;
+        expr
+    }
+
+    /// Makes two operands have one type; `None` if they cannot (reported).
+    fn unify(&mut self, mut a: Expr, mut b: Expr, what: &str) -> Option<(Expr, Expr, Ty)> {
+        if let (true, Ty::Quantity(d)) = (is_zero(&a), &b.ty) {
+            a.ty = Ty::Quantity(*d);
+        } else if let (true, Ty::Quantity(d)) = (is_zero(&b), &a.ty) {
+            b.ty = Ty::Quantity(*d);
+        }
+        if let Some(ty) = a.ty.common(&b.ty) {
+            return Some((a, b, ty));
+        }
+        let error = match (a.ty.dimension(), b.ty.dimension()) {
+            (Some(_), Some(db)) if bare_number(&a).is_some() => mismatch(&a, &Ty::Quantity(db), what),
+            (Some(da), Some(_)) if bare_number(&b).is_some() => mismatch(&b, &Ty::Quantity(da), what),
+            (Some(_), Some(_)) => Diagnostic::new(
+                Code::WRONG_DIMENSION,
+                b.span,
+                format!("{what} has {} on one side and {} on the other", article(&a.ty), article(&b.ty)),
+            )
+            .label(article(&b.ty))
+            .also(a.span, article(&a.ty))
+            .help("both sides must have the same dimension"),
+            _ => Diagnostic::new(
+                Code::WRONG_TYPE,
+                b.span,
+                format!("{what} has {} on one side and {} on the other", article(&a.ty), article(&b.ty)),
+            )
+            .label(article(&b.ty))
+            .also(a.span, article(&a.ty)),
+        };
+        self.report(error);
+        None
+    }
+
+    /// Reads a unit.
+    pub(super) fn unit(&mut self, unit: &Name) -> Option<units::Unit> {
+        match units::parse(&unit.text) {
+            Ok(unit) => Some(unit),
+            Err(UnitError::Unknown(word)) => {
+                let help = did_you_mean(&word, units::unit_names()).unwrap_or_else(|| {
+                    if unit.text.contains('*') || unit.text.contains('/') {
+                        "to calculate with a name, put spaces around `*` and `/`".to_owned()
+                    } else {
+                        format!("units are: {}", units::unit_names().collect::<Vec<_>>().join(", "))
+                    }
+                });
+                self.report(
+                    Diagnostic::new(Code::UNKNOWN_UNIT, unit.span, format!("unknown unit `{word}`"))
+                        .label("no unit of this name")
+                        .help(help),
+                );
+                None
+            }
+            Err(UnitError::TooHigh) => {
+                self.report(
+                    Diagnostic::new(Code::UNKNOWN_UNIT, unit.span, "the exponents of this unit are too large")
+                        .label("no quantity has such a unit"),
+                );
+                None
+            }
+        }
+    }
+
+    /// Finds the type of an expression; every error in it is reported once.
+    pub(super) fn infer(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
+        let span = tree.span;
+        let make = |kind, ty| Expr { kind, ty, span };
+        match &tree.kind {
+            ast::ExprKind::Quantity(value, None) => {
+                let whole = value.fract() == 0.0 && value.abs() < 1e15;
+                make(ExprKind::Number(*value), if whole { Ty::Count } else { Ty::NUMBER })
+            }
+            ast::ExprKind::Quantity(value, Some(unit)) => match self.unit(unit) {
+                Some(unit) => {
+                    let si = value * unit.factor;
+                    if !si.is_finite() {
+                        self.report(
+                            Diagnostic::new(Code::BAD_NUMBER, span, "this number is too large").label("in SI units"),
+                        );
+                        return unknown(span);
+                    }
+                    make(ExprKind::Number(si), Ty::Quantity(unit.dimension))
+                }
+                None => unknown(span),
+            },
+            ast::ExprKind::Text(text) => make(ExprKind::Text(text.clone()), Ty::Text),
+            ast::ExprKind::Bool(value) => make(ExprKind::Bool(*value), Ty::Bool),
+            ast::ExprKind::Name(name) => self.name(name, span, cx),
+            ast::ExprKind::Member(of, name) => self.member(of, name, span, cx),
+            ast::ExprKind::Call(callee, arguments) => self.call(callee, arguments, span, cx),
+            ast::ExprKind::Index(list, index) => {
+                let list = self.infer(list, cx);
+                let index = self.expect(index, cx, &Ty::Count, "an index");
+                match list.ty.clone() {
+                    Ty::List(item) => make(ExprKind::Index(Box::new(list), Box::new(index)), *item),
+                    Ty::Unknown => unknown(span),
+                    other => self.wrong(list.span, format!("{} has no items", article(&other)), "only a list has items"),
+                }
+            }
+            ast::ExprKind::At(value, time) => {
+                let value = self.infer(value, cx);
+                let time = self.expect(time, cx, &Ty::Quantity(Dimension::TIME), "what follows `at`");
+                match value.ty.clone() {
+                    Ty::Track(ty) => make(ExprKind::At(Box::new(value), Box::new(time)), *ty),
+                    Ty::Unknown => unknown(span),
+                    other => self.wrong(
+                        value.span,
+                        format!("{} does not change over the motion", article(&other)),
+                        "`at` asks for the position or rotation of an element at a time",
+                    ),
+                }
+            }
+            ast::ExprKind::Negate(value) => {
+                let value = self.infer(value, cx);
+                match &value.ty {
+                    Ty::Quantity(_) | Ty::Count | Ty::Vector(_) => {
+                        let ty = value.ty.clone();
+                        make(ExprKind::Negate(Box::new(value)), ty)
+                    }
+                    Ty::Unknown => unknown(span),
+                    other => self.wrong(span, format!("{} has no negative", article(&other)), "`-` needs a number"),
+                }
+            }
+            ast::ExprKind::Not(value) => {
+                let value = self.expect(value, cx, &Ty::Bool, "what follows `not`");
+                make(ExprKind::Not(Box::new(value)), Ty::Bool)
+            }
+            ast::ExprKind::Binary(a, operator, b) => self.binary(a, *operator, b, span, cx),
+            ast::ExprKind::If(condition, yes, no) => {
+                let condition = self.expect(condition, cx, &Ty::Bool, "what follows `if`");
+                let (yes, no) = (self.infer(yes, cx), self.infer(no, cx));
+                match self.unify(yes, no, "`if`") {
+                    Some((yes, no, ty)) => {
+                        make(ExprKind::If(Box::new(condition), Box::new(yes), Box::new(no)), ty)
+                    }
+                    None => unknown(span),
+                }
+            }
+            ast::ExprKind::Aggregate { .. } => self.aggregate(tree, cx),
+            ast::ExprKind::Range(low, high) => {
+                let (low, high) = (self.infer(low, cx), self.infer(high, cx));
+                let Some((low, high, ty)) = self.unify(low, high, "this range") else { return unknown(span) };
+                if ty != Ty::Unknown && ty.dimension().is_none() {
+                    return self.wrong(span, format!("a range cannot go from {ty} to {ty}"), "a range needs two numbers");
+                }
+                self.check_order(&low, &high, span);
+                make(ExprKind::Range(Box::new(low), Box::new(high)), Ty::Domain(Box::new(ty)))
+            }
+            ast::ExprKind::Set(items) | ast::ExprKind::List(items) => {
+                let set = matches!(tree.kind, ast::ExprKind::Set(_));
+                let Some((items, ty)) = self.items(items, span, cx, set) else { return unknown(span) };
+                if set {
+                    make(ExprKind::Set(items), Ty::Domain(Box::new(ty)))
+                } else {
+                    make(ExprKind::List(items), Ty::List(Box::new(ty)))
+                }
+            }
+            ast::ExprKind::Convert(value, unit) => {
+                let value = self.infer(value, cx);
+                let Some(unit) = self.unit(unit) else { return unknown(span) };
+                let value = self.fit(value, &Ty::Quantity(unit.dimension), "what is turned into a number");
+                make(ExprKind::Convert(Box::new(value), unit.factor), Ty::NUMBER)
+            }
+        }
+    }
+
+    fn wrong(&mut self, span: Span, message: String, help: &str) -> Expr {
+        self.report(Diagnostic::new(Code::WRONG_TYPE, span, message).label("not possible").help(help));
+        unknown(span)
+    }
+
+    /// A range whose ends are known must go upwards.
+    fn check_order(&mut self, low: &Expr, high: &Expr, span: Span) {
+        let known = |e: &Expr| !e.any(&mut |e| matches!(e.kind, ExprKind::Local(_) | ExprKind::Group(_) | ExprKind::Word(_)));
+        if !known(low) || !known(high) || low.ty == Ty::Unknown || high.ty == Ty::Unknown {
+            return;
+        }
+        let (Some(a), Some(b)) = (self.quiet_number(low), self.quiet_number(high)) else { return };
+        if a > b {
+            self.report(
+                Diagnostic::new(Code::EMPTY_DOMAIN, span, "this range is inverted: it holds no value")
+                    .label("the first end is above the second")
+                    .help("write the smaller end first"),
+            );
+        }
+    }
+
+    fn items(&mut self, items: &[ast::Expr], span: Span, cx: &mut Context, set: bool) -> Option<(Vec<Expr>, Ty)> {
+        let mut ty = Ty::Unknown;
+        let mut checked: Vec<Expr> = Vec::new();
+        for item in items {
+            let item = self.infer(item, cx);
+            match checked.first().cloned() {
+                Some(first) => {
+                    let first = Expr { ty: ty.clone(), ..first };
+                    let (_, item, common) = self.unify(first, item, if set { "this set" } else { "this list" })?;
+                    ty = common;
+                    checked.push(item);
+                }
+                None => {
+                    ty = item.ty.clone();
+                    checked.push(item);
+                }
+            }
+        }
+        if checked.is_empty() {
+            self.report(
+                Diagnostic::new(Code::EMPTY_DOMAIN, span, "there is nothing in here").label("empty").help("name at least one value"),
+            );
+            return None;
+        }
+        Some((checked, ty))
+    }
+
+    fn name(&mut self, name: &str, span: Span, cx: &mut Context) -> Expr {
+        let make = |kind, ty| Expr { kind, ty, span };
+        if let Some(slot) = cx.locals.iter().rposition(|l| l.name == name) {
+            let ty = cx.locals.get(slot).map_or(Ty::Unknown, |l| l.ty.clone());
+            return make(ExprKind::Local(slot), ty);
+        }
+        if let Some(word) = Word::named(name) {
+            if cx.stage.sees_word(word) {
+                return make(ExprKind::Word(word), signature::word(word));
+            }
+            let places: Vec<&str> = stages_of(word).unwrap_or(&[]).iter().map(|s| s.name()).collect();
+            return self.stage_error(span, name, cx.stage, &places.join(" or "));
+        }
+        if let Some(group) = match name {
+            "part" => Some(Group::Part),
+            "block" => Some(Group::Block),
+            "actuator" => Some(Group::Actuator),
+            _ => None,
+        } {
+            if !cx.stage.sees_design() {
+                return self.stage_error(span, name, cx.stage, "rules, requirements and terms");
+            }
+            return make(ExprKind::Group(group), Ty::Group);
+        }
+        if self.placed.iter().any(|p| p == name) {
+            if !cx.stage.sees_design() {
+                return self.stage_error(span, name, cx.stage, "rules and requirements");
+            }
+            return make(ExprKind::Placed(name.to_owned()), Ty::Part);
+        }
+        let program = self.program;
+        let Some((declaration, item)) = program.lookup(cx.module, name) else {
+            return self.unknown_name(name, span, cx);
+        };
+        self.touched.insert(declaration);
+        let what = match &item.kind {
+            ItemKind::Param(_) => {
+                let ty = self.param(declaration).map_or(Ty::Unknown, |p| p.ty);
+                return make(ExprKind::Param(name.to_owned()), ty);
+            }
+            ItemKind::Part(_) | ItemKind::Actuator(_) => {
+                return make(ExprKind::Kind(name.to_owned(), Vec::new()), Ty::Kind);
+            }
+            ItemKind::Pattern(..) => return make(ExprKind::Pattern(name.to_owned()), Ty::Pattern),
+            ItemKind::Term(_, ty, _) => {
+                if !cx.stage.sees_motion() {
+                    return self.stage_error(span, name, cx.stage, "terms and objectives");
+                }
+                let ty = self.type_named(ty);
+                return make(ExprKind::Term(name.to_owned()), ty);
+            }
+            ItemKind::Let(_, value) => {
+                let value = self.inline(declaration, value);
+                return Expr { span, ..value };
+            }
+            ItemKind::Rule(..) => "a rule",
+            ItemKind::Model(_) => "a model",
+            ItemKind::Search(_) => "a search",
+            ItemKind::Actuation { .. } => "an actuation",
+            _ => "a requirement",
+        };
+        self.wrong(span, format!("`{name}` is {what}, not a value"), "only values can be calculated with")
+    }
+
+    fn stage_error(&mut self, span: Span, name: &str, stage: Stage, where_known: &str) -> Expr {
+        self.report(
+            Diagnostic::new(Code::WRONG_STAGE, span, format!("`{name}` cannot be read in {}", stage.name()))
+                .label("not known yet, or not any more")
+                .help(format!("`{name}` is known only in {where_known}")),
+        );
+        unknown(span)
+    }
+
+    fn unknown_name(&mut self, name: &str, span: Span, cx: &Context) -> Expr {
+        if cx.damaged || self.program.is_lost(cx.module, name) {
+            return unknown(span);
+        }
+        let help = if units::parse(name).is_ok() {
+            format!("`{name}` is a unit: write a number before it")
+        } else if Function::named(name).is_some() {
+            format!("`{name}` is a function: call it as `{}`", Function::named(name).map_or("", |f| signature::usage(f).0))
+        } else {
+            let scope = self.program.modules.get(cx.module);
+            let candidates = cx
+                .locals
+                .iter()
+                .map(|l| l.name.as_str())
+                .chain(Word::ALL.iter().filter(|w| cx.stage.sees_word(**w)).map(|w| w.text()))
+                .chain(scope.iter().flat_map(|m| m.scope.keys().map(String::as_str)))
+                .chain(self.placed.iter().map(String::as_str))
+                .chain(["part", "block", "actuator"]);
+            did_you_mean(name, candidates)
+                .unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
+        };
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_NAME, span, format!("unknown name `{name}`")).label("not declared").help(help),
+        );
+        unknown(span)
+    }
+
+    fn member(&mut self, of: &ast::Expr, name: &Name, span: Span, cx: &mut Context) -> Expr {
+        let of = self.infer(of, cx);
+        let make = |of: Expr, ty| Expr { kind: ExprKind::Attribute(Box::new(of), name.text.clone()), ty, span };
+        let candidates: Vec<String> = match of.ty.clone() {
+            Ty::Unknown => return unknown(span),
+            ty @ (Ty::Part | Ty::Actuator) => {
+                if let Some((_, ty)) = signature::PART_ATTRIBUTES.iter().find(|(n, _)| *n == name.text) {
+                    return make(of, ty.clone());
+                }
+                if signature::element_attribute(&name.text).is_some() {
+                    return self.stage_error(name.span, &name.text, cx.stage, "terms, as `e.position at end` for `e in elements`");
+                }
+                let params = self.instance_params();
+                if ty == Ty::Actuator && params.is_empty() {
+                    // A module on its own does not know which actuators it will meet.
+                    return unknown(span);
+                }
+                if ty == Ty::Actuator {
+                    if let Some((_, ty)) = params.iter().find(|(n, _)| *n == name.text) {
+                        return make(of, ty.clone());
+                    }
+                } else if params.iter().any(|(n, _)| *n == name.text) {
+                    return self.wrong(
+                        name.span,
+                        format!("only an actuator has a `{}`", name.text),
+                        "match an actuator: `match a : actuator`",
+                    );
+                }
+                let params = params.into_iter().map(|(n, _)| n).filter(|_| ty == Ty::Actuator);
+                signature::PART_ATTRIBUTES.iter().map(|(n, _)| (*n).to_owned()).chain(params).collect()
+            }
+            Ty::Element => {
+                if let Some(ty) = signature::element_attribute(&name.text) {
+                    return make(of, ty);
+                }
+                vec!["position".to_owned(), "rotation".to_owned()]
+            }
+            Ty::Vector(d) => {
+                if ["x", "y", "z"].contains(&name.text.as_str()) {
+                    return make(of, Ty::Quantity(d));
+                }
+                ["x", "y", "z"].map(str::to_owned).into()
+            }
+            _ => Vec::new(),
+        };
+        let help = did_you_mean(&name.text, candidates.iter().map(String::as_str)).or_else(|| {
+            (!candidates.is_empty()).then(|| format!("{} has: {}", article(&of.ty), candidates.join(", ")))
+        });
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_FIELD, name.span, format!("{} has no `{}`", article(&of.ty), name.text))
+                .label("not an attribute")
+                .help_if(help),
+        );
+        unknown(span)
+    }
+
+    fn binary(&mut self, a: &ast::Expr, operator: Operator, b: &ast::Expr, span: Span, cx: &mut Context) -> Expr {
+        use Operator as O;
+        let make = |a: Expr, b: Expr, ty| Expr { kind: ExprKind::Binary(Box::new(a), operator, Box::new(b)), ty, span };
+        let symbol = format!("`{}`", operator.symbol());
+        match operator {
+            O::And | O::Or => {
+                let a = self.expect(a, cx, &Ty::Bool, &format!("the left side of {symbol}"));
+                let b = self.expect(b, cx, &Ty::Bool, &format!("the right side of {symbol}"));
+                return make(a, b, Ty::Bool);
+            }
+            O::Adds => {
+                let a = self.expect(a, cx, &Ty::Step, "the left side of `adds`");
+                let b = self.expect(b, cx, &Ty::Group, "the right side of `adds`");
+                return make(a, b, Ty::Bool);
+            }
+            O::Is | O::IsNot => {
+                let a = self.expect(a, cx, &Ty::Part, &format!("the left side of {symbol}"));
+                let b = self.infer(b, cx);
+                let b = as_group(&b).unwrap_or(b);
+                if !matches!(b.ty, Ty::Group | Ty::Part | Ty::Actuator | Ty::Unknown) {
+                    return self.wrong(b.span, format!("a part is never a {}", b.ty), "compare with a part or a kind of part");
+                }
+                return make(a, b, Ty::Bool);
+            }
+            _ => {}
+        }
+        let (a, b) = (self.infer(a, cx), self.infer(b, cx));
+        if a.ty == Ty::Unknown || b.ty == Ty::Unknown {
+            let ty = if matches!(operator, O::Add | O::Subtract | O::Multiply | O::Divide) { Ty::Unknown } else { Ty::Bool };
+            return make(a, b, ty);
+        }
+        match operator {
+            O::Multiply | O::Divide => {
+                let Some(ty) = product(&a.ty, operator, &b.ty) else {
+                    return self.wrong(span, format!("{symbol} cannot join a {} and a {}", a.ty, b.ty), "it needs numbers");
+                };
+                make(a, b, ty)
+            }
+            _ => {
+                let Some((a, b, ty)) = self.unify(a, b, &symbol) else {
+                    return if matches!(operator, O::Add | O::Subtract) { unknown(span) } else { Expr { ty: Ty::Bool, ..unknown(span) } };
+                };
+                let numbers = ty.dimension().is_some();
+                let fine = match operator {
+                    O::Add => numbers || matches!(ty, Ty::Vector(_) | Ty::List(_)),
+                    O::Subtract => numbers || matches!(ty, Ty::Vector(_)),
+                    O::Equal | O::NotEqual => !matches!(ty, Ty::Track(_)),
+                    _ => numbers,
+                };
+                if !fine {
+                    let help = if matches!(ty, Ty::Track(_)) { "ask for it at a time: `e.position at end`" } else { "it needs numbers" };
+                    return self.wrong(span, format!("{symbol} cannot join two of {ty}"), help);
+                }
+                let ty = if matches!(operator, O::Add | O::Subtract) { ty } else { Ty::Bool };
+                make(a, b, ty)
+            }
+        }
+    }
+
+    /// Adds a name that must not hide another.
+    pub(super) fn bind(&mut self, name: &Name, ty: Ty, cx: &mut Context) {
+        let taken = cx
+            .locals
+            .iter()
+            .find(|l| l.name == name.text)
+            .map(|l| Some(l.span))
+            .or_else(|| {
+                let (_, item) = self.program.lookup(cx.module, &name.text)?;
+                Some(crate::names::declared(item).map(|n| n.span))
+            })
+            .or_else(|| {
+                (Word::named(&name.text).is_some() || self.placed.contains(&name.text)).then_some(None)
+            });
+        if let Some(place) = taken {
+            let mut error = Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` already means something else here", name.text))
+                .label("hides another meaning")
+                .help("choose another name");
+            if let Some(place) = place {
+                error = error.also(place, "the other meaning");
+            }
+            self.report(error);
+        }
+        cx.locals.push(Local { name: name.text.clone(), ty, span: name.span });
+    }
+
+    fn aggregate(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
+        let ast::ExprKind::Aggregate { how, binders, condition, body, otherwise } = &tree.kind else {
+            return unknown(tree.span);
+        };
+        let depth = cx.locals.len();
+        let mut bound = Vec::new();
+        for binder in binders {
+            let over = self.infer(&binder.over, cx);
+            let over = as_group(&over).unwrap_or(over);
+            let item = match &over.ty {
+                Ty::Group => match &over.kind {
+                    ExprKind::Group(Group::Actuator) => Ty::Actuator,
+                    ExprKind::Group(Group::Kind(kind)) if self.is_actuator(kind, cx.module) => Ty::Actuator,
+                    _ => Ty::Part,
+                },
+                Ty::List(item) => (**item).clone(),
+                Ty::Domain(item) if **item == Ty::Count => Ty::Count,
+                Ty::Unknown => Ty::Unknown,
+                other => {
+                    let message = format!("{} is nothing to run over", article(&other));
+                    self.wrong(over.span, message, "run over `part`, `actuator`, `elements`, a list or a range of whole numbers").ty
+                }
+            };
+            let slot = cx.locals.len();
+            self.bind(&binder.name, item, cx);
+            bound.push(Binder { slot, over });
+        }
+        let condition = condition.as_ref().map(|c| Box::new(self.expect(c, cx, &Ty::Bool, "what follows `where`")));
+        let body = body.as_ref().map(|b| match how {
+            Gather::Forall | Gather::Exists => self.expect(b, cx, &Ty::Bool, "what follows `:`"),
+            _ => self.infer(b, cx),
+        });
+        cx.locals.truncate(depth);
+        let otherwise = otherwise.as_ref().map(|o| self.infer(o, cx));
+        let ty = match (how, &body) {
+            (Gather::Count, _) => Ty::Count,
+            (Gather::Forall | Gather::Exists, _) => Ty::Bool,
+            (_, None) => Ty::Unknown,
+            (_, Some(body)) => match &body.ty {
+                Ty::Count if *how == Gather::Mean => Ty::NUMBER,
+                ty @ (Ty::Quantity(_) | Ty::Count | Ty::Unknown) => ty.clone(),
+                other => self.wrong(body.span, format!("{} cannot be gathered", article(&other)), "gather numbers").ty,
+            },
+        };
+        let otherwise = otherwise.map(|o| Box::new(self.fit(o, &ty, "what follows `otherwise`")));
+        let kind = ExprKind::Aggregate { how: *how, binders: bound, condition, body: body.map(Box::new), otherwise };
+        Expr { kind, ty, span: tree.span }
+    }
+}
+
+/// A kind of part used as the collection of its parts.
+fn as_group(expr: &Expr) -> Option<Expr> {
+    match &expr.kind {
+        ExprKind::Kind(name, params) if params.is_empty() => {
+            Some(Expr { kind: ExprKind::Group(Group::Kind(name.clone())), ty: Ty::Group, span: expr.span })
+        }
+        _ => None,
+    }
+}
+
+/// The type of a product or quotient.
+fn product(a: &Ty, operator: Operator, b: &Ty) -> Option<Ty> {
+    let join = |a: Dimension, b: Dimension| if operator == Operator::Multiply { a.times(b) } else { a.over(b) };
+    Some(match (a, b) {
+        (Ty::Count, Ty::Count) if operator == Operator::Multiply => Ty::Count,
+        (Ty::Vector(a), b) => Ty::Vector(join(*a, b.dimension()?)?),
+        (a, Ty::Vector(b)) if operator == Operator::Multiply => Ty::Vector(join(a.dimension()?, *b)?),
+        (Ty::Curve(a), b) if operator == Operator::Multiply => Ty::Curve(join(*a, b.dimension()?)?),
+        (a, Ty::Curve(b)) if operator == Operator::Multiply => Ty::Curve(join(a.dimension()?, *b)?),
+        (a, b) => Ty::Quantity(join(a.dimension()?, b.dimension()?)?),
+    })
+}
+
+/// A type with its article.
+fn article(ty: &Ty) -> String {
+    let name = ty.to_string();
+    let an = name.starts_with(['A', 'E', 'a', 'e']);
+    format!("{} {name}", if an { "an" } else { "a" })
+}
+
+/// Says why an expression does not fit, and how it would.
+fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
+    let (Some(have), Some(want)) = (expr.ty.dimension(), wanted.dimension()) else {
+        let help = match (&expr.ty, wanted) {
+            (Ty::Track(_), _) => Some("ask for it at a time: `e.position at end`".to_owned()),
+            (Ty::Domain(_), _) => Some("a single value is needed here, not a range or set".to_owned()),
+            (_, Ty::Domain(_)) => Some("write a range `a .. b` or a set `{ a, b }`".to_owned()),
+            _ => None,
+        };
+        return Diagnostic::new(
+            Code::WRONG_TYPE,
+            expr.span,
+            format!("{what} must be {}, but this is {}", article(wanted), article(&expr.ty)),
+        )
+        .label(format!("this is {}", article(&expr.ty)))
+        .help_if(help);
+    };
+    if *wanted == Ty::Count {
+        return Diagnostic::new(Code::WRONG_TYPE, expr.span, format!("{what} must be a whole number"))
+            .label(if have.is_number() { "not a whole number".to_owned() } else { format!("this is {}", article(&expr.ty)) })
+            .help("write a number such as 3, or use `floor` or `round`");
+    }
+    if let Some(x) = bare_number(expr) {
+        return Diagnostic::new(Code::MISSING_UNIT, expr.span, format!("{what} must be {}, but this number has no unit", article(wanted)))
+            .label("without a unit")
+            .help(format!("write `{x} {}`", units::suggest(want)));
+    }
+    let upside_down = match &expr.kind {
+        ExprKind::Binary(a, Operator::Divide, b) if Dimension::NUMBER.over(want) == Some(have) => {
+            bare_number(a).is_some() && matches!(b.kind, ExprKind::Number(_))
+        }
+        _ => false,
+    };
+    let per_angle = have.over(want).is_some_and(|d| d == Dimension::ANGLE || Some(d) == Dimension::ANGLE.power(2));
+    let help = if upside_down {
+        "a unit belongs to the number before it: write the unit before dividing, as in `1 s / 240`".to_owned()
+    } else if want.is_number() {
+        format!("divide it by a quantity of the same kind, or write `in {}` after it", units::suggest(have))
+    } else if per_angle {
+        format!("angles count as a dimension here: write it in {}", units::suggest(want))
+    } else {
+        format!("write it in a unit of {want}, such as {}", units::suggest(want))
+    };
+    Diagnostic::new(Code::WRONG_DIMENSION, expr.span, format!("{what} must be {}, but this is {}", article(wanted), article(&expr.ty)))
+        .label(format!("this is {}", article(&expr.ty)))
+        .help(help)
+}

@@ -1,0 +1,396 @@
+//! Checks the blocks of named values: parts, actuators, models, searches.
+
+use indexmap::IndexMap;
+
+use super::Checker;
+use super::expr::Context;
+use super::stage::Stage;
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::eval::Value;
+use crate::ir::{self, Shape, Ty};
+use crate::syntax::ast::{self, Block, Field, Name};
+use crate::units::Dimension;
+
+/// What a number must be.
+#[derive(Clone, Copy)]
+enum Sign {
+    Positive,
+    NotNegative,
+}
+
+/// The names that a block may have.
+const PART: &[&str] = &["shape", "density", "mass", "friction", "colour"];
+const ACTUATOR: &[&str] = &[
+    "segment", "density", "mass", "friction", "bend", "bending_speed", "relaxing_speed", "torque", "stiffness",
+    "damping", "colour",
+];
+const MODEL: &[&str] = &[
+    "step", "control", "record", "gravity", "ground_friction", "iterations", "self_collision", "speed_limit",
+];
+const SEARCH: &[&str] = &["keep", "outer", "inner"];
+const SCHEDULE: &[&str] = &["iterations", "moves", "temperature", "stop"];
+
+/// A block with its values by name.
+struct Values<'b> {
+    block: &'b Block,
+    what: &'static str,
+    values: IndexMap<&'b str, (&'b Name, &'b ast::Expr)>,
+    groups: IndexMap<&'b str, &'b Block>,
+}
+
+impl Checker<'_> {
+    fn values<'b>(&mut self, block: &'b Block, what: &'static str, allowed: &[&str]) -> Values<'b> {
+        let mut values: IndexMap<&str, (&Name, &ast::Expr)> = IndexMap::new();
+        let mut groups: IndexMap<&str, &Block> = IndexMap::new();
+        for field in &block.fields {
+            let name = match field {
+                Field::Value(name, _) => name,
+                Field::Group(group) => &group.name,
+                Field::Param(param) => {
+                    if what != "an actuator" {
+                        self.report(
+                            Diagnostic::new(Code::UNKNOWN_FIELD, param.name.span, format!("{what} has no parameters"))
+                                .label("not possible here")
+                                .help("declare it outside, for the whole grammar"),
+                        );
+                    }
+                    continue;
+                }
+            };
+            let group = matches!(field, Field::Group(_));
+            let is_group = matches!(name.text.as_str(), "outer" | "inner");
+            if !allowed.contains(&name.text.as_str()) || group != is_group {
+                let help = did_you_mean(&name.text, allowed.iter().copied())
+                    .filter(|_| !allowed.contains(&name.text.as_str()))
+                    .unwrap_or_else(|| format!("{what} has: {}", allowed.join(", ")));
+                self.report(
+                    Diagnostic::new(Code::UNKNOWN_FIELD, name.span, format!("{what} has no `{}`", name.text))
+                        .label("not known")
+                        .help(help),
+                );
+                continue;
+            }
+            let first = values.get(name.text.as_str()).map(|(n, _)| n.span).or_else(|| groups.get(name.text.as_str()).map(|g| g.name.span));
+            if let Some(first) = first {
+                self.report(
+                    Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is given twice", name.text))
+                        .label("again")
+                        .also(first, "first given here")
+                        .help("keep one of them"),
+                );
+            }
+            match field {
+                Field::Value(_, value) => {
+                    values.insert(&name.text, (name, value));
+                }
+                Field::Group(group) => {
+                    groups.insert(&name.text, group);
+                }
+                Field::Param(_) => {}
+            }
+        }
+        Values { block, what, values, groups }
+    }
+
+    fn missing(&mut self, from: &Values<'_>, name: &str, example: &str, damaged: bool) {
+        if damaged {
+            return;
+        }
+        self.report(
+            Diagnostic::new(Code::MISSING_FIELD, from.block.name.span, format!("`{}` has no `{name}`", from.block.name.text))
+                .label(format!("{} needs it", from.what))
+                .help(format!("add a line such as `{name} = {example}`")),
+        );
+    }
+
+    fn value(&mut self, from: &Values<'_>, name: &str, ty: &Ty, example: &str, cx: &Context) -> Option<(Value, crate::source::Span)> {
+        let Some((_, tree)) = from.values.get(name) else {
+            self.missing(from, name, example, cx.damaged);
+            return None;
+        };
+        let mut cx = cx.clone();
+        let expr = self.expect(tree, &mut cx, ty, &format!("`{name}`"));
+        Some((self.constant(&expr)?, tree.span))
+    }
+
+    fn number(&mut self, from: &Values<'_>, name: &str, dimension: &str, sign: Sign, example: &str, cx: &Context) -> Option<f64> {
+        let ty = if dimension == "Count" { Ty::Count } else { Ty::Quantity(Dimension::named(dimension)?) };
+        let (value, span) = self.value(from, name, &ty, example, cx)?;
+        let x = value.as_number()?;
+        let fine = match sign {
+            Sign::Positive => x > 0.0,
+            Sign::NotNegative => x >= 0.0,
+        };
+        if !fine {
+            let must = if matches!(sign, Sign::Positive) { "must be above 0" } else { "must not be below 0" };
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, span, format!("`{name}` {must}"))
+                    .label(format!("this is {}", super::shown(x, &ty)))
+                    .help(format!("write for example `{name} = {example}`")),
+            );
+            return None;
+        }
+        Some(x)
+    }
+
+    /// The mass of one piece: given, or from its density.
+    fn mass(&mut self, from: &Values<'_>, shape: Option<Shape>, cx: &Context) -> Option<f64> {
+        if let (Some((_, _)), Some((name, _))) = (from.values.get("mass"), from.values.get("density")) {
+            self.report(
+                Diagnostic::new(Code::DUPLICATE, name.span, "mass and density are both given")
+                    .label("which one counts?")
+                    .help("keep the one that was measured"),
+            );
+        }
+        if from.values.contains_key("mass") {
+            return self.number(from, "mass", "Mass", Sign::Positive, "8 g", cx);
+        }
+        Some(self.number(from, "density", "Density", Sign::Positive, "1 g/cm^3", cx)? * volume(shape?))
+    }
+
+    fn shape(&mut self, from: &Values<'_>, name: &str, example: &str, cx: &Context) -> Option<Shape> {
+        let (value, span) = self.value(from, name, &Ty::Shape, example, cx)?;
+        let Value::Shape(shape) = value else { return None };
+        let sizes = match shape {
+            Shape::Box(edges) => edges.to_vec(),
+            Shape::Sphere(radius) => vec![radius],
+            Shape::Cylinder(radius, length) => vec![radius, length],
+        };
+        let segment = name == "segment";
+        if let Some(bad) = sizes.iter().find(|s| **s <= 0.0) {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, span, "every size of a shape must be above 0")
+                    .label(format!("one is {}", super::shown(*bad, &Ty::Quantity(Dimension::LENGTH)))),
+            );
+            return None;
+        }
+        if segment != matches!(shape, Shape::Cylinder(..)) {
+            let (message, help) = if segment {
+                ("a segment is a cylinder", "write `segment = cylinder(radius, length)`")
+            } else {
+                ("a passive part is a box or a sphere", "write `shape = box(x, y, z)` or `shape = sphere(radius)`")
+            };
+            self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("another shape").help(help));
+            return None;
+        }
+        Some(shape)
+    }
+
+    fn colour(&mut self, from: &Values<'_>, cx: &Context) -> String {
+        let plain = "#9aa3ad".to_owned();
+        if !from.values.contains_key("colour") {
+            return plain;
+        }
+        let Some((Value::Text(text), span)) = self.value(from, "colour", &Ty::Text, "\"#e8963c\"", cx) else { return plain };
+        let hex = text.strip_prefix('#').is_some_and(|h| h.len() == 6 && h.bytes().all(|b| b.is_ascii_hexdigit()));
+        if !hex {
+            self.report(
+                Diagnostic::new(Code::BAD_VALUE, span, "a colour is written as `#rrggbb`").label("not such a text").help("write for example `colour = \"#e8963c\"`"),
+            );
+            return plain;
+        }
+        text.to_string()
+    }
+
+    pub(super) fn part(&mut self, block: &Block, module: usize, damaged: bool) -> Option<ir::Part> {
+        let cx = Context::new(module, Stage::Declaration, damaged);
+        let from = self.values(block, "a part", PART);
+        let shape = self.shape(&from, "shape", "box(2 cm, 2 cm, 2 cm)", &cx);
+        let mass = self.mass(&from, shape, &cx);
+        let friction = self.number(&from, "friction", "Number", Sign::NotNegative, "0.8", &cx);
+        let colour = self.colour(&from, &cx);
+        Some(ir::Part { shape: shape?, mass: mass?, friction: friction?, colour, span: block.name.span })
+    }
+
+    pub(super) fn actuator(&mut self, block: &Block, module: usize, damaged: bool) -> Option<ir::Actuator> {
+        let cx = Context::new(module, Stage::Declaration, damaged);
+        let from = self.values(block, "an actuator", ACTUATOR);
+        let segment = self.shape(&from, "segment", "cylinder(8 mm, 16 mm)", &cx);
+        let mass = self.mass(&from, segment, &cx);
+        let friction = self.number(&from, "friction", "Number", Sign::NotNegative, "0.8", &cx);
+        let bend = self.bend(&from, &cx);
+        let mut positive = |name: &str, dimension: &str, example: &str| {
+            self.number(&from, name, dimension, Sign::Positive, example, &cx)
+        };
+        let bending_speed = positive("bending_speed", "AngularVelocity", "180 deg/s");
+        let relaxing_speed = positive("relaxing_speed", "AngularVelocity", "180 deg/s");
+        let torque = positive("torque", "Torque", "0.06 N*m/rad");
+        let stiffness = positive("stiffness", "AngularStiffness", "0.3 N*m/rad^2");
+        let damping = self.number(&from, "damping", "AngularDamping", Sign::NotNegative, "0.01 N*m*s/rad^2", &cx);
+        let colour = self.colour(&from, &cx);
+        let params = self.actuator_params(block, module, damaged);
+        Some(ir::Actuator {
+            segment: segment?,
+            mass: mass?,
+            friction: friction?,
+            bend: bend?,
+            bending_speed: bending_speed?,
+            relaxing_speed: relaxing_speed?,
+            torque: torque?,
+            stiffness: stiffness?,
+            damping: damping?,
+            colour,
+            params,
+            span: block.name.span,
+        })
+    }
+
+    fn bend(&mut self, from: &Values<'_>, cx: &Context) -> Option<(f64, f64)> {
+        let Some((_, tree)) = from.values.get("bend") else {
+            self.missing(from, "bend", "-90 deg .. 90 deg", cx.damaged);
+            return None;
+        };
+        let ty = Ty::Domain(Box::new(Ty::Quantity(Dimension::ANGLE)));
+        let expr = self.expect(tree, &mut cx.clone(), &ty, "`bend`");
+        let (low, high) = self.constant_range(&expr)?;
+        if low > 0.0 || high < 0.0 {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "the range of `bend` must hold 0 deg")
+                    .label("the actuator is straight at rest")
+                    .help("write for example `bend = 0 deg .. 90 deg`"),
+            );
+            return None;
+        }
+        Some((low, high))
+    }
+
+    fn actuator_params(&mut self, block: &Block, module: usize, damaged: bool) -> IndexMap<String, ir::InstanceParam> {
+        let mut params = IndexMap::new();
+        for field in &block.fields {
+            let Field::Param(param) = field else { continue };
+            let mut cx = Context::new(module, Stage::Declaration, damaged);
+            let ty = self.type_named(&param.ty);
+            let domain = param.domain.as_ref().and_then(|d| {
+                let domain = self.expect(d, &mut cx, &Ty::Domain(Box::new(ty.clone())), "the domain of a parameter");
+                self.constant_range(&domain)
+            });
+            let default = param.default.as_ref().map(|d| self.expect(d, &mut cx, &ty, &format!("`{}`", param.name.text)));
+            if let (Some((low, high)), Some(value)) = (domain, default.as_ref().and_then(|d| self.quiet_number(d))) {
+                if value < low || value > high {
+                    self.report(
+                        Diagnostic::new(Code::OUT_OF_DOMAIN, param.name.span, format!("`{}` is outside its domain", param.name.text))
+                            .label("by its default"),
+                    );
+                }
+            }
+            if params.contains_key(&param.name.text) {
+                self.report(Diagnostic::new(Code::DUPLICATE, param.name.span, format!("`{}` is declared twice", param.name.text)).label("again"));
+            }
+            params.insert(param.name.text.clone(), ir::InstanceParam { ty, domain, default });
+        }
+        match params.get("segments") {
+            Some(ir::InstanceParam { ty: Ty::Count, domain, .. }) => {
+                if domain.is_none_or(|(low, high)| low < 2.0 || high > 64.0) {
+                    self.report(
+                        Diagnostic::new(Code::OUT_OF_DOMAIN, block.name.span, "the number of `segments` must lie within 2 .. 64")
+                            .label("of this actuator")
+                            .help("write `param segments : Count in 2 .. 12 = 5`"),
+                    );
+                }
+            }
+            _ if damaged => {}
+            _ => self.report(
+                Diagnostic::new(Code::MISSING_FIELD, block.name.span, format!("`{}` has no parameter `segments`", block.name.text))
+                    .label("an actuator is a row of segments")
+                    .help("add a line such as `param segments : Count in 2 .. 12 = 5`"),
+            ),
+        }
+        params
+    }
+
+    pub(super) fn model(&mut self, block: &Block, duration: Option<f64>, module: usize, damaged: bool) -> Option<ir::Model> {
+        let cx = Context::new(module, Stage::Declaration, damaged);
+        let from = self.values(block, "a model", MODEL);
+        let mut get = |name: &str, dimension: &str, sign: Sign, example: &str| self.number(&from, name, dimension, sign, example, &cx);
+        let step = get("step", "Time", Sign::Positive, "1 s / 240");
+        let control = get("control", "Time", Sign::Positive, "1 s / 60");
+        let record = get("record", "Time", Sign::Positive, "1 s / 30");
+        let gravity = get("gravity", "Acceleration", Sign::NotNegative, "9.81 m/s^2");
+        let ground_friction = get("ground_friction", "Number", Sign::NotNegative, "0.8");
+        let iterations = get("iterations", "Count", Sign::Positive, "10");
+        let speed_limit = get("speed_limit", "Velocity", Sign::Positive, "10 m/s");
+        let self_collision = self.value(&from, "self_collision", &Ty::Bool, "true", &cx);
+        for (name, value) in [("step", step), ("control", control), ("record", record)] {
+            let (Some(value), Some(duration), Some((_, tree))) = (value, duration, from.values.get(name)) else {
+                continue;
+            };
+            if duration / value > 1e6 || value > duration {
+                self.report(
+                    Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, format!("`{name}` must divide the motion into 1 to a million pieces"))
+                        .label(format!("{} s of a motion of {duration} s", value)),
+                );
+                return None;
+            }
+        }
+        Some(ir::Model {
+            name: block.name.text.clone(),
+            duration: duration?,
+            step: step?,
+            control: control?,
+            record: record?,
+            gravity: gravity?,
+            ground_friction: ground_friction?,
+            iterations: iterations? as usize,
+            self_collision: self_collision?.0 == Value::Bool(true),
+            speed_limit: speed_limit?,
+        })
+    }
+
+    pub(super) fn search(&mut self, block: &Block, module: usize, damaged: bool) -> Option<ir::Search> {
+        let cx = Context::new(module, Stage::Declaration, damaged);
+        let from = self.values(block, "a search", SEARCH);
+        let keep = self.number(&from, "keep", "Number", Sign::NotNegative, "80 %", &cx);
+        if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep")) {
+            if keep > 1.0 {
+                self.report(
+                    Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "`keep` is a share: it must lie within 0 % .. 100 %")
+                        .label("too much"),
+                );
+            }
+        }
+        let Some(outer) = from.groups.get("outer").copied() else {
+            if !damaged {
+                self.report(
+                    Diagnostic::new(Code::MISSING_FIELD, block.name.span, format!("`{}` has no `outer` schedule", block.name.text))
+                        .label("a search needs it")
+                        .help("add `outer { iterations = ..., moves = ..., temperature = ..., stop = ... }`"),
+                );
+            }
+            return None;
+        };
+        let outer = self.schedule(outer, module, damaged);
+        let inner = from.groups.get("inner").map(|inner| self.schedule(inner, module, damaged));
+        let inner = match inner {
+            Some(inner) => Some(inner?),
+            None => None,
+        };
+        Some(ir::Search { name: block.name.text.clone(), keep: keep?, outer: outer?, inner })
+    }
+
+    fn schedule(&mut self, block: &Block, module: usize, damaged: bool) -> Option<ir::Schedule> {
+        let from = self.values(block, "a schedule", SCHEDULE);
+        let mut get = |name: &str, ty: &Ty, example: &str| {
+            let Some((_, tree)) = from.values.get(name) else {
+                self.missing(&from, name, example, damaged);
+                return None;
+            };
+            let mut cx = Context::new(module, Stage::Schedule, damaged);
+            Some(self.expect(tree, &mut cx, ty, &format!("`{name}`")))
+        };
+        let iterations = get("iterations", &Ty::Count, "100");
+        let moves = get("moves", &Ty::Count, "3");
+        let temperature = get("temperature", &Ty::NUMBER, "9 / (1 + 0.1 * iteration)");
+        let stop = get("stop", &Ty::Bool, "idle >= 5");
+        Some(ir::Schedule { iterations: iterations?, moves: moves?, temperature: temperature?, stop: stop? })
+    }
+}
+
+/// The volume of a shape in m^3.
+fn volume(shape: Shape) -> f64 {
+    use std::f64::consts::PI;
+    match shape {
+        Shape::Box([x, y, z]) => x * y * z,
+        Shape::Sphere(r) => 4.0 / 3.0 * PI * r * r * r,
+        Shape::Cylinder(r, length) => PI * r * r * length,
+    }
+}

@@ -1,0 +1,364 @@
+//! Checks a program and lowers it to the typed rule set.
+
+mod call;
+mod expr;
+mod fields;
+mod items;
+mod rules;
+mod signature;
+mod stage;
+
+use std::collections::BTreeMap;
+
+use indexmap::{IndexMap, IndexSet};
+
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::eval::{self, Scope, Value};
+use crate::ir::{self, Expr, RuleSet, Ty};
+use crate::names::{Declaration, Program};
+use crate::syntax::ast;
+use crate::syntax::ast::{ItemKind, Name};
+use crate::units::Dimension;
+use expr::Context;
+pub(crate) use items::{can_hold, possible_kinds};
+pub use stage::Stage;
+
+/// Checks a program. The rule set is there only if no error was found and the
+/// first module is a grammar.
+#[must_use]
+pub fn check(program: &Program, overrides: &[(String, String)]) -> (Option<RuleSet>, Vec<Diagnostic>) {
+    let placed = program
+        .modules
+        .first()
+        .into_iter()
+        .flat_map(|m| &m.tree.items)
+        .filter_map(|item| match &item.kind {
+            ItemKind::Begin(places) => Some(places.iter().map(|p| p.name.text.clone())),
+            _ => None,
+        })
+        .flatten()
+        .collect();
+    let mut checker = Checker {
+        program,
+        overrides,
+        placed,
+        errors: Vec::new(),
+        touched: IndexSet::new(),
+        params: BTreeMap::new(),
+        inlined: BTreeMap::new(),
+        constants: Constants::default(),
+    };
+    let ruleset = checker.grammar();
+    (ruleset, checker.errors)
+}
+
+/// What constant expressions can read: the parameters of the grammar.
+#[derive(Default)]
+struct Constants {
+    params: IndexMap<String, Value>,
+}
+
+impl Scope for Constants {
+    fn param(&self, name: &str) -> Option<Value> {
+        self.params.get(name).cloned()
+    }
+}
+
+struct Checker<'a> {
+    program: &'a Program,
+    overrides: &'a [(String, String)],
+    /// What `begin` calls its parts.
+    placed: Vec<String>,
+    errors: Vec<Diagnostic>,
+    /// Declarations that something reads, in the order of reading.
+    touched: IndexSet<Declaration>,
+    /// Parameters that have been checked; `None` while or because they cannot be.
+    params: BTreeMap<Declaration, Option<ir::Param>>,
+    /// Named constants that have been checked; `None` while they are.
+    inlined: BTreeMap<Declaration, Option<Expr>>,
+    constants: Constants,
+}
+
+impl Checker<'_> {
+    /// The value of an expression that must be known before anything runs.
+    fn constant(&mut self, expr: &Expr) -> Option<Value> {
+        if expr.any(&mut |e| e.ty == Ty::Unknown) {
+            return None;
+        }
+        match eval::evaluate(expr, &self.constants, &mut Vec::new()) {
+            Ok(value) => Some(value),
+            Err(error) => {
+                self.report(
+                    Diagnostic::new(Code::BAD_VALUE, error.span, "this has no usable value").label(error.reason),
+                );
+                None
+            }
+        }
+    }
+
+    fn constant_number(&mut self, expr: &Expr) -> Option<f64> {
+        self.constant(expr)?.as_number()
+    }
+
+    /// The same without a report.
+    fn quiet_number(&self, expr: &Expr) -> Option<f64> {
+        if expr.any(&mut |e| e.ty == Ty::Unknown) {
+            return None;
+        }
+        eval::evaluate(expr, &self.constants, &mut Vec::new()).ok()?.as_number()
+    }
+
+    /// The ends of a constant domain, low before high.
+    fn constant_range(&mut self, expr: &Expr) -> Option<(f64, f64)> {
+        let ends = match &expr.kind {
+            ir::ExprKind::Range(low, high) => (self.constant_number(low)?, self.constant_number(high)?),
+            ir::ExprKind::Set(items) => {
+                let values = items.iter().map(|e| self.constant_number(e)).collect::<Option<Vec<_>>>()?;
+                values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)))
+            }
+            _ => return None,
+        };
+        (ends.0 <= ends.1).then_some(ends)
+    }
+
+    /// A named constant, put in the place of its name.
+    fn inline(&mut self, declaration: Declaration, value: &ast::Expr) -> Expr {
+        let unknown = Expr { kind: ir::ExprKind::Bool(false), ty: Ty::Unknown, span: value.span };
+        if let Some(done) = self.inlined.get(&declaration) {
+            if let Some(done) = done {
+                return done.clone();
+            }
+            self.circle(value.span);
+            return unknown;
+        }
+        self.inlined.insert(declaration, None);
+        let mut cx = Context::new(declaration.module, Stage::Declaration, false);
+        let expr = self.infer(value, &mut cx);
+        self.inlined.insert(declaration, Some(expr.clone()));
+        expr
+    }
+
+    fn circle(&mut self, span: crate::source::Span) {
+        self.report(
+            Diagnostic::new(Code::BAD_VALUE, span, "this is defined by itself")
+                .label("its value depends on its own value")
+                .help("break the circle"),
+        );
+    }
+
+    /// A parameter of the grammar with its value in force.
+    fn param(&mut self, declaration: Declaration) -> Option<ir::Param> {
+        let program = self.program;
+        let ItemKind::Param(param) = &program.item(declaration)?.kind else { return None };
+        match self.params.get(&declaration) {
+            Some(Some(done)) => return Some(done.clone()),
+            Some(None) => {
+                self.circle(param.name.span);
+                return None;
+            }
+            None => {}
+        }
+        self.params.insert(declaration, None);
+        let checked = self.check_param(param, declaration.module);
+        if let Some(checked) = &checked {
+            let value = RuleSetParam(checked).value();
+            self.constants.params.insert(param.name.text.clone(), value);
+        }
+        self.params.insert(declaration, checked.clone());
+        checked
+    }
+
+    fn check_param(&mut self, param: &ast::Param, module: usize) -> Option<ir::Param> {
+        let ty = self.type_named(&param.ty);
+        if ty.dimension().is_none() && !matches!(ty, Ty::Bool | Ty::Unknown) {
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, param.ty.span, "a parameter is a quantity, a Count or a Bool")
+                    .label(format!("this is {ty}")),
+            );
+            return None;
+        }
+        let mut cx = Context::new(module, Stage::Declaration, false);
+        let domain = param.domain.as_ref().and_then(|d| {
+            let domain = self.expect(d, &mut cx, &Ty::Domain(Box::new(ty.clone())), "the domain of a parameter");
+            self.constant_range(&domain)
+        });
+        let what = format!("`{}`", param.name.text);
+        let mut given = None;
+        for (name, text) in self.overrides {
+            if *name == param.name.text {
+                given = Some(text.clone());
+            }
+        }
+        let (value, span) = match (given, &param.default) {
+            (Some(text), _) => (self.from_outside(&text, &ty, param)?, param.name.span),
+            (None, Some(default)) => {
+                let span = default.span;
+                let default = self.expect(default, &mut cx, &ty, &what);
+                match self.constant(&default)? {
+                    Value::Number(x) => (x, span),
+                    Value::Bool(x) => (f64::from(u8::from(x)), span),
+                    _ => return None,
+                }
+            }
+            (None, None) => {
+                self.report(
+                    Diagnostic::new(Code::MISSING_FIELD, param.name.span, format!("{what} has no value"))
+                        .label("no default")
+                        .help(format!("write `= VALUE` after it, or run with `-p {}=VALUE`", param.name.text)),
+                );
+                return None;
+            }
+        };
+        if let Some((low, high)) = domain {
+            if value < low || value > high {
+                self.report(
+                    Diagnostic::new(Code::OUT_OF_DOMAIN, span, format!("{what} is outside its domain"))
+                        .label(format!("{} is not within {} .. {}", shown(value, &ty), shown(low, &ty), shown(high, &ty)))
+                        .help("choose a value inside, or widen the domain"),
+                );
+                return None;
+            }
+        }
+        Some(ir::Param { ty, domain, value, span: param.name.span })
+    }
+
+    /// Reads the value of `-p NAME=VALUE`.
+    fn from_outside(&mut self, text: &str, ty: &Ty, param: &ast::Param) -> Option<f64> {
+        let trimmed = text.trim();
+        let value = match (ty, trimmed) {
+            (Ty::Bool, "true") => Some(1.0),
+            (Ty::Bool, "false") => Some(0.0),
+            (Ty::Bool, _) => None,
+            _ => {
+                let split = trimmed.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+'))).unwrap_or(trimmed.len());
+                let (number, unit) = trimmed.split_at(split);
+                let unit = unit.trim();
+                let unit = if unit.is_empty() {
+                    Some((Dimension::NUMBER, 1.0))
+                } else {
+                    crate::units::parse(unit).ok().map(|u| (u.dimension, u.factor))
+                };
+                match (number.parse::<f64>(), unit) {
+                    (Ok(x), Some((d, factor)))
+                        if x.is_finite() && Some(d) == ty.dimension() && (*ty != Ty::Count || x.fract() == 0.0) =>
+                    {
+                        Some(x * factor)
+                    }
+                    _ => None,
+                }
+            }
+        };
+        if value.is_none() {
+            let example = match ty {
+                Ty::Bool => "true".to_owned(),
+                Ty::Count => "3".to_owned(),
+                ty => format!("\"1 {}\"", ty.dimension().map(crate::units::suggest).unwrap_or_default()),
+            };
+            self.report(
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    param.name.span,
+                    format!("`-p {}={text}` is not a {ty}", param.name.text),
+                )
+                .label("this parameter")
+                .help(format!("write for example `-p {}={example}`", param.name.text)),
+            );
+        }
+        value
+    }
+
+    /// The type that a declaration names.
+    fn type_named(&mut self, name: &Name) -> Ty {
+        let ty = match name.text.as_str() {
+            "Count" => Some(Ty::Count),
+            "Bool" => Some(Ty::Bool),
+            "Text" => Some(Ty::Text),
+            "Pattern" => Some(Ty::Pattern),
+            other => Dimension::named(other).map(Ty::Quantity),
+        };
+        ty.unwrap_or_else(|| {
+            let names = || Dimension::names().chain(["Count", "Bool", "Text", "Pattern"]);
+            let help = did_you_mean(&name.text, names())
+                .unwrap_or_else(|| format!("types are: {}", names().collect::<Vec<_>>().join(", ")));
+            self.report(
+                Diagnostic::new(Code::UNKNOWN_TYPE, name.span, format!("unknown type `{}`", name.text))
+                    .label("no type of this name")
+                    .help(help),
+            );
+            Ty::Unknown
+        })
+    }
+
+    fn is_actuator(&self, kind: &str, module: usize) -> bool {
+        self.program.lookup(module, kind).is_some_and(|(_, item)| matches!(item.kind, ItemKind::Actuator(_)))
+    }
+
+    /// Every parameter that some actuator of the program has.
+    fn instance_params(&mut self) -> Vec<(String, Ty)> {
+        let program = self.program;
+        program
+            .items()
+            .filter_map(|(_, item)| match &item.kind {
+                ItemKind::Actuator(block) => Some(self.params_of(block)),
+                _ => None,
+            })
+            .flatten()
+            .collect()
+    }
+
+    /// The parameters that an actuator's block declares.
+    fn params_of(&mut self, block: &ast::Block) -> Vec<(String, Ty)> {
+        block
+            .fields
+            .iter()
+            .filter_map(|field| match field {
+                ast::Field::Param(param) => Some((param.name.text.clone(), self.type_named(&param.ty))),
+                _ => None,
+            })
+            .collect()
+    }
+
+    /// A parameter of a part that is known beforehand must lie in its domain.
+    fn check_instance_domain(&mut self, item: &ast::Item, name: &str, value: &Expr, cx: &Context) {
+        let ItemKind::Actuator(block) = &item.kind else { return };
+        let Some(param) = block.fields.iter().find_map(|f| match f {
+            ast::Field::Param(p) if p.name.text == name => Some(p),
+            _ => None,
+        }) else {
+            return;
+        };
+        let Some(domain) = &param.domain else { return };
+        let Some(value_now) = self.quiet_number(value) else { return };
+        let ty = value.ty.clone();
+        let mut inner = Context::new(cx.module, Stage::Declaration, false);
+        let domain = self.expect(domain, &mut inner, &Ty::Domain(Box::new(ty.clone())), "a domain");
+        if let Some((low, high)) = self.constant_range(&domain) {
+            if value_now < low || value_now > high {
+                self.report(
+                    Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, format!("`{name}` is outside its domain"))
+                        .label(format!("{} is not within {} .. {}", shown(value_now, &ty), shown(low, &ty), shown(high, &ty)))
+                        .also(param.name.span, "declared here"),
+                );
+            }
+        }
+    }
+}
+
+/// The value of a checked parameter.
+struct RuleSetParam<'a>(&'a ir::Param);
+
+impl RuleSetParam<'_> {
+    fn value(&self) -> Value {
+        if self.0.ty == Ty::Bool { Value::Bool(self.0.value != 0.0) } else { Value::Number(self.0.value) }
+    }
+}
+
+/// A number with the unit that people would write.
+pub(crate) fn shown(value: f64, ty: &Ty) -> String {
+    let Some(dimension) = ty.dimension().filter(|d| !d.is_number()) else {
+        return format!("{}", (value * 1e9).round() / 1e9);
+    };
+    let unit = crate::units::suggest(dimension);
+    let factor = crate::units::parse(&unit).map_or(1.0, |u| u.factor);
+    format!("{} {unit}", (value / factor * 1e6).round() / 1e6)
+}

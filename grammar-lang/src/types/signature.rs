@@ -1,0 +1,70 @@
+//! The types of built-in words, functions and attributes.
+
+use crate::ir::{Function, Ty, Word};
+use crate::units::Dimension;
+
+/// The type of a word.
+#[must_use]
+pub fn word(word: Word) -> Ty {
+    match word {
+        Word::Pi | Word::Cycle | Word::Temperature | Word::Best => Ty::NUMBER,
+        Word::Time | Word::Start | Word::End | Word::Duration => Ty::Quantity(Dimension::TIME),
+        Word::Elements => Ty::List(Box::new(Ty::Element)),
+        Word::Iteration | Word::Idle => Ty::Count,
+        Word::Connected | Word::NoOverlap => Ty::Bool,
+    }
+}
+
+/// The attributes that every part has.
+pub const PART_ATTRIBUTES: &[(&str, Ty)] =
+    &[("turn", Ty::Quantity(Dimension::ANGLE)), ("image", Ty::Count)];
+
+/// The attributes of an element.
+#[must_use]
+pub fn element_attribute(name: &str) -> Option<Ty> {
+    match name {
+        "position" => Some(Ty::Track(Box::new(Ty::Vector(Dimension::LENGTH)))),
+        "rotation" => Some(Ty::Track(Box::new(Ty::Rotation))),
+        _ => None,
+    }
+}
+
+/// What a function takes: how people write it, and how many arguments.
+#[must_use]
+pub fn usage(function: Function) -> (&'static str, std::ops::RangeInclusive<usize>) {
+    use Function as F;
+    match function {
+        F::Abs => ("abs(x)", 1..=1),
+        F::Min => ("min(a, b, ...)", 2..=64),
+        F::Max => ("max(a, b, ...)", 2..=64),
+        F::Clamp => ("clamp(x, low, high)", 3..=3),
+        F::Floor => ("floor(number)", 1..=1),
+        F::Ceil => ("ceil(number)", 1..=1),
+        F::Round => ("round(number)", 1..=1),
+        F::Fraction => ("fraction(number)", 1..=1),
+        F::Sqrt => ("sqrt(x)", 1..=1),
+        F::Exp => ("exp(number)", 1..=1),
+        F::Ln => ("ln(number)", 1..=1),
+        F::Sin => ("sin(angle)", 1..=1),
+        F::Cos => ("cos(angle)", 1..=1),
+        F::Tan => ("tan(angle)", 1..=1),
+        F::Arc => ("arc(radius, angle)", 2..=2),
+        F::Length => ("length(vector)", 1..=1),
+        F::Horizontal => ("horizontal(vector)", 1..=1),
+        F::Height => ("height(vector)", 1..=1),
+        F::Angle => ("angle(rotation, rotation)", 2..=2),
+        F::Count => ("count(kind)", 1..=1),
+        F::Each => ("each(list, n)", 2..=2),
+        F::Repeat => ("repeat(x, n)", 2..=2),
+        F::First => ("first(list)", 1..=1),
+        F::Last => ("last(list)", 1..=1),
+        F::Bezier => ("bezier(list)", 1..=1),
+        F::Box => ("box(x, y, z)", 3..=3),
+        F::Sphere => ("sphere(radius)", 1..=1),
+        F::Cylinder => ("cylinder(radius, length)", 2..=2),
+        F::Normal => ("normal(mean, deviation)", 2..=2),
+        F::Uniform => ("uniform(low, high)", 2..=2),
+        F::Gain => ("gain(iterations)", 1..=1),
+        F::Neighbours => ("neighbours(part)", 1..=1),
+    }
+}

@@ -1,0 +1,85 @@
+//! Stages: when an expression is evaluated, and so what it may read.
+
+use crate::ir::{Function, Word};
+
+/// When an expression is evaluated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Once, before anything runs.
+    Declaration,
+    /// For a place in the cycle of a pattern.
+    Pattern,
+    /// On the design so far: guards, choices, effects, requirements.
+    Derivation,
+    /// When a rule is drawn.
+    Weight,
+    /// For an actuator at a time.
+    Drive,
+    /// When a curve is mutated.
+    Mutation,
+    /// When the search decides how to go on.
+    Schedule,
+    /// On the recorded motion.
+    Score,
+}
+
+impl Stage {
+    /// What people call an expression of this stage.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Declaration => "a declaration",
+            Self::Pattern => "a pattern",
+            Self::Derivation => "the derivation of a design",
+            Self::Weight => "a rule's weight",
+            Self::Drive => "an actuation",
+            Self::Mutation => "a mutation",
+            Self::Schedule => "a search schedule",
+            Self::Score => "a term or an objective",
+        }
+    }
+
+    /// Whether the design may be read.
+    #[must_use]
+    pub fn sees_design(self) -> bool {
+        !matches!(self, Self::Declaration | Self::Pattern)
+    }
+
+    /// Whether a word has a value.
+    #[must_use]
+    pub fn sees_word(self, word: Word) -> bool {
+        stages_of(word).is_none_or(|stages| stages.contains(&self))
+    }
+
+    /// Whether a function can be called.
+    #[must_use]
+    pub fn sees_function(self, function: Function) -> bool {
+        match function {
+            Function::Gain => self == Self::Schedule,
+            Function::Neighbours => self.sees_design(),
+            _ => true,
+        }
+    }
+
+    /// Whether elements have positions and rotations.
+    #[must_use]
+    pub fn sees_motion(self) -> bool {
+        self == Self::Score
+    }
+}
+
+/// The stages that give a value to a word; `None` for all.
+#[must_use]
+pub fn stages_of(word: Word) -> Option<&'static [Stage]> {
+    use Stage as S;
+    Some(match word {
+        Word::Pi => return None,
+        Word::Cycle => &[S::Pattern],
+        Word::Time => &[S::Drive],
+        Word::Start | Word::End | Word::Duration | Word::Elements => &[S::Score],
+        Word::Temperature => &[S::Weight, S::Mutation],
+        Word::Iteration => &[S::Schedule, S::Mutation],
+        Word::Best | Word::Idle => &[S::Schedule],
+        Word::Connected | Word::NoOverlap => &[S::Derivation, S::Weight],
+    })
+}

@@ -1,0 +1,104 @@
+//! Where modules come from: the standard library inside the program, and files.
+
+use std::collections::BTreeMap;
+use std::path::{Component, Path, PathBuf};
+
+use grammar_lang::source::{Source, World};
+
+/// The standard library: module name and text.
+pub const LIBRARY: &[(&str, &str)] = &[
+    ("std.actuation", include_str!("../std-rules/actuation.sgr")),
+    ("std.actuators", include_str!("../std-rules/actuators.sgr")),
+    ("std.blocks", include_str!("../std-rules/blocks.sgr")),
+    ("std.models", include_str!("../std-rules/models.sgr")),
+    ("std.objectives", include_str!("../std-rules/objectives.sgr")),
+    ("std.search", include_str!("../std-rules/search.sgr")),
+];
+
+/// The standard library and the files around the grammar.
+#[derive(Debug, Default)]
+pub struct Files;
+
+/// A frozen set of texts, such as the sources kept in a run folder, or edited
+/// copies in a test. What it lacks is looked up in the standard library.
+#[derive(Debug, Default)]
+pub struct Frozen {
+    /// Text by module name.
+    pub texts: BTreeMap<String, String>,
+}
+
+fn from_library(module: &str) -> Option<Source> {
+    let (name, text) = LIBRARY.iter().find(|(name, _)| *name == module)?;
+    Some(Source { name: (*name).to_owned(), text: (*text).to_owned() })
+}
+
+fn library_names() -> Vec<String> {
+    LIBRARY.iter().map(|(name, _)| (*name).to_owned()).collect()
+}
+
+/// A path without `.` and `..` where they can be resolved by name alone.
+fn tidy(path: &Path) -> PathBuf {
+    let mut out = PathBuf::new();
+    for part in path.components() {
+        match part {
+            Component::CurDir => {}
+            Component::ParentDir if out.file_name().is_some() => {
+                out.pop();
+            }
+            part => out.push(part),
+        }
+    }
+    out
+}
+
+/// The path that a `use "./file.sgr"` in `from` means.
+fn beside(from: &str, module: &str) -> PathBuf {
+    tidy(&Path::new(from).parent().unwrap_or(Path::new("")).join(module))
+}
+
+/// Reads a file as text; bytes that are no UTF-8 become U+FFFD, which the parser refuses with its place.
+///
+/// # Errors
+///
+/// The system's reason.
+pub fn read_text(path: &Path) -> Result<String, String> {
+    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+impl World for Files {
+    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+        if let Some(source) = from_library(module) {
+            return Ok(source);
+        }
+        if !module.ends_with(".sgr") {
+            return Err("not in the standard library".to_owned());
+        }
+        if from.starts_with("std.") {
+            return Err("the standard library imports no files".to_owned());
+        }
+        let path = beside(from, module);
+        let text = read_text(&path)?;
+        Ok(Source { name: path.to_string_lossy().into_owned(), text })
+    }
+
+    fn library(&self) -> Vec<String> {
+        library_names()
+    }
+}
+
+impl World for Frozen {
+    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+        let path = beside(from, module).to_string_lossy().into_owned();
+        for name in [module, path.as_str()] {
+            if let Some(text) = self.texts.get(name) {
+                return Ok(Source { name: name.to_owned(), text: text.clone() });
+            }
+        }
+        from_library(module).ok_or_else(|| "not among these texts".to_owned())
+    }
+
+    fn library(&self) -> Vec<String> {
+        library_names()
+    }
+}
