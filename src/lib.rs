@@ -1,5 +1,10 @@
 //! `sgc` turns spatial grammars into soft robots that move.
 
+pub mod derive;
 pub mod design;
+pub mod drive;
+pub mod results;
+pub mod score;
+pub mod search;
 pub mod simulate;
 pub mod world;

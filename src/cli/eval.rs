@@ -1,0 +1,80 @@
+//! `sgc eval`: simulates a saved design again.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::output::{self, Fault};
+use super::{exit, load};
+use crate::results::saved::SavedDesign;
+use crate::results::{describe, judge};
+use crate::simulate;
+
+/// Simulate a saved design again and print its terms and value
+#[derive(Args)]
+pub(super) struct Eval {
+    /// The saved design, or the run folder that holds it
+    #[arg(value_name = "DESIGN")]
+    design: PathBuf,
+    /// Another simulation method [default: the one of the run]
+    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
+    solver: Option<String>,
+    /// Another time step, such as 1/480 (in seconds) [default: the grammar's]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    step: Option<f64>,
+    /// Judge it by this grammar, not by the one that made it
+    #[arg(long, value_name = "FILE")]
+    grammar: Option<PathBuf>,
+}
+
+/// Reads `0.002` or `1/480`.
+fn seconds(text: &str) -> Result<f64, String> {
+    let number = |t: &str| t.trim().parse::<f64>().ok();
+    let value = match text.split_once('/') {
+        Some((a, b)) => number(a).zip(number(b)).map(|(a, b)| a / b),
+        None => number(text),
+    };
+    match value {
+        Some(x) if x.is_finite() && x >= 1e-5 && x <= 0.1 => Ok(x),
+        _ => Err("write a time in seconds from 0.00001 to 0.1, such as 1/480".to_owned()),
+    }
+}
+
+/// The file that a design or run folder means.
+pub(super) fn design_file(path: &std::path::Path) -> PathBuf {
+    if path.is_dir() { path.join("best.design.json") } else { path.to_owned() }
+}
+
+impl Eval {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let path = design_file(&self.design);
+        let design = SavedDesign::read(&path).map_err(Fault::usage)?;
+        let rules = match &self.grammar {
+            Some(file) => load::grammar(file, &[])?.0,
+            None => design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?,
+        };
+        let other = (rules.name != design.grammar.name).then(|| {
+            format!("; it was made by the grammar `{}`, not by `{}`", design.grammar.name, rules.name)
+        });
+        let solver = self.solver.as_deref().unwrap_or(&design.solver);
+        let replayed = judge::replay(&rules, &design, solver, self.step)
+            .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
+        let Some(score) = replayed.score else {
+            return Err(Fault::input("the motion is not valid: an element was too fast, or a number not finite"));
+        };
+        output::data(&format!("value {}\n", describe::quantity(score.value, &rules.objective.unit)))?;
+        for (name, value) in &score.terms {
+            output::data(&format!("  {name} {value:.5}\n"))?;
+        }
+        let same = self.solver.is_none() && self.step.is_none() && self.grammar.is_none();
+        if same && score.value.to_bits() == design.value.to_bits() {
+            output::note("exactly the saved value");
+        } else {
+            output::note(&format!("the saved value is {}", describe::quantity(design.value, &design.unit)));
+        }
+        if same && score.value.to_bits() != design.value.to_bits() {
+            return Err(Fault::input("the value is not the saved one: the design was made by another version of sgc, or changed"));
+        }
+        Ok(exit::DONE)
+    }
+}

@@ -1,0 +1,69 @@
+//! Reads a grammar for a command.
+
+use std::io::Read;
+use std::path::Path;
+
+use grammar_lang::diagnostics::Diagnostic;
+use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+
+use super::exit;
+use super::output::{self, Fault};
+use crate::derive::check_start;
+use crate::world::{Files, read_text};
+
+/// What checking a file gave.
+pub(super) struct Checked {
+    pub(super) rules: Option<RuleSet>,
+    pub(super) is_grammar: bool,
+    pub(super) diagnostics: Vec<Diagnostic>,
+    pub(super) sources: SourceMap,
+}
+
+/// Reads and checks a file; `-` is standard input.
+pub(super) fn check(path: &Path, overrides: &[(String, String)]) -> Result<Checked, Fault> {
+    let fault = |e: String| Fault::usage(format!("cannot read {}: {e}", path.display()));
+    let (name, text) = if path == Path::new("-") {
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| fault(e.to_string()))?;
+        ("<stdin>".to_owned(), String::from_utf8_lossy(&bytes).into_owned())
+    } else {
+        (path.to_string_lossy().into_owned(), read_text(path).map_err(fault)?)
+    };
+    let mut sources = SourceMap::default();
+    let entry = sources.add(name, text);
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, overrides);
+    let mut diagnostics = compiled.diagnostics;
+    diagnostics.extend(compiled.ruleset.as_ref().and_then(check_start));
+    let sound = !diagnostics.iter().any(Diagnostic::is_error);
+    let rules = compiled.ruleset.filter(|_| sound);
+    Ok(Checked { rules, is_grammar: compiled.is_grammar, diagnostics, sources })
+}
+
+/// Reads a grammar that is to be run: findings go to standard error.
+pub(super) fn grammar(path: &Path, overrides: &[(String, String)]) -> Result<(RuleSet, SourceMap), Fault> {
+    let checked = check(path, overrides)?;
+    if !checked.diagnostics.is_empty() {
+        let text = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());
+        output::note(text.trim_end());
+    }
+    match checked.rules {
+        Some(rules) => Ok((rules, checked.sources)),
+        None if checked.diagnostics.iter().any(Diagnostic::is_error) => {
+            Err(Fault { code: exit::INPUT, message: String::new() })
+        }
+        None => Err(Fault::input(format!(
+            "{} is a module for other grammars to use: it has no `grammar NAME` line, so there is nothing to run",
+            path.display()
+        ))),
+    }
+}
+
+/// Says where and why an expression has no value.
+pub(super) fn no_value(error: &grammar_lang::eval::EvalError, sources: &SourceMap) -> String {
+    let (line, column) = sources.line_column(error.span);
+    let name = sources.get(error.span.file).map_or("", |s| s.name.as_str());
+    let text = sources.slice(error.span);
+    format!("{name}:{line}:{column}: `{text}` has no value: {}", error.reason)
+}

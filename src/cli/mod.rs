@@ -1,0 +1,103 @@
+//! The command line. One file for each command.
+
+mod check;
+mod compile;
+mod derive;
+mod eval;
+mod load;
+mod output;
+mod progress;
+mod run;
+mod view;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use output::Fault;
+
+/// Exit codes; scripts rely on them.
+pub mod exit {
+    /// Done.
+    pub const DONE: u8 = 0;
+    /// The input has errors, or no feasible design was found.
+    pub const INPUT: u8 = 1;
+    /// Usage, configuration, files.
+    pub const USAGE: u8 = 2;
+    /// Stopped before the end, with the best so far saved.
+    pub const STOPPED: u8 = 75;
+    /// Interrupted with nothing saved.
+    pub const INTERRUPTED: u8 = 130;
+}
+
+/// Grows soft robots from spatial grammars.
+///
+/// A grammar (.sgr) says which parts a robot may have, how they may be joined
+/// and actuated, and what counts as good. sgc checks it, and searches for
+/// bodies and gaits that do well in simulation.
+#[derive(Parser)]
+#[command(version, arg_required_else_help = true, after_help = AFTER)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+const AFTER: &str = "\
+Examples:
+  sgc check grammars/codesign.sgr
+  sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
+  sgc view runs/codesign-3
+
+Exit codes: 0 done; 1 the input has errors, or no feasible design was found;
+2 usage or files; 75 stopped early with the best so far saved; 101 a bug in sgc;
+130 interrupted with nothing saved.";
+
+#[derive(Subcommand)]
+enum Command {
+    Check(check::Check),
+    Compile(compile::Compile),
+    Derive(derive::Derive),
+    Run(run::Run),
+    Eval(eval::Eval),
+    View(view::View),
+}
+
+/// Runs the program with the process's arguments.
+#[must_use]
+pub fn main() -> ExitCode {
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => {
+            let code = if error.use_stderr() { exit::USAGE } else { exit::DONE };
+            // A closed terminal is no reason to fail twice.
+            let _ = error.print();
+            return ExitCode::from(code);
+        }
+    };
+    let done = match arguments.command {
+        Command::Check(command) => command.run(),
+        Command::Compile(command) => command.run(),
+        Command::Derive(command) => command.run(),
+        Command::Run(command) => command.run(),
+        Command::Eval(command) => command.run(),
+        Command::View(command) => command.run(),
+    };
+    match done {
+        Ok(code) => ExitCode::from(code),
+        Err(Fault { code, message }) => {
+            if !message.is_empty() {
+                output::note(&format!("error: {message}"));
+            }
+            ExitCode::from(code)
+        }
+    }
+}
+
+/// Reads `NAME=VALUE`.
+fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, value)) if !name.trim().is_empty() && !value.trim().is_empty() => {
+            Ok((name.trim().to_owned(), value.trim().to_owned()))
+        }
+        _ => Err("write NAME=VALUE, such as max_parts=12 or period=\"4 s\"".to_owned()),
+    }
+}

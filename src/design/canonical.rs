@@ -1,0 +1,78 @@
+//! A hash of a body that ignores how it was derived.
+
+use grammar_lang::eval::Value;
+use grammar_lang::ir::{RuleSet, Shape};
+use nalgebra::Vector3;
+use sha2::{Digest, Sha256};
+
+use super::{Design, Part};
+
+/// Places and directions are compared on this grid (m, or parts of one).
+const GRID: f64 = 1e-6;
+
+fn snap(x: f64) -> i64 {
+    libm::round(x / GRID) as i64
+}
+
+fn direction(v: Vector3<f64>) -> [i64; 3] {
+    // Coarser than places: directions are products of many rotations.
+    [v.x, v.y, v.z].map(|x| libm::round(x * 1e4) as i64)
+}
+
+/// A direction without its sign.
+fn line(v: Vector3<f64>) -> [i64; 3] {
+    let d = direction(v);
+    let negative = d.iter().find(|x| **x != 0).is_some_and(|x| *x < 0);
+    if negative { d.map(|x| -x) } else { d }
+}
+
+/// What makes a part this part, apart from its joints.
+fn describe(part: &Part, rules: &RuleSet) -> String {
+    let p = part.pose.translation.vector;
+    let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|a| part.pose.rotation * a);
+    let turned = match rules.parts.get(&part.kind).map(|b| b.shape) {
+        Some(Shape::Sphere(_)) => String::new(),
+        Some(Shape::Box(edges)) => {
+            // A cube turned by a quarter is the same cube.
+            let mut lines: Vec<(i64, [i64; 3])> =
+                axes.iter().zip(edges).map(|(a, edge)| (snap(edge), line(*a))).collect();
+            lines.sort_unstable();
+            format!("{lines:?}")
+        }
+        _ => format!("{:?}", axes.map(direction)),
+    };
+    let params: Vec<String> = part
+        .params
+        .iter()
+        .map(|(name, value)| match value {
+            Value::Number(x) => format!("{name}={}", x.to_bits()),
+            Value::Pattern(pattern) => format!("{name}={pattern}"),
+            other => format!("{name}={other:?}"),
+        })
+        .collect();
+    format!("{} {:?} {turned} {params:?}", part.kind, [snap(p.x), snap(p.y), snap(p.z)])
+}
+
+pub(super) fn hash(design: &Design, rules: &RuleSet) -> String {
+    let mut described: Vec<(String, u64)> = design.parts.iter().map(|(id, p)| (describe(p, rules), *id)).collect();
+    described.sort_unstable();
+    let index = |id: u64| described.iter().position(|(_, i)| *i == id);
+    let mut joints: Vec<(Option<usize>, Option<usize>)> = design
+        .parts
+        .iter()
+        .filter_map(|(id, p)| p.held_by.map(|(holder, _)| (index(holder).min(index(*id)), index(holder).max(index(*id)))))
+        .collect();
+    joints.sort_unstable();
+    let mut hasher = Sha256::new();
+    for (text, _) in &described {
+        hasher.update(text.as_bytes());
+        hasher.update(b"\n");
+    }
+    hasher.update(format!("{joints:?}").as_bytes());
+    hex(&hasher.finalize())
+}
+
+/// Lower-case hexadecimal digits.
+pub(crate) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|b| format!("{b:02x}")).collect()
+}

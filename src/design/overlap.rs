@@ -1,0 +1,90 @@
+//! Whether parts overlap.
+
+use grammar_lang::ir::RuleSet;
+use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use parry3d_f64::math::Pose;
+use parry3d_f64::query;
+use parry3d_f64::shape::{Ball, Cuboid, Cylinder};
+
+use super::assembly::Shape;
+use super::{Body, Design};
+
+/// Elements are made smaller by this share before they are compared: parts that
+/// touch do not overlap, whatever the rounding.
+const SHRINK: f64 = 0.98;
+
+enum Solid {
+    Ball(Ball),
+    Box(Cuboid),
+    Cylinder(Cylinder),
+}
+
+impl Solid {
+    fn new(shape: &Shape) -> Self {
+        match shape {
+            Shape::Ball { radius } => Self::Ball(Ball::new(radius * SHRINK)),
+            Shape::Box { half } => {
+                let half = half * SHRINK;
+                Self::Box(Cuboid::new(parry3d_f64::math::Vector::new(half.x, half.y, half.z)))
+            }
+            Shape::Cylinder { radius, half_length } => Self::Cylinder(Cylinder::new(half_length * SHRINK, radius * SHRINK)),
+        }
+    }
+
+    fn shape(&self) -> &dyn parry3d_f64::shape::Shape {
+        match self {
+            Self::Ball(s) => s,
+            Self::Box(s) => s,
+            Self::Cylinder(s) => s,
+        }
+    }
+}
+
+fn reach(shape: &Shape) -> f64 {
+    match shape {
+        Shape::Ball { radius } => *radius,
+        Shape::Box { half } => half.norm(),
+        Shape::Cylinder { radius, half_length } => (radius * radius + half_length * half_length).sqrt(),
+    }
+}
+
+/// The same pose for the geometry library, whose cylinders stand along y.
+fn pose(pose: &Isometry3<f64>, shape: &Shape) -> Pose {
+    let pose = if matches!(shape, Shape::Cylinder { .. }) {
+        // x of the element is y of the library's cylinder.
+        let half = std::f64::consts::FRAC_1_SQRT_2;
+        let turn = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(half, 0.0, 0.0, -half));
+        pose * Isometry3::from_parts(Vector3::zeros().into(), turn)
+    } else {
+        *pose
+    };
+    let (t, r) = (pose.translation.vector, pose.rotation.into_inner());
+    Pose::from_parts(
+        parry3d_f64::math::Vector::new(t.x, t.y, t.z),
+        parry3d_f64::math::Rotation::from_xyzw(r.i, r.j, r.k, r.w),
+    )
+}
+
+/// Whether no two parts of a design overlap.
+pub(super) fn none(design: &Design, rules: &RuleSet) -> bool {
+    let body = Body::new(design, rules);
+    let solids: Vec<_> = body
+        .assembly
+        .elements
+        .iter()
+        .zip(&body.parts_of_elements)
+        .map(|(e, part)| (Solid::new(&e.shape), pose(&e.pose, &e.shape), reach(&e.shape), e.pose.translation.vector, *part))
+        .collect();
+    for (i, (a, pose_a, reach_a, centre_a, part_a)) in solids.iter().enumerate() {
+        for (b, pose_b, reach_b, centre_b, part_b) in solids.iter().skip(i + 1) {
+            if part_a == part_b || (centre_a - centre_b).norm() > reach_a + reach_b {
+                continue;
+            }
+            // A pair that the library cannot judge counts as overlapping.
+            if query::intersection_test(pose_a, a.shape(), pose_b, b.shape()).map_or(true, |s| s.intersecting) {
+                return false;
+            }
+        }
+    }
+    true
+}

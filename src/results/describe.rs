@@ -1,0 +1,90 @@
+//! Designs and values in words.
+
+use std::fmt::Write;
+
+use grammar_lang::eval::Reference;
+use grammar_lang::ir::RuleSet;
+
+use crate::derive::{Derivation, Recorded, Step};
+use crate::design::{Design, PartId, ports};
+
+/// What people call a part: `core`, or its kind and a number.
+fn part_name(design: &Design, id: PartId) -> String {
+    if let Some((name, _)) = design.placed.iter().find(|(_, p)| **p == id) {
+        return name.clone();
+    }
+    match design.parts.get_full(&id) {
+        Some((index, _, part)) => format!("{} {index}", part.kind),
+        None => "a part that is gone".to_owned(),
+    }
+}
+
+fn value(rules: &RuleSet, design: &Design, recorded: &Recorded) -> String {
+    match recorded {
+        Recorded::Number(x) => format!("{}", (x * 1e6).round() / 1e6),
+        Recorded::Bool(x) => x.to_string(),
+        Recorded::Text(x) | Recorded::Pattern(x) => x.clone(),
+        Recorded::Kind(name, _) => name.clone(),
+        Recorded::Reference(Reference::Part(id)) => part_name(design, *id),
+        Recorded::Reference(Reference::Port(id, port)) => {
+            let name = design.parts.get(id).and_then(|p| ports(rules, p).get(*port as usize).map(|p| p.name));
+            name.unwrap_or("?").to_owned()
+        }
+        Recorded::Reference(Reference::Step(id)) => format!("step {id}"),
+        Recorded::Reference(Reference::Element(id)) => format!("element {id}"),
+    }
+}
+
+/// A step as one line: the rule and what it matched and chose.
+#[must_use]
+pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
+    let names = rules.rules.iter().find(|r| r.name == step.rule).map(|r| r.locals.clone()).unwrap_or_default();
+    let values: Vec<String> =
+        names.iter().zip(&step.locals).map(|(name, local)| format!("{name} = {}", value(rules, design, local))).collect();
+    format!("{}({})", step.rule, values.join(", "))
+}
+
+/// A derivation: its steps, then its parts, as stable text.
+#[must_use]
+pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
+    let design = &derivation.design;
+    let mut out = String::from("steps\n");
+    for (i, s) in derivation.steps.iter().enumerate() {
+        // Writing to a String never fails.
+        let _ = writeln!(out, "  {:>2}. {}", i + 1, step(rules, design, s));
+    }
+    out.push_str("parts\n");
+    for (index, (id, part)) in design.parts.iter().enumerate() {
+        let held = part.held_by.map_or(String::new(), |(holder, port)| {
+            let port = design.parts.get(&holder).and_then(|p| ports(rules, p).get(port as usize).map(|p| p.name));
+            format!(" on {}.{}", part_name(design, holder), port.unwrap_or("?"))
+        });
+        let turn = if part.turn == 0.0 { String::new() } else { format!(", turned {} deg", (part.turn.to_degrees() * 1e3).round() / 1e3) };
+        let image = part.image_of.map_or(String::new(), |o| format!(", image of {}", part_name(design, o)));
+        let p = part.pose.translation.vector * 1e3;
+        let at = [p.x, p.y, p.z].map(|x| {
+            let x = (x * 1e3).round() / 1e3;
+            if x == 0.0 { 0.0 } else { x }
+        });
+        let _ = writeln!(out, "  {index:>2}. {}{held}{turn}{image}, at {at:?} mm", part_name(design, *id));
+    }
+    let _ = writeln!(out, "body {}", design.canonical_hash(rules));
+    out
+}
+
+/// A value with its unit, to a tenth of a per mille.
+#[must_use]
+pub fn quantity(value: f64, unit: &str) -> String {
+    if unit.is_empty() { format!("{value:.4}") } else { format!("{value:.4} {unit}") }
+}
+
+/// A term's value in a unit that people use.
+#[must_use]
+pub fn term(rules: &RuleSet, name: &str, si: f64) -> String {
+    let dimension = rules.terms.get(name).and_then(|t| t.ty.dimension()).unwrap_or_default();
+    let objective = grammar_lang::units::parse(&rules.objective.unit).ok().filter(|u| u.dimension == dimension);
+    match objective {
+        Some(unit) => quantity(si / unit.factor, &rules.objective.unit),
+        None => quantity(si, &grammar_lang::units::display_unit(dimension)),
+    }
+}

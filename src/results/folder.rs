@@ -1,0 +1,190 @@
+//! The run folder: what a run was asked, what it did, what it found.
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::saved::{Grammar, SavedDesign};
+use crate::search::{Outcome, Row};
+
+/// What a run was asked; the content of `run.toml`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Asked {
+    /// The command line.
+    pub command: String,
+    /// The version of sgc.
+    pub sgc: String,
+    /// The grammar's name.
+    pub grammar: String,
+    /// Hash of the typed rule set.
+    pub rules: String,
+    /// The seed.
+    pub seed: u64,
+    /// The solver.
+    pub solver: String,
+    /// The bound on evaluations.
+    pub max_evals: Option<u64>,
+    /// The bound on time, as it was written.
+    pub time: Option<String>,
+    /// Parameters that were set from outside.
+    pub parameters: std::collections::BTreeMap<String, String>,
+}
+
+/// What a complete run says in `result.json`.
+#[derive(Clone, Debug, Serialize)]
+struct Finished<'a> {
+    grammar: &'a str,
+    seed: u64,
+    value: Option<f64>,
+    unit: &'a str,
+    evaluations: u64,
+    moves: usize,
+    end: &'a str,
+}
+
+/// A run folder that is being written.
+#[derive(Debug)]
+pub struct RunFolder {
+    path: PathBuf,
+    evals: fs::File,
+}
+
+/// Writes a file so that it is there whole or not at all: beside it first,
+/// flushed to the disk, then renamed.
+///
+/// # Errors
+///
+/// A sentence with the path and the system's reason.
+pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
+    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(parent).map_err(|e| fault(&e))?;
+    file.write_all(text.as_bytes()).map_err(|e| fault(&e))?;
+    file.as_file().sync_all().map_err(|e| fault(&e))?;
+    file.persist(path).map_err(|e| fault(&e.error))?;
+    Ok(())
+}
+
+/// The columns of `evals.csv`.
+const COLUMNS: &str =
+    "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable\n";
+
+impl RunFolder {
+    /// Makes a folder for a run.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: the folder exists and is not empty (unless `force`), or cannot be written.
+    pub fn create(path: &Path, force: bool, asked: &Asked, grammar: &Grammar) -> Result<Self, String> {
+        let fault = |what: &Path, e: &dyn std::fmt::Display| format!("cannot write {}: {e}", what.display());
+        if path.exists() {
+            let empty = path.is_dir() && fs::read_dir(path).map_err(|e| fault(path, &e))?.next().is_none();
+            if !empty && !force {
+                return Err(format!(
+                    "{} exists already; choose another folder with --out, another --seed, or replace it with --force",
+                    path.display()
+                ));
+            }
+            if !empty {
+                // Only a folder that a run has written is ever replaced.
+                if !path.join("run.toml").is_file() {
+                    return Err(format!("{} is not a run folder; --force replaces only those", path.display()));
+                }
+                fs::remove_dir_all(path).map_err(|e| fault(path, &e))?;
+            }
+        }
+        fs::create_dir_all(path.join("sources")).map_err(|e| fault(path, &e))?;
+        for (name, text) in &grammar.sources {
+            write_whole(&path.join("sources").join(file_name(name)), text)?;
+        }
+        let text = toml::to_string(asked).map_err(|e| fault(&path.join("run.toml"), &e))?;
+        write_whole(&path.join("run.toml"), &text)?;
+        let evals_path = path.join("evals.csv");
+        let mut evals = fs::File::create(&evals_path).map_err(|e| fault(&evals_path, &e))?;
+        evals.write_all(COLUMNS.as_bytes()).map_err(|e| fault(&evals_path, &e))?;
+        Ok(Self { path: path.to_owned(), evals })
+    }
+
+    /// Where the best design is.
+    #[must_use]
+    pub fn best_path(&self) -> PathBuf {
+        self.path.join("best.design.json")
+    }
+
+    /// Where the folder is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Adds a row to `evals.csv`.
+    ///
+    /// # Errors
+    ///
+    /// A sentence with the system's reason.
+    pub fn row(&mut self, row: &Row) -> Result<(), String> {
+        let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
+        let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
+        let line = format!(
+            "{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+            row.number,
+            row.iteration,
+            row.rule.as_deref().unwrap_or(""),
+            quoted(&blocked.join("; ")),
+            row.size.0,
+            row.size.1,
+            number(row.value),
+            row.accepted,
+            number(row.best),
+            row.temperature,
+            row.evaluations,
+            row.invalid,
+            row.unstable,
+        );
+        self.evals
+            .write_all(line.as_bytes())
+            .map_err(|e| format!("cannot write {}: {e}", self.path.join("evals.csv").display()))
+    }
+
+    /// Replaces the best design.
+    ///
+    /// # Errors
+    ///
+    /// A sentence with the system's reason.
+    pub fn best(&self, design: &SavedDesign) -> Result<(), String> {
+        write_whole(&self.best_path(), &design.text())
+    }
+
+    /// Says that the run is complete.
+    ///
+    /// # Errors
+    ///
+    /// A sentence with the system's reason.
+    pub fn finish(&self, asked: &Asked, unit: &str, outcome: &Outcome) -> Result<(), String> {
+        let finished = Finished {
+            grammar: &asked.grammar,
+            seed: asked.seed,
+            value: outcome.best.as_ref().map(|b| b.value),
+            unit,
+            evaluations: outcome.evaluations,
+            moves: outcome.moves,
+            end: outcome.end.text(),
+        };
+        let text = serde_json::to_string_pretty(&finished).map_err(|e| e.to_string())? + "\n";
+        write_whole(&self.path.join("result.json"), &text)
+    }
+}
+
+/// A file name for a source: `std.blocks` becomes `std.blocks.sgr`, folders become dashes.
+fn file_name(name: &str) -> String {
+    let flat: String = name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') { c } else { '-' }).collect();
+    let flat = flat.trim_start_matches(['-', '.']).to_owned();
+    if flat.ends_with(".sgr") { flat } else { format!("{flat}.sgr") }
+}
+
+/// A text as a field of a csv file.
+fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+}

@@ -1,0 +1,6 @@
+//! Results: the run folder, the saved design, the viewer's page.
+
+pub mod describe;
+pub mod folder;
+pub mod judge;
+pub mod saved;

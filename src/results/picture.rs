@@ -1,0 +1,84 @@
+//! From a saved design to the scene that the viewer shows.
+
+use grammar_lang::ir::RuleSet;
+
+use super::saved::SavedDesign;
+use super::view::{Check, Curve, Element, Scene};
+use super::{describe, judge};
+
+/// Simulates a design and describes what is to be seen.
+///
+/// # Errors
+///
+/// A sentence: the design does not fit its grammar, or its motion is not valid.
+pub fn scene(rules: &RuleSet, design: &SavedDesign) -> Result<Scene, String> {
+    let replayed = judge::replay(rules, design, &design.solver, None)?;
+    let motion = replayed.motion.map_err(|_| "the motion is not valid")?;
+    let parts = &replayed.derivation.design.parts;
+    let elements = replayed
+        .body
+        .assembly
+        .elements
+        .iter()
+        .zip(&replayed.body.parts_of_elements)
+        .map(|(element, id)| {
+            let kind = parts.get(id).map_or("", |p| p.kind.as_str());
+            let colour = rules.parts.get(kind).map(|p| &p.colour).or(rules.actuators.get(kind).map(|a| &a.colour));
+            Element {
+                shape: element.shape,
+                colour: colour.cloned().unwrap_or_default(),
+                actuator: replayed.body.actuators.iter().position(|a| a == id),
+                label: kind.to_owned(),
+            }
+        })
+        .collect();
+    let targets = &replayed.targets;
+    let curves = replayed
+        .body
+        .actuators
+        .iter()
+        .enumerate()
+        .map(|(i, id)| {
+            let image = parts.get(id).and_then(|p| p.image_of);
+            let of = image.and_then(|o| replayed.body.actuators.iter().position(|a| *a == o));
+            Curve {
+                name: match of {
+                    Some(original) => format!("actuator {} (image of {})", i + 1, original + 1),
+                    None => format!("actuator {}", i + 1),
+                },
+                interval: targets.interval,
+                targets: targets.angles.iter().skip(i).step_by(targets.actuators.max(1)).copied().collect(),
+            }
+        })
+        .collect();
+    let derivation = replayed
+        .derivation
+        .steps
+        .iter()
+        .map(|s| describe::step(rules, &replayed.derivation.design, s))
+        .collect();
+    let unit = &design.unit;
+    let checks = design
+        .checks
+        .iter()
+        .map(|check| Check {
+            name: format!("with {}", check.name),
+            text: check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, unit)),
+            ok: check.value.is_some_and(|v| judge::keeps(rules, design.value, v)),
+        })
+        .collect();
+    Ok(Scene {
+        title: design.grammar.name.clone(),
+        subtitle: vec![
+            format!("seed {}, body {} of the search, solver {}", design.seed, design.found_at + 1, design.solver),
+            format!("{} parts, {} actuators", parts.len(), replayed.body.actuators.len()),
+        ],
+        value: describe::quantity(design.value, unit),
+        terms: design.terms.iter().map(|(name, v)| (name.clone(), describe::term(rules, name, *v))).collect(),
+        elements,
+        motion,
+        curves,
+        derivation,
+        checks,
+    })
+}

@@ -1,0 +1,183 @@
+//! The saved design: one JSON file that holds all that is needed to see it move again.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use crate::derive::{Derivation, Step};
+use crate::world::Frozen;
+
+/// The version of the file format.
+pub const VERSION: u32 = 1;
+const FORMAT: &str = "sgc design";
+
+/// Texts of a grammar, frozen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Grammar {
+    /// The grammar's name.
+    pub name: String,
+    /// Hash of the typed rule set.
+    pub rules: String,
+    /// The text that declares the grammar.
+    pub entry: String,
+    /// Parameters that were set from outside.
+    pub parameters: Vec<(String, String)>,
+    /// Every text by name.
+    pub sources: BTreeMap<String, String>,
+}
+
+/// A cross-check of a value.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Check {
+    /// What was changed.
+    pub name: String,
+    /// The value then; none if the evaluation was invalid.
+    pub value: Option<f64>,
+}
+
+/// A design with its drive, derivation and score.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SavedDesign {
+    format: String,
+    version: u32,
+    /// The version of sgc that wrote it.
+    pub sgc: String,
+    /// The grammar that made it.
+    pub grammar: Grammar,
+    /// The seed of the run.
+    pub seed: u64,
+    /// The solver that gave the value.
+    pub solver: String,
+    /// The number of the outer move that found it.
+    pub found_at: usize,
+    /// The value of the objective.
+    pub value: f64,
+    /// The unit of the value; empty if it has none.
+    pub unit: String,
+    /// The terms in SI units.
+    pub terms: Vec<(String, f64)>,
+    /// Cross-checks of the value.
+    pub checks: Vec<Check>,
+    /// Hash of the body, whatever its derivation.
+    pub body: String,
+    /// The steps that made the body.
+    pub derivation: Vec<Step>,
+    /// The varied quantities of the drive in SI units, with what they are.
+    pub drive: Vec<(String, f64)>,
+}
+
+/// The hash of a typed rule set.
+#[must_use]
+pub fn rules_hash(rules: &RuleSet) -> String {
+    // A rule set always serialises: its maps have text keys.
+    let text = serde_json::to_string(rules).unwrap_or_default();
+    Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+impl Grammar {
+    /// Freezes the texts of a grammar.
+    #[must_use]
+    pub fn freeze(rules: &RuleSet, sources: &SourceMap, overrides: &[(String, String)]) -> Self {
+        let entry = sources.iter().next().map_or(String::new(), |(_, s)| s.name.clone());
+        Self {
+            name: rules.name.clone(),
+            rules: rules_hash(rules),
+            entry,
+            parameters: overrides.to_vec(),
+            sources: sources.iter().map(|(_, s)| (s.name.clone(), s.text.clone())).collect(),
+        }
+    }
+
+    /// Compiles the frozen texts again.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that says what does not fit.
+    pub fn compile(&self) -> Result<RuleSet, String> {
+        let world = Frozen { texts: self.sources.clone() };
+        let text = self.sources.get(&self.entry).ok_or("the text of its grammar is missing")?;
+        let mut sources = SourceMap::default();
+        let entry = sources.add(self.entry.clone(), text.clone());
+        let compiled = grammar_lang::compile(&world, &mut sources, entry, &self.parameters);
+        let rules = compiled.ruleset.ok_or("this version of sgc cannot read the grammar in it")?;
+        if rules_hash(&rules) != self.rules {
+            return Err("its grammar was changed after it was saved, or this version of sgc reads it differently".to_owned());
+        }
+        Ok(rules)
+    }
+}
+
+impl SavedDesign {
+    /// Fills in the constant fields.
+    #[must_use]
+    #[allow(clippy::too_many_arguments)]
+    pub fn new(
+        grammar: Grammar,
+        seed: u64,
+        solver: &str,
+        found_at: usize,
+        (value, unit): (f64, &str),
+        terms: Vec<(String, f64)>,
+        (derivation, body): (&Derivation, String),
+        drive: Vec<(String, f64)>,
+    ) -> Self {
+        Self {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            sgc: env!("CARGO_PKG_VERSION").to_owned(),
+            grammar,
+            seed,
+            solver: solver.to_owned(),
+            found_at,
+            value,
+            unit: unit.to_owned(),
+            terms,
+            checks: Vec::new(),
+            body,
+            derivation: derivation.steps.clone(),
+            drive,
+        }
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that says what is wrong with it.
+    pub fn read(path: &Path) -> Result<Self, String> {
+        let bytes = std::fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+        let value: serde_json::Value =
+            serde_json::from_slice(&bytes).map_err(|e| format!("{} is not a saved design: {e}", path.display()))?;
+        if value.get("format").and_then(|f| f.as_str()) != Some(FORMAT) {
+            return Err(format!("{} is not a saved design: it lacks \"format\": \"{FORMAT}\"", path.display()));
+        }
+        match value.get("version").and_then(serde_json::Value::as_u64) {
+            Some(version) if version == u64::from(VERSION) => {}
+            version => {
+                let version = version.map_or("an unknown version".to_owned(), |v| format!("version {v}"));
+                return Err(format!(
+                    "{} has {version} of the file format; this sgc reads version {VERSION}",
+                    path.display()
+                ));
+            }
+        }
+        serde_json::from_value(value).map_err(|e| format!("{} is damaged: {e}", path.display()))
+    }
+
+    /// The text of the file.
+    #[must_use]
+    pub fn text(&self) -> String {
+        // Plain data always serialises.
+        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+    }
+
+    /// The varied quantities without their names.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<f64> {
+        self.drive.iter().map(|(_, x)| *x).collect()
+    }
+}

@@ -1,0 +1,179 @@
+//! The inner loop: annealing of the curves of one body.
+
+use std::sync::Arc;
+
+use grammar_lang::ir::RuleSet;
+
+use super::evaluator::Evaluator;
+use super::schedule::{Course, Plan};
+use super::{Budget, End, Failure, accepts};
+use crate::derive::Derivation;
+use crate::derive::random::Stream;
+use crate::drive::Parameters;
+use crate::simulate::Model;
+
+/// The best drive of a body.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    pub(super) parameters: Parameters,
+    pub(super) value: f64,
+    /// The value at half the step; none where the value needed no check.
+    pub(super) half_step: Option<f64>,
+}
+
+/// What the inner loop did.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tuned {
+    pub(super) found: Option<Found>,
+    /// Evaluations without a value.
+    pub(super) invalid: u64,
+    /// Candidates that lost their value at half the step.
+    pub(super) unstable: u64,
+    /// Why it was cut short, if it was.
+    pub(super) cut: Option<End>,
+}
+
+/// The inner loop of one body.
+pub(super) struct Tuning<'a, 'b> {
+    rules: &'a RuleSet,
+    derivation: &'a Derivation,
+    evaluator: Evaluator<'a>,
+    seed: u64,
+    name: &'a str,
+    jobs: usize,
+    budget: &'a mut Budget<'b>,
+    tuned: Tuned,
+    notify: &'a mut dyn FnMut(u64, Option<f64>, f64),
+}
+
+/// Finds the best curves of a body; `name` names its streams of random numbers.
+pub(super) fn tune(
+    rules: &RuleSet,
+    model: &dyn Model,
+    pool: &rayon::ThreadPool,
+    derivation: &Arc<Derivation>,
+    name: &str,
+    budget: &mut Budget<'_>,
+    notify: &mut dyn FnMut(u64, Option<f64>, f64),
+) -> Result<Tuned, Failure> {
+    let (seed, jobs) = (budget.limits.seed, pool.current_num_threads().max(1));
+    let evaluator = Evaluator::new(rules, model, Arc::clone(derivation), pool)?;
+    let tuning = Tuning { rules, derivation, evaluator, seed, name, jobs, budget, tuned: Tuned::default(), notify };
+    tuning.run()
+}
+
+impl Tuning<'_, '_> {
+    fn stream(&self, what: &str) -> Stream {
+        Stream::named(self.seed, &format!("{}/{what}", self.name))
+    }
+
+    /// The value on a scale where more is better.
+    fn fitness(&self, value: f64) -> f64 {
+        if self.rules.objective.maximize { value } else { -value }
+    }
+
+    fn run(mut self) -> Result<Tuned, Failure> {
+        let first = self.evaluator.drive.draw(&mut self.stream("start"));
+        let mut fitness = f64::NEG_INFINITY;
+        if let Some(value) = self.evaluate(&[first.clone()])?.into_iter().next().flatten() {
+            if self.count(&first, Some(value))? {
+                fitness = self.fitness(value);
+            }
+        } else {
+            self.count(&first, None)?;
+        }
+        let schedule = match &self.rules.search.inner {
+            Some(schedule) if !self.evaluator.drive.is_fixed() => schedule,
+            _ => return Ok(self.tuned),
+        };
+        let plan = Plan { rules: self.rules, derivation: self.derivation, schedule };
+        let mut course = Course::new(self.rules.objective.maximize, self.best());
+        let mut current = first;
+        let mut number = 0u64;
+        while course.iteration < plan.iterations(&course)? {
+            let temperature = plan.temperature(&course)?;
+            let moves = plan.moves(&course)?;
+            let mut made = 0;
+            while made < moves {
+                if let Some(end) = self.budget.exhausted() {
+                    self.tuned.cut = Some(end);
+                    return Ok(self.tuned);
+                }
+                // Moves that may not come to pass: all start from the current
+                // curves, as they will if none before them is accepted.
+                let ahead = self.jobs.min(moves - made);
+                let mut draws = Vec::with_capacity(ahead);
+                let mut candidates = Vec::with_capacity(ahead);
+                for i in 0..ahead {
+                    let mut random = self.stream(&format!("{}", number + i as u64));
+                    draws.push(random.unit());
+                    candidates.push(self.evaluator.drive.mutate(&current, temperature, course.iteration, &mut random)?);
+                }
+                let values = self.evaluate(&candidates)?;
+                for ((candidate, value), drawn) in candidates.into_iter().zip(values).zip(draws) {
+                    if self.budget.exhausted().is_some() {
+                        break;
+                    }
+                    made += 1;
+                    number += 1;
+                    let sound = self.count(&candidate, value)?;
+                    let new = value.map_or(f64::NEG_INFINITY, |v| self.fitness(v));
+                    if sound && accepts(fitness, new, temperature, drawn) {
+                        (current, fitness) = (candidate, new);
+                        break;
+                    }
+                }
+                let best = self.best();
+                (self.notify)(self.budget.spent, best, temperature);
+            }
+            course.complete(self.best());
+            if plan.stops(&course)? {
+                break;
+            }
+        }
+        Ok(self.tuned)
+    }
+
+    fn best(&self) -> Option<f64> {
+        self.tuned.found.as_ref().map(|f| f.value)
+    }
+
+    /// Values of candidates; none for an invalid evaluation.
+    fn evaluate(&mut self, candidates: &[Parameters]) -> Result<Vec<Option<f64>>, Failure> {
+        self.evaluator.evaluate(candidates).into_iter().map(|r| Ok(r?.ok())).collect()
+    }
+
+    /// Counts an evaluation and keeps it if it is the best. A best must hold its
+    /// value at half the step; what does not is no candidate at all, or the
+    /// search would go and live on an error of the simulation.
+    fn count(&mut self, candidate: &Parameters, value: Option<f64>) -> Result<bool, Failure> {
+        self.budget.spent += 1;
+        let Some(value) = value else {
+            self.tuned.invalid += 1;
+            return Ok(false);
+        };
+        let fitness = self.fitness(value);
+        if self.tuned.found.as_ref().is_some_and(|f| fitness <= self.fitness(f.value)) {
+            return Ok(true);
+        }
+        let mut half_step = None;
+        if fitness > 0.0 && self.is_actuated() {
+            self.budget.spent += 1;
+            let half = self.evaluator.at_half_step(candidate)?.ok();
+            let kept = half.map_or(f64::NEG_INFINITY, |h| self.fitness(h));
+            if kept < self.rules.search.keep * fitness {
+                self.tuned.unstable += 1;
+                return Ok(false);
+            }
+            half_step = half;
+        }
+        self.tuned.found = Some(Found { parameters: candidate.clone(), value, half_step });
+        Ok(true)
+    }
+
+    /// Whether anything in the body moves by itself.
+    fn is_actuated(&self) -> bool {
+        let rules = self.rules;
+        self.derivation.design.parts.values().any(|p| rules.is_actuator(&p.kind))
+    }
+}

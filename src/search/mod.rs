@@ -1,0 +1,143 @@
+//! Nested simulated annealing: bodies outside, curves of a body inside
+//! (thesis 5.3, algorithm 5.12 with the readings given in `docs/search.md`).
+//!
+//! The same rule set and seed give the same result, bit for bit, whatever the
+//! number of threads: every move has its own named stream of random numbers, and
+//! evaluations that were started ahead of time but turn out not to be needed
+//! are neither counted nor used.
+
+mod evaluator;
+mod inner;
+mod outer;
+mod schedule;
+
+use std::fmt;
+
+use grammar_lang::eval::EvalError;
+
+pub use evaluator::{Evaluator, settings};
+pub use outer::{Best, Observer, Outcome, Row, run};
+
+use crate::simulate::Unfit;
+
+/// What bounds a search from outside.
+#[derive(Clone, Debug)]
+pub struct Limits {
+    /// The seed of every random stream.
+    pub seed: u64,
+    /// How many threads evaluate.
+    pub jobs: usize,
+    /// The search ends when it has spent this many evaluations.
+    pub max_evaluations: Option<u64>,
+    /// The search ends at this time; such a run is not repeatable.
+    pub deadline: Option<std::time::Instant>,
+}
+
+/// Why a search cannot go on.
+#[derive(Clone, Debug)]
+pub enum Failure {
+    /// An expression of the grammar has no value.
+    Expression(EvalError),
+    /// The model cannot simulate a design.
+    Unfit(Unfit),
+    /// Results cannot be kept.
+    Output(String),
+    /// The threads could not be started.
+    Threads(String),
+}
+
+impl From<EvalError> for Failure {
+    fn from(error: EvalError) -> Self {
+        Self::Expression(error)
+    }
+}
+
+impl From<Unfit> for Failure {
+    fn from(unfit: Unfit) -> Self {
+        Self::Unfit(unfit)
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Expression(error) => f.write_str(&error.reason),
+            Self::Unfit(unfit) => f.write_str(&unfit.reason),
+            Self::Output(reason) | Self::Threads(reason) => f.write_str(reason),
+        }
+    }
+}
+
+/// Why a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// Its schedule is over.
+    Schedule,
+    /// Its stopping rule says so.
+    Stopped,
+    /// All evaluations are spent.
+    Budget,
+    /// The time is over.
+    Time,
+    /// It was interrupted.
+    Interrupted,
+}
+
+impl End {
+    /// In words, for people and files.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Schedule => "the schedule is complete",
+            Self::Stopped => "the stopping rule applied",
+            Self::Budget => "the evaluations are spent",
+            Self::Time => "the time is over",
+            Self::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// Evaluations and time that are left.
+#[derive(Debug)]
+pub(crate) struct Budget<'a> {
+    limits: &'a Limits,
+    stop: &'a std::sync::atomic::AtomicBool,
+    pub(crate) spent: u64,
+}
+
+impl Budget<'_> {
+    /// Why nothing more may be spent, if so.
+    pub(crate) fn exhausted(&self) -> Option<End> {
+        if self.limits.max_evaluations.is_some_and(|max| self.spent >= max) {
+            return Some(End::Budget);
+        }
+        if self.stop.load(std::sync::atomic::Ordering::Relaxed) {
+            return Some(End::Interrupted);
+        }
+        if self.limits.deadline.is_some_and(|deadline| std::time::Instant::now() >= deadline) {
+            return Some(End::Time);
+        }
+        None
+    }
+}
+
+/// Metropolis's rule, with the random number drawn beforehand.
+pub(crate) fn accepts(current: f64, candidate: f64, temperature: f64, drawn: f64) -> bool {
+    candidate >= current || (temperature > 0.0 && drawn < libm::exp((candidate - current) / temperature))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::accepts;
+
+    #[test]
+    fn better_is_always_accepted_and_worse_by_its_probability() {
+        assert!(accepts(1.0, 1.0, 0.0, 0.99));
+        assert!(accepts(1.0, 2.0, 9.0, 0.99));
+        // exp(-9/9) = 0.3679
+        assert!(accepts(10.0, 1.0, 9.0, 0.36));
+        assert!(!accepts(10.0, 1.0, 9.0, 0.37));
+        assert!(!accepts(10.0, 1.0, 0.0, 0.0));
+        assert!(!accepts(10.0, f64::NEG_INFINITY, 9.0, 0.0));
+    }
+}

@@ -1,0 +1,246 @@
+//! The outer loop: annealing of bodies by rule applications.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use grammar_lang::ir::RuleSet;
+
+use super::inner::{Tuned, tune};
+use super::schedule::{Course, Plan};
+use super::{Budget, End, Failure, Limits, accepts};
+use crate::derive::Derivation;
+use crate::derive::random::Stream;
+use crate::drive::Parameters;
+use crate::simulate::Model;
+
+/// The best design so far.
+#[derive(Clone, Debug)]
+pub struct Best {
+    /// The design and how it came to be.
+    pub derivation: Arc<Derivation>,
+    /// The values of its varied quantities.
+    pub parameters: Parameters,
+    /// Its value, as the grammar states the objective.
+    pub value: f64,
+    /// Its value at half the step, where that was checked.
+    pub half_step: Option<f64>,
+    /// The outer move that found it; 0 is the initial design.
+    pub found_at: usize,
+}
+
+/// One outer move, for the record.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// The number of the move, from 1; 0 is the initial design.
+    pub number: usize,
+    /// The iteration it belongs to.
+    pub iteration: usize,
+    /// The rule that was applied; none if nothing could be.
+    pub rule: Option<String>,
+    /// Rules that were drawn but blocked, and by what.
+    pub blocked: Vec<(String, String)>,
+    /// How many parts and actuators the design has.
+    pub size: (usize, usize),
+    /// The value of the design; none if no evaluation was valid.
+    pub value: Option<f64>,
+    /// Whether it became the current design.
+    pub accepted: bool,
+    /// The best value so far.
+    pub best: Option<f64>,
+    /// The temperature.
+    pub temperature: f64,
+    /// All evaluations spent so far.
+    pub evaluations: u64,
+    /// Evaluations of this move without a value.
+    pub invalid: u64,
+    /// Candidates of this move that lost their value at half the step.
+    pub unstable: u64,
+}
+
+/// Follows a search.
+pub trait Observer {
+    /// Called often: evaluations spent, the best value of the current body, the temperature of its curves.
+    fn evaluated(&mut self, spent: u64, body: Option<f64>, temperature: f64);
+    /// Called after each outer move.
+    ///
+    /// # Errors
+    ///
+    /// A sentence; the search ends with it.
+    fn moved(&mut self, row: &Row) -> Result<(), String>;
+    /// Called for each new best design.
+    ///
+    /// # Errors
+    ///
+    /// A sentence; the search ends with it.
+    fn improved(&mut self, best: &Best) -> Result<(), String>;
+}
+
+/// What a search found.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The best design; none if no evaluation was valid.
+    pub best: Option<Best>,
+    /// Evaluations spent.
+    pub evaluations: u64,
+    /// Outer moves made.
+    pub moves: usize,
+    /// Why it ended.
+    pub end: End,
+}
+
+/// The state of the outer loop.
+struct Annealing<'a> {
+    rules: &'a RuleSet,
+    model: &'a dyn Model,
+    pool: &'a rayon::ThreadPool,
+    seed: u64,
+    budget: Budget<'a>,
+    observer: &'a mut dyn Observer,
+    best: Option<Best>,
+    moves: usize,
+}
+
+/// Runs the search that a rule set asks for. `stop` may be set from outside to end it soon.
+///
+/// # Errors
+///
+/// A [`Failure`]; what the observer was told before stays true.
+pub fn run(
+    rules: &RuleSet,
+    model: &dyn Model,
+    limits: &Limits,
+    stop: &AtomicBool,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, Failure> {
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(limits.jobs.max(1))
+        .build()
+        .map_err(|e| Failure::Threads(format!("cannot start {} threads: {e}", limits.jobs)))?;
+    let budget = Budget { limits, stop, spent: 0 };
+    let mut annealing =
+        Annealing { rules, model, pool: &pool, seed: limits.seed, budget, observer, best: None, moves: 0 };
+    let end = annealing.anneal()?;
+    Ok(Outcome { best: annealing.best, evaluations: annealing.budget.spent, moves: annealing.moves, end })
+}
+
+impl Annealing<'_> {
+    /// The value on a scale where more is better; worst where there is none.
+    fn fitness(&self, value: Option<f64>) -> f64 {
+        match value {
+            Some(value) if self.rules.objective.maximize => value,
+            Some(value) => -value,
+            None => f64::NEG_INFINITY,
+        }
+    }
+
+    fn anneal(&mut self) -> Result<End, Failure> {
+        let mut current = Arc::new(Derivation::begin(self.rules));
+        let tuned = self.tune(&current)?;
+        let mut value = tuned.found.as_ref().map(|f| f.value);
+        self.record(&current, &tuned, None, Vec::new(), 0, 0.0, true)?;
+        if let Some(end) = tuned.cut {
+            return Ok(end);
+        }
+        let rules = self.rules;
+        let mut course = Course::new(rules.objective.maximize, value);
+        loop {
+            let plan_for = Arc::clone(&current);
+            let plan = Plan { rules, derivation: &plan_for, schedule: &rules.search.outer };
+            if course.iteration >= plan.iterations(&course)? {
+                return Ok(End::Schedule);
+            }
+            let temperature = plan.temperature(&course)?;
+            for _ in 0..plan.moves(&course)? {
+                if let Some(end) = self.budget.exhausted() {
+                    return Ok(end);
+                }
+                self.moves += 1;
+                let mut random = Stream::named(self.seed, &format!("body {}", self.moves));
+                let drawn = random.unit();
+                let step = current.advance(rules, &mut random, temperature)?;
+                let blocked = step
+                    .blocked
+                    .iter()
+                    .map(|(rule, why)| (rules.rules.get(*rule).map_or(String::new(), |r| r.name.clone()), why.text(rules)))
+                    .collect();
+                let Some(next) = step.result else {
+                    // A move that can do nothing is counted and told.
+                    self.record(&current, &Tuned::default(), None, blocked, course.iteration, temperature, false)?;
+                    continue;
+                };
+                let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
+                let next = Arc::new(next);
+                let tuned = self.tune(&next)?;
+                let new = tuned.found.as_ref().map(|f| f.value);
+                // A body whose curves were not tuned to the end is judged by nothing but its best.
+                let accepted = tuned.cut.is_none() && accepts(self.fitness(value), self.fitness(new), temperature, drawn);
+                self.record(&next, &tuned, rule, blocked, course.iteration, temperature, accepted)?;
+                if let Some(end) = tuned.cut {
+                    return Ok(end);
+                }
+                if accepted {
+                    (current, value) = (next, new);
+                }
+            }
+            course.complete(self.best.as_ref().map(|b| b.value));
+            let plan = Plan { rules, derivation: &current, schedule: &rules.search.outer };
+            if plan.stops(&course)? {
+                return Ok(End::Stopped);
+            }
+        }
+    }
+
+    fn tune(&mut self, derivation: &Arc<Derivation>) -> Result<Tuned, Failure> {
+        let observer = &mut *self.observer;
+        let name = format!("curves {}", self.moves);
+        tune(self.rules, self.model, self.pool, derivation, &name, &mut self.budget, &mut |spent, best, temperature| {
+            observer.evaluated(spent, best, temperature);
+        })
+    }
+
+    /// Keeps the best and tells the observer.
+    #[allow(clippy::too_many_arguments)]
+    fn record(
+        &mut self,
+        derivation: &Arc<Derivation>,
+        tuned: &Tuned,
+        rule: Option<String>,
+        blocked: Vec<(String, String)>,
+        iteration: usize,
+        temperature: f64,
+        accepted: bool,
+    ) -> Result<(), Failure> {
+        if let Some(found) = &tuned.found {
+            let better = self.best.as_ref().is_none_or(|b| self.fitness(Some(found.value)) > self.fitness(Some(b.value)));
+            if better {
+                let best = Best {
+                    derivation: Arc::clone(derivation),
+                    parameters: found.parameters.clone(),
+                    value: found.value,
+                    half_step: found.half_step,
+                    found_at: self.moves,
+                };
+                self.observer.improved(&best).map_err(Failure::Output)?;
+                self.best = Some(best);
+            }
+        }
+        let rules = self.rules;
+        let parts = derivation.design.parts.len();
+        let actuators = derivation.design.parts.values().filter(|p| rules.is_actuator(&p.kind)).count();
+        let row = Row {
+            number: self.moves,
+            iteration,
+            rule,
+            blocked,
+            size: (parts, actuators),
+            value: tuned.found.as_ref().map(|f| f.value),
+            accepted,
+            best: self.best.as_ref().map(|b| b.value),
+            temperature,
+            evaluations: self.budget.spent,
+            invalid: tuned.invalid,
+            unstable: tuned.unstable,
+        };
+        self.observer.moved(&row).map_err(Failure::Output)
+    }
+}
