@@ -6,7 +6,14 @@
 //! coordinates, what the search uses) and `rapier` (maximal coordinates, the
 //! second opinion). This layer knows no grammar.
 
+pub mod articulated;
+mod check;
+mod lowering;
 pub mod motion;
+mod schedule;
+mod servo;
+#[cfg(test)]
+mod tests;
 
 use crate::design::assembly::Assembly;
 pub use motion::{Motion, Targets};
@@ -47,6 +54,18 @@ pub enum Invalid {
     NotFinite,
     /// An element went faster than the model's speed limit.
     TooFast,
+}
+
+/// Every solver by the name that `--solver` uses; the first is the default.
+const REGISTRY: &[&dyn Model] = &[&articulated::Articulated];
+
+/// The names of all solvers, the default first.
+pub const MODELS: &[&str] = &["articulated"];
+
+/// The solver of a name.
+#[must_use]
+pub fn model(name: &str) -> Option<&'static dyn Model> {
+    REGISTRY.iter().copied().find(|model| model.name() == name)
 }
 
 /// A simulation method.

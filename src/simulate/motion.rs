@@ -65,7 +65,7 @@ impl Motion {
     /// Number of recorded frames.
     #[must_use]
     pub fn frames(&self) -> usize {
-        if self.bodies == 0 { 0 } else { self.poses.len() / self.bodies }
+        self.poses.len().checked_div(self.bodies).unwrap_or(0)
     }
 
     /// The time of a frame in s.

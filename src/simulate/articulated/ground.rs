@@ -1,0 +1,247 @@
+//! Which points of the body may touch the ground.
+//!
+//! A box has its corners, a ball its lowest point. A cylinder has, on each
+//! end, the lowest point of the rim (so that it rolls) and four points fixed
+//! to the rim (so that it stands when the lowest point is anywhere). As the
+//! ground is flat, only the convex hull of a body can touch it: corners inside
+//! are left out.
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::kinematics::{Frame, State};
+use super::scalar::Scalar;
+use super::tree::LENGTH;
+use super::vector::{V3, add, apply, length, scale};
+use crate::design::assembly::Shape;
+use crate::simulate::lowering::Lowered;
+
+/// Points of a rim that are fixed to it.
+const FAN: usize = 4;
+/// Slots of a cylinder: per end, the lowest point and the fixed ones.
+const CYLINDER_SLOTS: usize = 2 * (1 + FAN);
+
+/// A candidate whose gap is small enough.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Candidate<S> {
+    /// The body.
+    pub(super) body: usize,
+    /// The point relative to the root's centre.
+    pub(super) point: V3<S>,
+    /// Its height above the ground; negative below.
+    pub(super) gap: S,
+    /// Friction coefficient with the ground.
+    pub(super) friction: S,
+    /// The slot that remembers its impulse.
+    pub(super) slot: usize,
+}
+
+/// The part of an element that faces the ground.
+#[derive(Clone, Debug)]
+enum Sole<S> {
+    /// Points in the body's frame.
+    Corners(Vec<V3<S>>),
+    /// Its radius.
+    Ball(S),
+    /// Axis in the body's frame, half length, rim.
+    Cylinder { axis: V3<S>, half_length: S, radius: S, fan: [V3<S>; FAN] },
+}
+
+/// One element.
+#[derive(Clone, Debug)]
+struct Foot<S> {
+    body: usize,
+    centre: V3<S>,
+    /// Radius of a ball about the centre that holds all of it.
+    reach: S,
+    friction: S,
+    slot: usize,
+    sole: Sole<S>,
+}
+
+/// All candidates of an assembly.
+#[derive(Clone, Debug)]
+pub(super) struct Ground<S> {
+    feet: Vec<Foot<S>>,
+    /// How many slots they need.
+    pub(super) slots: usize,
+}
+
+impl<S: Scalar> Ground<S> {
+    /// From elements in SI units.
+    pub(super) fn new(lowered: &Lowered, friction: f64) -> Self {
+        let hulls = Hulls::new(lowered);
+        let (mut feet, mut slots) = (Vec::new(), 0);
+        for (index, piece) in lowered.pieces.iter().enumerate() {
+            let local = &piece.local;
+            let (reach, sole) = match piece.shape {
+                Shape::Box { half } => (half.norm(), Sole::Corners(hulls.corners(index))),
+                Shape::Ball { radius } => (radius, Sole::Ball(S::of(radius * LENGTH))),
+                Shape::Cylinder { radius, half_length } => {
+                    (radius.hypot(half_length), cylinder(local, radius, half_length))
+                }
+            };
+            let count = match &sole {
+                Sole::Corners(corners) => corners.len(),
+                Sole::Ball(_) => 1,
+                Sole::Cylinder { .. } => CYLINDER_SLOTS,
+            };
+            feet.push(Foot {
+                body: piece.body,
+                centre: vector(local.translation.vector),
+                reach: S::of(reach * LENGTH),
+                friction: S::of((piece.friction * friction).sqrt()),
+                slot: slots,
+                sole,
+            });
+            slots += count;
+        }
+        feet.retain(|foot| !matches!(&foot.sole, Sole::Corners(corners) if corners.is_empty()));
+        Self { feet, slots }
+    }
+
+    /// Hands over every point that is lower than the margin of its body.
+    #[inline]
+    pub(super) fn find(
+        &self,
+        state: &State<S>,
+        frames: &[Frame<S>],
+        margin: impl Fn(usize) -> S,
+        mut found: impl FnMut(Candidate<S>),
+    ) {
+        for foot in &self.feet {
+            let frame = &frames[foot.body];
+            let centre = add(frame.centre, apply(&frame.rotation, foot.centre));
+            let height = state.position[1] + centre[1];
+            let margin = margin(foot.body);
+            if height - foot.reach < margin {
+                foot.find(frame, centre, height, margin, &mut found);
+            }
+        }
+    }
+}
+
+impl<S: Scalar> Foot<S> {
+    fn find(
+        &self,
+        frame: &Frame<S>,
+        centre: V3<S>,
+        height: S,
+        margin: S,
+        found: &mut impl FnMut(Candidate<S>),
+    ) {
+        let mut offer = |slot: usize, way: V3<S>| {
+            let gap = height + way[1];
+            if gap < margin {
+                let point = add(centre, way);
+                found(Candidate { body: self.body, point, gap, friction: self.friction, slot: self.slot + slot });
+            }
+        };
+        match &self.sole {
+            Sole::Ball(radius) => offer(0, [S::ZERO, -*radius, S::ZERO]),
+            Sole::Corners(corners) => {
+                for (slot, &corner) in corners.iter().enumerate() {
+                    offer(slot, apply(&frame.rotation, corner));
+                }
+            }
+            Sole::Cylinder { axis, half_length, radius, fan } => {
+                let axis = apply(&frame.rotation, *axis);
+                let level = (S::ONE - axis[1] * axis[1]).max(S::ZERO);
+                let across = level.sqrt();
+                if height - axis[1].abs() * *half_length - *radius * across >= margin {
+                    return;
+                }
+                for end in 0..2 {
+                    let side = if end == 0 { *half_length } else { -*half_length };
+                    let middle = scale(axis, side);
+                    // Upright, the lowest point is nowhere in particular, and
+                    // the fixed ones carry.
+                    if across > S::of(1e-3) {
+                        let k = *radius / across;
+                        let down = [axis[1] * axis[0] * k, -(level * k), axis[1] * axis[2] * k];
+                        offer(end, add(middle, down));
+                    }
+                    if axis[1].abs() > S::of(0.9) {
+                        for (place, &rim) in fan.iter().enumerate() {
+                            offer(2 + end * FAN + place, add(middle, apply(&frame.rotation, rim)));
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+fn vector<S: Scalar>(v: Vector3<f64>) -> V3<S> {
+    [S::of(v.x * LENGTH), S::of(v.y * LENGTH), S::of(v.z * LENGTH)]
+}
+
+fn cylinder<S: Scalar>(local: &Isometry3<f64>, radius: f64, half_length: f64) -> Sole<S> {
+    let axis = local.rotation * Vector3::x();
+    let (up, side) = (local.rotation * Vector3::y() * radius, local.rotation * Vector3::z() * radius);
+    Sole::Cylinder {
+        axis: [S::of(axis.x), S::of(axis.y), S::of(axis.z)],
+        half_length: S::of(half_length * LENGTH),
+        radius: S::of(radius * LENGTH),
+        fan: [up, side, -up, -side].map(vector),
+    }
+}
+
+/// The corners of all boxes, to tell which of them are inside.
+struct Hulls {
+    /// Element, corner relative to the element's centre, corner in the body.
+    corners: Vec<(usize, Vector3<f64>, Point3<f64>)>,
+    keep: Vec<bool>,
+}
+
+impl Hulls {
+    fn new(lowered: &Lowered) -> Self {
+        let mut corners = Vec::new();
+        for (index, piece) in lowered.pieces.iter().enumerate() {
+            let Shape::Box { half } = piece.shape else { continue };
+            for corner in 0..8 {
+                let sign = |bit: usize| if corner >> bit & 1 == 0 { 1.0 } else { -1.0 };
+                let way = half.component_mul(&Vector3::new(sign(0), sign(1), sign(2)));
+                corners.push((index, piece.local.rotation * way, piece.local * Point3::from(way)));
+            }
+        }
+        let mut hulls = Self { keep: vec![true; corners.len()], corners };
+        for corner in 0..hulls.keep.len() {
+            hulls.keep[corner] = !hulls.inside(lowered, corner);
+        }
+        hulls
+    }
+
+    /// Whether a corner coincides with another that is kept, or lies on the
+    /// line between two others; they must be of one body and one friction, or
+    /// it would rub differently.
+    fn inside(&self, lowered: &Lowered, corner: usize) -> bool {
+        let (element, way, point) = &self.corners[corner];
+        let own = &lowered.pieces[*element];
+        let close = 1e-6 * way.norm();
+        let others: Vec<_> = (0..self.corners.len())
+            .filter(|&other| other != corner && self.keep[other])
+            .filter(|&other| {
+                let piece = &lowered.pieces[self.corners[other].0];
+                piece.body == own.body && piece.friction == own.friction
+            })
+            .map(|other| self.corners[other].2 - point)
+            .collect();
+        others.iter().enumerate().any(|(place, a)| {
+            a.norm() < close
+                || others[..place].iter().any(|b| {
+                    a.dot(b) < 0.0 && a.cross(b).norm() <= close * a.norm().max(b.norm())
+                })
+        })
+    }
+
+    fn corners<S: Scalar>(&self, element: usize) -> Vec<V3<S>> {
+        let own = self.corners.iter().zip(&self.keep).filter(|((owner, ..), keep)| *owner == element && **keep);
+        own.map(|((_, way, _), _)| vector(*way)).collect()
+    }
+}
+
+/// An upper bound of the speed of any point of a body with a reach.
+#[inline(always)]
+pub(super) fn top_speed<S: Scalar>(spin: V3<S>, velocity: V3<S>, reach: S) -> S {
+    length(velocity) + length(spin) * reach
+}

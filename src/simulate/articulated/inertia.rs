@@ -1,0 +1,116 @@
+//! The mass matrix by composite rigid bodies (Featherstone 2008, section 6.2).
+//!
+//! In world axes, but each composite body is referred to its own hinge: the
+//! entries of a distant fingertip would drown in rounding if all referred to
+//! the root.
+
+use super::kinematics::Frame;
+use super::scalar::Scalar;
+use super::tree::{ROOT, Tree, dof_of};
+use super::vector::{Sym, V3, add, apply_sym, cross, dot, rotated, scale, sub};
+
+/// A body and all that hangs on it, as one rigid body about its hinge.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Composite<S> {
+    /// Mass.
+    mass: S,
+    /// Mass times the way from the hinge to the centre of mass.
+    moment: V3<S>,
+    /// Inertia about the hinge.
+    inertia: Sym<S>,
+}
+
+impl<S: Scalar> Composite<S> {
+    /// Adds a composite that is referred to a point `way` from the own one.
+    #[inline(always)]
+    fn attach(&mut self, other: &Self, way: V3<S>) {
+        let two = S::ONE + S::ONE;
+        self.mass += other.mass;
+        self.moment = add(self.moment, add(other.moment, scale(way, other.mass)));
+        // I + 2 (h.d) 1 - h d^T - d h^T + m (d.d 1 - d d^T), with h' = 2 h + m d.
+        let h = add(scale(other.moment, two), scale(way, other.mass));
+        let trace = dot(h, way);
+        for axis in 0..3 {
+            self.inertia[axis] += other.inertia[axis] + trace - h[axis] * way[axis];
+        }
+        let half = S::of(0.5);
+        for (entry, (i, j)) in [(0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
+            self.inertia[3 + entry] += other.inertia[3 + entry] - half * (h[i] * way[j] + h[j] * way[i]);
+        }
+    }
+}
+
+/// Computes the inertia of each body about its centre, in world axes.
+pub(super) fn turn_inertias<S: Scalar>(tree: &Tree<S>, frames: &[Frame<S>], inertias: &mut [Sym<S>]) {
+    for ((link, frame), inertia) in tree.links.iter().zip(frames).zip(inertias) {
+        *inertia = rotated(&link.inertia, &frame.rotation);
+    }
+}
+
+/// Fills the mass matrix H.
+pub(super) fn mass_matrix<S: Scalar>(
+    tree: &Tree<S>,
+    frames: &[Frame<S>],
+    inertias: &[Sym<S>],
+    composites: &mut [Composite<S>],
+    h: &mut [S],
+) {
+    for (body, link) in tree.links.iter().enumerate() {
+        let frame = &frames[body];
+        let own = Composite { mass: link.mass, moment: [S::ZERO; 3], inertia: inertias[body] };
+        composites[body] = Composite::default();
+        composites[body].attach(&own, sub(frame.centre, frame.hinge));
+    }
+    for body in (1..tree.links.len()).rev() {
+        let parent = tree.links[body].parent;
+        let (low, high) = composites.split_at_mut(body);
+        low[parent].attach(&high[0], sub(frames[body].hinge, frames[parent].hinge));
+        hinge_row(tree, frames, body, &high[0], h);
+    }
+    root_rows(tree, &composites[0], h);
+}
+
+/// The row of one hinge: the momentum that unit speed gives, seen by each
+/// degree of freedom between it and the root.
+#[inline(always)]
+fn hinge_row<S: Scalar>(
+    tree: &Tree<S>,
+    frames: &[Frame<S>],
+    body: usize,
+    composite: &Composite<S>,
+    h: &mut [S],
+) {
+    let path = tree.path(body);
+    let start = tree.rows[dof_of(body)];
+    let row = &mut h[start..start + path.len()];
+    let mut at = &frames[body];
+    let linear = cross(at.axis, composite.moment);
+    let mut angular = apply_sym(&composite.inertia, at.axis);
+    let mut ancestor = body;
+    for depth in (ROOT..path.len()).rev() {
+        row[depth] = dot(at.axis, angular);
+        ancestor = tree.links[ancestor].parent;
+        let next = &frames[ancestor];
+        angular = add(angular, cross(sub(at.hinge, next.hinge), linear));
+        at = next;
+    }
+    row[..3].copy_from_slice(&angular);
+    row[3..ROOT].copy_from_slice(&linear);
+}
+
+fn root_rows<S: Scalar>(tree: &Tree<S>, composite: &Composite<S>, h: &mut [S]) {
+    let m = &composite.inertia;
+    let c = composite.moment;
+    let (zero, mass) = (S::ZERO, composite.mass);
+    let rows: [&[S]; ROOT] = [
+        &[m[0]],
+        &[m[3], m[1]],
+        &[m[4], m[5], m[2]],
+        &[zero, c[2], -c[1], mass],
+        &[-c[2], zero, c[0], zero, mass],
+        &[c[1], -c[0], zero, zero, zero, mass],
+    ];
+    for (dof, row) in rows.iter().enumerate() {
+        h[tree.rows[dof]..tree.rows[dof] + row.len()].copy_from_slice(row);
+    }
+}

@@ -1,0 +1,130 @@
+//! Where every body is and how it moves, from the state of the tree.
+
+use super::scalar::Scalar;
+use super::tree::{ROOT, Tree, dof_of};
+use super::vector::{M3, Quat, V3, add, apply, cross, matrix, product, rotation, scale, sub, turned};
+
+/// The state of a tree.
+#[derive(Clone, Debug)]
+pub(super) struct State<S> {
+    /// Centre of the root in the world, cm.
+    pub(super) position: V3<S>,
+    /// What rounding has so far cut off the position (Kahan's summation):
+    /// a slow robot far from the origin moves by less than a rounding per step.
+    pub(super) lost: V3<S>,
+    /// Rotation of the root.
+    pub(super) rotation: Quat<S>,
+    /// Hinge angles by body, rad; that of the root is not used.
+    pub(super) angles: Vec<S>,
+    /// Velocities by degree of freedom, rad/s and cm/s.
+    pub(super) speeds: Vec<S>,
+}
+
+impl<S: Scalar> State<S> {
+    /// At rest, the root's centre at a place.
+    pub(super) fn new(tree: &Tree<S>, position: V3<S>) -> Self {
+        Self {
+            position,
+            lost: [S::ZERO; 3],
+            rotation: [S::ONE, S::ZERO, S::ZERO, S::ZERO],
+            angles: vec![S::ZERO; tree.links.len()],
+            speeds: vec![S::ZERO; tree.dofs()],
+        }
+    }
+
+    /// Becomes a copy of another state of the same tree, without allocating.
+    pub(super) fn copy_from(&mut self, other: &Self) {
+        self.position = other.position;
+        self.lost = other.lost;
+        self.rotation = other.rotation;
+        self.angles.copy_from_slice(&other.angles);
+        self.speeds.copy_from_slice(&other.speeds);
+    }
+
+    /// Moves on for a time with the present velocities.
+    pub(super) fn advance(&mut self, step: S) {
+        let v = &self.speeds;
+        for axis in 0..3 {
+            let small = v[3 + axis] * step - self.lost[axis];
+            let sum = self.position[axis] + small;
+            self.lost[axis] = (sum - self.position[axis]) - small;
+            self.position[axis] = sum;
+        }
+        self.rotation = turned(self.rotation, scale([v[0], v[1], v[2]], step));
+        for body in 1..self.angles.len() {
+            self.angles[body] += v[dof_of(body)] * step;
+        }
+    }
+}
+
+/// Pose and velocity of one body. Places are relative to the root's centre,
+/// axes are the world's.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Frame<S> {
+    /// Rotation from rest.
+    pub(super) rotation: M3<S>,
+    /// Centre of mass.
+    pub(super) centre: V3<S>,
+    /// A point on the hinge axis; for the root its centre.
+    pub(super) hinge: V3<S>,
+    /// Hinge axis.
+    pub(super) axis: V3<S>,
+    /// Angular velocity.
+    pub(super) spin: V3<S>,
+    /// Velocity of the centre of mass.
+    pub(super) velocity: V3<S>,
+}
+
+/// Computes the frames of all bodies.
+pub(super) fn place<S: Scalar>(tree: &Tree<S>, state: &State<S>, frames: &mut [Frame<S>]) {
+    let v = &state.speeds;
+    let zero = [S::ZERO; 3];
+    frames[0] = Frame {
+        rotation: matrix(state.rotation),
+        centre: zero,
+        hinge: zero,
+        axis: zero,
+        spin: [v[0], v[1], v[2]],
+        velocity: [v[3], v[4], v[5]],
+    };
+    for (body, link) in tree.links.iter().enumerate().skip(1) {
+        let parent = frames[link.parent];
+        let rate = v[body + ROOT - 1];
+        let rotation = product(&parent.rotation, &rotation(link.axis, state.angles[body]));
+        let axis = apply(&parent.rotation, link.axis);
+        let to_hinge = apply(&parent.rotation, link.to_hinge);
+        let to_centre = apply(&rotation, link.to_centre);
+        let hinge = add(parent.centre, to_hinge);
+        let spin = add(parent.spin, scale(axis, rate));
+        let velocity = add(add(parent.velocity, cross(parent.spin, to_hinge)), cross(spin, to_centre));
+        frames[body] = Frame { rotation, centre: add(hinge, to_centre), hinge, axis, spin, velocity };
+    }
+}
+
+/// Velocity of one body, world axes.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Velocity<S> {
+    /// Angular velocity.
+    pub(super) spin: V3<S>,
+    /// Velocity of the centre of mass.
+    pub(super) velocity: V3<S>,
+}
+
+/// Computes the velocities that other speeds would give to the bodies where
+/// they are.
+pub(super) fn move_on<S: Scalar>(
+    tree: &Tree<S>,
+    frames: &[Frame<S>],
+    speeds: &[S],
+    moves: &mut [Velocity<S>],
+) {
+    moves[0] = Velocity { spin: [speeds[0], speeds[1], speeds[2]], velocity: [speeds[3], speeds[4], speeds[5]] };
+    for (body, link) in tree.links.iter().enumerate().skip(1) {
+        let (frame, parent) = (&frames[body], moves[link.parent]);
+        let spin = add(parent.spin, scale(frame.axis, speeds[dof_of(body)]));
+        let to_hinge = sub(frame.hinge, frames[link.parent].centre);
+        let at_hinge = add(parent.velocity, cross(parent.spin, to_hinge));
+        let velocity = add(at_hinge, cross(spin, sub(frame.centre, frame.hinge)));
+        moves[body] = Velocity { spin, velocity };
+    }
+}

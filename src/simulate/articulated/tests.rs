@@ -1,0 +1,329 @@
+//! Truth tests on the tree itself, where gravity may tilt and the root be held.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::scalar::Scalar;
+use super::solver::Solver;
+use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
+use crate::simulate::Settings;
+use crate::simulate::lowering::Lowered;
+use crate::simulate::tests::bodies::{Builder, cube, element, hinge, m4};
+use crate::simulate::tests::settings;
+
+fn solver<S: Scalar>(assembly: &Assembly, settings: &Settings) -> Solver<S> {
+    Solver::new(&Lowered::new(assembly, settings).unwrap(), settings)
+}
+
+/// A solver in the air.
+fn aloft<S: Scalar>(assembly: &Assembly, settings: &Settings) -> Solver<S> {
+    let mut solver = solver(assembly, settings);
+    solver.ground = None;
+    solver
+}
+
+/// A hinge without a servo.
+fn loose(anchor: Vector3<f64>, axis: Vector3<f64>) -> Hinge {
+    let free = (-1e3, 1e3);
+    Hinge { stiffness: 0.0, damping: 0.0, limits: free, ..hinge(anchor, axis, 0) }
+}
+
+/// A row of balls along x, each hinged at its own distance from the last.
+fn chain(links: usize, pitch: f64, joint: impl Fn(Vector3<f64>) -> Hinge) -> Assembly {
+    let mut body = Builder::default();
+    let mut last = body.add(cube(Vector3::zeros()));
+    body.0.actuators = 1;
+    for link in 0..links {
+        let anchor = Vector3::x() * (pitch * link as f64);
+        let ball = element(Shape::Ball { radius: 0.005 }, Translation3::from(anchor + Vector3::x() * pitch).into());
+        let child = body.add(ball);
+        body.join(last, child, JointKind::Hinge(joint(anchor)));
+        last = child;
+    }
+    body.0
+}
+
+fn fine(step: f64) -> Settings {
+    Settings { step, self_collision: false, speed_limit: 1e3, ..settings() }
+}
+
+#[test]
+fn a_free_body_falls_as_galileo_says() {
+    let step = 1.0 / 240.0;
+    let mut solver = aloft::<f32>(&m4(), &fine(step));
+    let start = f64::from(solver.state.position[1]);
+    for _ in 0..120 {
+        solver.advance().unwrap();
+    }
+    // Semi-implicit Euler: g t^2 / 2 and half a step's speed more.
+    let expected = 981.0 * 0.5 * 0.5 * (0.5 + step);
+    let fallen = start - f64::from(solver.state.position[1]);
+    assert!((fallen - expected).abs() < 1e-3 * expected, "{fallen} cm, not {expected}");
+}
+
+/// The time of a full swing of a point-like pendulum released at an angle.
+fn period(amplitude: f64) -> (f64, f64) {
+    let step = 1.0 / 2000.0;
+    let mut solver = aloft::<f64>(&chain(1, 0.1, |anchor| loose(anchor, Vector3::z())), &fine(step));
+    solver.anchored = true;
+    // At rest the pendulum lies along x; hanging is minus a quarter turn.
+    let hanging = -std::f64::consts::FRAC_PI_2;
+    solver.state.angles[1] = hanging + amplitude;
+    let (mut crossings, mut before) = (Vec::new(), amplitude);
+    for count in 1..8000 {
+        solver.advance().unwrap();
+        let now = solver.state.angles[1] - hanging;
+        if before > 0.0 && now <= 0.0 {
+            crossings.push((f64::from(count) - now / (now - before)) * step);
+        }
+        before = now;
+    }
+    // A ball of radius r on a rod L: I = m (L^2 + 2 r^2 / 5).
+    let small = std::f64::consts::TAU * ((0.01 + 0.4 * 25e-6) / (9.81 * 0.1_f64)).sqrt();
+    (crossings[1] - crossings[0], small)
+}
+
+#[test]
+fn a_pendulum_keeps_time() {
+    let (measured, small) = period(0.05);
+    assert!((measured / small - 1.0).abs() < 5e-4, "{measured} s, not {small}");
+    // The series of the complete elliptic integral at 2 rad, by the
+    // arithmetic-geometric mean of 1 and cos(1).
+    let (mut a, mut b) = (1.0, libm::cos(1.0_f64));
+    for _ in 0..20 {
+        (a, b) = ((a + b) / 2.0, (a * b).sqrt());
+    }
+    let (measured, small) = period(2.0);
+    assert!((measured * a / small - 1.0).abs() < 2e-3, "{measured} s, not {}", small / a);
+}
+
+/// Largest and last energy of a motorless chain thrown into the air, relative
+/// to its kinetic energy at the start.
+fn energy_drift<S: Scalar>(step: f64) -> (f64, f64) {
+    let axes = [Vector3::z(), Vector3::y(), Vector3::new(1.0, 1.0, 0.0)];
+    let joint = |anchor: Vector3<f64>| loose(anchor, axes[(anchor.x * 40.0) as usize % 3]);
+    let mut solver = aloft::<S>(&chain(4, 0.03, joint), &Settings { gravity: 0.0, ..fine(step) });
+    for (dof, speed) in solver.state.speeds.iter_mut().enumerate() {
+        *speed = S::of([1.0, -0.5, 0.7][dof % 3]);
+    }
+    solver.advance().unwrap();
+    let start = solver.energy();
+    let mut most = 0.0_f64;
+    for _ in 0..(0.5 / step) as usize {
+        solver.advance().unwrap();
+        most = most.max(solver.energy() / start - 1.0);
+    }
+    (most, solver.energy() / start - 1.0)
+}
+
+#[test]
+fn a_free_chain_keeps_its_energy() {
+    let (coarse, _) = energy_drift::<f32>(1.0 / 240.0);
+    assert!(coarse < 0.015, "gained {coarse}");
+    let (fine, last) = energy_drift::<f64>(1.0 / 7680.0);
+    assert!(fine < 1e-3 && last.abs() < 1e-3, "gained {fine}, ended at {last}");
+}
+
+fn sled() -> Assembly {
+    Assembly { elements: vec![cube(Vector3::zeros())], ..Assembly::default() }
+}
+
+#[test]
+fn a_block_slides_as_far_as_friction_says() {
+    for friction in [0.1, 0.8] {
+        let settings = Settings { ground_friction: friction * friction / 0.8, ..fine(1.0 / 240.0) };
+        let mut solver = solver::<f32>(&sled(), &settings);
+        // Across the tangents, to see that the cone is round.
+        let speed = 100.0_f64;
+        (solver.state.speeds[3], solver.state.speeds[5]) = (60.0, 80.0);
+        for _ in 0..720 {
+            solver.advance().unwrap();
+        }
+        let [x, _, z] = solver.state.position.map(f64::from);
+        // Semi-implicit Euler lags by half a step.
+        let expected = speed * speed / (2.0 * friction * 981.0) - speed / 480.0;
+        assert!((x.hypot(z) / expected - 1.0).abs() < 2e-3, "{} cm, not {expected}", x.hypot(z));
+        assert!((z / x - 4.0 / 3.0).abs() < 0.01, "it turned aside: {x}, {z}");
+    }
+}
+
+/// How far a block gets in two seconds on a slope with friction 0.8, cm.
+fn slide(tangent: f64, shape: Shape) -> f64 {
+    let element = element(shape, Isometry3::identity());
+    let assembly = Assembly { elements: vec![element], ..Assembly::default() };
+    let mut solver = solver::<f32>(&assembly, &fine(1.0 / 240.0));
+    let slope = libm::atan(tangent);
+    let (s, c) = libm::sincos(slope);
+    solver.gravity = [(981.0 * s * 0.6) as f32, (-981.0 * c) as f32, (981.0 * s * 0.8) as f32];
+    for _ in 0..480 {
+        solver.advance().unwrap();
+    }
+    let [x, _, z] = solver.state.position;
+    f64::from(x).hypot(f64::from(z))
+}
+
+#[test]
+fn a_block_rests_on_a_slope_below_the_friction_angle() {
+    let flat = Shape::Box { half: Vector3::new(0.03, 0.01, 0.03) };
+    let rest = slide(0.76, flat);
+    assert!(rest < 0.01, "crept {rest} cm");
+    let far = slide(0.9, flat);
+    let slope = libm::atan(0.9);
+    let expected = 0.5 * 981.0 * (libm::sin(slope) - 0.8 * libm::cos(slope)) * 4.0;
+    assert!((far / expected - 1.0).abs() < 0.03, "slid {far} cm, not {expected}");
+}
+
+/// A ball and a cylinder roll down a slope with the inertia of a filled body.
+#[test]
+fn round_bodies_roll() {
+    let radius = 0.02;
+    let slope = libm::atan(0.1);
+    let ball = slide(0.1, Shape::Ball { radius });
+    let expected = 0.5 * 981.0 * libm::sin(slope) * 4.0 / 1.4;
+    assert!((ball / expected - 1.0).abs() < 0.02, "ball {ball} cm, not {expected}");
+
+    let lying = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.3);
+    let pose = Isometry3::from_parts(Translation3::identity(), lying);
+    let cylinder = element(Shape::Cylinder { radius, half_length: 0.03 }, pose);
+    let assembly = Assembly { elements: vec![cylinder], ..Assembly::default() };
+    let mut solver = solver::<f32>(&assembly, &fine(1.0 / 240.0));
+    let down = lying * Vector3::z();
+    let s = 981.0 * libm::sin(slope);
+    solver.gravity = [(s * down.x) as f32, (-981.0 * libm::cos(slope)) as f32, (s * down.z) as f32];
+    for _ in 0..480 {
+        solver.advance().unwrap();
+    }
+    let [x, y, z] = solver.state.position.map(f64::from);
+    let expected = 0.5 * s * 4.0 / 1.5;
+    assert!((x.hypot(z) / expected - 1.0).abs() < 0.02, "cylinder {} cm, not {expected}", x.hypot(z));
+    assert!((y - 2.0).abs() < 0.01, "it hops or sinks: {y}");
+}
+
+/// Cylinders stand, and lie, without moving; a leaning one falls over.
+#[test]
+fn cylinders_rest() {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    for (tilt, height) in [(0.0, 1.0), (quarter, 1.5), (1.45, 1.5), (0.1, 1.0)] {
+        for turn in [0.0, 0.4] {
+            let about = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), tilt);
+            let spin = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), turn);
+            let pose = Isometry3::from_parts(Translation3::identity(), about * spin);
+            let cylinder = element(Shape::Cylinder { radius: 0.01, half_length: 0.015 }, pose);
+            let assembly = Assembly { elements: vec![cylinder], ..Assembly::default() };
+            let mut solver = solver::<f32>(&assembly, &fine(1.0 / 240.0));
+            for _ in 0..960 {
+                solver.advance().unwrap();
+            }
+            let [x, y, z] = solver.state.position;
+            let y = f64::from(y);
+            assert!((y - height).abs() < 0.01, "tilt {tilt}, turn {turn}: height {y}, not {height}");
+            if tilt == 0.0 || tilt == quarter {
+                assert!(x.hypot(z) < 1e-3, "tilt {tilt}, turn {turn}: crept {x}, {z}");
+            }
+            let speed = solver.state.speeds.iter().map(|v| v.abs()).fold(0.0, f32::max);
+            assert!(speed < 0.02, "tilt {tilt}, turn {turn}: still moves at {speed}");
+        }
+    }
+}
+
+/// Deflection of the tip of N equal segments under a force at the tip.
+#[test]
+fn a_cantilever_bends_by_the_closed_form() {
+    let (count, pitch, stiffness, force) = (5, 0.02, 0.3, 0.02);
+    let joint = |anchor| Hinge { stiffness, torque: 1e3, ..hinge(anchor, Vector3::z(), 0) };
+    let mut solver = aloft::<f32>(&chain(count, pitch, joint), &fine(1.0 / 240.0));
+    solver.anchored = true;
+    // Only the tip has weight to speak of: gravity is the tip force.
+    for link in &mut solver.tree.links[1..count] {
+        link.mass = 1e-4;
+    }
+    let tip = f64::from(solver.tree.links[count].mass);
+    solver.gravity = [0.0, (-force * 1e5 / tip) as f32, 0.0];
+    for _ in 0..2400 {
+        solver.advance().unwrap();
+    }
+    let length = pitch * count as f64;
+    let sum: f64 = (0..count).map(|i| ((count - i) as f64 / count as f64).powi(2)).sum();
+    let expected = 100.0 * force * length * length / stiffness * sum;
+    let sag = -f64::from(solver.frames[count].centre[1]);
+    assert!((sag / expected - 1.0).abs() < 0.01, "{sag} cm, not {expected}");
+}
+
+/// A servo holds a load at load / stiffness, and gives way above its limit.
+#[test]
+fn a_servo_holds_what_its_torque_allows() {
+    let pitch = 0.05;
+    let assembly = chain(1, pitch, |anchor| hinge(anchor, Vector3::z(), 0));
+    for (load, holds) in [(0.02, true), (0.0595, true), (0.0605, false)] {
+        let mut solver = aloft::<f32>(&assembly, &fine(1.0 / 240.0));
+        solver.anchored = true;
+        let mass = f64::from(solver.tree.links[1].mass);
+        // Always across the arm's rest direction, and the sag is small.
+        solver.gravity = [0.0, (-load * 1e7 / (mass * pitch * 100.0)) as f32, 0.0];
+        for _ in 0..1200 {
+            solver.advance().unwrap();
+        }
+        let angle = f64::from(solver.state.angles[1]);
+        if holds {
+            let torque = load * libm::cos(angle);
+            assert!((-angle * 0.3 / torque - 1.0).abs() < 2e-3, "{load} N m bent it by {angle}");
+        }
+    }
+    // Far from its target, a servo gives exactly its torque.
+    let weak = chain(1, pitch, |anchor| Hinge { torque: 1e-3, ..hinge(anchor, Vector3::z(), 0) });
+    let mut solver = aloft::<f64>(&weak, &fine(1.0 / 240.0));
+    solver.anchored = true;
+    solver.gravity = [0.0; 3];
+    solver.targets[1] = 0.7;
+    solver.advance().unwrap();
+    let link = &solver.tree.links[1];
+    let inertia = link.mass * 25.0 + link.inertia[2];
+    let speed = link.torque / inertia / 240.0;
+    assert!((solver.state.speeds[6] / speed - 1.0).abs() < 1e-6, "{} rad/s, not {speed}", solver.state.speeds[6]);
+}
+
+#[test]
+fn hinges_keep_their_hard_limits() {
+    let joint = |anchor| Hinge { limits: (-0.5, 0.4), ..loose(anchor, Vector3::z()) };
+    let mut solver = aloft::<f32>(&chain(3, 0.03, joint), &fine(1.0 / 240.0));
+    solver.anchored = true;
+    for _ in 0..960 {
+        solver.advance().unwrap();
+        for &angle in &solver.state.angles[1..] {
+            assert!((-0.53..0.43).contains(&angle), "{angle}");
+        }
+    }
+    assert!((solver.state.angles[1] + 0.5).abs() < 2e-3, "{}", solver.state.angles[1]);
+}
+
+/// Two parts driven into each other do not pass through.
+#[test]
+fn parts_do_not_pass_through_each_other() {
+    for shape in [
+        Shape::Ball { radius: 0.01 },
+        Shape::Box { half: Vector3::repeat(0.01) },
+        Shape::Cylinder { radius: 0.01, half_length: 0.01 },
+    ] {
+        let mut body = Builder::default();
+        body.0.actuators = 2;
+        let core = body.add(cube(Vector3::zeros()));
+        for (actuator, side) in [(0, 1.0), (1, -1.0)] {
+            let place = Vector3::new(0.06, 0.0, 0.02 * side);
+            let tip: Element = element(shape, Translation3::from(place).into());
+            let tip = body.add(tip);
+            let axis = Vector3::y() * side;
+            let anchor = Vector3::new(0.0, 0.0, 0.02 * side);
+            body.join(core, tip, JointKind::Hinge(hinge(anchor, axis, actuator)));
+        }
+        let mut solver = aloft::<f32>(&body.0, &Settings { self_collision: true, ..fine(1.0 / 240.0) });
+        solver.anchored = true;
+        solver.gravity = [0.0; 3];
+        solver.targets[1..].fill(0.8);
+        for _ in 0..480 {
+            solver.advance().unwrap();
+            let apart = solver.frames[1].centre[2] - solver.frames[2].centre[2];
+            assert!(apart > 1.95, "{shape:?}: {apart} cm apart");
+        }
+        let apart = solver.frames[1].centre[2] - solver.frames[2].centre[2];
+        assert!(apart < 2.1, "{shape:?}: stopped {apart} cm apart");
+    }
+}

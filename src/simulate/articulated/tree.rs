@@ -1,0 +1,155 @@
+//! The kinematic tree: what stays the same over all runs of one body.
+//!
+//! Lengths are in cm, masses in g, times in s, so that single precision is
+//! well scaled. Degrees of freedom: three turns and three shifts of the root
+//! (world axes), then one hinge angle per further body. The degrees of freedom
+//! from the root to body b are its *path*; a row of the mass matrix has an
+//! entry for each degree of freedom on the path and no others (Featherstone,
+//! Rigid Body Dynamics Algorithms, 2008, section 6.4, "branch-induced
+//! sparsity"), stored root first, so that the path of an ancestor is a prefix.
+
+use super::scalar::Scalar;
+use super::vector::{Sym, V3};
+use crate::simulate::lowering::{Body, Lowered};
+
+/// cm per m.
+pub(super) const LENGTH: f64 = 1e2;
+/// g per kg.
+pub(super) const MASS: f64 = 1e3;
+/// g cm^2/s^2 per N m; also g cm^2 per kg m^2.
+pub(super) const TORQUE: f64 = MASS * LENGTH * LENGTH;
+/// Degrees of freedom of the root.
+pub(super) const ROOT: usize = 6;
+
+/// One body and the hinge that carries it.
+#[derive(Clone, Debug)]
+pub(super) struct Link<S> {
+    /// Index of the parent; the root names itself.
+    pub(super) parent: usize,
+    /// Hinge axis, the same in the frames of parent and child.
+    pub(super) axis: V3<S>,
+    /// From the parent's centre to the hinge, parent's frame.
+    pub(super) to_hinge: V3<S>,
+    /// From the hinge to the own centre, own frame.
+    pub(super) to_centre: V3<S>,
+    /// Mass.
+    pub(super) mass: S,
+    /// Inertia about the centre, own frame.
+    pub(super) inertia: Sym<S>,
+    /// Servo stiffness and damping.
+    pub(super) stiffness: S,
+    /// Servo damping.
+    pub(super) damping: S,
+    /// Largest servo torque.
+    pub(super) torque: S,
+    /// Hard limits of the hinge angle.
+    pub(super) limits: (S, S),
+}
+
+/// The bodies and the layout of everything that follows their tree.
+#[derive(Clone, Debug)]
+pub(super) struct Tree<S> {
+    /// The bodies, parents before children.
+    pub(super) links: Vec<Link<S>>,
+    /// All paths of bodies, one after the other.
+    paths: Vec<u32>,
+    /// Where the path of each body begins and ends.
+    spans: Vec<(usize, usize)>,
+    /// Where the row of each degree of freedom begins in the mass matrix.
+    pub(super) rows: Vec<usize>,
+    /// Total length of the rows.
+    pub(super) entries: usize,
+}
+
+impl<S: Scalar> Tree<S> {
+    /// From bodies in SI units.
+    pub(super) fn new(lowered: &Lowered) -> Self {
+        let bodies = &lowered.bodies;
+        let mut tree = Self {
+            links: bodies.iter().map(|body| link(body, &bodies[body.parent])).collect(),
+            paths: Vec::new(),
+            spans: Vec::new(),
+            rows: Vec::new(),
+            entries: 0,
+        };
+        for body in 0..bodies.len() {
+            tree.lay_out(body);
+        }
+        tree
+    }
+
+    fn lay_out(&mut self, body: usize) {
+        let start = self.paths.len();
+        if body == 0 {
+            for dof in 0..ROOT {
+                self.paths.push(dof as u32);
+                self.add_row(dof + 1);
+            }
+        } else {
+            let (from, to) = self.spans[self.links[body].parent];
+            self.paths.extend_from_within(from..to);
+            self.paths.push(dof_of(body) as u32);
+            self.add_row(to - from + 1);
+        }
+        self.spans.push((start, self.paths.len()));
+    }
+
+    fn add_row(&mut self, entries: usize) {
+        self.rows.push(self.entries);
+        self.entries += entries;
+    }
+
+    /// Number of degrees of freedom.
+    #[inline(always)]
+    pub(super) fn dofs(&self) -> usize {
+        self.rows.len()
+    }
+
+    /// Degrees of freedom from the root to a body.
+    #[inline(always)]
+    pub(super) fn path(&self, body: usize) -> &[u32] {
+        let (from, to) = self.spans[body];
+        &self.paths[from..to]
+    }
+
+    /// Degrees of freedom from the root to one of them, itself included.
+    #[inline(always)]
+    pub(super) fn path_to(&self, dof: usize) -> &[u32] {
+        if dof < ROOT { &self.paths[..=dof] } else { self.path(dof + 1 - ROOT) }
+    }
+}
+
+/// The degree of freedom of the hinge that carries a body other than the root.
+#[inline(always)]
+pub(super) fn dof_of(body: usize) -> usize {
+    body + ROOT - 1
+}
+
+fn link<S: Scalar>(body: &Body, parent: &Body) -> Link<S> {
+    let vector = |v: nalgebra::Vector3<f64>| [S::of(v.x), S::of(v.y), S::of(v.z)];
+    let zero = [S::ZERO; 3];
+    let m = body.inertia * TORQUE;
+    let mut link = Link {
+        parent: 0,
+        axis: zero,
+        to_hinge: zero,
+        to_centre: zero,
+        mass: S::of(body.mass * MASS),
+        inertia: [m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(S::of),
+        stiffness: S::ZERO,
+        damping: S::ZERO,
+        torque: S::ZERO,
+        limits: (S::ZERO, S::ZERO),
+    };
+    if let Some(hinge) = &body.hinge {
+        link.parent = body.parent;
+        link.axis = vector(hinge.axis.into_inner());
+        link.to_hinge = vector((hinge.anchor.coords - parent.centre) * LENGTH);
+        link.to_centre = vector((body.centre - hinge.anchor.coords) * LENGTH);
+        link.stiffness = S::of(hinge.stiffness * TORQUE);
+        link.damping = S::of(hinge.damping * TORQUE);
+        link.torque = S::of(hinge.torque * TORQUE);
+        link.limits = (S::of(hinge.limits.0), S::of(hinge.limits.1));
+    }
+    link
+}

@@ -1,0 +1,141 @@
+//! Refuses assemblies and settings that no solver could simulate.
+
+use nalgebra::Vector3;
+
+use super::{Settings, Unfit};
+use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
+
+/// More steps than this in one run is a slip of the pen, not a wish.
+const MOST_STEPS: f64 = 1e9;
+
+fn need(holds: bool, reason: impl FnOnce() -> String) -> Result<(), Unfit> {
+    if holds { Ok(()) } else { Err(Unfit { reason: reason() }) }
+}
+
+fn positive(value: f64) -> bool {
+    value > 0.0 && value.is_finite()
+}
+
+fn not_negative(value: f64) -> bool {
+    value >= 0.0 && value.is_finite()
+}
+
+/// Checks the numbers of the simulation itself.
+pub(super) fn settings(settings: &Settings) -> Result<(), Unfit> {
+    for (name, value) in
+        [("step", settings.step), ("duration", settings.duration), ("record", settings.record)]
+    {
+        need(positive(value), || format!("the model's {name} is {value} s; give a positive time"))?;
+    }
+    need(settings.duration / settings.step.min(settings.record) <= MOST_STEPS, || {
+        format!(
+            "{} s in steps of {} s recorded every {} s is more than a thousand million steps; \
+             give a shorter duration or longer steps",
+            settings.duration, settings.step, settings.record
+        )
+    })?;
+    need(settings.step <= settings.duration, || {
+        format!(
+            "the step ({} s) is longer than the duration ({} s); give a shorter step",
+            settings.step, settings.duration
+        )
+    })?;
+    need(not_negative(settings.gravity), || {
+        format!("gravity is {} m/s2; give zero or a positive number, it points down", settings.gravity)
+    })?;
+    need(not_negative(settings.ground_friction), || {
+        format!("the ground's friction is {}; give zero or a positive number", settings.ground_friction)
+    })?;
+    need(settings.iterations > 0, || "the contact solver needs at least one iteration".to_owned())?;
+    need(settings.speed_limit > 0.0, || {
+        format!("the speed limit is {} m/s; give a positive speed", settings.speed_limit)
+    })
+}
+
+/// Checks the elements and joints one by one; that the joints form a tree is
+/// found out when the assembly is lowered.
+pub(super) fn assembly(assembly: &Assembly) -> Result<(), Unfit> {
+    let count = assembly.elements.len();
+    need(count > 0, || "the assembly has no elements; give it at least a core".to_owned())?;
+    need(assembly.joints.len() + 1 == count, || {
+        format!(
+            "{count} elements need {} joints to hang together as a tree, but there are {}",
+            count - 1,
+            assembly.joints.len()
+        )
+    })?;
+    for (index, part) in assembly.elements.iter().enumerate() {
+        element(index, part)?;
+    }
+    for (index, joint) in assembly.joints.iter().enumerate() {
+        need(joint.parent < count && joint.child < count, || {
+            format!("joint {index} names an element that does not exist; there are {count}")
+        })?;
+        if let JointKind::Hinge(part) = &joint.kind {
+            hinge(index, part, assembly.actuators)?;
+        }
+    }
+    Ok(())
+}
+
+fn element(index: usize, element: &Element) -> Result<(), Unfit> {
+    need(positive(element.mass), || {
+        format!("element {index} has a mass of {} kg; give it a positive mass", element.mass)
+    })?;
+    need(not_negative(element.friction), || {
+        format!("element {index} has a friction of {}; give zero or a positive number", element.friction)
+    })?;
+    let finite = |vector: &Vector3<f64>| vector.iter().all(|value| value.is_finite());
+    let pose = &element.pose;
+    need(finite(&pose.translation.vector) && pose.rotation.coords.iter().all(|v| v.is_finite()), || {
+        format!("element {index} has a pose that is not finite; give it a place")
+    })?;
+    let (name, sizes) = match element.shape {
+        Shape::Box { half } => ("box", half),
+        Shape::Ball { radius } => ("ball", Vector3::repeat(radius)),
+        Shape::Cylinder { radius, half_length } => ("cylinder", Vector3::new(half_length, radius, radius)),
+    };
+    need(sizes.iter().copied().all(positive), || {
+        format!(
+            "element {index} is a {name} with half sizes {} x {} x {} m; give it positive sizes",
+            sizes.x, sizes.y, sizes.z
+        )
+    })
+}
+
+fn hinge(index: usize, hinge: &Hinge, actuators: usize) -> Result<(), Unfit> {
+    need(hinge.anchor.iter().chain(hinge.axis.iter()).all(|value| value.is_finite()), || {
+        format!("the hinge of joint {index} has an anchor or axis that is not finite; give it a place")
+    })?;
+    need(hinge.actuator < actuators, || {
+        format!(
+            "the hinge of joint {index} belongs to actuator {}, but there are {actuators}; number them from zero",
+            hinge.actuator
+        )
+    })?;
+    need(hinge.share.is_finite(), || {
+        format!("the hinge of joint {index} has a share of {}; give a finite number", hinge.share)
+    })?;
+    let (low, high) = hinge.limits;
+    need(low <= 0.0 && 0.0 <= high && low < high, || {
+        format!(
+            "the hinge of joint {index} is limited to {low} to {high} rad, which excludes the rest angle zero \
+             or leaves no room; give a lower limit below and an upper limit above zero"
+        )
+    })?;
+    for (name, value) in [("stiffness", hinge.stiffness), ("damping", hinge.damping)] {
+        need(not_negative(value), || {
+            format!("the servo of joint {index} has a {name} of {value}; give zero or a positive number")
+        })?;
+    }
+    for (name, value) in [
+        ("largest torque", hinge.torque),
+        ("bending rate", hinge.bending_rate),
+        ("relaxing rate", hinge.relaxing_rate),
+    ] {
+        need(value >= 0.0, || {
+            format!("the servo of joint {index} has a {name} of {value}; give zero or a positive number")
+        })?;
+    }
+    Ok(())
+}

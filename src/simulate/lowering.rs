@@ -1,0 +1,216 @@
+//! Lowers an assembly to rigid bodies joined by hinges.
+//!
+//! Both solvers start from this: elements joined rigidly are one body, every
+//! hinge joint is one degree of freedom, and the whole is a tree whose root is
+//! the body of the core. Bodies are numbered depth first, parents before
+//! children, so that a limb is a contiguous range. Body frames have their
+//! origin at the centre of mass and the world's axes at rest. SI units.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Matrix3, Vector3};
+
+use super::check;
+use super::motion::Placement;
+use super::{Settings, Unfit};
+use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
+
+/// A rigid body: one or more elements.
+#[derive(Clone, Debug)]
+pub(super) struct Body {
+    /// The body nearer to the root; the root names itself.
+    pub(super) parent: usize,
+    /// Mass in kg.
+    pub(super) mass: f64,
+    /// Centre of mass in the world at rest, m.
+    pub(super) centre: Vector3<f64>,
+    /// Inertia about the centre of mass, world axes at rest, kg m^2.
+    pub(super) inertia: Matrix3<f64>,
+    /// The hinge that joins it to its parent; none for the root.
+    pub(super) hinge: Option<Hinge>,
+}
+
+/// An element with its place.
+#[derive(Clone, Debug)]
+pub(super) struct Piece {
+    /// Its body.
+    pub(super) body: usize,
+    /// Its pose in the body's frame.
+    pub(super) local: Isometry3<f64>,
+    /// Its geometry.
+    pub(super) shape: Shape,
+    /// Its Coulomb coefficient.
+    pub(super) friction: f64,
+}
+
+/// A whole assembly as a tree of bodies, its lowest point on the ground.
+#[derive(Clone, Debug)]
+pub(super) struct Lowered {
+    /// Depth first; the root comes first.
+    pub(super) bodies: Vec<Body>,
+    /// One for each element, in the assembly's order.
+    pub(super) pieces: Vec<Piece>,
+    /// How many actuators the hinges refer to.
+    pub(super) actuators: usize,
+}
+
+impl Lowered {
+    /// Checks and lowers an assembly.
+    pub(super) fn new(assembly: &Assembly, settings: &Settings) -> Result<Self, Unfit> {
+        check::settings(settings)?;
+        check::assembly(assembly)?;
+        let groups = Groups::of(assembly)?;
+        let lift = -assembly.elements.iter().map(lowest).fold(f64::INFINITY, f64::min);
+        let order = groups.depth_first();
+        let mut place = vec![0; order.len()];
+        for (new, &old) in order.iter().enumerate() {
+            place[old] = new;
+        }
+        let mut members = vec![Vec::new(); order.len()];
+        for (element, &group) in groups.of_element.iter().enumerate() {
+            members[place[group]].push(element);
+        }
+        let mut bodies = Vec::with_capacity(order.len());
+        for (new, &old) in order.iter().enumerate() {
+            let hinge = groups.hinges[old].map(|hinge| raised(hinge, lift));
+            bodies.push(body(assembly, &members[new], place[groups.parents[old]], hinge, lift));
+        }
+        let pieces = assembly
+            .elements
+            .iter()
+            .zip(&groups.of_element)
+            .map(|(element, &group)| piece(element, place[group], &bodies, lift))
+            .collect();
+        Ok(Self { bodies, pieces, actuators: assembly.actuators })
+    }
+
+    /// Where each element sits, for a recorded motion.
+    pub(super) fn placements(&self) -> Arc<[Placement]> {
+        self.pieces.iter().map(|piece| Placement { body: piece.body, local: piece.local }).collect()
+    }
+
+    /// Number of hinges between two bodies.
+    pub(super) fn distance(&self, mut a: usize, mut b: usize) -> usize {
+        let mut hinges = 0;
+        // A parent has the smaller number, so climbing from the larger one meets.
+        while a != b {
+            if a > b { a = self.bodies[a].parent } else { b = self.bodies[b].parent }
+            hinges += 1;
+        }
+        hinges
+    }
+}
+
+/// Elements grouped by rigid joints, before the bodies are numbered.
+struct Groups<'a> {
+    of_element: Vec<usize>,
+    parents: Vec<usize>,
+    hinges: Vec<Option<&'a Hinge>>,
+}
+
+impl<'a> Groups<'a> {
+    fn of(assembly: &'a Assembly) -> Result<Self, Unfit> {
+        let mut of_element = vec![None; assembly.elements.len()];
+        of_element[0] = Some(0);
+        let (mut parents, mut hinges) = (vec![0], vec![None]);
+        for joint in &assembly.joints {
+            let Some(parent) = of_element[joint.parent] else {
+                return Err(Unfit {
+                    reason: format!(
+                        "element {} is joined to element {}, which nothing has joined to the core yet; \
+                         list joints from the core outwards",
+                        joint.child, joint.parent
+                    ),
+                });
+            };
+            if of_element[joint.child].is_some() {
+                return Err(Unfit {
+                    reason: format!(
+                        "element {} is the child of two joints; joints must form a tree, remove one",
+                        joint.child
+                    ),
+                });
+            }
+            of_element[joint.child] = Some(match &joint.kind {
+                JointKind::Rigid => parent,
+                JointKind::Hinge(hinge) => {
+                    parents.push(parent);
+                    hinges.push(Some(hinge));
+                    parents.len() - 1
+                }
+            });
+        }
+        let of_element = of_element.into_iter().map(|group| group.unwrap_or(0)).collect();
+        Ok(Self { of_element, parents, hinges })
+    }
+
+    fn depth_first(&self) -> Vec<usize> {
+        let mut children = vec![Vec::new(); self.parents.len()];
+        for (group, &parent) in self.parents.iter().enumerate().skip(1) {
+            children[parent].push(group);
+        }
+        let (mut order, mut stack) = (Vec::new(), vec![0]);
+        while let Some(group) = stack.pop() {
+            order.push(group);
+            stack.extend(children[group].iter().rev());
+        }
+        order
+    }
+}
+
+fn raised(hinge: &Hinge, lift: f64) -> Hinge {
+    let mut hinge = hinge.clone();
+    hinge.anchor.y += lift;
+    hinge
+}
+
+fn body(assembly: &Assembly, members: &[usize], parent: usize, hinge: Option<Hinge>, lift: f64) -> Body {
+    let elements = || members.iter().map(|&member| &assembly.elements[member]);
+    let mass: f64 = elements().map(|element| element.mass).sum();
+    let moment: Vector3<f64> = elements().map(|e| e.mass * e.pose.translation.vector).sum();
+    let centre = moment / mass;
+    let mut inertia = Matrix3::zeros();
+    for element in elements() {
+        let turn = element.pose.rotation.to_rotation_matrix();
+        let own = Matrix3::from_diagonal(&principal(element));
+        let arm = element.pose.translation.vector - centre;
+        inertia += turn.matrix() * own * turn.matrix().transpose();
+        inertia += element.mass * (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose());
+    }
+    Body { parent, mass, centre: centre + Vector3::y() * lift, inertia, hinge }
+}
+
+fn piece(element: &Element, body: usize, bodies: &[Body], lift: f64) -> Piece {
+    let mut local = element.pose;
+    local.translation.vector += Vector3::y() * lift - bodies[body].centre;
+    Piece { body, local, shape: element.shape, friction: element.friction }
+}
+
+/// Principal moments of an evenly filled shape about its centre, kg m^2.
+fn principal(element: &Element) -> Vector3<f64> {
+    let mass = element.mass;
+    match element.shape {
+        Shape::Box { half } => {
+            let square = half.component_mul(&half) / 3.0;
+            mass * Vector3::new(square.y + square.z, square.x + square.z, square.x + square.y)
+        }
+        Shape::Ball { radius } => Vector3::repeat(0.4 * mass * radius * radius),
+        Shape::Cylinder { radius, half_length } => {
+            let across = mass * (radius * radius / 4.0 + half_length * half_length / 3.0);
+            Vector3::new(0.5 * mass * radius * radius, across, across)
+        }
+    }
+}
+
+/// Height of the lowest point of an element at rest, m.
+fn lowest(element: &Element) -> f64 {
+    let up = element.pose.rotation.inverse() * Vector3::y();
+    let reach = match element.shape {
+        Shape::Box { half } => half.dot(&up.abs()),
+        Shape::Ball { radius } => radius,
+        Shape::Cylinder { radius, half_length } => {
+            half_length * up.x.abs() + radius * (1.0 - up.x * up.x).max(0.0).sqrt()
+        }
+    };
+    element.pose.translation.vector.y - reach
+}

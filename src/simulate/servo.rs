@@ -1,0 +1,128 @@
+//! What a servo wants: its rate-limited target, the same for both solvers.
+
+use super::motion::Targets;
+use crate::design::assembly::Hinge;
+
+/// The moving target of one hinge.
+#[derive(Clone, Debug)]
+pub(super) struct Servo {
+    actuator: usize,
+    share: f64,
+    bending_rate: f64,
+    relaxing_rate: f64,
+    /// Where the servo's own target stands now, rad.
+    pub(super) target: f64,
+}
+
+impl Servo {
+    /// At rest.
+    pub(super) fn new(hinge: &Hinge) -> Self {
+        Self {
+            actuator: hinge.actuator,
+            share: hinge.share,
+            bending_rate: hinge.bending_rate,
+            relaxing_rate: hinge.relaxing_rate,
+            target: 0.0,
+        }
+    }
+
+    /// Moves the target for `step` seconds towards what the drive asks for at
+    /// time `t`. False if the drive asks for no number at all.
+    pub(super) fn follow(&mut self, drive: &Targets, t: f64, step: f64) -> bool {
+        let wanted = if self.actuator < drive.actuators { drive.at(self.actuator, t) } else { 0.0 };
+        let wanted = wanted * self.share;
+        self.target = slew(self.target, wanted, self.bending_rate, self.relaxing_rate, step);
+        wanted.is_finite()
+    }
+}
+
+/// Moves `from` towards `to` for a time, at one rate away from zero and at
+/// another towards it.
+///
+/// A move through zero spends part of the time on either side, so that the
+/// path is the same however finely time is cut.
+fn slew(from: f64, to: f64, away: f64, back: f64, time: f64) -> f64 {
+    let inward = if from * to <= 0.0 { 0.0 } else { to };
+    let (mut at, mut left) = (from, time);
+    if inward.abs() < from.abs() {
+        let way = from.abs() - inward.abs();
+        let reach = back * left;
+        if reach < way {
+            return from - reach * from.signum();
+        }
+        at = inward;
+        left -= way / back;
+    }
+    let way = (to - at).abs();
+    // A rate without limit times no time left would be no number.
+    if left > 0.0 && away * left < way { at + away * left * (to - at).signum() } else if left > 0.0 { to } else { at }
+}
+
+/// Turns hinge angles into the total bend of each actuator.
+///
+/// The bend is the one whose shares come closest to the angles (least
+/// squares); for equal shares that add up to one it is the sum.
+#[derive(Clone, Debug)]
+pub(super) struct Bends {
+    /// Actuator and weight of each hinge.
+    weights: Vec<(usize, f64)>,
+    actuators: usize,
+}
+
+impl Bends {
+    /// For hinges in the order in which their angles will be given.
+    pub(super) fn new<'a>(hinges: impl Iterator<Item = &'a Hinge> + Clone, actuators: usize) -> Self {
+        let mut squares = vec![0.0; actuators];
+        for hinge in hinges.clone() {
+            squares[hinge.actuator] += hinge.share * hinge.share;
+        }
+        let weight = |hinge: &Hinge| {
+            let square: f64 = squares[hinge.actuator];
+            (hinge.actuator, if square > 0.0 { hinge.share / square } else { 1.0 })
+        };
+        Self { weights: hinges.map(weight).collect(), actuators }
+    }
+
+    /// Appends the bends that belong to the hinge angles.
+    pub(super) fn append(&self, angles: impl Iterator<Item = f64>, bends: &mut Vec<f64>) {
+        let start = bends.len();
+        bends.resize(start + self.actuators, 0.0);
+        for (&(actuator, weight), angle) in self.weights.iter().zip(angles) {
+            bends[start + actuator] += weight * angle;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::slew;
+
+    /// The path does not depend on how finely time is cut, also through zero.
+    #[test]
+    fn slewing_is_independent_of_the_step() {
+        for (from, to) in [(0.0, 1.0), (0.8, -0.7), (-0.8, 0.7), (0.9, 0.2), (0.5, 0.0), (-0.2, -0.9)] {
+            let whole = slew(from, to, 3.0, 1.3, 0.4);
+            let mut fine = from;
+            for _ in 0..64 {
+                fine = slew(fine, to, 3.0, 1.3, 0.4 / 64.0);
+            }
+            assert!((whole - fine).abs() < 1e-12, "{from} to {to}: {whole} and {fine}");
+        }
+    }
+
+    #[test]
+    fn bending_and_relaxing_have_their_own_rates() {
+        assert!((slew(0.1, 1.0, 3.0, 1.0, 0.1) - 0.4).abs() < 1e-12);
+        assert!((slew(0.9, 0.0, 3.0, 1.0, 0.1) - 0.8).abs() < 1e-12);
+        assert!((slew(0.1, -1.0, 3.0, 1.0, 0.2) + 0.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn limits_may_be_absent_or_closed() {
+        let free = f64::INFINITY;
+        assert_eq!(slew(0.3, -0.7, free, free, 0.01), -0.7);
+        assert_eq!(slew(0.3, 0.3, free, free, 0.01), 0.3);
+        assert_eq!(slew(0.3, 0.7, 0.0, 0.0, 0.01), 0.3);
+        assert_eq!(slew(0.3, -0.7, 0.0, 0.0, 0.01), 0.3);
+    }
+}

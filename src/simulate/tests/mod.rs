@@ -1,0 +1,20 @@
+//! What both solvers must get right, and the bodies to try them on.
+
+pub(crate) mod bodies;
+mod report;
+
+use super::Settings;
+
+/// The settings of the measurements.
+pub(crate) fn settings() -> Settings {
+    Settings {
+        step: 1.0 / 240.0,
+        duration: 20.0,
+        record: 0.1,
+        gravity: 9.81,
+        ground_friction: 0.8,
+        iterations: 8,
+        self_collision: true,
+        speed_limit: 10.0,
+    }
+}
