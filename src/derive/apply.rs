@@ -19,6 +19,8 @@ pub enum Blocked {
     Requirement(usize),
     /// What it takes back is needed by a later step.
     Needed,
+    /// The body is the same as before, as after turning a ball.
+    NoChange,
 }
 
 impl Blocked {
@@ -33,6 +35,7 @@ impl Blocked {
             Self::Refused(Refusal::BadParameter(name)) => format!("parameter {name}"),
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| r.name.clone()),
             Self::Needed => "needed by a later step".to_owned(),
+            Self::NoChange => "no change".to_owned(),
         }
     }
 }

@@ -2,8 +2,8 @@
 //!
 //! A move draws a rule by weight, one of its matches, then its choices, and
 //! applies it once, with its mirror image, as one step. If the result breaks a
-//! requirement the whole step is taken back, that rule is out for this move,
-//! and another is drawn.
+//! requirement, or is the same body as before, the whole step is taken back,
+//! that rule is out for this move, and another is drawn.
 
 mod apply;
 pub mod random;
@@ -65,6 +65,7 @@ impl Derivation {
             let weight = evaluate(&rule.weight, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0);
             weights.push(weight.max(0.0));
         }
+        let before = self.design.canonical_hash(rules);
         let mut blocked = Vec::new();
         loop {
             let total: f64 = weights.iter().sum();
@@ -75,6 +76,9 @@ impl Derivation {
             let Some(rule) = rules.rules.get(index) else { return Ok(Move { result: None, rule: None, blocked }) };
             match self.draw(rules, rule, random)? {
                 Some(locals) => match self.apply(rules, rule, &locals)? {
+                    Ok(result) if result.design.canonical_hash(rules) == before => {
+                        blocked.push((index, Blocked::NoChange));
+                    }
                     Ok(result) => return Ok(Move { result: Some(result), rule: Some(index), blocked }),
                     Err(reason) => blocked.push((index, reason)),
                 },

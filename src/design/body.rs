@@ -31,10 +31,11 @@ impl Body {
             design.parts.first().map(|(id, _)| (*id, None)).into_iter().collect();
         while let Some((id, holder)) = open.pop() {
             let Some(part) = design.parts.get(&id) else { continue };
-            let (first, last) = body.add(rules, id, part);
-            if let Some(holder) = holder {
-                body.assembly.joints.push(Joint { parent: holder, child: first, kind: JointKind::Rigid });
+            if let Some(parent) = holder {
+                let child = body.assembly.elements.len();
+                body.assembly.joints.push(Joint { parent, child, kind: JointKind::Rigid });
             }
+            let last = body.add(rules, id, part);
             let mut held: Vec<(u8, PartId)> = design
                 .parts
                 .iter()
@@ -48,8 +49,8 @@ impl Body {
         body
     }
 
-    /// Adds the elements of a part: its first and last element.
-    fn add(&mut self, rules: &RuleSet, id: PartId, part: &Part) -> (usize, usize) {
+    /// Adds the elements of a part; gives the last, which holds what hangs on it.
+    fn add(&mut self, rules: &RuleSet, id: PartId, part: &Part) -> usize {
         let first = self.assembly.elements.len();
         let mut push = |shape, pose, mass, friction| {
             self.assembly.elements.push(Element { shape, pose, mass, friction });
@@ -57,10 +58,10 @@ impl Body {
         };
         if let Some(block) = rules.parts.get(&part.kind) {
             push(shape_of(block.shape), part.pose, block.mass, block.friction);
-            return (first, first);
+            return first;
         }
-        let Some(actuator) = rules.actuators.get(&part.kind) else { return (first, first) };
-        let ir::Shape::Cylinder(_, length) = actuator.segment else { return (first, first) };
+        let Some(actuator) = rules.actuators.get(&part.kind) else { return first };
+        let ir::Shape::Cylinder(_, length) = actuator.segment else { return first };
         let count = segments(part);
         for i in 0..count {
             let centre = Isometry3::translation(length * (i as f64 + 0.5), 0.0, 0.0);
@@ -84,7 +85,7 @@ impl Body {
             self.assembly.joints.push(Joint { parent: first + i - 1, child: first + i, kind: JointKind::Hinge(hinge) });
         }
         self.actuators.push(id);
-        (first, first + count.saturating_sub(1))
+        first + count.saturating_sub(1)
     }
 }
 

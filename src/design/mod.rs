@@ -14,7 +14,7 @@ mod symmetry;
 use std::collections::BTreeMap;
 
 use grammar_lang::eval::Value;
-use grammar_lang::ir::{Group, RuleSet, Symmetry};
+use grammar_lang::ir::{Group, RuleSet};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
@@ -191,7 +191,7 @@ impl Design {
             return if own_image { Ok(()) } else { Err(Refusal::Asymmetric) };
         }
         self.add(rules, &Attachment { part, port, ..attachment.clone() }, step, Some(original))?;
-        Ok(())
+        self.check_symmetry(rules)
     }
 
     fn add(&mut self, rules: &RuleSet, attachment: &Attachment, step: u64, image_of: Option<PartId>) -> Result<PartId, Refusal> {
@@ -233,7 +233,15 @@ impl Design {
                 part.params.insert(attribute.to_owned(), value.clone());
             }
         }
-        self.place_all(rules)
+        self.place_all(rules)?;
+        self.check_symmetry(rules)
+    }
+
+    /// Checks that every part without an image is its own image.
+    fn check_symmetry(&self, rules: &RuleSet) -> Result<(), Refusal> {
+        let Some(mirror) = symmetry::mirror(rules.symmetry) else { return Ok(()) };
+        let sound = self.parts.iter().all(|(id, part)| self.twin(*id) != *id || mirror.keeps(rules, part));
+        if sound { Ok(()) } else { Err(Refusal::Asymmetric) }
     }
 
     /// Finds every pose anew and checks that images still are images.
@@ -265,20 +273,7 @@ impl Design {
                 part.pose = pose;
             }
         }
-        if let Some(mirror) = mirror {
-            for (id, part) in &self.parts {
-                if self.twin(*id) == *id && !mirror.keeps(rules, part) {
-                    return Err(Refusal::Asymmetric);
-                }
-            }
-        }
         Ok(())
-    }
-
-    /// Whether the grammar mirrors rule applications.
-    #[must_use]
-    pub fn is_mirrored(rules: &RuleSet) -> bool {
-        rules.symmetry != Symmetry::None
     }
 }
 

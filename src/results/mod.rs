@@ -3,4 +3,6 @@
 pub mod describe;
 pub mod folder;
 pub mod judge;
+pub mod picture;
 pub mod saved;
+pub mod view;
