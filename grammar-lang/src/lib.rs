@@ -48,8 +48,11 @@ pub fn compile(
         .modules
         .first()
         .is_some_and(|m| m.tree.items.iter().any(|i| matches!(i.kind, syntax::ast::ItemKind::Grammar(_))));
-    let (ruleset, found) = types::check(&program, overrides);
+    let (ruleset, found) = types::check(&program, sources, overrides);
     diagnostics.extend(found);
+    if let Some(ruleset) = &ruleset {
+        lint::run(ruleset, &mut diagnostics);
+    }
     let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
     Compiled { ruleset, is_grammar, diagnostics }
 }

@@ -6,8 +6,8 @@ use clap::Args;
 
 use super::output::{self, Fault};
 use super::{exit, load};
-use crate::derive::random::Stream;
 use crate::derive::Derivation;
+use crate::derive::random::Stream;
 use crate::results::describe;
 
 /// Apply rules at random and print the design, without simulating it

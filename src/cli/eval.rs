@@ -35,7 +35,7 @@ fn seconds(text: &str) -> Result<f64, String> {
         None => number(text),
     };
     match value {
-        Some(x) if x.is_finite() && x >= 1e-5 && x <= 0.1 => Ok(x),
+        Some(x) if x.is_finite() && (1e-5..=0.1).contains(&x) => Ok(x),
         _ => Err("write a time in seconds from 0.00001 to 0.1, such as 1/480".to_owned()),
     }
 }
@@ -60,7 +60,9 @@ impl Eval {
         let replayed = judge::replay(&rules, &design, solver, self.step)
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
         let Some(score) = replayed.score else {
-            return Err(Fault::input("the motion is not valid: an element was too fast, or a number not finite"));
+            return Err(Fault::input(
+                "the motion is not valid: an element was too fast, or a number not finite",
+            ));
         };
         output::data(&format!("value {}\n", describe::quantity(score.value, &rules.objective.unit)))?;
         for (name, value) in &score.terms {
@@ -73,7 +75,9 @@ impl Eval {
             output::note(&format!("the saved value is {}", describe::quantity(design.value, &design.unit)));
         }
         if same && score.value.to_bits() != design.value.to_bits() {
-            return Err(Fault::input("the value is not the saved one: the design was made by another version of sgc, or changed"));
+            return Err(Fault::input(
+                "the value is not the saved one: the design was made by another version of sgc, or changed",
+            ));
         }
         Ok(exit::DONE)
     }

@@ -28,7 +28,9 @@ impl Fault {
 pub(super) fn data(text: &str) -> Result<(), Fault> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(Fault::usage(format!("cannot write the output: {e}"))),
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Fault::usage(format!("cannot write the output: {e}")))
+        }
         _ => Ok(()),
     }
 }

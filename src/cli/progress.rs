@@ -31,14 +31,29 @@ impl Progress {
             Some(limit) => ProgressBar::new(limit),
             None => ProgressBar::no_length(),
         };
-        bar.set_draw_target(if terminal { ProgressDrawTarget::stderr_with_hz(5) } else { ProgressDrawTarget::hidden() });
+        bar.set_draw_target(if terminal {
+            ProgressDrawTarget::stderr_with_hz(5)
+        } else {
+            ProgressDrawTarget::hidden()
+        });
         let template = if limit.is_some() { "{bar:28} {pos}/{len} {msg}" } else { "{spinner} {pos} {msg}" };
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
         let now = Instant::now();
         let last = if quiet { now + Duration::from_secs(1 << 30) } else { now };
-        Self { bar, terminal, started: now, last, limit, deadline, unit: unit.to_owned(), best: None, moves: 0, temperature: 0.0 }
+        Self {
+            bar,
+            terminal,
+            started: now,
+            last,
+            limit,
+            deadline,
+            unit: unit.to_owned(),
+            best: None,
+            moves: 0,
+            temperature: 0.0,
+        }
     }
 
     fn left(&self, spent: u64, now: Instant) -> String {

@@ -93,7 +93,8 @@ impl Run {
             time: self.time.as_ref().map(|(text, _)| text.clone()),
             parameters: self.params.iter().cloned().collect(),
         };
-        let path = self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-{}", rules.name, self.seed)));
+        let path =
+            self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-{}", rules.name, self.seed)));
         let folder = RunFolder::create(&path, self.force, &asked, &grammar).map_err(Fault::usage)?;
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
@@ -105,12 +106,15 @@ impl Run {
             }
         });
         let started = Instant::now();
-        let jobs = self.jobs.map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
+        let jobs = self
+            .jobs
+            .map_or_else(|| std::thread::available_parallelism().map_or(1, usize::from), usize::from);
         let deadline = self.time.as_ref().map(|(_, time)| started + *time);
         let limits = Limits { seed: self.seed, jobs, max_evaluations: max, deadline };
         let unit = rules.objective.unit.clone();
         let progress = Progress::new(max, deadline, &unit, self.quiet);
-        let mut keeper = Keeper { rules: &rules, grammar, folder, progress, seed: self.seed, solver: &self.solver };
+        let mut keeper =
+            Keeper { rules: &rules, grammar, folder, progress, seed: self.seed, solver: &self.solver };
         let outcome = search::run(&rules, model, &limits, &stop, &mut keeper);
         keeper.progress.finish();
         let outcome = outcome.map_err(|failure| match failure {
@@ -130,10 +134,14 @@ impl Run {
             return Err(Fault::input("no evaluation was valid: no feasible design was found"));
         };
         // The reference solver has the last word on the final best; its opinion is kept beside the value.
-        let design = judge::final_check(&rules, &keeper.saved(best).map_err(Fault::usage)?).map_err(Fault::input)?;
+        let design =
+            judge::final_check(&rules, &keeper.saved(best).map_err(Fault::usage)?).map_err(Fault::input)?;
         keeper.folder.best(&design).map_err(Fault::usage)?;
         if matches!(outcome.end, End::Interrupted | End::Time) {
-            output::note(&format!("stopped early; the best so far is saved: {}", describe::quantity(best.value, &unit)));
+            output::note(&format!(
+                "stopped early; the best so far is saved: {}",
+                describe::quantity(best.value, &unit)
+            ));
         } else {
             keeper.folder.finish(&asked, &unit, &outcome).map_err(Fault::usage)?;
         }

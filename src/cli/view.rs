@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::eval::design_file;
-use super::output::{self, Fault};
 use super::exit;
+use super::output::{self, Fault};
 use crate::results::folder::write_whole;
 use crate::results::saved::SavedDesign;
 use crate::results::{picture, view};

@@ -3,9 +3,9 @@
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
 use grammar_lang::ir::{Effect, Rule, RuleSet};
 
+use super::Derivation;
 use super::record::{Recorded, Step};
 use super::scope::DesignScope;
-use super::Derivation;
 use crate::design::{Attachment, Refusal};
 
 /// Why a rule could not be applied.
@@ -53,13 +53,20 @@ impl Derivation {
     /// # Errors
     ///
     /// [`EvalError`] when an expression has no value.
-    pub fn apply(&self, rules: &RuleSet, rule: &Rule, locals: &[Value]) -> Result<Result<Self, Blocked>, EvalError> {
+    pub fn apply(
+        &self,
+        rules: &RuleSet,
+        rule: &Rule,
+        locals: &[Value],
+    ) -> Result<Result<Self, Blocked>, EvalError> {
         let deeds = self.deeds(rules, rule, locals)?;
         let mut next = self.clone();
         let mut reverts = false;
         for deed in deeds {
             let done = match deed {
-                Deed::Attach(attachment) => next.design.attach(rules, &attachment, next.next).map_err(Blocked::Refused),
+                Deed::Attach(attachment) => {
+                    next.design.attach(rules, &attachment, next.next).map_err(Blocked::Refused)
+                }
                 Deed::Set(part, attribute, value) => {
                     next.design.set(rules, part, &attribute, &value).map_err(Blocked::Refused)
                 }
@@ -92,15 +99,24 @@ impl Derivation {
             let missing = |span| EvalError { span, reason: "this names nothing in the design".to_owned() };
             deeds.push(match effect {
                 Effect::Attach { what, port, turned } => {
-                    let Value::Kind(kind) = evaluate(what, &scope, &mut locals)? else { return Err(missing(what.span)) };
-                    let Value::Reference(Reference::Port(part, place)) = evaluate(port, &scope, &mut locals)? else {
+                    let Value::Kind(kind) = evaluate(what, &scope, &mut locals)? else {
+                        return Err(missing(what.span));
+                    };
+                    let Value::Reference(Reference::Port(part, place)) = evaluate(port, &scope, &mut locals)?
+                    else {
                         return Err(missing(port.span));
                     };
                     let turn = match turned {
                         Some(turned) => evaluate(turned, &scope, &mut locals)?.as_number().unwrap_or(0.0),
                         None => 0.0,
                     };
-                    Deed::Attach(Attachment { kind: kind.name.clone(), params: kind.params.clone(), part, port: place, turn })
+                    Deed::Attach(Attachment {
+                        kind: kind.name.clone(),
+                        params: kind.params.clone(),
+                        part,
+                        port: place,
+                        turn,
+                    })
                 }
                 Effect::Set { part, attribute, value } => {
                     let Value::Reference(Reference::Part(id)) = evaluate(part, &scope, &mut locals)? else {

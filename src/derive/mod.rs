@@ -73,7 +73,9 @@ impl Derivation {
                 return Ok(Move { result: None, rule: None, blocked });
             }
             let index = random.weighted(&weights);
-            let Some(rule) = rules.rules.get(index) else { return Ok(Move { result: None, rule: None, blocked }) };
+            let Some(rule) = rules.rules.get(index) else {
+                return Ok(Move { result: None, rule: None, blocked });
+            };
             match self.draw(rules, rule, random)? {
                 Some(locals) => match self.apply(rules, rule, &locals)? {
                     Ok(result) if result.design.canonical_hash(rules) == before => {
@@ -99,15 +101,19 @@ impl Derivation {
         let reference = |r| Value::Reference(r);
         let (candidates, condition): (Vec<Vec<Value>>, _) = match &rule.pattern {
             Pattern::Nothing => (vec![Vec::new()], None),
-            Pattern::Step { condition } => {
-                (self.steps.iter().map(|s| vec![reference(Reference::Step(s.id))]).collect(), condition.as_ref())
-            }
+            Pattern::Step { condition } => (
+                self.steps.iter().map(|s| vec![reference(Reference::Step(s.id))]).collect(),
+                condition.as_ref(),
+            ),
             Pattern::Part { kind, port, condition } => {
-                let parts = self.design.parts.keys().copied().filter(|id| self.design.belongs(rules, *id, kind));
+                let parts =
+                    self.design.parts.keys().copied().filter(|id| self.design.belongs(rules, *id, kind));
                 let bound = if *port {
                     parts
                         .flat_map(|id| self.design.free_ports(rules, id).into_iter().map(move |p| (id, p)))
-                        .map(|(id, p)| vec![reference(Reference::Part(id)), reference(Reference::Port(id, p))])
+                        .map(|(id, p)| {
+                            vec![reference(Reference::Part(id)), reference(Reference::Port(id, p))]
+                        })
                         .collect()
                 } else {
                     parts.map(|id| vec![reference(Reference::Part(id))]).collect()
@@ -133,7 +139,12 @@ impl Derivation {
     }
 
     /// Draws a match and the choices of a rule; `None` if there is none.
-    fn draw(&self, rules: &RuleSet, rule: &Rule, random: &mut Stream) -> Result<Option<Vec<Value>>, EvalError> {
+    fn draw(
+        &self,
+        rules: &RuleSet,
+        rule: &Rule,
+        random: &mut Stream,
+    ) -> Result<Option<Vec<Value>>, EvalError> {
         let mut matches = self.matches(rules, rule)?;
         while !matches.is_empty() {
             let bound = matches.swap_remove(random.below(matches.len()));
@@ -145,7 +156,13 @@ impl Derivation {
     }
 
     /// Draws the choices from top to bottom; `None` where a guard leaves nothing.
-    fn choose(&self, rules: &RuleSet, rule: &Rule, mut locals: Vec<Value>, random: &mut Stream) -> Result<Option<Vec<Value>>, EvalError> {
+    fn choose(
+        &self,
+        rules: &RuleSet,
+        rule: &Rule,
+        mut locals: Vec<Value>,
+        random: &mut Stream,
+    ) -> Result<Option<Vec<Value>>, EvalError> {
         let scope = DesignScope::new(rules, self);
         for choice in &rule.choices {
             let domain = evaluate(&choice.domain, &scope, &mut locals)?;

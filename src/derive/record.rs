@@ -45,7 +45,11 @@ impl Recorded {
             Value::Pattern(x) => Self::Pattern(x.to_string()),
             Value::Reference(x) => Self::Reference(*x),
             Value::Kind(kind) => {
-                let params = kind.params.iter().map(|(n, v)| Some((n.clone(), Self::new(v)?))).collect::<Option<_>>()?;
+                let params = kind
+                    .params
+                    .iter()
+                    .map(|(n, v)| Some((n.clone(), Self::new(v)?)))
+                    .collect::<Option<_>>()?;
                 Self::Kind(kind.name.clone(), params)
             }
             _ => return None,

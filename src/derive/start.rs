@@ -13,7 +13,8 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
         Ok(None) => None,
         Ok(Some(i)) => {
             let requirement = rules.requirements.get(i)?;
-            let reason = requirement.because.as_ref().map_or(String::new(), |b| format!(" (because \"{b}\")"));
+            let reason =
+                requirement.because.as_ref().map_or(String::new(), |b| format!(" (because \"{b}\")"));
             let mut error = Diagnostic::new(
                 Code::START_BREAKS,
                 requirement.condition.span,
@@ -27,7 +28,8 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
             Some(error)
         }
         Err(error) => Some(
-            Diagnostic::new(Code::NO_VALUE, error.span, "this has no value for the initial design").label(error.reason),
+            Diagnostic::new(Code::NO_VALUE, error.span, "this has no value for the initial design")
+                .label(error.reason),
         ),
     }
 }

@@ -25,7 +25,8 @@ impl Body {
     /// Lowers a design.
     #[must_use]
     pub fn new(design: &Design, rules: &RuleSet) -> Self {
-        let mut body = Self { assembly: Assembly::default(), parts_of_elements: Vec::new(), actuators: Vec::new() };
+        let mut body =
+            Self { assembly: Assembly::default(), parts_of_elements: Vec::new(), actuators: Vec::new() };
         // Each entry: the part, and the element that holds it.
         let mut open: Vec<(PartId, Option<usize>)> =
             design.parts.first().map(|(id, _)| (*id, None)).into_iter().collect();
@@ -82,7 +83,11 @@ impl Body {
                 bending_rate: actuator.bending_speed / hinges,
                 relaxing_rate: actuator.relaxing_speed / hinges,
             };
-            self.assembly.joints.push(Joint { parent: first + i - 1, child: first + i, kind: JointKind::Hinge(hinge) });
+            self.assembly.joints.push(Joint {
+                parent: first + i - 1,
+                child: first + i,
+                kind: JointKind::Hinge(hinge),
+            });
         }
         self.actuators.push(id);
         first + count.saturating_sub(1)

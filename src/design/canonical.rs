@@ -54,13 +54,16 @@ fn describe(part: &Part, rules: &RuleSet) -> String {
 }
 
 pub(super) fn hash(design: &Design, rules: &RuleSet) -> String {
-    let mut described: Vec<(String, u64)> = design.parts.iter().map(|(id, p)| (describe(p, rules), *id)).collect();
+    let mut described: Vec<(String, u64)> =
+        design.parts.iter().map(|(id, p)| (describe(p, rules), *id)).collect();
     described.sort_unstable();
     let index = |id: u64| described.iter().position(|(_, i)| *i == id);
     let mut joints: Vec<(Option<usize>, Option<usize>)> = design
         .parts
         .iter()
-        .filter_map(|(id, p)| p.held_by.map(|(holder, _)| (index(holder).min(index(*id)), index(holder).max(index(*id)))))
+        .filter_map(|(id, p)| {
+            p.held_by.map(|(holder, _)| (index(holder).min(index(*id)), index(holder).max(index(*id))))
+        })
         .collect();
     joints.sort_unstable();
     let mut hasher = Sha256::new();

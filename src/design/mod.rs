@@ -143,7 +143,8 @@ impl Design {
     #[must_use]
     pub fn neighbours(&self, id: PartId) -> Vec<PartId> {
         let holder = self.parts.get(&id).and_then(|p| p.held_by).map(|(holder, _)| holder);
-        let held = self.parts.iter().filter(|(_, p)| p.held_by.is_some_and(|(h, _)| h == id)).map(|(i, _)| *i);
+        let held =
+            self.parts.iter().filter(|(_, p)| p.held_by.is_some_and(|(h, _)| h == id)).map(|(i, _)| *i);
         holder.into_iter().chain(held).collect()
     }
 
@@ -180,7 +181,9 @@ impl Design {
         }
         let mirror = symmetry::mirror(rules.symmetry);
         let image_place = match &mirror {
-            Some(mirror) => Some(symmetry::image_port(self, rules, mirror, attachment.part, attachment.port)?),
+            Some(mirror) => {
+                Some(symmetry::image_port(self, rules, mirror, attachment.part, attachment.port)?)
+            }
             None => None,
         };
         let original = self.add(rules, attachment, step, None)?;
@@ -194,7 +197,13 @@ impl Design {
         self.check_symmetry(rules)
     }
 
-    fn add(&mut self, rules: &RuleSet, attachment: &Attachment, step: u64, image_of: Option<PartId>) -> Result<PartId, Refusal> {
+    fn add(
+        &mut self,
+        rules: &RuleSet,
+        attachment: &Attachment,
+        step: u64,
+        image_of: Option<PartId>,
+    ) -> Result<PartId, Refusal> {
         if !self.is_free(rules, attachment.part, attachment.port) {
             return Err(Refusal::PortTaken);
         }
@@ -219,7 +228,13 @@ impl Design {
     /// # Errors
     ///
     /// A [`Refusal`]; the design is then to be thrown away.
-    pub fn set(&mut self, rules: &RuleSet, id: PartId, attribute: &str, value: &Value) -> Result<(), Refusal> {
+    pub fn set(
+        &mut self,
+        rules: &RuleSet,
+        id: PartId,
+        attribute: &str,
+        value: &Value,
+    ) -> Result<(), Refusal> {
         for id in [id, self.twin(id)] {
             let part = self.parts.get_mut(&id).ok_or(Refusal::Gone)?;
             if attribute == "turn" {
@@ -281,7 +296,9 @@ fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) -> Result<(
     let declared = rules.actuators.get(kind).and_then(|a| a.params.get(name));
     let declared = declared.ok_or_else(|| Refusal::BadParameter(name.to_owned()))?;
     match (declared.domain, value) {
-        (Some((low, high)), Value::Number(x)) if *x < low || *x > high => Err(Refusal::BadParameter(name.to_owned())),
+        (Some((low, high)), Value::Number(x)) if *x < low || *x > high => {
+            Err(Refusal::BadParameter(name.to_owned()))
+        }
         _ => Ok(()),
     }
 }

@@ -27,7 +27,9 @@ impl Solid {
                 let half = half * SHRINK;
                 Self::Box(Cuboid::new(parry3d_f64::math::Vector::new(half.x, half.y, half.z)))
             }
-            Shape::Cylinder { radius, half_length } => Self::Cylinder(Cylinder::new(half_length * SHRINK, radius * SHRINK)),
+            Shape::Cylinder { radius, half_length } => {
+                Self::Cylinder(Cylinder::new(half_length * SHRINK, radius * SHRINK))
+            }
         }
     }
 
@@ -73,7 +75,9 @@ pub(super) fn none(design: &Design, rules: &RuleSet) -> bool {
         .elements
         .iter()
         .zip(&body.parts_of_elements)
-        .map(|(e, part)| (Solid::new(&e.shape), pose(&e.pose, &e.shape), reach(&e.shape), e.pose.translation.vector, *part))
+        .map(|(e, part)| {
+            (Solid::new(&e.shape), pose(&e.pose, &e.shape), reach(&e.shape), e.pose.translation.vector, *part)
+        })
         .collect();
     for (i, (a, pose_a, reach_a, centre_a, part_a)) in solids.iter().enumerate() {
         for (b, pose_b, reach_b, centre_b, part_b) in solids.iter().skip(i + 1) {
@@ -81,7 +85,8 @@ pub(super) fn none(design: &Design, rules: &RuleSet) -> bool {
                 continue;
             }
             // A pair that the library cannot judge counts as overlapping.
-            if query::intersection_test(pose_a, a.shape(), pose_b, b.shape()).map_or(true, |s| s.intersecting) {
+            if query::intersection_test(pose_a, a.shape(), pose_b, b.shape()).map_or(true, |s| s.intersecting)
+            {
                 return false;
             }
         }

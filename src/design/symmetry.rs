@@ -56,9 +56,7 @@ impl Mirror {
                 // Every edge must lie along an edge of the same length.
                 let relative = want.matrix().transpose() * have.matrix();
                 (0..3).all(|i| {
-                    (0..3).any(|j| {
-                        relative[(i, j)].abs() > 1.0 - 1e-6 && (edges[i] - edges[j]).abs() < SAME
-                    })
+                    (0..3).any(|j| relative[(i, j)].abs() > 1.0 - 1e-6 && (edges[i] - edges[j]).abs() < SAME)
                 })
             }
             _ => (have.matrix() - want.matrix()).norm() < 1e-6,

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{Actuation, RuleSet, Ty, Variable};
 
-use crate::derive::random::Stream;
 use crate::derive::Derivation;
+use crate::derive::random::Stream;
 use crate::design::{Body, PartId};
 use crate::simulate::Targets;
 use scope::DriveScope;
@@ -50,11 +50,20 @@ impl<'r> Drive<'r> {
     /// The actuation of a body of a derivation.
     #[must_use]
     pub fn new(rules: &'r RuleSet, derivation: Arc<Derivation>, body: &Body) -> Self {
-        let mut drive = Self { rules, derivation, actuators: Vec::new(), actuations: Vec::new(), fields: Vec::new(), length: 0 };
+        let mut drive = Self {
+            rules,
+            derivation,
+            actuators: Vec::new(),
+            actuations: Vec::new(),
+            fields: Vec::new(),
+            length: 0,
+        };
         for id in &body.actuators {
             let Some(part) = drive.derivation.design.parts.get(id) else { continue };
             let original = part.image_of.unwrap_or(*id);
-            let Some((name, actuation)) = rules.actuated.get(&part.kind).and_then(|n| rules.actuations.get_key_value(n)) else {
+            let Some((name, actuation)) =
+                rules.actuated.get(&part.kind).and_then(|n| rules.actuations.get_key_value(n))
+            else {
                 continue;
             };
             let index = drive.actuations.iter().position(|(n, _)| n == name).unwrap_or_else(|| {
@@ -65,7 +74,8 @@ impl<'r> Drive<'r> {
             for (i, variable) in actuation.variables.iter().enumerate() {
                 let owner = (!variable.shared).then_some(original);
                 let field = Field { actuation: index, variable: i, owner, start: drive.length };
-                let known = drive.fields.iter().any(|f| (f.actuation, f.variable, f.owner) == (index, i, owner));
+                let known =
+                    drive.fields.iter().any(|f| (f.actuation, f.variable, f.owner) == (index, i, owner));
                 if !known {
                     drive.fields.push(field);
                     drive.length += variable.size.unwrap_or(1);
@@ -94,7 +104,8 @@ impl<'r> Drive<'r> {
     /// What each value is, for people: `period`, `points[2] of actuator 1`.
     #[must_use]
     pub fn labels(&self) -> Vec<String> {
-        let originals: Vec<PartId> = self.actuators.iter().filter(|(id, o, _)| id == o).map(|(id, ..)| *id).collect();
+        let originals: Vec<PartId> =
+            self.actuators.iter().filter(|(id, o, _)| id == o).map(|(id, ..)| *id).collect();
         let mut labels = Vec::with_capacity(self.length);
         for field in &self.fields {
             let Some(variable) = self.variable(field) else { continue };
@@ -149,7 +160,9 @@ impl<'r> Drive<'r> {
         let one = |x: &f64| if declared.ty == Ty::Bool { Value::Bool(*x != 0.0) } else { Value::Number(*x) };
         match declared.size {
             None => parameters.get(field.start).map(one),
-            Some(n) => Some(Value::List(parameters.get(field.start..field.start + n)?.iter().map(one).collect())),
+            Some(n) => {
+                Some(Value::List(parameters.get(field.start..field.start + n)?.iter().map(one).collect()))
+            }
         }
     }
 
@@ -184,7 +197,8 @@ impl<'r> Drive<'r> {
                     let value = evaluate(value, &scope, &mut locals)?;
                     locals.push(value);
                 }
-                let angle = evaluate(&actuation.drive, &scope as &dyn Scope, &mut locals)?.as_number().unwrap_or(0.0);
+                let angle =
+                    evaluate(&actuation.drive, &scope as &dyn Scope, &mut locals)?.as_number().unwrap_or(0.0);
                 if let Some(cell) = angles.get_mut(sample * count + column) {
                     // An actuator cannot bend further than it can.
                     *cell = angle.max(low).min(high);

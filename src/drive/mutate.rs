@@ -20,7 +20,13 @@ impl Drive<'_> {
     /// # Errors
     ///
     /// [`EvalError`] when a probability or a kernel has no value.
-    pub fn mutate(&self, parameters: &[f64], temperature: f64, iteration: usize, random: &mut Stream) -> Result<Parameters, EvalError> {
+    pub fn mutate(
+        &self,
+        parameters: &[f64],
+        temperature: f64,
+        iteration: usize,
+        random: &mut Stream,
+    ) -> Result<Parameters, EvalError> {
         let mut scope = DriveScope::new(self.rules, &self.derivation);
         scope.temperature = temperature;
         scope.iteration = iteration as f64;

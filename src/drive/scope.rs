@@ -16,7 +16,13 @@ pub(super) struct DriveScope<'a> {
 
 impl<'a> DriveScope<'a> {
     pub(super) fn new(rules: &'a RuleSet, derivation: &'a Derivation) -> Self {
-        Self { design: DesignScope::new(rules, derivation), rules, time: 0.0, temperature: 0.0, iteration: 0.0 }
+        Self {
+            design: DesignScope::new(rules, derivation),
+            rules,
+            time: 0.0,
+            temperature: 0.0,
+            iteration: 0.0,
+        }
     }
 }
 

@@ -38,9 +38,13 @@ fn value(rules: &RuleSet, design: &Design, recorded: &Recorded) -> String {
 /// A step as one line: the rule and what it matched and chose.
 #[must_use]
 pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
-    let names = rules.rules.iter().find(|r| r.name == step.rule).map(|r| r.locals.clone()).unwrap_or_default();
-    let values: Vec<String> =
-        names.iter().zip(&step.locals).map(|(name, local)| format!("{name} = {}", value(rules, design, local))).collect();
+    let names =
+        rules.rules.iter().find(|r| r.name == step.rule).map(|r| r.locals.clone()).unwrap_or_default();
+    let values: Vec<String> = names
+        .iter()
+        .zip(&step.locals)
+        .map(|(name, local)| format!("{name} = {}", value(rules, design, local)))
+        .collect();
     format!("{}({})", step.rule, values.join(", "))
 }
 
@@ -56,10 +60,15 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     out.push_str("parts\n");
     for (index, (id, part)) in design.parts.iter().enumerate() {
         let held = part.held_by.map_or(String::new(), |(holder, port)| {
-            let port = design.parts.get(&holder).and_then(|p| ports(rules, p).get(port as usize).map(|p| p.name));
+            let port =
+                design.parts.get(&holder).and_then(|p| ports(rules, p).get(port as usize).map(|p| p.name));
             format!(" on {}.{}", part_name(design, holder), port.unwrap_or("?"))
         });
-        let turn = if part.turn == 0.0 { String::new() } else { format!(", turned {} deg", (part.turn.to_degrees() * 1e3).round() / 1e3) };
+        let turn = if part.turn == 0.0 {
+            String::new()
+        } else {
+            format!(", turned {} deg", (part.turn.to_degrees() * 1e3).round() / 1e3)
+        };
         let image = part.image_of.map_or(String::new(), |o| format!(", image of {}", part_name(design, o)));
         let p = part.pose.translation.vector * 1e3;
         let at = [p.x, p.y, p.z].map(|x| {
@@ -82,7 +91,8 @@ pub fn quantity(value: f64, unit: &str) -> String {
 #[must_use]
 pub fn term(rules: &RuleSet, name: &str, si: f64) -> String {
     let dimension = rules.terms.get(name).and_then(|t| t.ty.dimension()).unwrap_or_default();
-    let objective = grammar_lang::units::parse(&rules.objective.unit).ok().filter(|u| u.dimension == dimension);
+    let objective =
+        grammar_lang::units::parse(&rules.objective.unit).ok().filter(|u| u.dimension == dimension);
     match objective {
         Some(unit) => quantity(si / unit.factor, &rules.objective.unit),
         None => quantity(si, &grammar_lang::units::display_unit(dimension)),

@@ -68,8 +68,7 @@ pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
 }
 
 /// The columns of `evals.csv`.
-const COLUMNS: &str =
-    "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable\n";
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable\n";
 
 impl RunFolder {
     /// Makes a folder for a run.
@@ -90,7 +89,10 @@ impl RunFolder {
             if !empty {
                 // Only a folder that a run has written is ever replaced.
                 if !path.join("run.toml").is_file() {
-                    return Err(format!("{} is not a run folder; --force replaces only those", path.display()));
+                    return Err(format!(
+                        "{} is not a run folder; --force replaces only those",
+                        path.display()
+                    ));
                 }
                 fs::remove_dir_all(path).map_err(|e| fault(path, &e))?;
             }
@@ -179,12 +181,19 @@ impl RunFolder {
 
 /// A file name for a source: `std.blocks` becomes `std.blocks.sgr`, folders become dashes.
 fn file_name(name: &str) -> String {
-    let flat: String = name.chars().map(|c| if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') { c } else { '-' }).collect();
+    let flat: String = name
+        .chars()
+        .map(|c| if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') { c } else { '-' })
+        .collect();
     let flat = flat.trim_start_matches(['-', '.']).to_owned();
     if flat.ends_with(".sgr") { flat } else { format!("{flat}.sgr") }
 }
 
 /// A text as a field of a csv file.
 fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
+    if text.contains([',', '"', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
 }

@@ -36,7 +36,12 @@ pub struct Replayed {
 /// # Errors
 ///
 /// A sentence that says what does not fit.
-pub fn replay(rules: &RuleSet, design: &SavedDesign, solver: &str, step: Option<f64>) -> Result<Replayed, String> {
+pub fn replay(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    solver: &str,
+    step: Option<f64>,
+) -> Result<Replayed, String> {
     let derivation = Derivation::replay(rules, &design.derivation)
         .map_err(|(n, reason)| format!("step {n} of its derivation cannot be applied: {reason}"))?;
     let derivation = Arc::new(derivation);
@@ -54,7 +59,8 @@ pub fn replay(rules: &RuleSet, design: &SavedDesign, solver: &str, step: Option<
     }
     let model = simulate::model(solver).ok_or_else(|| format!("there is no solver `{solver}`"))?;
     let mut simulation = model.prepare(&body.assembly, &settings).map_err(|u| u.reason)?;
-    let motion = simulation.run(std::slice::from_ref(&targets)).into_iter().next().unwrap_or(Err(Invalid::NotFinite));
+    let motion =
+        simulation.run(std::slice::from_ref(&targets)).into_iter().next().unwrap_or(Err(Invalid::NotFinite));
     let score = match &motion {
         Ok(motion) => Some(score(rules, &derivation, motion).map_err(|e| e.reason)?),
         Err(_) => None,
@@ -67,7 +73,13 @@ pub fn replay(rules: &RuleSet, design: &SavedDesign, solver: &str, step: Option<
 /// # Errors
 ///
 /// A sentence; a best design has been simulated before, so there should be none.
-pub fn save(rules: &RuleSet, grammar: Grammar, seed: u64, solver: &str, best: &Best) -> Result<SavedDesign, String> {
+pub fn save(
+    rules: &RuleSet,
+    grammar: Grammar,
+    seed: u64,
+    solver: &str,
+    best: &Best,
+) -> Result<SavedDesign, String> {
     let body = Body::new(&best.derivation.design, rules);
     let drive = Drive::new(rules, Arc::clone(&best.derivation), &body);
     let varied = drive.labels().into_iter().zip(best.parameters.iter().copied()).collect();
@@ -112,7 +124,8 @@ pub fn report(design: &SavedDesign) -> String {
         out.push_str(&format!("  {name} {value:.5}\n"));
     }
     for check in &design.checks {
-        let text = check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, &design.unit));
+        let text =
+            check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, &design.unit));
         out.push_str(&format!("  with {}: {text}\n", check.name));
     }
     out

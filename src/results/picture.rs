@@ -23,7 +23,8 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign) -> Result<Scene, String> {
         .zip(&replayed.body.parts_of_elements)
         .map(|(element, id)| {
             let kind = parts.get(id).map_or("", |p| p.kind.as_str());
-            let colour = rules.parts.get(kind).map(|p| &p.colour).or(rules.actuators.get(kind).map(|a| &a.colour));
+            let colour =
+                rules.parts.get(kind).map(|p| &p.colour).or(rules.actuators.get(kind).map(|a| &a.colour));
             Element {
                 shape: element.shape,
                 colour: colour.cloned().unwrap_or_default(),
@@ -70,7 +71,12 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign) -> Result<Scene, String> {
     Ok(Scene {
         title: design.grammar.name.clone(),
         subtitle: vec![
-            format!("seed {}, body {} of the search, solver {}", design.seed, design.found_at + 1, design.solver),
+            format!(
+                "seed {}, body {} of the search, solver {}",
+                design.seed,
+                design.found_at + 1,
+                design.solver
+            ),
             format!("{} parts, {} actuators", parts.len(), replayed.body.actuators.len()),
         ],
         value: describe::quantity(design.value, unit),

@@ -105,7 +105,10 @@ impl Grammar {
         let compiled = grammar_lang::compile(&world, &mut sources, entry, &self.parameters);
         let rules = compiled.ruleset.ok_or("this version of sgc cannot read the grammar in it")?;
         if rules_hash(&rules) != self.rules {
-            return Err("its grammar was changed after it was saved, or this version of sgc reads it differently".to_owned());
+            return Err(
+                "its grammar was changed after it was saved, or this version of sgc reads it differently"
+                    .to_owned(),
+            );
         }
         Ok(rules)
     }
@@ -150,10 +153,13 @@ impl SavedDesign {
     /// A sentence that says what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, String> {
         let bytes = std::fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
-        let value: serde_json::Value =
-            serde_json::from_slice(&bytes).map_err(|e| format!("{} is not a saved design: {e}", path.display()))?;
+        let value: serde_json::Value = serde_json::from_slice(&bytes)
+            .map_err(|e| format!("{} is not a saved design: {e}", path.display()))?;
         if value.get("format").and_then(|f| f.as_str()) != Some(FORMAT) {
-            return Err(format!("{} is not a saved design: it lacks \"format\": \"{FORMAT}\"", path.display()));
+            return Err(format!(
+                "{} is not a saved design: it lacks \"format\": \"{FORMAT}\"",
+                path.display()
+            ));
         }
         match value.get("version").and_then(serde_json::Value::as_u64) {
             Some(version) if version == u64::from(VERSION) => {}

@@ -24,7 +24,8 @@ pub fn score(rules: &RuleSet, derivation: &Derivation, motion: &Motion) -> Resul
     let scope = MotionScope { design: DesignScope::new(rules, derivation), rules, motion };
     let mut terms = Vec::with_capacity(rules.terms.len());
     for (name, term) in &rules.terms {
-        terms.push((name.clone(), evaluate(&term.value, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0)));
+        terms
+            .push((name.clone(), evaluate(&term.value, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0)));
     }
     Ok(Score { value: value(rules, &scope)?, terms })
 }

@@ -13,7 +13,7 @@ use crate::score;
 use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Unfit};
 
 /// The value of an evaluation, or why it has none.
-pub type Valued = Result<f64, Invalid>;
+pub(super) type Valued = Result<f64, Invalid>;
 
 /// Evaluates parameters of one body, several at a time.
 pub struct Evaluator<'r> {
@@ -50,11 +50,18 @@ impl<'r> Evaluator<'r> {
     /// # Errors
     ///
     /// [`Unfit`] when the model cannot simulate it.
-    pub fn new(rules: &'r RuleSet, model: &dyn Model, derivation: Arc<Derivation>, pool: &'r rayon::ThreadPool) -> Result<Self, Unfit> {
+    pub fn new(
+        rules: &'r RuleSet,
+        model: &dyn Model,
+        derivation: Arc<Derivation>,
+        pool: &'r rayon::ThreadPool,
+    ) -> Result<Self, Unfit> {
         let body = Body::new(&derivation.design, rules);
         let drive = Drive::new(rules, Arc::clone(&derivation), &body);
         let full = settings(rules);
-        let workers = (0..pool.current_num_threads().max(1)).map(|_| model.prepare(&body.assembly, &full)).collect::<Result<Vec<_>, _>>()?;
+        let workers = (0..pool.current_num_threads().max(1))
+            .map(|_| model.prepare(&body.assembly, &full))
+            .collect::<Result<Vec<_>, _>>()?;
         let fine = model.prepare(&body.assembly, &Settings { step: full.step / 2.0, ..full })?;
         Ok(Self { rules, derivation, drive, pool, workers, fine })
     }

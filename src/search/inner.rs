@@ -58,7 +58,8 @@ pub(super) fn tune(
 ) -> Result<Tuned, Failure> {
     let (seed, jobs) = (budget.limits.seed, pool.current_num_threads().max(1));
     let evaluator = Evaluator::new(rules, model, Arc::clone(derivation), pool)?;
-    let tuning = Tuning { rules, derivation, evaluator, seed, name, jobs, budget, tuned: Tuned::default(), notify };
+    let tuning =
+        Tuning { rules, derivation, evaluator, seed, name, jobs, budget, tuned: Tuned::default(), notify };
     tuning.run()
 }
 
@@ -107,7 +108,12 @@ impl Tuning<'_, '_> {
                 for i in 0..ahead {
                     let mut random = self.stream(&format!("{}", number + i as u64));
                     draws.push(random.unit());
-                    candidates.push(self.evaluator.drive.mutate(&current, temperature, course.iteration, &mut random)?);
+                    candidates.push(self.evaluator.drive.mutate(
+                        &current,
+                        temperature,
+                        course.iteration,
+                        &mut random,
+                    )?);
                 }
                 let values = self.evaluate(&candidates)?;
                 for ((candidate, value), drawn) in candidates.into_iter().zip(values).zip(draws) {

@@ -161,11 +161,21 @@ impl Annealing<'_> {
                 let blocked = step
                     .blocked
                     .iter()
-                    .map(|(rule, why)| (rules.rules.get(*rule).map_or(String::new(), |r| r.name.clone()), why.text(rules)))
+                    .map(|(rule, why)| {
+                        (rules.rules.get(*rule).map_or(String::new(), |r| r.name.clone()), why.text(rules))
+                    })
                     .collect();
                 let Some(next) = step.result else {
                     // A move that can do nothing is counted and told.
-                    self.record(&current, &Tuned::default(), None, blocked, course.iteration, temperature, false)?;
+                    self.record(
+                        &current,
+                        &Tuned::default(),
+                        None,
+                        blocked,
+                        course.iteration,
+                        temperature,
+                        false,
+                    )?;
                     continue;
                 };
                 let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
@@ -173,7 +183,8 @@ impl Annealing<'_> {
                 let tuned = self.tune(&next)?;
                 let new = tuned.found.as_ref().map(|f| f.value);
                 // A body whose curves were not tuned to the end is judged by nothing but its best.
-                let accepted = tuned.cut.is_none() && accepts(self.fitness(value), self.fitness(new), temperature, drawn);
+                let accepted = tuned.cut.is_none()
+                    && accepts(self.fitness(value), self.fitness(new), temperature, drawn);
                 self.record(&next, &tuned, rule, blocked, course.iteration, temperature, accepted)?;
                 if let Some(end) = tuned.cut {
                     return Ok(end);
@@ -193,9 +204,17 @@ impl Annealing<'_> {
     fn tune(&mut self, derivation: &Arc<Derivation>) -> Result<Tuned, Failure> {
         let observer = &mut *self.observer;
         let name = format!("curves {}", self.moves);
-        tune(self.rules, self.model, self.pool, derivation, &name, &mut self.budget, &mut |spent, best, temperature| {
-            observer.evaluated(spent, best, temperature);
-        })
+        tune(
+            self.rules,
+            self.model,
+            self.pool,
+            derivation,
+            &name,
+            &mut self.budget,
+            &mut |spent, best, temperature| {
+                observer.evaluated(spent, best, temperature);
+            },
+        )
     }
 
     /// Keeps the best and tells the observer.
@@ -211,7 +230,10 @@ impl Annealing<'_> {
         accepted: bool,
     ) -> Result<(), Failure> {
         if let Some(found) = &tuned.found {
-            let better = self.best.as_ref().is_none_or(|b| self.fitness(Some(found.value)) > self.fitness(Some(b.value)));
+            let better = self
+                .best
+                .as_ref()
+                .is_none_or(|b| self.fitness(Some(found.value)) > self.fitness(Some(b.value)));
             if better {
                 let best = Best {
                     derivation: Arc::clone(derivation),

@@ -77,7 +77,9 @@ impl Scope for ScheduleScope<'_> {
     }
     fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
         match (function, arguments) {
-            (Function::Gain, [Value::Number(n)]) => Some(Value::Number(self.course.gain(n.max(0.0) as usize))),
+            (Function::Gain, [Value::Number(n)]) => {
+                Some(Value::Number(self.course.gain(n.max(0.0) as usize)))
+            }
             _ => self.design.call(function, arguments),
         }
     }

@@ -59,7 +59,6 @@ codes! {
     WRONG_ARGUMENTS   "E0308" "wrong-arguments" Error;
     OUT_OF_DOMAIN     "E0309" "outside-domain" Error;
     EMPTY_DOMAIN      "E0310" "empty-domain" Error;
-    NOT_FINITE        "E0311" "not-a-finite-number" Error;
     BAD_VALUE         "E0312" "unusable-value" Error;
     // Stages
     WRONG_STAGE       "E0401" "wrong-stage" Error;
@@ -69,11 +68,8 @@ codes! {
     NOT_ACTUATED      "E0503" "actuator-without-actuation" Error;
     OBJECTIVE_UNIT    "E0504" "objective-without-unit" Error;
     CONSTANT_REQUIRE  "E0505" "requirement-never-holds" Error;
-    NOT_A_GRAMMAR     "E0506" "not-a-grammar" Error;
     START_BREAKS      "E0601" "start-breaks-requirement" Error;
     NO_VALUE          "E0602" "no-value" Error;
-    // Suspicions
-    UNUSED_IMPORT     "W0701" "unused-import" Warning;
 }
 
 /// The code with this id or name.

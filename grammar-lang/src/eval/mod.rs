@@ -74,7 +74,11 @@ pub trait Scope {
 impl Scope for RuleSet {
     fn param(&self, name: &str) -> Option<Value> {
         let param = self.params.get(name)?;
-        Some(if param.ty == crate::ir::Ty::Bool { Value::Bool(param.value != 0.0) } else { Value::Number(param.value) })
+        Some(if param.ty == crate::ir::Ty::Bool {
+            Value::Bool(param.value != 0.0)
+        } else {
+            Value::Number(param.value)
+        })
     }
     fn pattern(&self, name: &str) -> Option<&Expr> {
         self.patterns.get(name)
@@ -164,10 +168,11 @@ impl Evaluation<'_> {
             ExprKind::Placed(name) => known(self.scope.placed(name))?,
             ExprKind::Group(group) => known(self.scope.group(group).map(|g| Value::List(g.into())))?,
             ExprKind::Kind(name, params) => {
-                let params = params
-                    .iter()
-                    .map(|(n, e)| Ok((n.clone(), self.value(e)?)))
-                    .collect::<Result<Vec<_>, EvalError>>()?;
+                let params = params.iter().map(|(n, e)| Ok((n.clone(), self.value(e)?))).collect::<Result<
+                    Vec<_>,
+                    EvalError,
+                >>(
+                )?;
                 Value::Kind(Arc::new(KindValue { name: name.clone(), params }))
             }
             ExprKind::Pattern(name) => Value::Pattern(name.as_str().into()),
@@ -199,7 +204,11 @@ impl Evaluation<'_> {
             ExprKind::Not(x) => Value::Bool(!self.bool(x)?),
             ExprKind::Binary(a, operator, b) => self.binary(expr, a, *operator, b)?,
             ExprKind::If(condition, yes, no) => {
-                if self.bool(condition)? { self.value(yes)? } else { self.value(no)? }
+                if self.bool(condition)? {
+                    self.value(yes)?
+                } else {
+                    self.value(no)?
+                }
             }
             ExprKind::Aggregate { .. } => self.aggregate(expr)?,
             ExprKind::Call(function, arguments) => self.call(expr, *function, arguments)?,
@@ -254,7 +263,9 @@ impl Evaluation<'_> {
                     ExprKind::Group(group) if operator == O::Adds => {
                         self.scope.adds(&left, group).ok_or_else(|| missing(expr))?
                     }
-                    ExprKind::Group(group) => self.scope.belongs(&left, group).ok_or_else(|| missing(expr))?,
+                    ExprKind::Group(group) => {
+                        self.scope.belongs(&left, group).ok_or_else(|| missing(expr))?
+                    }
                     _ => left == self.value(b)?,
                 };
                 return Ok(Value::Bool(answer != (operator == O::IsNot)));
@@ -276,18 +287,20 @@ impl Evaluation<'_> {
                 O::Equal => Value::Bool(x == y),
                 _ => Value::Bool(x != y),
             },
-            (Value::Vector(x), O::Add, Value::Vector(y)) => Value::Vector([x[0] + y[0], x[1] + y[1], x[2] + y[2]]),
+            (Value::Vector(x), O::Add, Value::Vector(y)) => {
+                Value::Vector([x[0] + y[0], x[1] + y[1], x[2] + y[2]])
+            }
             (Value::Vector(x), O::Subtract, Value::Vector(y)) => {
                 Value::Vector([x[0] - y[0], x[1] - y[1], x[2] - y[2]])
             }
-            (Value::Vector(x), O::Multiply, Value::Number(y)) | (Value::Number(y), O::Multiply, Value::Vector(x)) => {
-                Value::Vector(x.map(|x| x * y))
-            }
+            (Value::Vector(x), O::Multiply, Value::Number(y))
+            | (Value::Number(y), O::Multiply, Value::Vector(x)) => Value::Vector(x.map(|x| x * y)),
             (Value::Vector(x), O::Divide, Value::Number(y)) if y != 0.0 => Value::Vector(x.map(|x| x / y)),
-            (Value::Number(y), O::Multiply, Value::Curve(c)) | (Value::Curve(c), O::Multiply, Value::Number(y)) => {
-                Value::Curve(Arc::new(c.scaled(y)))
+            (Value::Number(y), O::Multiply, Value::Curve(c))
+            | (Value::Curve(c), O::Multiply, Value::Number(y)) => Value::Curve(Arc::new(c.scaled(y))),
+            (Value::List(x), O::Add, Value::List(y)) => {
+                Value::List(x.iter().chain(y.iter()).cloned().collect())
             }
-            (Value::List(x), O::Add, Value::List(y)) => Value::List(x.iter().chain(y.iter()).cloned().collect()),
             (x, O::Equal, y) => Value::Bool(x == y),
             (x, O::NotEqual, y) => Value::Bool(x != y),
             _ => return Err(missing(expr)),
@@ -295,9 +308,18 @@ impl Evaluation<'_> {
     }
 
     fn aggregate(&mut self, expr: &Expr) -> Result_ {
-        let ExprKind::Aggregate { how, binders, otherwise, .. } = &expr.kind else { return Err(missing(expr)) };
+        let ExprKind::Aggregate { how, binders, otherwise, .. } = &expr.kind else {
+            return Err(missing(expr));
+        };
         let depth = self.locals.len();
-        let mut gathered = Gathered { count: 0, sum: 0.0, least: f64::INFINITY, greatest: f64::NEG_INFINITY, all: true, any: false };
+        let mut gathered = Gathered {
+            count: 0,
+            sum: 0.0,
+            least: f64::INFINITY,
+            greatest: f64::NEG_INFINITY,
+            all: true,
+            any: false,
+        };
         let ran = self.gather(expr, binders, &mut gathered);
         self.locals.truncate(depth);
         ran?;
@@ -317,13 +339,18 @@ impl Evaluation<'_> {
         })
     }
 
-    fn gather(&mut self, expr: &Expr, binders: &[crate::ir::Binder], into: &mut Gathered) -> Result<(), EvalError> {
+    fn gather(
+        &mut self,
+        expr: &Expr,
+        binders: &[crate::ir::Binder],
+        into: &mut Gathered,
+    ) -> Result<(), EvalError> {
         let ExprKind::Aggregate { how, condition, body, .. } = &expr.kind else { return Err(missing(expr)) };
         let Some((binder, rest)) = binders.split_first() else {
-            if let Some(condition) = condition {
-                if !self.bool(condition)? {
-                    return Ok(());
-                }
+            if let Some(condition) = condition
+                && !self.bool(condition)?
+            {
+                return Ok(());
             }
             into.count += 1;
             match (how, body) {
@@ -357,11 +384,11 @@ impl Evaluation<'_> {
 
     fn call(&mut self, expr: &Expr, function: Function, arguments: &[Expr]) -> Result_ {
         use Function as F;
-        if function == F::Count {
-            if let [Expr { kind: ExprKind::Group(group), .. }] = arguments {
-                let group = self.scope.group(group).ok_or_else(|| missing(expr))?;
-                return Ok(Value::Number(group.len() as f64));
-            }
+        if function == F::Count
+            && let [Expr { kind: ExprKind::Group(group), .. }] = arguments
+        {
+            let group = self.scope.group(group).ok_or_else(|| missing(expr))?;
+            return Ok(Value::Number(group.len() as f64));
         }
         let values = self.values(arguments)?;
         let number = |i: usize| match values.get(i) {
@@ -405,7 +432,8 @@ impl Evaluation<'_> {
                 })
             }
             F::Angle => {
-                let (Some(Value::Rotation(a)), Some(Value::Rotation(b))) = (values.first(), values.get(1)) else {
+                let (Some(Value::Rotation(a)), Some(Value::Rotation(b))) = (values.first(), values.get(1))
+                else {
                     return Err(missing(expr));
                 };
                 let dot: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
@@ -441,7 +469,9 @@ impl Evaluation<'_> {
             F::Box => Value::Shape(Shape::Box([number(0)?, number(1)?, number(2)?])),
             F::Sphere => Value::Shape(Shape::Sphere(number(0)?)),
             F::Cylinder => Value::Shape(Shape::Cylinder(number(0)?, number(1)?)),
-            F::Normal | F::Uniform => Value::List([Value::Number(number(0)?), Value::Number(number(1)?)].into()),
+            F::Normal | F::Uniform => {
+                Value::List([Value::Number(number(0)?), Value::Number(number(1)?)].into())
+            }
             F::Gain | F::Neighbours => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
         })
     }

@@ -193,7 +193,9 @@ impl Expr {
             return true;
         }
         match &self.kind {
-            ExprKind::Attribute(a, _) | ExprKind::Negate(a) | ExprKind::Not(a) | ExprKind::Convert(a, _) => a.any(test),
+            ExprKind::Attribute(a, _) | ExprKind::Negate(a) | ExprKind::Not(a) | ExprKind::Convert(a, _) => {
+                a.any(test)
+            }
             ExprKind::At(a, b)
             | ExprKind::Binary(a, _, b)
             | ExprKind::Apply(a, b)

@@ -75,9 +75,9 @@ impl Ty {
             (Self::Unknown, _) | (_, Self::Unknown) => true,
             (Self::Count, Self::Quantity(d)) => d.is_number(),
             (Self::Actuator, Self::Part) => true,
-            (Self::List(a), Self::List(b)) | (Self::Domain(a), Self::Domain(b)) | (Self::Track(a), Self::Track(b)) => {
-                a.fits(b)
-            }
+            (Self::List(a), Self::List(b))
+            | (Self::Domain(a), Self::Domain(b))
+            | (Self::Track(a), Self::Track(b)) => a.fits(b),
             (a, b) => a == b,
         }
     }

@@ -9,9 +9,13 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
         // A condition that reads the design has no value here.
         if evaluate(&requirement.condition, ruleset, &mut Vec::new()) == Ok(Value::Bool(false)) {
             findings.push(
-                Diagnostic::new(Code::CONSTANT_REQUIRE, requirement.condition.span, format!("`{}` never holds", requirement.name))
-                    .label("false for every design")
-                    .help("a requirement reads the design, as in `count(part) <= 20`"),
+                Diagnostic::new(
+                    Code::CONSTANT_REQUIRE,
+                    requirement.condition.span,
+                    format!("`{}` never holds", requirement.name),
+                )
+                .label("false for every design")
+                .help("a requirement reads the design, as in `count(part) <= 20`"),
             );
         }
     }

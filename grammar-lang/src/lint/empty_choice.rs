@@ -3,18 +3,24 @@
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Value, evaluate};
 use crate::ir::{Effect, ExprKind, Rule, RuleSet};
-use crate::types::shown;
+use crate::units;
 
 pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
     for rule in &ruleset.rules {
         for choice in &rule.choices {
-            let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else { continue };
+            let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else {
+                continue;
+            };
             let whole = matches!(&*domain, crate::eval::Domain::Range { whole: true, .. });
             let inverted = matches!(&*domain, crate::eval::Domain::Range { low, high, .. } if low > high);
             if whole && domain.items().is_empty() && !inverted {
                 findings.push(
-                    Diagnostic::new(Code::EMPTY_DOMAIN, choice.domain.span, "there is no whole number in this range")
-                        .label(format!("`{}` has nothing to choose from", choice.name)),
+                    Diagnostic::new(
+                        Code::EMPTY_DOMAIN,
+                        choice.domain.span,
+                        "there is no whole number in this range",
+                    )
+                    .label(format!("`{}` has nothing to choose from", choice.name)),
                 );
             }
         }
@@ -34,10 +40,21 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
 }
 
 /// `segments = n` where `n` is chosen from more than `segments` may be.
-fn out_of_domain(ruleset: &RuleSet, rule: &Rule, kind: &str, name: &str, value: &crate::ir::Expr, findings: &mut Vec<Diagnostic>) {
+fn out_of_domain(
+    ruleset: &RuleSet,
+    rule: &Rule,
+    kind: &str,
+    name: &str,
+    value: &crate::ir::Expr,
+    findings: &mut Vec<Diagnostic>,
+) {
     let ExprKind::Local(slot) = value.kind else { return };
-    let Some(choice) = rule.locals.get(slot).and_then(|n| rule.choices.iter().find(|c| c.name == *n)) else { return };
-    let Some((low, high)) = ruleset.actuators.get(kind).and_then(|a| a.params.get(name)).and_then(|p| p.domain) else {
+    let Some(choice) = rule.locals.get(slot).and_then(|n| rule.choices.iter().find(|c| c.name == *n)) else {
+        return;
+    };
+    let Some((low, high)) =
+        ruleset.actuators.get(kind).and_then(|a| a.params.get(name)).and_then(|p| p.domain)
+    else {
         return;
     };
     let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else { return };
@@ -47,12 +64,17 @@ fn out_of_domain(ruleset: &RuleSet, rule: &Rule, kind: &str, name: &str, value: 
     }
     .into_iter()
     .find(|x| *x < low || *x > high);
+    let shown = |x| units::shown(x, value.ty.dimension().unwrap_or_default());
     if let Some(x) = beyond {
         findings.push(
-            Diagnostic::new(Code::OUT_OF_DOMAIN, choice.domain.span, format!("`{name}` of `{kind}` would be outside its domain"))
-                .label(format!("{} is not within {} .. {}", shown(x, &value.ty), shown(low, &value.ty), shown(high, &value.ty)))
-                .also(value.span, "used here")
-                .help("narrow the choice, or widen the parameter's domain"),
+            Diagnostic::new(
+                Code::OUT_OF_DOMAIN,
+                choice.domain.span,
+                format!("`{name}` of `{kind}` would be outside its domain"),
+            )
+            .label(format!("{} is not within {} .. {}", shown(x), shown(low), shown(high)))
+            .also(value.span, "used here")
+            .help("narrow the choice, or widen the parameter's domain"),
         );
     }
 }

@@ -2,13 +2,14 @@
 
 mod constant_requirement;
 mod empty_choice;
+mod kinds;
 mod never_matches;
 
 use crate::diagnostics::Diagnostic;
 use crate::ir::RuleSet;
 
 /// Runs every check.
-pub fn run(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+pub(crate) fn run(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
     for lint in [never_matches::check, constant_requirement::check, empty_choice::check] {
         lint(ruleset, findings);
     }

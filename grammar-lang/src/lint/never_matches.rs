@@ -1,9 +1,9 @@
 //! A rule that matches a kind of part that nothing ever adds, or that undoes
 //! steps although no step adds anything.
 
+use super::kinds::{can_hold, possible_kinds};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Effect, ExprKind, Group, Operator, Pattern, RuleSet};
-use crate::types::{can_hold, possible_kinds};
 
 pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
     let kinds = possible_kinds(ruleset);
@@ -27,10 +27,10 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
                             match &e.kind {
                                 ExprKind::Binary(a, Operator::And, b) => open.extend([&**a, &**b]),
                                 ExprKind::Binary(a, Operator::Is, b) => {
-                                    if let (ExprKind::Local(0), ExprKind::Group(group)) = (&a.kind, &b.kind) {
-                                        if !can_hold(group, &kinds, ruleset) {
-                                            impossible = Some(name(group));
-                                        }
+                                    if let (ExprKind::Local(0), ExprKind::Group(group)) = (&a.kind, &b.kind)
+                                        && !can_hold(group, &kinds, ruleset)
+                                    {
+                                        impossible = Some(name(group));
                                     }
                                 }
                                 _ => {}
@@ -47,9 +47,13 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
         };
         if let Some(reason) = reason {
             findings.push(
-                Diagnostic::new(Code::NEVER_MATCHES, rule.span, format!("the rule `{}` can never match", rule.name))
-                    .label(reason)
-                    .help("add a rule that attaches such a part, or remove this rule"),
+                Diagnostic::new(
+                    Code::NEVER_MATCHES,
+                    rule.span,
+                    format!("the rule `{}` can never match", rule.name),
+                )
+                .label(reason)
+                .help("add a rule that attaches such a part, or remove this rule"),
             );
         }
     }

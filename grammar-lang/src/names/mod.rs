@@ -74,7 +74,9 @@ pub fn declared(item: &Item) -> Option<&Name> {
     match &item.kind {
         ItemKind::Param(p) => Some(&p.name),
         ItemKind::Part(b) | ItemKind::Actuator(b) | ItemKind::Model(b) | ItemKind::Search(b) => Some(&b.name),
-        ItemKind::Rule(n, _) | ItemKind::Pattern(n, _) | ItemKind::Term(n, ..) | ItemKind::Let(n, _) => Some(n),
+        ItemKind::Rule(n, _) | ItemKind::Pattern(n, _) | ItemKind::Term(n, ..) | ItemKind::Let(n, _) => {
+            Some(n)
+        }
         ItemKind::Require { name, .. } => name.as_ref(),
         ItemKind::Actuation { name, .. } => Some(name),
         _ => None,
@@ -82,12 +84,9 @@ pub fn declared(item: &Item) -> Option<&Name> {
 }
 
 /// Reads a grammar and all that it imports.
-pub fn load(
-    world: &dyn World,
-    sources: &mut SourceMap,
-    entry: FileId,
-) -> (Program, Vec<Diagnostic>) {
-    let mut loader = Loader { world, sources, program: Program::default(), open: Vec::new(), errors: Vec::new() };
+pub fn load(world: &dyn World, sources: &mut SourceMap, entry: FileId) -> (Program, Vec<Diagnostic>) {
+    let mut loader =
+        Loader { world, sources, program: Program::default(), open: Vec::new(), errors: Vec::new() };
     let name = loader.sources.get(entry).map_or_else(String::new, |s| s.name.clone());
     loader.module(name, entry);
     (loader.program, loader.errors)
@@ -108,8 +107,12 @@ impl Loader<'_> {
         self.errors.extend(errors);
         let index = self.program.modules.len();
         let lost = tree.broken.clone();
-        let items: Vec<(usize, Name)> =
-            tree.items.iter().enumerate().filter_map(|(i, item)| Some((i, declared(item)?.clone()))).collect();
+        let items: Vec<(usize, Name)> = tree
+            .items
+            .iter()
+            .enumerate()
+            .filter_map(|(i, item)| Some((i, declared(item)?.clone())))
+            .collect();
         let uses: Vec<(Name, Option<Vec<Name>>)> = tree
             .items
             .iter()
@@ -170,32 +173,44 @@ impl Loader<'_> {
             Ok(source) => source,
             Err(reason) => {
                 let library = self.world.library();
-                let help = did_you_mean(&module.text, library.iter().map(String::as_str)).unwrap_or_else(|| {
-                    format!("the standard library has: {}; other files are written as \"./file.sgr\"", library.join(", "))
-                });
+                let help =
+                    did_you_mean(&module.text, library.iter().map(String::as_str)).unwrap_or_else(|| {
+                        format!(
+                            "the standard library has: {}; other files are written as \"./file.sgr\"",
+                            library.join(", ")
+                        )
+                    });
                 self.errors.push(
-                    Diagnostic::new(Code::NO_MODULE, module.span, format!("there is no module `{}`", module.text))
-                        .label(reason)
-                        .help(help),
+                    Diagnostic::new(
+                        Code::NO_MODULE,
+                        module.span,
+                        format!("there is no module `{}`", module.text),
+                    )
+                    .label(reason)
+                    .help(help),
                 );
                 return self.lose(into, names);
             }
         };
         let known = self.program.modules.iter().position(|m| m.name == source.name);
-        if let Some(known) = known {
-            if let Some(place) = self.open.iter().position(|m| *m == known) {
-                let ring: Vec<&str> = self.open[place..]
-                    .iter()
-                    .chain([&known])
-                    .filter_map(|m| self.program.modules.get(*m).map(|m| m.name.as_str()))
-                    .collect();
-                self.errors.push(
-                    Diagnostic::new(Code::IMPORT_CYCLE, module.span, format!("imports go round in a circle: {}", ring.join(" -> ")))
-                        .label("this import closes the circle")
-                        .help("move what both need into a third file"),
-                );
-                return self.lose(into, names);
-            }
+        if let Some(known) = known
+            && let Some(place) = self.open.iter().position(|m| *m == known)
+        {
+            let ring: Vec<&str> = self.open[place..]
+                .iter()
+                .chain([&known])
+                .filter_map(|m| self.program.modules.get(*m).map(|m| m.name.as_str()))
+                .collect();
+            self.errors.push(
+                Diagnostic::new(
+                    Code::IMPORT_CYCLE,
+                    module.span,
+                    format!("imports go round in a circle: {}", ring.join(" -> ")),
+                )
+                .label("this import closes the circle")
+                .help("move what both need into a third file"),
+            );
+            return self.lose(into, names);
         }
         let target = match known {
             Some(known) => known,
@@ -229,7 +244,14 @@ impl Loader<'_> {
         }
     }
 
-    fn not_exported(&mut self, into: usize, target: usize, place: Span, name: &Name, own: &[(String, Declaration)]) {
+    fn not_exported(
+        &mut self,
+        into: usize,
+        target: usize,
+        place: Span,
+        name: &Name,
+        own: &[(String, Declaration)],
+    ) {
         if !self.program.is_lost(target, &name.text) {
             let target = self.program.modules.get(target).map_or("", |m| m.name.as_str());
             let help = did_you_mean(&name.text, own.iter().map(|(n, _)| n.as_str())).unwrap_or_else(|| {
@@ -237,10 +259,14 @@ impl Loader<'_> {
                 format!("it declares: {}", names.join(", "))
             });
             self.errors.push(
-                Diagnostic::new(Code::NOT_EXPORTED, name.span, format!("`{target}` declares no `{}`", name.text))
-                    .label("not declared there")
-                    .also(place, "imported from here")
-                    .help(help),
+                Diagnostic::new(
+                    Code::NOT_EXPORTED,
+                    name.span,
+                    format!("`{target}` declares no `{}`", name.text),
+                )
+                .label("not declared there")
+                .also(place, "imported from here")
+                .help(help),
             );
         }
         self.lose(into, Some(std::slice::from_ref(name)));

@@ -194,7 +194,7 @@ pub enum RuleClauseKind {
 #[derive(Clone, Debug)]
 pub enum ActuationClause {
     /// `shared ...` or `vary ...`
-    Variable(Variable),
+    Variable(Box<Variable>),
     /// `let NAME = EXPR`
     Let(Name, Expr),
     /// `drive angle = EXPR`

@@ -3,8 +3,8 @@
 use pest::iterators::Pair;
 
 use super::ast::{
-    ActuationClause, Argument, Binder, Block, Expr, ExprKind, Field, Gather, Item, ItemKind, Name, Operator, Param,
-    Place, RuleClause, RuleClauseKind, Variable,
+    ActuationClause, Argument, Binder, Block, Expr, ExprKind, Field, Gather, Item, ItemKind, Name, Operator,
+    Param, Place, RuleClause, RuleClauseKind, Variable,
 };
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -30,15 +30,70 @@ fn silent(rule: Rule) -> bool {
     use Rule as R;
     matches!(
         rule,
-        R::brace_open | R::brace_close | R::bracket_open | R::bracket_close | R::paren_open | R::paren_close | R::comma
-            | R::colon | R::equals | R::dots | R::dot | R::quote | R::kw_grammar | R::kw_use | R::kw_param | R::kw_part
-            | R::kw_actuator | R::kw_symmetry | R::kw_begin | R::kw_rule | R::kw_require | R::kw_pattern
-            | R::kw_actuation | R::kw_actuate | R::kw_model | R::kw_simulate | R::kw_term | R::kw_search | R::kw_let
-            | R::kw_place | R::kw_match | R::kw_choose | R::kw_when | R::kw_unless | R::kw_attach | R::kw_to
-            | R::kw_turned | R::kw_set | R::kw_revert | R::kw_weight | R::kw_shared | R::kw_vary | R::kw_drive
-            | R::kw_mutate | R::kw_by | R::kw_flip | R::kw_bound | R::kw_because | R::kw_in | R::kw_for | R::kw_with
-            | R::kw_free | R::kw_port | R::kw_where | R::kw_of | R::kw_over | R::kw_at | R::kw_and | R::kw_or | R::kw_not
-            | R::kw_if | R::kw_then | R::kw_else | R::EOI
+        R::brace_open
+            | R::brace_close
+            | R::bracket_open
+            | R::bracket_close
+            | R::paren_open
+            | R::paren_close
+            | R::comma
+            | R::colon
+            | R::equals
+            | R::dots
+            | R::dot
+            | R::quote
+            | R::kw_grammar
+            | R::kw_use
+            | R::kw_param
+            | R::kw_part
+            | R::kw_actuator
+            | R::kw_symmetry
+            | R::kw_begin
+            | R::kw_rule
+            | R::kw_require
+            | R::kw_pattern
+            | R::kw_actuation
+            | R::kw_actuate
+            | R::kw_model
+            | R::kw_simulate
+            | R::kw_term
+            | R::kw_search
+            | R::kw_let
+            | R::kw_place
+            | R::kw_match
+            | R::kw_choose
+            | R::kw_when
+            | R::kw_unless
+            | R::kw_attach
+            | R::kw_to
+            | R::kw_turned
+            | R::kw_set
+            | R::kw_revert
+            | R::kw_weight
+            | R::kw_shared
+            | R::kw_vary
+            | R::kw_drive
+            | R::kw_mutate
+            | R::kw_by
+            | R::kw_flip
+            | R::kw_bound
+            | R::kw_because
+            | R::kw_in
+            | R::kw_for
+            | R::kw_with
+            | R::kw_free
+            | R::kw_port
+            | R::kw_where
+            | R::kw_of
+            | R::kw_over
+            | R::kw_at
+            | R::kw_and
+            | R::kw_or
+            | R::kw_not
+            | R::kw_if
+            | R::kw_then
+            | R::kw_else
+            | R::EOI
     )
 }
 
@@ -152,9 +207,11 @@ impl<'a> Lowering<'a> {
             },
             Rule::actuate_item => ItemKind::Actuate(self.name(&inner.next()?), self.name(&inner.next()?)),
             Rule::simulate_item => ItemKind::Simulate(self.name(&inner.next()?), self.expr(inner.next()?)?),
-            Rule::term_item => {
-                ItemKind::Term(self.name(&inner.next()?), self.name(&inner.next()?), self.expr(inner.next()?)?)
-            }
+            Rule::term_item => ItemKind::Term(
+                self.name(&inner.next()?),
+                self.name(&inner.next()?),
+                self.expr(inner.next()?)?,
+            ),
             Rule::let_item => ItemKind::Let(self.name(&inner.next()?), self.expr(inner.next()?)?),
             _ => return None,
         })
@@ -223,7 +280,9 @@ impl<'a> Lowering<'a> {
                 let mut words = words.into_iter();
                 RuleClauseKind::Match { name: words.next()?, kind: words.next()?, port, condition }
             }
-            Rule::choose_clause => RuleClauseKind::Choose(self.name(&inner.next()?), self.expr(inner.next()?)?),
+            Rule::choose_clause => {
+                RuleClauseKind::Choose(self.name(&inner.next()?), self.expr(inner.next()?)?)
+            }
             Rule::when_clause => RuleClauseKind::Guard(true, self.expr(inner.next()?)?),
             Rule::unless_clause => RuleClauseKind::Guard(false, self.expr(inner.next()?)?),
             Rule::attach_clause => RuleClauseKind::Attach {
@@ -243,9 +302,9 @@ impl<'a> Lowering<'a> {
         let rule = node.as_rule();
         let mut inner = parts(node);
         Some(match rule {
-            Rule::shared_clause | Rule::vary_clause => {
-                ActuationClause::Variable(self.variable(rule == Rule::shared_clause, inner.next()?)?)
-            }
+            Rule::shared_clause | Rule::vary_clause => ActuationClause::Variable(Box::new(
+                self.variable(rule == Rule::shared_clause, inner.next()?)?,
+            )),
             Rule::let_item => ActuationClause::Let(self.name(&inner.next()?), self.expr(inner.next()?)?),
             _ => ActuationClause::Drive(self.name(&inner.next()?), self.expr(inner.next()?)?),
         })
@@ -435,7 +494,10 @@ impl<'a> Lowering<'a> {
                             continue;
                         }
                         let mut inner = parts(inner);
-                        binders.push(Binder { name: self.name(&inner.next()?), over: self.expr(inner.next()?)? });
+                        binders.push(Binder {
+                            name: self.name(&inner.next()?),
+                            over: self.expr(inner.next()?)?,
+                        });
                     }
                 }
                 Rule::expr if after_otherwise => otherwise = self.expr(part).map(Box::new),

@@ -16,6 +16,23 @@ pub fn parse(sources: &SourceMap, file: FileId) -> (ast::Module, Vec<Diagnostic>
 
 /// The words that open a declaration.
 pub(crate) const ITEM_WORDS: &[&str] = &[
-    "grammar", "use", "param", "part", "actuator", "symmetry", "begin", "rule", "require", "pattern",
-    "actuation", "actuate", "model", "simulate", "term", "maximize", "minimize", "search", "let",
+    "grammar",
+    "use",
+    "param",
+    "part",
+    "actuator",
+    "symmetry",
+    "begin",
+    "rule",
+    "require",
+    "pattern",
+    "actuation",
+    "actuate",
+    "model",
+    "simulate",
+    "term",
+    "maximize",
+    "minimize",
+    "search",
+    "let",
 ];

@@ -119,7 +119,9 @@ fn refuse(text: &str, file: FileId) -> Option<Diagnostic> {
     }
     let bare = text
         .lines()
-        .map(|l| l.split('#').next().unwrap_or("").trim_matches(|c: char| c.is_whitespace() || c == '\u{FEFF}'))
+        .map(|l| {
+            l.split('#').next().unwrap_or("").trim_matches(|c: char| c.is_whitespace() || c == '\u{FEFF}')
+        })
         .all(str::is_empty);
     bare.then(|| {
         Diagnostic::new(Code::EMPTY, at(0, 0), "this file declares nothing")

@@ -3,18 +3,16 @@
 use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
 
+use super::ITEM_WORDS;
 use super::ast::{ActuationClause, Block, Field, Item, ItemKind, Module, Place, RuleClause};
 use super::lower::Lowering;
 use super::parse::{Rule, SgrParser};
-use super::ITEM_WORDS;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest};
 use crate::source::{FileId, Span};
 
-const RULE_CLAUSES: &[&str] =
-    &["match", "choose", "when", "unless", "attach", "set", "revert", "weight"];
+const RULE_CLAUSES: &[&str] = &["match", "choose", "when", "unless", "attach", "set", "revert", "weight"];
 const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive"];
-const LATER: &[&str] =
-    &["variant", "example", "prefer", "task", "target", "cell", "lattice"];
+const LATER: &[&str] = &["variant", "example", "prefer", "task", "target", "cell", "lattice"];
 
 /// Reports one run of junk and saves what can be saved of it.
 pub(super) fn chunk(
@@ -30,7 +28,11 @@ pub(super) fn chunk(
     let at = |from: usize, to: usize| Span::new(file, from, to);
     if !ITEM_WORDS.contains(&first) {
         let line_start = text.get(..start).unwrap_or("").rsplit('\n').next().unwrap_or("");
-        let shown = if first.is_empty() { piece.chars().next().map_or(String::new(), String::from) } else { first.into() };
+        let shown = if first.is_empty() {
+            piece.chars().next().map_or(String::new(), String::from)
+        } else {
+            first.into()
+        };
         let span = at(start, start + shown.len());
         if first.is_empty() || !line_start.trim().is_empty() {
             errors.push(
@@ -40,17 +42,25 @@ pub(super) fn chunk(
             );
         } else if LATER.contains(&first) {
             errors.push(
-                Diagnostic::new(Code::UNKNOWN_KEYWORD, span, format!("`{first}` is reserved, but this version cannot read it yet"))
-                    .label("no declaration of this version")
-                    .help("take it out, or use a newer version of sgc"),
+                Diagnostic::new(
+                    Code::UNKNOWN_KEYWORD,
+                    span,
+                    format!("`{first}` is reserved, but this version cannot read it yet"),
+                )
+                .label("no declaration of this version")
+                .help("take it out, or use a newer version of sgc"),
             );
         } else {
             errors.push(
-                Diagnostic::new(Code::UNKNOWN_KEYWORD, span, format!("`{first}` does not start a declaration"))
-                    .label("unknown word")
-                    .help(did_you_mean(first, ITEM_WORDS.iter().copied()).unwrap_or_else(|| {
-                        format!("a declaration starts with one of: {}", ITEM_WORDS.join(", "))
-                    })),
+                Diagnostic::new(
+                    Code::UNKNOWN_KEYWORD,
+                    span,
+                    format!("`{first}` does not start a declaration"),
+                )
+                .label("unknown word")
+                .help(did_you_mean(first, ITEM_WORDS.iter().copied()).unwrap_or_else(|| {
+                    format!("a declaration starts with one of: {}", ITEM_WORDS.join(", "))
+                })),
             );
         }
         // What it was meant to declare is known all the same.
@@ -119,7 +129,9 @@ fn by_clause(
         let clause = piece.get(from..to).unwrap_or("");
         match SgrParser::parse(entry, clause) {
             Ok(mut pairs) => {
-                let Some(inner) = pairs.next().and_then(|p| p.into_inner().find(|p| p.as_rule() != Rule::COMMENT)) else {
+                let Some(inner) =
+                    pairs.next().and_then(|p| p.into_inner().find(|p| p.as_rule() != Rule::COMMENT))
+                else {
                     continue;
                 };
                 let mut lowering = Lowering::new(clause, file, start + from);
@@ -142,9 +154,13 @@ fn by_clause(
             let from = start + close + 1 + lead;
             let length = extra.chars().next().map_or(1, char::len_utf8).max(word_at(extra).len());
             errors.push(
-                Diagnostic::new(Code::SYNTAX, Span::new(file, from, from + length), "unexpected text after the closing `}`")
-                    .label(format!("`{first}` ended before this"))
-                    .help("is there a `}` too many?"),
+                Diagnostic::new(
+                    Code::SYNTAX,
+                    Span::new(file, from, from + length),
+                    "unexpected text after the closing `}`",
+                )
+                .label(format!("`{first}` ended before this"))
+                .help("is there a `}` too many?"),
             );
         }
     }
@@ -231,6 +247,7 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
         }
     }
     // Operators can follow almost everything: they hide what is really missing.
+    let in_expression = expected.contains(&"an operator");
     if expected.len() > 1 {
         expected.retain(|e| *e != "an operator");
     }
@@ -246,12 +263,16 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
         let last = start + piece.trim_end().len();
         (Span::new(file, last, last), format!("expected {wanted}, but the text ends here"))
     } else {
-        (Span::new(file, start + place, start + place + found.len()), format!("expected {wanted}, found `{found}`"))
+        (
+            Span::new(file, start + place, start + place + found.len()),
+            format!("expected {wanted}, found `{found}`"),
+        )
     };
-    let reserved = SgrParser::parse(Rule::keyword, found).is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found));
+    let reserved = SgrParser::parse(Rule::keyword, found)
+        .is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found));
     let help = if wanted.contains("a name") && reserved {
         Some(format!("`{found}` is a word of the language: choose another name"))
-    } else if found == "==" || (found == "=" && !expected.contains(&"`=`")) {
+    } else if found == "==" && expected.contains(&"`=`") || found == "=" && in_expression {
         Some("`==` compares two values, `=` gives a value to a name".to_owned())
     } else {
         None
@@ -265,15 +286,46 @@ fn describe(rule: Rule) -> Option<&'static str> {
         Rule::name | Rule::word | Rule::ident => "a name",
         Rule::kind_name | Rule::kind_word => "a kind of part",
         Rule::type_name => "a type",
-        Rule::expr | Rule::range | Rule::primary | Rule::sum | Rule::disjunction | Rule::negation | Rule::product
-        | Rule::sign | Rule::postfix | Rule::number | Rule::quantity | Rule::set | Rule::list | Rule::condition
-        | Rule::minus | Rule::aggregate | Rule::aggregate_word | Rule::quantifier | Rule::boolean
-        | Rule::comparison | Rule::conjunction | Rule::at_time | Rule::kw_not | Rule::kw_if
-        | Rule::kw_forall | Rule::kw_exists => "a value",
-        Rule::compare_op | Rule::sum_op | Rule::product_op | Rule::member | Rule::call | Rule::index | Rule::dots
-        | Rule::kw_and | Rule::kw_or | Rule::kw_at | Rule::dot | Rule::kw_is | Rule::kw_adds | Rule::unit_text => {
-            "an operator"
-        }
+        Rule::expr
+        | Rule::range
+        | Rule::primary
+        | Rule::sum
+        | Rule::disjunction
+        | Rule::negation
+        | Rule::product
+        | Rule::sign
+        | Rule::postfix
+        | Rule::number
+        | Rule::quantity
+        | Rule::set
+        | Rule::list
+        | Rule::condition
+        | Rule::minus
+        | Rule::aggregate
+        | Rule::aggregate_word
+        | Rule::quantifier
+        | Rule::boolean
+        | Rule::comparison
+        | Rule::conjunction
+        | Rule::at_time
+        | Rule::kw_not
+        | Rule::kw_if
+        | Rule::kw_forall
+        | Rule::kw_exists => "a value",
+        Rule::compare_op
+        | Rule::sum_op
+        | Rule::product_op
+        | Rule::member
+        | Rule::call
+        | Rule::index
+        | Rule::dots
+        | Rule::kw_and
+        | Rule::kw_or
+        | Rule::kw_at
+        | Rule::dot
+        | Rule::kw_is
+        | Rule::kw_adds
+        | Rule::unit_text => "an operator",
         Rule::text | Rule::quote => "a text in quotes",
         Rule::brace_open => "`{`",
         Rule::brace_close => "`}`",
@@ -380,7 +432,11 @@ fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, us
         let word = word_at(trimmed);
         let after = trimmed.get(word.len()..).unwrap_or("").trim_start();
         let opens = if words.is_empty() {
-            depth == 0 && (word == "param" || after.starts_with('=') || after.starts_with('{') || !starts.is_empty() && !word.is_empty() && after.is_empty())
+            depth == 0
+                && (word == "param"
+                    || after.starts_with('=')
+                    || after.starts_with('{')
+                    || !starts.is_empty() && !word.is_empty() && after.is_empty())
         } else {
             // Continuation lines start with an operator or a word such as `because`.
             words.contains(&word) || (depth == 0 && nearest(word, words.iter().copied()).is_some())
@@ -400,4 +456,3 @@ fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, us
     let ends = starts.iter().skip(1).copied().chain([to]).collect::<Vec<_>>();
     starts.into_iter().zip(ends).collect()
 }
-

@@ -10,7 +10,13 @@ use crate::syntax::ast::ItemKind;
 use crate::units::Dimension;
 
 impl Checker<'_> {
-    pub(super) fn call(&mut self, callee: &ast::Expr, arguments: &[ast::Argument], span: Span, cx: &mut Context) -> Expr {
+    pub(super) fn call(
+        &mut self,
+        callee: &ast::Expr,
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
         let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
         if let ast::ExprKind::Name(name) = &callee.kind {
             let local = cx.locals.iter().any(|l| l.name == *name);
@@ -24,12 +30,21 @@ impl Checker<'_> {
                 } else if let Some(function) = Function::named(name) {
                     return self.function(function, arguments, span, cx);
                 } else if !cx.damaged && !self.program.is_lost(cx.module, name) {
-                    let help = did_you_mean(name, Function::ALL.iter().map(|f| f.text()))
-                        .unwrap_or_else(|| format!("functions are: {}", Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")));
+                    let help =
+                        did_you_mean(name, Function::ALL.iter().map(|f| f.text())).unwrap_or_else(|| {
+                            format!(
+                                "functions are: {}",
+                                Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")
+                            )
+                        });
                     self.report(
-                        Diagnostic::new(Code::UNKNOWN_NAME, callee.span, format!("unknown function `{name}`"))
-                            .label("not declared")
-                            .help(help),
+                        Diagnostic::new(
+                            Code::UNKNOWN_NAME,
+                            callee.span,
+                            format!("unknown function `{name}`"),
+                        )
+                        .label("not declared")
+                        .help(help),
                     );
                     return unknown;
                 } else {
@@ -44,14 +59,21 @@ impl Checker<'_> {
             Ty::Unknown => return unknown,
             other => {
                 let message = format!("a {other} cannot be called");
-                self.report(Diagnostic::new(Code::WRONG_TYPE, callee.span, message).label("not a function, curve or pattern"));
+                self.report(
+                    Diagnostic::new(Code::WRONG_TYPE, callee.span, message)
+                        .label("not a function, curve or pattern"),
+                );
                 return unknown;
             }
         };
         let [ast::Argument { name: None, value }] = arguments else {
             self.report(
-                Diagnostic::new(Code::WRONG_ARGUMENTS, span, "a curve takes one argument: the place in its cycle, from 0 to 1")
-                    .label("not one argument"),
+                Diagnostic::new(
+                    Code::WRONG_ARGUMENTS,
+                    span,
+                    "a curve takes one argument: the place in its cycle, from 0 to 1",
+                )
+                .label("not one argument"),
             );
             return unknown;
         };
@@ -60,7 +82,14 @@ impl Checker<'_> {
     }
 
     /// `bender(segments = n)`: a kind with parameters.
-    fn kind_with(&mut self, name: &str, item: &ast::Item, arguments: &[ast::Argument], span: Span, cx: &mut Context) -> Expr {
+    fn kind_with(
+        &mut self,
+        name: &str,
+        item: &ast::Item,
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
         let params = match &item.kind {
             ItemKind::Actuator(block) => self.params_of(block),
             _ => Vec::new(),
@@ -69,26 +98,41 @@ impl Checker<'_> {
         for argument in arguments {
             let Some(key) = &argument.name else {
                 self.report(
-                    Diagnostic::new(Code::WRONG_ARGUMENTS, argument.value.span, "parameters of a part are given by name")
-                        .label("which parameter?")
-                        .help_if(params.first().map(|(n, _)| format!("write `{name}({n} = ...)`"))),
+                    Diagnostic::new(
+                        Code::WRONG_ARGUMENTS,
+                        argument.value.span,
+                        "parameters of a part are given by name",
+                    )
+                    .label("which parameter?")
+                    .help_if(params.first().map(|(n, _)| format!("write `{name}({n} = ...)`"))),
                 );
                 continue;
             };
             let Some((_, ty)) = params.iter().find(|(n, _)| *n == key.text) else {
                 let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
-                    (!params.is_empty())
-                        .then(|| format!("it has: {}", params.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ")))
+                    (!params.is_empty()).then(|| {
+                        format!(
+                            "it has: {}",
+                            params.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ")
+                        )
+                    })
                 });
                 self.report(
-                    Diagnostic::new(Code::UNKNOWN_FIELD, key.span, format!("`{name}` has no parameter `{}`", key.text))
-                        .label("not a parameter")
-                        .help_if(help),
+                    Diagnostic::new(
+                        Code::UNKNOWN_FIELD,
+                        key.span,
+                        format!("`{name}` has no parameter `{}`", key.text),
+                    )
+                    .label("not a parameter")
+                    .help_if(help),
                 );
                 continue;
             };
             if given.iter().any(|(n, _)| *n == key.text) {
-                self.report(Diagnostic::new(Code::DUPLICATE, key.span, format!("`{}` is given twice", key.text)).label("again"));
+                self.report(
+                    Diagnostic::new(Code::DUPLICATE, key.span, format!("`{}` is given twice", key.text))
+                        .label("again"),
+                );
                 continue;
             }
             let value = self.expect(&argument.value, cx, &ty.clone(), &format!("`{}`", key.text));
@@ -98,14 +142,24 @@ impl Checker<'_> {
         Expr { kind: ExprKind::Kind(name.to_owned(), given), ty: Ty::Kind, span }
     }
 
-    fn function(&mut self, function: Function, arguments: &[ast::Argument], span: Span, cx: &mut Context) -> Expr {
+    fn function(
+        &mut self,
+        function: Function,
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
         use Function as F;
         let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
         let (usage, arity) = signature::usage(function);
         if !cx.stage.sees_function(function) {
             self.report(
-                Diagnostic::new(Code::WRONG_STAGE, span, format!("`{}` cannot be called in {}", function.text(), cx.stage.name()))
-                    .label("not known here"),
+                Diagnostic::new(
+                    Code::WRONG_STAGE,
+                    span,
+                    format!("`{}` cannot be called in {}", function.text(), cx.stage.name()),
+                )
+                .label("not known here"),
             );
             return unknown;
         }
@@ -119,7 +173,8 @@ impl Checker<'_> {
             return unknown;
         }
         let what = |i: usize| {
-            let place = if arity == (1..=1) { "the argument".to_owned() } else { format!("argument {}", i + 1) };
+            let place =
+                if arity == (1..=1) { "the argument".to_owned() } else { format!("argument {}", i + 1) };
             format!("{place} of `{}`", function.text())
         };
         let mut checked: Vec<Expr> = Vec::new();
@@ -142,16 +197,26 @@ impl Checker<'_> {
         }
         if matches!(function, F::Min | F::Max | F::Clamp | F::Normal | F::Uniform) {
             // A literal 0 takes the dimension of its companions.
-            let model = checked.iter().map(|e| e.ty.clone()).find(|t| matches!(t, Ty::Quantity(d) if !d.is_number()));
+            let model =
+                checked.iter().map(|e| e.ty.clone()).find(|t| matches!(t, Ty::Quantity(d) if !d.is_number()));
             let model = model.or_else(|| checked.iter().map(|e| e.ty.clone()).find(|t| *t == Ty::NUMBER));
             if let Some(model) = model {
-                checked = checked.into_iter().map(|e| self.fit(e, &model, &format!("each argument of `{}`", function.text()))).collect();
+                checked = checked
+                    .into_iter()
+                    .map(|e| self.fit(e, &model, &format!("each argument of `{}`", function.text())))
+                    .collect();
             }
         }
         if function == F::Count {
             checked = checked
                 .into_iter()
-                .map(|e| if matches!(e.ty, Ty::List(_) | Ty::Unknown) { e } else { self.fit(e, &Ty::Group, "what is counted") })
+                .map(|e| {
+                    if matches!(e.ty, Ty::List(_) | Ty::Unknown) {
+                        e
+                    } else {
+                        self.fit(e, &Ty::Group, "what is counted")
+                    }
+                })
                 .collect();
         }
         let tys: Vec<Ty> = checked.iter().map(|e| e.ty.clone()).collect();
@@ -198,9 +263,13 @@ impl Checker<'_> {
                 format!("call it as `{usage}`: {}", function.doc())
             };
             self.report(
-                Diagnostic::new(Code::WRONG_TYPE, span, format!("`{}` cannot take ({have})", function.text()))
-                    .label("wrong kind of argument")
-                    .help(help),
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    span,
+                    format!("`{}` cannot take ({have})", function.text()),
+                )
+                .label("wrong kind of argument")
+                .help(help),
             );
             return unknown;
         };

@@ -71,10 +71,10 @@ impl Checker<'_> {
         if expr.ty.fits(wanted) {
             return expr;
         }
-        if *wanted == Ty::Group {
-            if let Some(group) = as_group(&expr) {
-                return group;
-            }
+        if *wanted == Ty::Group
+            && let Some(group) = as_group(&expr)
+        {
+            return group;
         }
         if let (Ty::Domain(inner), ExprKind::Range(low, high)) = (wanted, &expr.kind) {
             let low = self.fit((**low).clone(), inner, what);
@@ -148,8 +148,12 @@ impl Checker<'_> {
             }
             Err(UnitError::TooHigh) => {
                 self.report(
-                    Diagnostic::new(Code::UNKNOWN_UNIT, unit.span, "the exponents of this unit are too large")
-                        .label("no quantity has such a unit"),
+                    Diagnostic::new(
+                        Code::UNKNOWN_UNIT,
+                        unit.span,
+                        "the exponents of this unit are too large",
+                    )
+                    .label("no quantity has such a unit"),
                 );
                 None
             }
@@ -170,7 +174,8 @@ impl Checker<'_> {
                     let si = value * unit.factor;
                     if !si.is_finite() {
                         self.report(
-                            Diagnostic::new(Code::BAD_NUMBER, span, "this number is too large").label("in SI units"),
+                            Diagnostic::new(Code::BAD_NUMBER, span, "this number is too large")
+                                .label("in SI units"),
                         );
                         return unknown(span);
                     }
@@ -189,7 +194,11 @@ impl Checker<'_> {
                 match list.ty.clone() {
                     Ty::List(item) => make(ExprKind::Index(Box::new(list), Box::new(index)), *item),
                     Ty::Unknown => unknown(span),
-                    other => self.wrong(list.span, format!("{} has no items", article(&other)), "only a list has items"),
+                    other => self.wrong(
+                        list.span,
+                        format!("{} has no items", article(&other)),
+                        "only a list has items",
+                    ),
                 }
             }
             ast::ExprKind::At(value, time) => {
@@ -213,7 +222,9 @@ impl Checker<'_> {
                         make(ExprKind::Negate(Box::new(value)), ty)
                     }
                     Ty::Unknown => unknown(span),
-                    other => self.wrong(span, format!("{} has no negative", article(&other)), "`-` needs a number"),
+                    other => {
+                        self.wrong(span, format!("{} has no negative", article(other)), "`-` needs a number")
+                    }
                 }
             }
             ast::ExprKind::Not(value) => {
@@ -236,7 +247,11 @@ impl Checker<'_> {
                 let (low, high) = (self.infer(low, cx), self.infer(high, cx));
                 let Some((low, high, ty)) = self.unify(low, high, "this range") else { return unknown(span) };
                 if ty != Ty::Unknown && ty.dimension().is_none() {
-                    return self.wrong(span, format!("a range cannot go from {ty} to {ty}"), "a range needs two numbers");
+                    return self.wrong(
+                        span,
+                        format!("a range cannot go from {ty} to {ty}"),
+                        "a range needs two numbers",
+                    );
                 }
                 self.check_order(&low, &high, span);
                 make(ExprKind::Range(Box::new(low), Box::new(high)), Ty::Domain(Box::new(ty)))
@@ -266,7 +281,9 @@ impl Checker<'_> {
 
     /// A range whose ends are known must go upwards.
     fn check_order(&mut self, low: &Expr, high: &Expr, span: Span) {
-        let known = |e: &Expr| !e.any(&mut |e| matches!(e.kind, ExprKind::Local(_) | ExprKind::Group(_) | ExprKind::Word(_)));
+        let known = |e: &Expr| {
+            !e.any(&mut |e| matches!(e.kind, ExprKind::Local(_) | ExprKind::Group(_) | ExprKind::Word(_)))
+        };
         if !known(low) || !known(high) || low.ty == Ty::Unknown || high.ty == Ty::Unknown {
             return;
         }
@@ -280,7 +297,13 @@ impl Checker<'_> {
         }
     }
 
-    fn items(&mut self, items: &[ast::Expr], span: Span, cx: &mut Context, set: bool) -> Option<(Vec<Expr>, Ty)> {
+    fn items(
+        &mut self,
+        items: &[ast::Expr],
+        span: Span,
+        cx: &mut Context,
+        set: bool,
+    ) -> Option<(Vec<Expr>, Ty)> {
         let mut ty = Ty::Unknown;
         let mut checked: Vec<Expr> = Vec::new();
         for item in items {
@@ -288,7 +311,8 @@ impl Checker<'_> {
             match checked.first().cloned() {
                 Some(first) => {
                     let first = Expr { ty: ty.clone(), ..first };
-                    let (_, item, common) = self.unify(first, item, if set { "this set" } else { "this list" })?;
+                    let (_, item, common) =
+                        self.unify(first, item, if set { "this set" } else { "this list" })?;
                     ty = common;
                     checked.push(item);
                 }
@@ -300,7 +324,9 @@ impl Checker<'_> {
         }
         if checked.is_empty() {
             self.report(
-                Diagnostic::new(Code::EMPTY_DOMAIN, span, "there is nothing in here").label("empty").help("name at least one value"),
+                Diagnostic::new(Code::EMPTY_DOMAIN, span, "there is nothing in here")
+                    .label("empty")
+                    .help("name at least one value"),
             );
             return None;
         }
@@ -387,7 +413,10 @@ impl Checker<'_> {
         let help = if units::parse(name).is_ok() {
             format!("`{name}` is a unit: write a number before it")
         } else if Function::named(name).is_some() {
-            format!("`{name}` is a function: call it as `{}`", Function::named(name).map_or("", |f| signature::usage(f).0))
+            format!(
+                "`{name}` is a function: call it as `{}`",
+                Function::named(name).map_or("", |f| signature::usage(f).0)
+            )
         } else {
             let scope = self.program.modules.get(cx.module);
             let candidates = cx
@@ -398,18 +427,20 @@ impl Checker<'_> {
                 .chain(scope.iter().flat_map(|m| m.scope.keys().map(String::as_str)))
                 .chain(self.placed.iter().map(String::as_str))
                 .chain(["part", "block", "actuator"]);
-            did_you_mean(name, candidates)
-                .unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
+            did_you_mean(name, candidates).unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
         };
         self.report(
-            Diagnostic::new(Code::UNKNOWN_NAME, span, format!("unknown name `{name}`")).label("not declared").help(help),
+            Diagnostic::new(Code::UNKNOWN_NAME, span, format!("unknown name `{name}`"))
+                .label("not declared")
+                .help(help),
         );
         unknown(span)
     }
 
     fn member(&mut self, of: &ast::Expr, name: &Name, span: Span, cx: &mut Context) -> Expr {
         let of = self.infer(of, cx);
-        let make = |of: Expr, ty| Expr { kind: ExprKind::Attribute(Box::new(of), name.text.clone()), ty, span };
+        let make =
+            |of: Expr, ty| Expr { kind: ExprKind::Attribute(Box::new(of), name.text.clone()), ty, span };
         let candidates: Vec<String> = match of.ty.clone() {
             Ty::Unknown => return unknown(span),
             ty @ (Ty::Part | Ty::Actuator) => {
@@ -417,7 +448,12 @@ impl Checker<'_> {
                     return make(of, ty.clone());
                 }
                 if signature::element_attribute(&name.text).is_some() {
-                    return self.stage_error(name.span, &name.text, cx.stage, "terms, as `e.position at end` for `e in elements`");
+                    return self.stage_error(
+                        name.span,
+                        &name.text,
+                        cx.stage,
+                        "terms, as `e.position at end` for `e in elements`",
+                    );
                 }
                 let params = self.instance_params();
                 if ty == Ty::Actuator && params.is_empty() {
@@ -456,16 +492,31 @@ impl Checker<'_> {
             (!candidates.is_empty()).then(|| format!("{} has: {}", article(&of.ty), candidates.join(", ")))
         });
         self.report(
-            Diagnostic::new(Code::UNKNOWN_FIELD, name.span, format!("{} has no `{}`", article(&of.ty), name.text))
-                .label("not an attribute")
-                .help_if(help),
+            Diagnostic::new(
+                Code::UNKNOWN_FIELD,
+                name.span,
+                format!("{} has no `{}`", article(&of.ty), name.text),
+            )
+            .label("not an attribute")
+            .help_if(help),
         );
         unknown(span)
     }
 
-    fn binary(&mut self, a: &ast::Expr, operator: Operator, b: &ast::Expr, span: Span, cx: &mut Context) -> Expr {
+    fn binary(
+        &mut self,
+        a: &ast::Expr,
+        operator: Operator,
+        b: &ast::Expr,
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
         use Operator as O;
-        let make = |a: Expr, b: Expr, ty| Expr { kind: ExprKind::Binary(Box::new(a), operator, Box::new(b)), ty, span };
+        let make = |a: Expr, b: Expr, ty| Expr {
+            kind: ExprKind::Binary(Box::new(a), operator, Box::new(b)),
+            ty,
+            span,
+        };
         let symbol = format!("`{}`", operator.symbol());
         match operator {
             O::And | O::Or => {
@@ -483,7 +534,11 @@ impl Checker<'_> {
                 let b = self.infer(b, cx);
                 let b = as_group(&b).unwrap_or(b);
                 if !matches!(b.ty, Ty::Group | Ty::Part | Ty::Actuator | Ty::Unknown) {
-                    return self.wrong(b.span, format!("a part is never a {}", b.ty), "compare with a part or a kind of part");
+                    return self.wrong(
+                        b.span,
+                        format!("a part is never a {}", b.ty),
+                        "compare with a part or a kind of part",
+                    );
                 }
                 return make(a, b, Ty::Bool);
             }
@@ -491,19 +546,31 @@ impl Checker<'_> {
         }
         let (a, b) = (self.infer(a, cx), self.infer(b, cx));
         if a.ty == Ty::Unknown || b.ty == Ty::Unknown {
-            let ty = if matches!(operator, O::Add | O::Subtract | O::Multiply | O::Divide) { Ty::Unknown } else { Ty::Bool };
+            let ty = if matches!(operator, O::Add | O::Subtract | O::Multiply | O::Divide) {
+                Ty::Unknown
+            } else {
+                Ty::Bool
+            };
             return make(a, b, ty);
         }
         match operator {
             O::Multiply | O::Divide => {
                 let Some(ty) = product(&a.ty, operator, &b.ty) else {
-                    return self.wrong(span, format!("{symbol} cannot join a {} and a {}", a.ty, b.ty), "it needs numbers");
+                    return self.wrong(
+                        span,
+                        format!("{symbol} cannot join a {} and a {}", a.ty, b.ty),
+                        "it needs numbers",
+                    );
                 };
                 make(a, b, ty)
             }
             _ => {
                 let Some((a, b, ty)) = self.unify(a, b, &symbol) else {
-                    return if matches!(operator, O::Add | O::Subtract) { unknown(span) } else { Expr { ty: Ty::Bool, ..unknown(span) } };
+                    return if matches!(operator, O::Add | O::Subtract) {
+                        unknown(span)
+                    } else {
+                        Expr { ty: Ty::Bool, ..unknown(span) }
+                    };
                 };
                 let numbers = ty.dimension().is_some();
                 let fine = match operator {
@@ -513,7 +580,11 @@ impl Checker<'_> {
                     _ => numbers,
                 };
                 if !fine {
-                    let help = if matches!(ty, Ty::Track(_)) { "ask for it at a time: `e.position at end`" } else { "it needs numbers" };
+                    let help = if matches!(ty, Ty::Track(_)) {
+                        "ask for it at a time: `e.position at end`"
+                    } else {
+                        "it needs numbers"
+                    };
                     return self.wrong(span, format!("{symbol} cannot join two of {ty}"), help);
                 }
                 let ty = if matches!(operator, O::Add | O::Subtract) { ty } else { Ty::Bool };
@@ -537,9 +608,13 @@ impl Checker<'_> {
                 (Word::named(&name.text).is_some() || self.placed.contains(&name.text)).then_some(None)
             });
         if let Some(place) = taken {
-            let mut error = Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` already means something else here", name.text))
-                .label("hides another meaning")
-                .help("choose another name");
+            let mut error = Diagnostic::new(
+                Code::DUPLICATE,
+                name.span,
+                format!("`{}` already means something else here", name.text),
+            )
+            .label("hides another meaning")
+            .help("choose another name");
             if let Some(place) = place {
                 error = error.also(place, "the other meaning");
             }
@@ -567,15 +642,21 @@ impl Checker<'_> {
                 Ty::Domain(item) if **item == Ty::Count => Ty::Count,
                 Ty::Unknown => Ty::Unknown,
                 other => {
-                    let message = format!("{} is nothing to run over", article(&other));
-                    self.wrong(over.span, message, "run over `part`, `actuator`, `elements`, a list or a range of whole numbers").ty
+                    let message = format!("{} is nothing to run over", article(other));
+                    self.wrong(
+                        over.span,
+                        message,
+                        "run over `part`, `actuator`, `elements`, a list or a range of whole numbers",
+                    )
+                    .ty
                 }
             };
             let slot = cx.locals.len();
             self.bind(&binder.name, item, cx);
             bound.push(Binder { slot, over });
         }
-        let condition = condition.as_ref().map(|c| Box::new(self.expect(c, cx, &Ty::Bool, "what follows `where`")));
+        let condition =
+            condition.as_ref().map(|c| Box::new(self.expect(c, cx, &Ty::Bool, "what follows `where`")));
         let body = body.as_ref().map(|b| match how {
             Gather::Forall | Gather::Exists => self.expect(b, cx, &Ty::Bool, "what follows `:`"),
             _ => self.infer(b, cx),
@@ -589,11 +670,15 @@ impl Checker<'_> {
             (_, Some(body)) => match &body.ty {
                 Ty::Count if *how == Gather::Mean => Ty::NUMBER,
                 ty @ (Ty::Quantity(_) | Ty::Count | Ty::Unknown) => ty.clone(),
-                other => self.wrong(body.span, format!("{} cannot be gathered", article(&other)), "gather numbers").ty,
+                other => {
+                    self.wrong(body.span, format!("{} cannot be gathered", article(other)), "gather numbers")
+                        .ty
+                }
             },
         };
         let otherwise = otherwise.map(|o| Box::new(self.fit(o, &ty, "what follows `otherwise`")));
-        let kind = ExprKind::Aggregate { how: *how, binders: bound, condition, body: body.map(Box::new), otherwise };
+        let kind =
+            ExprKind::Aggregate { how: *how, binders: bound, condition, body: body.map(Box::new), otherwise };
         Expr { kind, ty, span: tree.span }
     }
 }
@@ -610,7 +695,8 @@ fn as_group(expr: &Expr) -> Option<Expr> {
 
 /// The type of a product or quotient.
 fn product(a: &Ty, operator: Operator, b: &Ty) -> Option<Ty> {
-    let join = |a: Dimension, b: Dimension| if operator == Operator::Multiply { a.times(b) } else { a.over(b) };
+    let join =
+        |a: Dimension, b: Dimension| if operator == Operator::Multiply { a.times(b) } else { a.over(b) };
     Some(match (a, b) {
         (Ty::Count, Ty::Count) if operator == Operator::Multiply => Ty::Count,
         (Ty::Vector(a), b) => Ty::Vector(join(*a, b.dimension()?)?),
@@ -647,13 +733,21 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
     };
     if *wanted == Ty::Count {
         return Diagnostic::new(Code::WRONG_TYPE, expr.span, format!("{what} must be a whole number"))
-            .label(if have.is_number() { "not a whole number".to_owned() } else { format!("this is {}", article(&expr.ty)) })
+            .label(if have.is_number() {
+                "not a whole number".to_owned()
+            } else {
+                format!("this is {}", article(&expr.ty))
+            })
             .help("write a number such as 3, or use `floor` or `round`");
     }
     if let Some(x) = bare_number(expr) {
-        return Diagnostic::new(Code::MISSING_UNIT, expr.span, format!("{what} must be {}, but this number has no unit", article(wanted)))
-            .label("without a unit")
-            .help(format!("write `{x} {}`", units::suggest(want)));
+        return Diagnostic::new(
+            Code::MISSING_UNIT,
+            expr.span,
+            format!("{what} must be {}, but this number has no unit", article(wanted)),
+        )
+        .label("without a unit")
+        .help(format!("write `{x} {}`", units::suggest(want)));
     }
     let upside_down = match &expr.kind {
         ExprKind::Binary(a, Operator::Divide, b) if Dimension::NUMBER.over(want) == Some(have) => {
@@ -661,7 +755,8 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
         }
         _ => false,
     };
-    let per_angle = have.over(want).is_some_and(|d| d == Dimension::ANGLE || Some(d) == Dimension::ANGLE.power(2));
+    let per_angle =
+        have.over(want).is_some_and(|d| d == Dimension::ANGLE || Some(d) == Dimension::ANGLE.power(2));
     let help = if upside_down {
         "a unit belongs to the number before it: write the unit before dividing, as in `1 s / 240`".to_owned()
     } else if want.is_number() {
@@ -671,7 +766,11 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
     } else {
         format!("write it in a unit of {want}, such as {}", units::suggest(want))
     };
-    Diagnostic::new(Code::WRONG_DIMENSION, expr.span, format!("{what} must be {}, but this is {}", article(wanted), article(&expr.ty)))
-        .label(format!("this is {}", article(&expr.ty)))
-        .help(help)
+    Diagnostic::new(
+        Code::WRONG_DIMENSION,
+        expr.span,
+        format!("{what} must be {}, but this is {}", article(wanted), article(&expr.ty)),
+    )
+    .label(format!("this is {}", article(&expr.ty)))
+    .help(help)
 }

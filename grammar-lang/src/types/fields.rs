@@ -21,11 +21,27 @@ enum Sign {
 /// The names that a block may have.
 const PART: &[&str] = &["shape", "density", "mass", "friction", "colour"];
 const ACTUATOR: &[&str] = &[
-    "segment", "density", "mass", "friction", "bend", "bending_speed", "relaxing_speed", "torque", "stiffness",
-    "damping", "colour",
+    "segment",
+    "density",
+    "mass",
+    "friction",
+    "bend",
+    "bending_speed",
+    "relaxing_speed",
+    "torque",
+    "stiffness",
+    "damping",
+    "colour",
 ];
 const MODEL: &[&str] = &[
-    "step", "control", "record", "gravity", "ground_friction", "iterations", "self_collision", "speed_limit",
+    "step",
+    "control",
+    "record",
+    "gravity",
+    "ground_friction",
+    "iterations",
+    "self_collision",
+    "speed_limit",
 ];
 const SEARCH: &[&str] = &["keep", "outer", "inner"];
 const SCHEDULE: &[&str] = &["iterations", "moves", "temperature", "stop"];
@@ -49,9 +65,13 @@ impl Checker<'_> {
                 Field::Param(param) => {
                     if what != "an actuator" {
                         self.report(
-                            Diagnostic::new(Code::UNKNOWN_FIELD, param.name.span, format!("{what} has no parameters"))
-                                .label("not possible here")
-                                .help("declare it outside, for the whole grammar"),
+                            Diagnostic::new(
+                                Code::UNKNOWN_FIELD,
+                                param.name.span,
+                                format!("{what} has no parameters"),
+                            )
+                            .label("not possible here")
+                            .help("declare it outside, for the whole grammar"),
                         );
                     }
                     continue;
@@ -70,7 +90,10 @@ impl Checker<'_> {
                 );
                 continue;
             }
-            let first = values.get(name.text.as_str()).map(|(n, _)| n.span).or_else(|| groups.get(name.text.as_str()).map(|g| g.name.span));
+            let first = values
+                .get(name.text.as_str())
+                .map(|(n, _)| n.span)
+                .or_else(|| groups.get(name.text.as_str()).map(|g| g.name.span));
             if let Some(first) = first {
                 self.report(
                     Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is given twice", name.text))
@@ -97,13 +120,24 @@ impl Checker<'_> {
             return;
         }
         self.report(
-            Diagnostic::new(Code::MISSING_FIELD, from.block.name.span, format!("`{}` has no `{name}`", from.block.name.text))
-                .label(format!("{} needs it", from.what))
-                .help(format!("add a line such as `{name} = {example}`")),
+            Diagnostic::new(
+                Code::MISSING_FIELD,
+                from.block.name.span,
+                format!("`{}` has no `{name}`", from.block.name.text),
+            )
+            .label(format!("{} needs it", from.what))
+            .help(format!("add a line such as `{name} = {example}`")),
         );
     }
 
-    fn value(&mut self, from: &Values<'_>, name: &str, ty: &Ty, example: &str, cx: &Context) -> Option<(Value, crate::source::Span)> {
+    fn value(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        ty: &Ty,
+        example: &str,
+        cx: &Context,
+    ) -> Option<(Value, crate::source::Span)> {
         let Some((_, tree)) = from.values.get(name) else {
             self.missing(from, name, example, cx.damaged);
             return None;
@@ -113,7 +147,15 @@ impl Checker<'_> {
         Some((self.constant(&expr)?, tree.span))
     }
 
-    fn number(&mut self, from: &Values<'_>, name: &str, dimension: &str, sign: Sign, example: &str, cx: &Context) -> Option<f64> {
+    fn number(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        dimension: &str,
+        sign: Sign,
+        example: &str,
+        cx: &Context,
+    ) -> Option<f64> {
         let ty = if dimension == "Count" { Ty::Count } else { Ty::Quantity(Dimension::named(dimension)?) };
         let (value, span) = self.value(from, name, &ty, example, cx)?;
         let x = value.as_number()?;
@@ -168,7 +210,10 @@ impl Checker<'_> {
             let (message, help) = if segment {
                 ("a segment is a cylinder", "write `segment = cylinder(radius, length)`")
             } else {
-                ("a passive part is a box or a sphere", "write `shape = box(x, y, z)` or `shape = sphere(radius)`")
+                (
+                    "a passive part is a box or a sphere",
+                    "write `shape = box(x, y, z)` or `shape = sphere(radius)`",
+                )
             };
             self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("another shape").help(help));
             return None;
@@ -181,11 +226,16 @@ impl Checker<'_> {
         if !from.values.contains_key("colour") {
             return plain;
         }
-        let Some((Value::Text(text), span)) = self.value(from, "colour", &Ty::Text, "\"#e8963c\"", cx) else { return plain };
-        let hex = text.strip_prefix('#').is_some_and(|h| h.len() == 6 && h.bytes().all(|b| b.is_ascii_hexdigit()));
+        let Some((Value::Text(text), span)) = self.value(from, "colour", &Ty::Text, "\"#e8963c\"", cx) else {
+            return plain;
+        };
+        let hex =
+            text.strip_prefix('#').is_some_and(|h| h.len() == 6 && h.bytes().all(|b| b.is_ascii_hexdigit()));
         if !hex {
             self.report(
-                Diagnostic::new(Code::BAD_VALUE, span, "a colour is written as `#rrggbb`").label("not such a text").help("write for example `colour = \"#e8963c\"`"),
+                Diagnostic::new(Code::BAD_VALUE, span, "a colour is written as `#rrggbb`")
+                    .label("not such a text")
+                    .help("write for example `colour = \"#e8963c\"`"),
             );
             return plain;
         }
@@ -216,7 +266,8 @@ impl Checker<'_> {
         let relaxing_speed = positive("relaxing_speed", "AngularVelocity", "180 deg/s");
         let torque = positive("torque", "Torque", "0.06 N*m/rad");
         let stiffness = positive("stiffness", "AngularStiffness", "0.3 N*m/rad^2");
-        let damping = self.number(&from, "damping", "AngularDamping", Sign::NotNegative, "0.01 N*m*s/rad^2", &cx);
+        let damping =
+            self.number(&from, "damping", "AngularDamping", Sign::NotNegative, "0.01 N*m*s/rad^2", &cx);
         let colour = self.colour(&from, &cx);
         let params = self.actuator_params(block, module, damaged);
         Some(ir::Actuator {
@@ -254,27 +305,48 @@ impl Checker<'_> {
         Some((low, high))
     }
 
-    fn actuator_params(&mut self, block: &Block, module: usize, damaged: bool) -> IndexMap<String, ir::InstanceParam> {
+    fn actuator_params(
+        &mut self,
+        block: &Block,
+        module: usize,
+        damaged: bool,
+    ) -> IndexMap<String, ir::InstanceParam> {
         let mut params = IndexMap::new();
         for field in &block.fields {
             let Field::Param(param) = field else { continue };
             let mut cx = Context::new(module, Stage::Declaration, damaged);
             let ty = self.type_named(&param.ty);
             let domain = param.domain.as_ref().and_then(|d| {
-                let domain = self.expect(d, &mut cx, &Ty::Domain(Box::new(ty.clone())), "the domain of a parameter");
+                let domain =
+                    self.expect(d, &mut cx, &Ty::Domain(Box::new(ty.clone())), "the domain of a parameter");
                 self.constant_range(&domain)
             });
-            let default = param.default.as_ref().map(|d| self.expect(d, &mut cx, &ty, &format!("`{}`", param.name.text)));
-            if let (Some((low, high)), Some(value)) = (domain, default.as_ref().and_then(|d| self.quiet_number(d))) {
-                if value < low || value > high {
-                    self.report(
-                        Diagnostic::new(Code::OUT_OF_DOMAIN, param.name.span, format!("`{}` is outside its domain", param.name.text))
-                            .label("by its default"),
-                    );
-                }
+            let default = param
+                .default
+                .as_ref()
+                .map(|d| self.expect(d, &mut cx, &ty, &format!("`{}`", param.name.text)));
+            if let (Some((low, high)), Some(value)) =
+                (domain, default.as_ref().and_then(|d| self.quiet_number(d)))
+                && (value < low || value > high)
+            {
+                self.report(
+                    Diagnostic::new(
+                        Code::OUT_OF_DOMAIN,
+                        param.name.span,
+                        format!("`{}` is outside its domain", param.name.text),
+                    )
+                    .label("by its default"),
+                );
             }
             if params.contains_key(&param.name.text) {
-                self.report(Diagnostic::new(Code::DUPLICATE, param.name.span, format!("`{}` is declared twice", param.name.text)).label("again"));
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        param.name.span,
+                        format!("`{}` is declared twice", param.name.text),
+                    )
+                    .label("again"),
+                );
             }
             params.insert(param.name.text.clone(), ir::InstanceParam { ty, domain, default });
         }
@@ -282,26 +354,42 @@ impl Checker<'_> {
             Some(ir::InstanceParam { ty: Ty::Count, domain, .. }) => {
                 if domain.is_none_or(|(low, high)| low < 2.0 || high > 64.0) {
                     self.report(
-                        Diagnostic::new(Code::OUT_OF_DOMAIN, block.name.span, "the number of `segments` must lie within 2 .. 64")
-                            .label("of this actuator")
-                            .help("write `param segments : Count in 2 .. 12 = 5`"),
+                        Diagnostic::new(
+                            Code::OUT_OF_DOMAIN,
+                            block.name.span,
+                            "the number of `segments` must lie within 2 .. 64",
+                        )
+                        .label("of this actuator")
+                        .help("write `param segments : Count in 2 .. 12 = 5`"),
                     );
                 }
             }
             _ if damaged => {}
             _ => self.report(
-                Diagnostic::new(Code::MISSING_FIELD, block.name.span, format!("`{}` has no parameter `segments`", block.name.text))
-                    .label("an actuator is a row of segments")
-                    .help("add a line such as `param segments : Count in 2 .. 12 = 5`"),
+                Diagnostic::new(
+                    Code::MISSING_FIELD,
+                    block.name.span,
+                    format!("`{}` has no parameter `segments`", block.name.text),
+                )
+                .label("an actuator is a row of segments")
+                .help("add a line such as `param segments : Count in 2 .. 12 = 5`"),
             ),
         }
         params
     }
 
-    pub(super) fn model(&mut self, block: &Block, duration: Option<f64>, module: usize, damaged: bool) -> Option<ir::Model> {
+    pub(super) fn model(
+        &mut self,
+        block: &Block,
+        duration: Option<f64>,
+        module: usize,
+        damaged: bool,
+    ) -> Option<ir::Model> {
         let cx = Context::new(module, Stage::Declaration, damaged);
         let from = self.values(block, "a model", MODEL);
-        let mut get = |name: &str, dimension: &str, sign: Sign, example: &str| self.number(&from, name, dimension, sign, example, &cx);
+        let mut get = |name: &str, dimension: &str, sign: Sign, example: &str| {
+            self.number(&from, name, dimension, sign, example, &cx)
+        };
         let step = get("step", "Time", Sign::Positive, "1 s / 240");
         let control = get("control", "Time", Sign::Positive, "1 s / 60");
         let record = get("record", "Time", Sign::Positive, "1 s / 30");
@@ -311,13 +399,18 @@ impl Checker<'_> {
         let speed_limit = get("speed_limit", "Velocity", Sign::Positive, "10 m/s");
         let self_collision = self.value(&from, "self_collision", &Ty::Bool, "true", &cx);
         for (name, value) in [("step", step), ("control", control), ("record", record)] {
-            let (Some(value), Some(duration), Some((_, tree))) = (value, duration, from.values.get(name)) else {
+            let (Some(value), Some(duration), Some((_, tree))) = (value, duration, from.values.get(name))
+            else {
                 continue;
             };
             if duration / value > 1e6 || value > duration {
                 self.report(
-                    Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, format!("`{name}` must divide the motion into 1 to a million pieces"))
-                        .label(format!("{} s of a motion of {duration} s", value)),
+                    Diagnostic::new(
+                        Code::OUT_OF_DOMAIN,
+                        tree.span,
+                        format!("`{name}` must divide the motion into 1 to a million pieces"),
+                    )
+                    .label(format!("{} s of a motion of {duration} s", value)),
                 );
                 return None;
             }
@@ -340,20 +433,28 @@ impl Checker<'_> {
         let cx = Context::new(module, Stage::Declaration, damaged);
         let from = self.values(block, "a search", SEARCH);
         let keep = self.number(&from, "keep", "Number", Sign::NotNegative, "80 %", &cx);
-        if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep")) {
-            if keep > 1.0 {
-                self.report(
-                    Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "`keep` is a share: it must lie within 0 % .. 100 %")
-                        .label("too much"),
-                );
-            }
+        if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
+            && keep > 1.0
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "`keep` is a share: it must lie within 0 % .. 100 %",
+                )
+                .label("too much"),
+            );
         }
         let Some(outer) = from.groups.get("outer").copied() else {
             if !damaged {
                 self.report(
-                    Diagnostic::new(Code::MISSING_FIELD, block.name.span, format!("`{}` has no `outer` schedule", block.name.text))
-                        .label("a search needs it")
-                        .help("add `outer { iterations = ..., moves = ..., temperature = ..., stop = ... }`"),
+                    Diagnostic::new(
+                        Code::MISSING_FIELD,
+                        block.name.span,
+                        format!("`{}` has no `outer` schedule", block.name.text),
+                    )
+                    .label("a search needs it")
+                    .help("add `outer { iterations = ..., moves = ..., temperature = ..., stop = ... }`"),
                 );
             }
             return None;

@@ -6,8 +6,7 @@ use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{self, Expr, ExprKind, Group, RuleSet, Ty};
-use crate::lint;
+use crate::ir::{self, Expr, ExprKind, RuleSet, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Name};
@@ -45,7 +44,8 @@ impl<'a> Checker<'a> {
         // Rules and requirements that are imported by name take part, too.
         let mut rules = Vec::new();
         let mut requirements = Vec::new();
-        let imported = entry.scope.values().filter(|d| d.module != 0).filter_map(|d| Some((*d, program.item(*d)?)));
+        let imported =
+            entry.scope.values().filter(|d| d.module != 0).filter_map(|d| Some((*d, program.item(*d)?)));
         for (declaration, item) in imported.chain(items.iter().copied()) {
             match &item.kind {
                 ItemKind::Rule(name, clauses) => {
@@ -53,9 +53,21 @@ impl<'a> Checker<'a> {
                 }
                 ItemKind::Require { name, condition, because } => {
                     let mut cx = Context::new(declaration.module, Stage::Derivation, item.damaged);
+                    let text_of = condition;
                     let condition = self.expect(condition, &mut cx, &Ty::Bool, "a requirement");
-                    let name = name.as_ref().map_or_else(|| format!("requirement {}", requirements.len() + 1), |n| n.text.clone());
-                    requirements.push(ir::Requirement { name, condition, because: because.clone(), span: item.span });
+                    let name = match name {
+                        Some(name) => name.text.clone(),
+                        // Without a name it is known by what it says.
+                        None => {
+                            self.sources.slice(text_of.span).split_whitespace().collect::<Vec<_>>().join(" ")
+                        }
+                    };
+                    requirements.push(ir::Requirement {
+                        name,
+                        condition,
+                        because: because.clone(),
+                        span: item.span,
+                    });
                 }
                 _ => {}
             }
@@ -74,7 +86,6 @@ impl<'a> Checker<'a> {
         }
         ruleset.params.sort_by(|a, x, b, y| x.span.cmp(&y.span).then(a.cmp(b)));
         self.unknown_overrides(name.span, &ruleset);
-        lint::run(&ruleset, &mut self.errors);
         (complete && !self.errors.iter().any(Diagnostic::is_error)).then_some(ruleset)
     }
 
@@ -115,7 +126,13 @@ impl<'a> Checker<'a> {
         self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "a pattern")
     }
 
-    fn term(&mut self, ty: &Name, value: &crate::syntax::ast::Expr, module: usize, damaged: bool) -> (Ty, Expr) {
+    fn term(
+        &mut self,
+        ty: &Name,
+        value: &crate::syntax::ast::Expr,
+        module: usize,
+        damaged: bool,
+    ) -> (Ty, Expr) {
         let ty = self.type_named(ty);
         let mut cx = Context::new(module, Stage::Score, damaged);
         let value = self.expect(value, &mut cx, &ty, "this term");
@@ -134,16 +151,16 @@ impl<'a> Checker<'a> {
             ItemKind::Actuate(..) => "actuate",
             _ => return,
         };
-        if what != "actuate" {
-            if let Some(first) = singles.seen.insert(what, item.span) {
-                self.report(
-                    Diagnostic::new(Code::DUPLICATE, item.span, format!("a grammar has one `{what}`"))
-                        .label("another one")
-                        .also(first, "the first one")
-                        .help("keep one of them"),
-                );
-                return;
-            }
+        if what != "actuate"
+            && let Some(first) = singles.seen.insert(what, item.span)
+        {
+            self.report(
+                Diagnostic::new(Code::DUPLICATE, item.span, format!("a grammar has one `{what}`"))
+                    .label("another one")
+                    .also(first, "the first one")
+                    .help("keep one of them"),
+            );
+            return;
         }
         match &item.kind {
             ItemKind::Grammar(name) => singles.grammar = Some(name),
@@ -156,7 +173,11 @@ impl<'a> Checker<'a> {
                     });
                     if fine {
                         let name = place.name.text.clone();
-                        placed.push(ir::Placed { name, kind: place.kind.text.clone(), span: place.kind.span });
+                        placed.push(ir::Placed {
+                            name,
+                            kind: place.kind.text.clone(),
+                            span: place.kind.span,
+                        });
                     } else if !self.program.is_lost(0, &place.kind.text) {
                         let scope = self.program.modules.first();
                         let parts = scope.iter().flat_map(|m| m.scope.iter()).filter(|(_, d)| {
@@ -164,9 +185,15 @@ impl<'a> Checker<'a> {
                         });
                         let help = did_you_mean(&place.kind.text, parts.map(|(n, _)| n.as_str()));
                         self.report(
-                            Diagnostic::new(Code::UNKNOWN_NAME, place.kind.span, format!("there is no part `{}` to place", place.kind.text))
-                                .label("not a passive part")
-                                .help(help.unwrap_or_else(|| "declare it with `part`, or import it with `use`".to_owned())),
+                            Diagnostic::new(
+                                Code::UNKNOWN_NAME,
+                                place.kind.span,
+                                format!("there is no part `{}` to place", place.kind.text),
+                            )
+                            .label("not a passive part")
+                            .help(help.unwrap_or_else(|| {
+                                "declare it with `part`, or import it with `use`".to_owned()
+                            })),
                         );
                     }
                 }
@@ -189,23 +216,32 @@ impl<'a> Checker<'a> {
             }
             ItemKind::Symmetry(kind, plane) => singles.symmetry = self.symmetry(kind, plane.as_ref()),
             ItemKind::Simulate(model, duration) => singles.model = self.simulated(model, duration),
-            ItemKind::Objective { maximize, value } => singles.objective = self.objective(*maximize, value, item.damaged),
+            ItemKind::Objective { maximize, value } => {
+                singles.objective = self.objective(*maximize, value, item.damaged)
+            }
             ItemKind::UseSearch(name) => {
-                if let Some(ItemKind::Search(block)) = self.named(name, "search", |k| matches!(k, ItemKind::Search(_))) {
+                if let Some(ItemKind::Search(block)) =
+                    self.named(name, "search", |k| matches!(k, ItemKind::Search(_)))
+                {
                     let module = self.program.lookup(0, &name.text).map_or(0, |(d, _)| d.module);
                     singles.search = self.search(block, module, false);
                 }
             }
             ItemKind::Actuate(kind, with) => {
                 let kind_ok = self.named(kind, "actuator", |k| matches!(k, ItemKind::Actuator(_))).is_some();
-                let with_ok = self.named(with, "actuation", |k| matches!(k, ItemKind::Actuation { .. })).is_some();
+                let with_ok =
+                    self.named(with, "actuation", |k| matches!(k, ItemKind::Actuation { .. })).is_some();
                 if kind_ok && with_ok {
                     let entry = (with.text.clone(), with.span);
                     if singles.actuated.insert(kind.text.clone(), entry).is_some() {
                         self.report(
-                            Diagnostic::new(Code::DUPLICATE, kind.span, format!("`{}` is actuated twice", kind.text))
-                                .label("again")
-                                .help("an actuator follows one actuation"),
+                            Diagnostic::new(
+                                Code::DUPLICATE,
+                                kind.span,
+                                format!("`{}` is actuated twice", kind.text),
+                            )
+                            .label("again")
+                            .help("an actuator follows one actuation"),
                         );
                     }
                 }
@@ -231,7 +267,8 @@ impl<'a> Checker<'a> {
             .flat_map(|m| m.scope.iter())
             .filter(|(_, d)| program.item(**d).is_some_and(|i| fits(&i.kind)))
             .map(|(n, _)| n.as_str());
-        let help = did_you_mean(&name.text, others).unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
+        let help = did_you_mean(&name.text, others)
+            .unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("there is no {what} `{}`", name.text))
                 .label("not declared")
@@ -271,13 +308,14 @@ impl<'a> Checker<'a> {
         let span = duration.span;
         let duration = self.expect(duration, &mut cx, &Ty::Quantity(Dimension::TIME), "the simulated time");
         let duration = self.constant_number(&duration);
-        if let Some(d) = duration {
-            if !(d > 0.0 && d <= 3600.0) {
-                self.report(
-                    Diagnostic::new(Code::OUT_OF_DOMAIN, span, "the simulated time must lie within 0 s .. 1 h").label("outside"),
-                );
-                return None;
-            }
+        if let Some(d) = duration
+            && !(d > 0.0 && d <= 3600.0)
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, span, "the simulated time must lie within 0 s .. 1 h")
+                    .label("outside"),
+            );
+            return None;
         }
         let module = self.program.lookup(0, &name.text).map_or(0, |(d, _)| d.module);
         match self.named(name, "model", |k| matches!(k, ItemKind::Model(_))) {
@@ -289,7 +327,12 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn objective(&mut self, maximize: bool, tree: &crate::syntax::ast::Expr, damaged: bool) -> Option<ir::Objective> {
+    fn objective(
+        &mut self,
+        maximize: bool,
+        tree: &crate::syntax::ast::Expr,
+        damaged: bool,
+    ) -> Option<ir::Objective> {
         let mut cx = Context::new(0, Stage::Score, damaged);
         let value = self.infer(tree, &mut cx);
         let unit = match &tree.kind {
@@ -300,17 +343,28 @@ impl<'a> Checker<'a> {
             Some(d) if d.is_number() => Some(ir::Objective { maximize, value, unit }),
             Some(d) => {
                 self.report(
-                    Diagnostic::new(Code::OBJECTIVE_UNIT, value.span, format!("the objective is a {d}; in which unit?"))
-                        .label(format!("a {d}"))
-                        .help(format!("write `in {}` after it: temperatures are numbers on this scale", crate::units::suggest(d))),
+                    Diagnostic::new(
+                        Code::OBJECTIVE_UNIT,
+                        value.span,
+                        format!("the objective is a {d}; in which unit?"),
+                    )
+                    .label(format!("a {d}"))
+                    .help(format!(
+                        "write `in {}` after it: temperatures are numbers on this scale",
+                        crate::units::suggest(d)
+                    )),
                 );
                 None
             }
             None if value.ty == Ty::Unknown => None,
             None => {
                 self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, value.span, format!("the objective must be a number, but this is a {}", value.ty))
-                        .label("not a number"),
+                    Diagnostic::new(
+                        Code::WRONG_TYPE,
+                        value.span,
+                        format!("the objective must be a number, but this is a {}", value.ty),
+                    )
+                    .label("not a number"),
                 );
                 None
             }
@@ -319,7 +373,8 @@ impl<'a> Checker<'a> {
 
     /// Reports what a grammar lacks.
     fn complete(&mut self, singles: &Singles<'_>, span: Span) -> bool {
-        let broken = self.program.modules.first().is_some_and(|m| m.tree.broken.iter().any(|b| !b.is_empty()));
+        let broken =
+            self.program.modules.first().is_some_and(|m| m.tree.broken.iter().any(|b| !b.is_empty()));
         let wanted = [
             ("begin", "begin { place core : cube }"),
             ("simulate", "simulate hinge_model for 20 s"),
@@ -342,7 +397,13 @@ impl<'a> Checker<'a> {
         complete
     }
 
-    fn assemble(&mut self, name: &Name, singles: Singles<'_>, rules: Vec<ir::Rule>, requirements: Vec<ir::Requirement>) -> Option<RuleSet> {
+    fn assemble(
+        &mut self,
+        name: &Name,
+        singles: Singles<'_>,
+        rules: Vec<ir::Rule>,
+        requirements: Vec<ir::Requirement>,
+    ) -> Option<RuleSet> {
         let program = self.program;
         let mut terms: IndexMap<String, ir::Term> = IndexMap::new();
         let mut patterns = IndexMap::new();
@@ -357,14 +418,18 @@ impl<'a> Checker<'a> {
             next += 1;
             let Some(item) = program.item(declaration) else { continue };
             let Some(own) = declared(item) else { continue };
-            if let Some(other) = taken.insert(own.text.clone(), declaration) {
-                if other != declaration {
-                    self.report(
-                        Diagnostic::new(Code::DUPLICATE, own.span, format!("two modules declare `{}`, and this grammar uses both", own.text))
-                            .label("one of them")
-                            .help("rename one of them"),
-                    );
-                }
+            if let Some(other) = taken.insert(own.text.clone(), declaration)
+                && other != declaration
+            {
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        own.span,
+                        format!("two modules declare `{}`, and this grammar uses both", own.text),
+                    )
+                    .label("one of them")
+                    .help("rename one of them"),
+                );
             }
             let module = declaration.module;
             let key = own.text.clone();
@@ -395,10 +460,13 @@ impl<'a> Checker<'a> {
             }
         }
         for (kind, (with, span)) in &singles.actuated {
-            let (Some(actuator), Some(actuation)) = (actuators.get(kind), actuations.get(with)) else { continue };
+            let (Some(actuator), Some(actuation)) = (actuators.get(kind), actuations.get(with)) else {
+                continue;
+            };
             self.check_attributes(kind, actuator, actuation, *span);
         }
-        let actuated: IndexMap<String, String> = singles.actuated.into_iter().map(|(k, (w, _))| (k, w)).collect();
+        let actuated: IndexMap<String, String> =
+            singles.actuated.into_iter().map(|(k, (w, _))| (k, w)).collect();
         for (kind, actuator) in &actuators {
             if !actuated.contains_key(kind) {
                 self.report(
@@ -432,7 +500,13 @@ impl<'a> Checker<'a> {
     }
 
     /// An actuation may read only what the actuator that it drives has.
-    fn check_attributes(&mut self, kind: &str, actuator: &ir::Actuator, actuation: &ir::Actuation, span: Span) {
+    fn check_attributes(
+        &mut self,
+        kind: &str,
+        actuator: &ir::Actuator,
+        actuation: &ir::Actuation,
+        span: Span,
+    ) {
         let exprs = actuation.lets.iter().chain(&actuation.moving).map(|(_, e)| e).chain([&actuation.drive]);
         for expr in exprs {
             expr.any(&mut |e| {
@@ -440,9 +514,13 @@ impl<'a> Checker<'a> {
                     let own = matches!(of.kind, ExprKind::Local(0));
                     if own && name != "turn" && name != "image" && !actuator.params.contains_key(name) {
                         self.report(
-                            Diagnostic::new(Code::UNKNOWN_FIELD, span, format!("this actuation reads `{name}`, which `{kind}` does not have"))
-                                .label("does not fit")
-                                .also(e.span, "read here"),
+                            Diagnostic::new(
+                                Code::UNKNOWN_FIELD,
+                                span,
+                                format!("this actuation reads `{name}`, which `{kind}` does not have"),
+                            )
+                            .label("does not fit")
+                            .also(e.span, "read here"),
                         );
                     }
                 }
@@ -458,44 +536,21 @@ impl<'a> Checker<'a> {
             }
             let known: Vec<&str> = ruleset.params.keys().map(String::as_str).collect();
             let help = did_you_mean(name, known.iter().copied()).unwrap_or_else(|| {
-                if known.is_empty() { "it has none".to_owned() } else { format!("it has: {}", known.join(", ")) }
+                if known.is_empty() {
+                    "it has none".to_owned()
+                } else {
+                    format!("it has: {}", known.join(", "))
+                }
             });
             self.report(
-                Diagnostic::new(Code::UNKNOWN_PARAMETER, span, format!("this grammar has no parameter `{name}`"))
-                    .label("given with `-p`")
-                    .help(help),
+                Diagnostic::new(
+                    Code::UNKNOWN_PARAMETER,
+                    span,
+                    format!("this grammar has no parameter `{name}`"),
+                )
+                .label("given with `-p`")
+                .help(help),
             );
         }
     }
-}
-
-/// The kinds of parts that can ever be in a design.
-pub(crate) fn possible_kinds(ruleset: &RuleSet) -> Vec<String> {
-    let mut kinds: Vec<String> = ruleset.begin.iter().map(|p| p.kind.clone()).collect();
-    for rule in &ruleset.rules {
-        for effect in &rule.effects {
-            let ir::Effect::Attach { what, .. } = effect else { continue };
-            for expr in rule.choices.iter().map(|c| &c.domain).chain([what]) {
-                expr.any(&mut |e| {
-                    if let ExprKind::Kind(name, _) = &e.kind {
-                        if !kinds.contains(name) {
-                            kinds.push(name.clone());
-                        }
-                    }
-                    false
-                });
-            }
-        }
-    }
-    kinds
-}
-
-/// Whether a group can have a part of one of these kinds.
-pub(crate) fn can_hold(group: &Group, kinds: &[String], ruleset: &RuleSet) -> bool {
-    kinds.iter().any(|kind| match group {
-        Group::Part => true,
-        Group::Block => !ruleset.is_actuator(kind),
-        Group::Actuator => ruleset.is_actuator(kind),
-        Group::Kind(name) => name == kind,
-    })
 }

@@ -16,17 +16,21 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::eval::{self, Scope, Value};
 use crate::ir::{self, Expr, RuleSet, Ty};
 use crate::names::{Declaration, Program};
+use crate::source::SourceMap;
 use crate::syntax::ast;
 use crate::syntax::ast::{ItemKind, Name};
 use crate::units::Dimension;
 use expr::Context;
-pub(crate) use items::{can_hold, possible_kinds};
-pub use stage::Stage;
+use stage::Stage;
 
 /// Checks a program. The rule set is there only if no error was found and the
 /// first module is a grammar.
 #[must_use]
-pub fn check(program: &Program, overrides: &[(String, String)]) -> (Option<RuleSet>, Vec<Diagnostic>) {
+pub fn check(
+    program: &Program,
+    sources: &SourceMap,
+    overrides: &[(String, String)],
+) -> (Option<RuleSet>, Vec<Diagnostic>) {
     let placed = program
         .modules
         .first()
@@ -40,6 +44,7 @@ pub fn check(program: &Program, overrides: &[(String, String)]) -> (Option<RuleS
         .collect();
     let mut checker = Checker {
         program,
+        sources,
         overrides,
         placed,
         errors: Vec::new(),
@@ -66,6 +71,7 @@ impl Scope for Constants {
 
 struct Checker<'a> {
     program: &'a Program,
+    sources: &'a SourceMap,
     overrides: &'a [(String, String)],
     /// What `begin` calls its parts.
     placed: Vec<String>,
@@ -89,7 +95,8 @@ impl Checker<'_> {
             Ok(value) => Some(value),
             Err(error) => {
                 self.report(
-                    Diagnostic::new(Code::BAD_VALUE, error.span, "this has no usable value").label(error.reason),
+                    Diagnostic::new(Code::BAD_VALUE, error.span, "this has no usable value")
+                        .label(error.reason),
                 );
                 None
             }
@@ -172,14 +179,19 @@ impl Checker<'_> {
         let ty = self.type_named(&param.ty);
         if ty.dimension().is_none() && !matches!(ty, Ty::Bool | Ty::Unknown) {
             self.report(
-                Diagnostic::new(Code::WRONG_TYPE, param.ty.span, "a parameter is a quantity, a Count or a Bool")
-                    .label(format!("this is {ty}")),
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    param.ty.span,
+                    "a parameter is a quantity, a Count or a Bool",
+                )
+                .label(format!("this is {ty}")),
             );
             return None;
         }
         let mut cx = Context::new(module, Stage::Declaration, false);
         let domain = param.domain.as_ref().and_then(|d| {
-            let domain = self.expect(d, &mut cx, &Ty::Domain(Box::new(ty.clone())), "the domain of a parameter");
+            let domain =
+                self.expect(d, &mut cx, &Ty::Domain(Box::new(ty.clone())), "the domain of a parameter");
             self.constant_range(&domain)
         });
         let what = format!("`{}`", param.name.text);
@@ -190,7 +202,7 @@ impl Checker<'_> {
             }
         }
         let (value, span) = match (given, &param.default) {
-            (Some(text), _) => (self.from_outside(&text, &ty, param)?, param.name.span),
+            (Some(text), _) => (self.outside_value(&text, &ty, param)?, param.name.span),
             (None, Some(default)) => {
                 let span = default.span;
                 let default = self.expect(default, &mut cx, &ty, &what);
@@ -204,33 +216,43 @@ impl Checker<'_> {
                 self.report(
                     Diagnostic::new(Code::MISSING_FIELD, param.name.span, format!("{what} has no value"))
                         .label("no default")
-                        .help(format!("write `= VALUE` after it, or run with `-p {}=VALUE`", param.name.text)),
+                        .help(format!(
+                            "write `= VALUE` after it, or run with `-p {}=VALUE`",
+                            param.name.text
+                        )),
                 );
                 return None;
             }
         };
-        if let Some((low, high)) = domain {
-            if value < low || value > high {
-                self.report(
-                    Diagnostic::new(Code::OUT_OF_DOMAIN, span, format!("{what} is outside its domain"))
-                        .label(format!("{} is not within {} .. {}", shown(value, &ty), shown(low, &ty), shown(high, &ty)))
-                        .help("choose a value inside, or widen the domain"),
-                );
-                return None;
-            }
+        if let Some((low, high)) = domain
+            && (value < low || value > high)
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, span, format!("{what} is outside its domain"))
+                    .label(format!(
+                        "{} is not within {} .. {}",
+                        shown(value, &ty),
+                        shown(low, &ty),
+                        shown(high, &ty)
+                    ))
+                    .help("choose a value inside, or widen the domain"),
+            );
+            return None;
         }
         Some(ir::Param { ty, domain, value, span: param.name.span })
     }
 
     /// Reads the value of `-p NAME=VALUE`.
-    fn from_outside(&mut self, text: &str, ty: &Ty, param: &ast::Param) -> Option<f64> {
+    fn outside_value(&mut self, text: &str, ty: &Ty, param: &ast::Param) -> Option<f64> {
         let trimmed = text.trim();
         let value = match (ty, trimmed) {
             (Ty::Bool, "true") => Some(1.0),
             (Ty::Bool, "false") => Some(0.0),
             (Ty::Bool, _) => None,
             _ => {
-                let split = trimmed.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+'))).unwrap_or(trimmed.len());
+                let split = trimmed
+                    .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+')))
+                    .unwrap_or(trimmed.len());
                 let (number, unit) = trimmed.split_at(split);
                 let unit = unit.trim();
                 let unit = if unit.is_empty() {
@@ -240,7 +262,9 @@ impl Checker<'_> {
                 };
                 match (number.parse::<f64>(), unit) {
                     (Ok(x), Some((d, factor)))
-                        if x.is_finite() && Some(d) == ty.dimension() && (*ty != Ty::Count || x.fract() == 0.0) =>
+                        if x.is_finite()
+                            && Some(d) == ty.dimension()
+                            && (*ty != Ty::Count || x.fract() == 0.0) =>
                     {
                         Some(x * factor)
                     }
@@ -332,14 +356,19 @@ impl Checker<'_> {
         let ty = value.ty.clone();
         let mut inner = Context::new(cx.module, Stage::Declaration, false);
         let domain = self.expect(domain, &mut inner, &Ty::Domain(Box::new(ty.clone())), "a domain");
-        if let Some((low, high)) = self.constant_range(&domain) {
-            if value_now < low || value_now > high {
-                self.report(
-                    Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, format!("`{name}` is outside its domain"))
-                        .label(format!("{} is not within {} .. {}", shown(value_now, &ty), shown(low, &ty), shown(high, &ty)))
-                        .also(param.name.span, "declared here"),
-                );
-            }
+        if let Some((low, high)) = self.constant_range(&domain)
+            && (value_now < low || value_now > high)
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, format!("`{name}` is outside its domain"))
+                    .label(format!(
+                        "{} is not within {} .. {}",
+                        shown(value_now, &ty),
+                        shown(low, &ty),
+                        shown(high, &ty)
+                    ))
+                    .also(param.name.span, "declared here"),
+            );
         }
     }
 }
@@ -353,12 +382,7 @@ impl RuleSetParam<'_> {
     }
 }
 
-/// A number with the unit that people would write.
-pub(crate) fn shown(value: f64, ty: &Ty) -> String {
-    let Some(dimension) = ty.dimension().filter(|d| !d.is_number()) else {
-        return format!("{}", (value * 1e9).round() / 1e9);
-    };
-    let unit = crate::units::suggest(dimension);
-    let factor = crate::units::parse(&unit).map_or(1.0, |u| u.factor);
-    format!("{} {unit}", (value / factor * 1e6).round() / 1e6)
+/// A number of a type with the unit that people would write.
+fn shown(value: f64, ty: &Ty) -> String {
+    crate::units::shown(value, ty.dimension().unwrap_or_default())
 }

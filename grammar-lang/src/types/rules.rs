@@ -19,7 +19,13 @@ impl Checker<'_> {
         }
     }
 
-    pub(super) fn rule(&mut self, name: &Name, clauses: &[RuleClause], module: usize, damaged: bool) -> Option<ir::Rule> {
+    pub(super) fn rule(
+        &mut self,
+        name: &Name,
+        clauses: &[RuleClause],
+        module: usize,
+        damaged: bool,
+    ) -> Option<ir::Rule> {
         let mut cx = Context::new(module, Stage::Derivation, damaged);
         let found = self.errors.len();
         let mut matched = None;
@@ -53,9 +59,13 @@ impl Checker<'_> {
                 other => {
                     let other = other.clone();
                     self.report(
-                        Diagnostic::new(Code::WRONG_TYPE, domain.span, format!("nothing can be chosen from a {other}"))
-                            .label("not a domain")
-                            .help("write a range `a .. b` or a set `{ a, b }`"),
+                        Diagnostic::new(
+                            Code::WRONG_TYPE,
+                            domain.span,
+                            format!("nothing can be chosen from a {other}"),
+                        )
+                        .label("not a domain")
+                        .help("write a range `a .. b` or a set `{ a, b }`"),
                     );
                     Ty::Unknown
                 }
@@ -83,9 +93,9 @@ impl Checker<'_> {
                 RuleClauseKind::Attach { what, port, turned } => {
                     let what = self.expect(what, &mut cx, &Ty::Kind, "what is attached");
                     let port = self.expect(port, &mut cx, &Ty::Port, "where it is attached");
-                    let turned = turned
-                        .as_ref()
-                        .map(|t| self.expect(t, &mut cx, &Ty::Quantity(Dimension::ANGLE), "what follows `turned`"));
+                    let turned = turned.as_ref().map(|t| {
+                        self.expect(t, &mut cx, &Ty::Quantity(Dimension::ANGLE), "what follows `turned`")
+                    });
                     effects.push(ir::Effect::Attach { what, port, turned });
                 }
                 RuleClauseKind::Set(target, value) => effects.extend(self.set(target, value, &mut cx)),
@@ -141,7 +151,9 @@ impl Checker<'_> {
         if let Some(port) = port {
             if step {
                 self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, port.span, "a step has no ports").label("not possible").help("match a part"),
+                    Diagnostic::new(Code::WRONG_TYPE, port.span, "a step has no ports")
+                        .label("not possible")
+                        .help("match a part"),
                 );
                 return None;
             }
@@ -165,7 +177,12 @@ impl Checker<'_> {
         };
         if attribute.text == "image" {
             self.report(
-                Diagnostic::new(Code::WRONG_TYPE, attribute.span, "`image` follows from the symmetry and cannot be set").label("read only"),
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    attribute.span,
+                    "`image` follows from the symmetry and cannot be set",
+                )
+                .label("read only"),
             );
             return None;
         }
@@ -231,14 +248,22 @@ impl Checker<'_> {
                 ActuationClause::Drive(what, value) => {
                     if what.text != "angle" {
                         self.report(
-                            Diagnostic::new(Code::UNKNOWN_FIELD, what.span, format!("an actuator has no `{}` to drive", what.text))
-                                .label("not known")
-                                .help("write `drive angle = ...`"),
+                            Diagnostic::new(
+                                Code::UNKNOWN_FIELD,
+                                what.span,
+                                format!("an actuator has no `{}` to drive", what.text),
+                            )
+                            .label("not known")
+                            .help("write `drive angle = ...`"),
                         );
                     }
-                    let value = self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "the driven angle");
+                    let value =
+                        self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "the driven angle");
                     if drive.replace(value).is_some() {
-                        self.report(Diagnostic::new(Code::DUPLICATE, what.span, "an actuation has one `drive`").label("another one"));
+                        self.report(
+                            Diagnostic::new(Code::DUPLICATE, what.span, "an actuation has one `drive`")
+                                .label("another one"),
+                        );
                     }
                 }
                 ActuationClause::Variable(_) => {}
@@ -246,9 +271,13 @@ impl Checker<'_> {
         }
         if drive.is_none() && !damaged {
             self.report(
-                Diagnostic::new(Code::MISSING_FIELD, name.span, format!("the actuation `{}` drives nothing", name.text))
-                    .label("without `drive`")
-                    .help("add a line such as `drive angle = 30 deg * sin(t / period * 360 deg)`"),
+                Diagnostic::new(
+                    Code::MISSING_FIELD,
+                    name.span,
+                    format!("the actuation `{}` drives nothing", name.text),
+                )
+                .label("without `drive`")
+                .help("add a line such as `drive angle = 30 deg * sin(t / period * 360 deg)`"),
             );
         }
         if !complete {
@@ -269,7 +298,12 @@ impl Checker<'_> {
                 let n = self.constant_number(&size)?;
                 if !(1.0..=64.0).contains(&n) {
                     self.report(
-                        Diagnostic::new(Code::OUT_OF_DOMAIN, span, "the length of a list must lie within 1 .. 64").label("too short or too long"),
+                        Diagnostic::new(
+                            Code::OUT_OF_DOMAIN,
+                            span,
+                            "the length of a list must lie within 1 .. 64",
+                        )
+                        .label("too short or too long"),
                     );
                     return None;
                 }
@@ -294,7 +328,12 @@ impl Checker<'_> {
             }
             _ => {
                 self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, variable.ty.span, "the search varies quantities, Counts and Bools").label("not one of these"),
+                    Diagnostic::new(
+                        Code::WRONG_TYPE,
+                        variable.ty.span,
+                        "the search varies quantities, Counts and Bools",
+                    )
+                    .label("not one of these"),
                 );
                 return None;
             }
@@ -302,12 +341,13 @@ impl Checker<'_> {
         let mut mutating = Context::new(cx.module, Stage::Mutation, cx.damaged);
         let chance = |checker: &mut Self, tree: &ast::Expr, cx: &mut Context| {
             let expr = checker.expect(tree, cx, &Ty::NUMBER, "a probability");
-            if let Some(p) = checker.quiet_number(&expr) {
-                if !(0.0..=1.0).contains(&p) {
-                    checker.report(
-                        Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, "a probability lies within 0 .. 1").label("outside"),
-                    );
-                }
+            if let Some(p) = checker.quiet_number(&expr)
+                && !(0.0..=1.0).contains(&p)
+            {
+                checker.report(
+                    Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, "a probability lies within 0 .. 1")
+                        .label("outside"),
+                );
             }
             expr
         };
@@ -315,9 +355,13 @@ impl Checker<'_> {
             (Ty::Bool, None, Some(p)) => (chance(self, p, &mut mutating), ir::Kernel::Flip),
             (Ty::Bool, ..) => {
                 self.report(
-                    Diagnostic::new(Code::MISSING_FIELD, name.span, format!("`{}` is never varied", name.text))
-                        .label("how often does it change?")
-                        .help("write `flip 0.1` after its type"),
+                    Diagnostic::new(
+                        Code::MISSING_FIELD,
+                        name.span,
+                        format!("`{}` is never varied", name.text),
+                    )
+                    .label("how often does it change?")
+                    .help("write `flip 0.1` after its type"),
                 );
                 return None;
             }
@@ -327,7 +371,8 @@ impl Checker<'_> {
                     Ty::Count => Dimension::NUMBER,
                     ty => ty.dimension()?,
                 };
-                let kernel = self.expect(kernel, &mut mutating, &Ty::Distribution(wanted), "what follows `by`");
+                let kernel =
+                    self.expect(kernel, &mut mutating, &Ty::Distribution(wanted), "what follows `by`");
                 let ExprKind::Call(function, arguments) = kernel.kind else { return None };
                 let [a, b] = <[Expr; 2]>::try_from(arguments).ok()?;
                 let normal = function == ir::Function::Normal;
@@ -335,9 +380,13 @@ impl Checker<'_> {
             }
             _ => {
                 self.report(
-                    Diagnostic::new(Code::MISSING_FIELD, name.span, format!("`{}` is never varied", name.text))
-                        .label("how does it change?")
-                        .help("write `mutate 0.5 by normal(0, ...)` after its domain"),
+                    Diagnostic::new(
+                        Code::MISSING_FIELD,
+                        name.span,
+                        format!("`{}` is never varied", name.text),
+                    )
+                    .label("how does it change?")
+                    .help("write `mutate 0.5 by normal(0, ...)` after its domain"),
                 );
                 return None;
             }
@@ -348,9 +397,16 @@ impl Checker<'_> {
             Some(("resample", _)) => ir::Bound::Resample,
             Some((other, span)) => {
                 self.report(
-                    Diagnostic::new(Code::UNKNOWN_FIELD, span, format!("`{other}` is nothing that can happen at a bound"))
-                        .label("not known")
-                        .help(did_you_mean(other, ["clamp", "reflect", "resample"]).unwrap_or_else(|| "write `clamp`, `reflect` or `resample`".to_owned())),
+                    Diagnostic::new(
+                        Code::UNKNOWN_FIELD,
+                        span,
+                        format!("`{other}` is nothing that can happen at a bound"),
+                    )
+                    .label("not known")
+                    .help(
+                        did_you_mean(other, ["clamp", "reflect", "resample"])
+                            .unwrap_or_else(|| "write `clamp`, `reflect` or `resample`".to_owned()),
+                    ),
                 );
                 ir::Bound::Reflect
             }
@@ -370,10 +426,10 @@ impl Checker<'_> {
 fn highest_local(expr: &Expr, bound: usize) -> usize {
     let mut needs = 0;
     expr.any(&mut |e| {
-        if let ExprKind::Local(slot) = e.kind {
-            if slot < bound {
-                needs = needs.max(slot + 1);
-            }
+        if let ExprKind::Local(slot) = e.kind
+            && slot < bound
+        {
+            needs = needs.max(slot + 1);
         }
         false
     });

@@ -4,8 +4,7 @@ use crate::ir::{Function, Ty, Word};
 use crate::units::Dimension;
 
 /// The type of a word.
-#[must_use]
-pub fn word(word: Word) -> Ty {
+pub(super) fn word(word: Word) -> Ty {
     match word {
         Word::Pi | Word::Cycle | Word::Temperature | Word::Best => Ty::NUMBER,
         Word::Time | Word::Start | Word::End | Word::Duration => Ty::Quantity(Dimension::TIME),
@@ -16,12 +15,11 @@ pub fn word(word: Word) -> Ty {
 }
 
 /// The attributes that every part has.
-pub const PART_ATTRIBUTES: &[(&str, Ty)] =
+pub(super) const PART_ATTRIBUTES: &[(&str, Ty)] =
     &[("turn", Ty::Quantity(Dimension::ANGLE)), ("image", Ty::Count)];
 
 /// The attributes of an element.
-#[must_use]
-pub fn element_attribute(name: &str) -> Option<Ty> {
+pub(super) fn element_attribute(name: &str) -> Option<Ty> {
     match name {
         "position" => Some(Ty::Track(Box::new(Ty::Vector(Dimension::LENGTH)))),
         "rotation" => Some(Ty::Track(Box::new(Ty::Rotation))),
@@ -30,8 +28,7 @@ pub fn element_attribute(name: &str) -> Option<Ty> {
 }
 
 /// What a function takes: how people write it, and how many arguments.
-#[must_use]
-pub fn usage(function: Function) -> (&'static str, std::ops::RangeInclusive<usize>) {
+pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusive<usize>) {
     use Function as F;
     match function {
         F::Abs => ("abs(x)", 1..=1),

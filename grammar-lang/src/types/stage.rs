@@ -4,7 +4,7 @@ use crate::ir::{Function, Word};
 
 /// When an expression is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
+pub(super) enum Stage {
     /// Once, before anything runs.
     Declaration,
     /// For a place in the cycle of a pattern.
@@ -25,8 +25,7 @@ pub enum Stage {
 
 impl Stage {
     /// What people call an expression of this stage.
-    #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(super) fn name(self) -> &'static str {
         match self {
             Self::Declaration => "a declaration",
             Self::Pattern => "a pattern",
@@ -40,20 +39,17 @@ impl Stage {
     }
 
     /// Whether the design may be read.
-    #[must_use]
-    pub fn sees_design(self) -> bool {
+    pub(super) fn sees_design(self) -> bool {
         !matches!(self, Self::Declaration | Self::Pattern)
     }
 
     /// Whether a word has a value.
-    #[must_use]
-    pub fn sees_word(self, word: Word) -> bool {
+    pub(super) fn sees_word(self, word: Word) -> bool {
         stages_of(word).is_none_or(|stages| stages.contains(&self))
     }
 
     /// Whether a function can be called.
-    #[must_use]
-    pub fn sees_function(self, function: Function) -> bool {
+    pub(super) fn sees_function(self, function: Function) -> bool {
         match function {
             Function::Gain => self == Self::Schedule,
             Function::Neighbours => self.sees_design(),
@@ -62,15 +58,13 @@ impl Stage {
     }
 
     /// Whether elements have positions and rotations.
-    #[must_use]
-    pub fn sees_motion(self) -> bool {
+    pub(super) fn sees_motion(self) -> bool {
         self == Self::Score
     }
 }
 
 /// The stages that give a value to a word; `None` for all.
-#[must_use]
-pub fn stages_of(word: Word) -> Option<&'static [Stage]> {
+pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
     use Stage as S;
     Some(match word {
         Word::Pi => return None,

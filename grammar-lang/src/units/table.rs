@@ -116,6 +116,17 @@ pub fn display_unit(dimension: Dimension) -> String {
     if dimension.is_number() { String::new() } else { dimension.si() }
 }
 
+/// A number in SI units with the unit that people would write.
+#[must_use]
+pub fn shown(value: f64, dimension: Dimension) -> String {
+    if dimension.is_number() {
+        return format!("{}", (value * 1e9).round() / 1e9);
+    }
+    let unit = suggest(dimension);
+    let factor = parse(&unit).map_or(1.0, |u| u.factor);
+    format!("{} {unit}", (value / factor * 1e6).round() / 1e6)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

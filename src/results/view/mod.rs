@@ -8,7 +8,6 @@
 //! [`encode`] packs the numbers, `page.html` is the frame into which the texts
 //! go, `page.css` the style, `script/` what runs in the browser.
 
-
 use crate::design::assembly::Shape;
 use crate::simulate::Motion;
 

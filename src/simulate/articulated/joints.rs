@@ -94,7 +94,14 @@ impl<S: Scalar> Joints<S> {
 
     /// Makes rows for the hinges that come near a limit; `free` are the
     /// speeds that the step would end with if there were no contacts.
-    pub(super) fn collect(&mut self, tree: &Tree<S>, state: &State<S>, factor: &Factor<S>, free: &[S], step: S) {
+    pub(super) fn collect(
+        &mut self,
+        tree: &Tree<S>,
+        state: &State<S>,
+        factor: &Factor<S>,
+        free: &[S],
+        step: S,
+    ) {
         self.stops.clear();
         self.columns.clear();
         self.dofs.clear();

@@ -179,16 +179,21 @@ impl<S: Scalar> Solver<S> {
         if let Some(ground) = &self.ground {
             slots = ground.slots;
             let tops = &self.tops;
-            ground.find(state, frames, |body| still + tops[body] * step, |c| {
-                let touch = Touch {
-                    point: c.point,
-                    allowance: allowance(c.gap, step),
-                    friction: c.friction,
-                    slot: c.slot,
-                };
-                rows.push_ground(tree, frames, factor, c.body, touch);
-                recall(rows);
-            });
+            ground.find(
+                state,
+                frames,
+                |body| still + tops[body] * step,
+                |c| {
+                    let touch = Touch {
+                        point: c.point,
+                        allowance: allowance(c.gap, step),
+                        friction: c.friction,
+                        slot: c.slot,
+                    };
+                    rows.push_ground(tree, frames, factor, c.body, touch);
+                    recall(rows);
+                },
+            );
         }
         if let Some(collisions) = &mut self.collisions {
             collisions.find(frames, &self.ahead, step, |meeting| {
@@ -259,7 +264,7 @@ impl<S: Scalar> Solver<S> {
     /// Kinetic energy of all bodies plus their potential energy, erg.
     #[cfg(test)]
     pub(super) fn energy(&self) -> f64 {
-        use super::vector::{apply_transposed, apply_sym};
+        use super::vector::{apply_sym, apply_transposed};
         let mut sum = 0.0;
         for (frame, link) in self.frames.iter().zip(&self.tree.links) {
             let spin = apply_transposed(&frame.rotation, frame.spin);
@@ -282,4 +287,3 @@ fn allowance<S: Scalar>(gap: S, step: S) -> S {
     let deep = (-gap - S::of(SLOP)).max(S::ZERO);
     -(deep * S::of(MEND) / step).min(S::of(MEND_SPEED))
 }
-

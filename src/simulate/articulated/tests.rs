@@ -34,7 +34,8 @@ fn chain(links: usize, pitch: f64, joint: impl Fn(Vector3<f64>) -> Hinge) -> Ass
     body.0.actuators = 1;
     for link in 0..links {
         let anchor = Vector3::x() * (pitch * link as f64);
-        let ball = element(Shape::Ball { radius: 0.005 }, Translation3::from(anchor + Vector3::x() * pitch).into());
+        let ball =
+            element(Shape::Ball { radius: 0.005 }, Translation3::from(anchor + Vector3::x() * pitch).into());
         let child = body.add(ball);
         body.join(last, child, JointKind::Hinge(joint(anchor)));
         last = child;
@@ -278,7 +279,11 @@ fn a_servo_holds_what_its_torque_allows() {
     let link = &solver.tree.links[1];
     let inertia = link.mass * 25.0 + link.inertia[2];
     let speed = link.torque / inertia / 240.0;
-    assert!((solver.state.speeds[6] / speed - 1.0).abs() < 1e-6, "{} rad/s, not {speed}", solver.state.speeds[6]);
+    assert!(
+        (solver.state.speeds[6] / speed - 1.0).abs() < 1e-6,
+        "{} rad/s, not {speed}",
+        solver.state.speeds[6]
+    );
 }
 
 #[test]
