@@ -76,7 +76,7 @@ impl Tuning<'_, '_> {
     fn run(mut self) -> Result<Tuned, Failure> {
         let first = self.evaluator.drive.draw(&mut self.stream("start"));
         let mut fitness = f64::NEG_INFINITY;
-        if let Some(value) = self.evaluate(&[first.clone()])?.into_iter().next().flatten() {
+        if let Some(value) = self.evaluate(std::slice::from_ref(&first))?.into_iter().next().flatten() {
             if self.count(&first, Some(value))? {
                 fitness = self.fitness(value);
             }

@@ -1,0 +1,79 @@
+//! The map is true: paths exist, and layers know only those before them.
+
+use crate::support::{read, root};
+
+/// The layers of the engine, first to last. Each may use itself and those before it.
+const ENGINE: &[&str] = &["world", "design", "simulate", "derive", "drive", "score", "search", "results", "cli"];
+/// The layers of the language.
+const LANGUAGE: &[&str] = &["source", "units", "diagnostics", "syntax", "names", "ir", "eval", "types", "lint"];
+
+fn rust_files(folder: &std::path::Path, into: &mut Vec<std::path::PathBuf>) {
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            rust_files(&path, into);
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            into.push(path);
+        }
+    }
+}
+
+/// Checks every `crate::LAYER` in a crate against the order of its layers.
+fn check(source: &str, layers: &[&str]) {
+    let mut files = Vec::new();
+    rust_files(&root().join(source), &mut files);
+    let mut seen = 0;
+    for file in files {
+        let relative = file.strip_prefix(root().join(source)).unwrap().to_string_lossy().into_owned();
+        let own = relative.split(['/', '.']).next().unwrap().to_owned();
+        if ["main", "lib"].contains(&own.as_str()) {
+            continue;
+        }
+        let rank = layers.iter().position(|l| *l == own).unwrap_or_else(|| panic!("{relative} belongs to no layer"));
+        let text = std::fs::read_to_string(&file).unwrap();
+        for (i, _) in text.match_indices("crate::") {
+            let used: String = text[i + 7..].chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            if let Some(other) = layers.iter().position(|l| *l == used) {
+                assert!(other <= rank, "{source}/{relative}: `{own}` must not know `{used}`");
+                seen += 1;
+            }
+        }
+    }
+    assert!(seen > 20, "the test sees no uses");
+}
+
+#[test]
+fn layers_know_only_those_before_them() {
+    check("src", ENGINE);
+    check("grammar-lang/src", LANGUAGE);
+}
+
+#[test]
+fn only_their_walls_name_pest_ariadne_and_rapier() {
+    let mut files = Vec::new();
+    for source in ["src", "grammar-lang/src"] {
+        rust_files(&root().join(source), &mut files);
+    }
+    for (library, wall) in [("pest::", "syntax/"), ("ariadne::", "render/"), ("rapier3d::", "simulate/rapier/")] {
+        for file in &files {
+            let name = file.to_string_lossy();
+            let text = std::fs::read_to_string(file).unwrap();
+            let names = text.lines().any(|l| l.trim_start().starts_with(&format!("use {library}")));
+            assert!(!names || name.contains(wall), "{name} names {library}");
+        }
+    }
+}
+
+#[test]
+fn every_path_of_the_map_exists() {
+    let text = read("ARCHITECTURE.md");
+    let mut checked = 0;
+    for path in text.split('`').skip(1).step_by(2) {
+        let looks_like_path = path.contains('/') && !path.contains([' ', '<', '*']) || path.ends_with(".md") || path.ends_with(".toml");
+        if looks_like_path && !path.contains("://") {
+            assert!(root().join(path).exists(), "ARCHITECTURE.md names {path}");
+            checked += 1;
+        }
+    }
+    assert!(checked > 20, "only {checked} paths");
+}

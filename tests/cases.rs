@@ -1,0 +1,133 @@
+//! Bad input: every file of `cases/` says in its first line which codes it must
+//! raise and where; the full text of the findings is a snapshot.
+
+use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::diagnostics::{CODES, Diagnostic};
+use grammar_lang::source::SourceMap;
+use sgc::derive::check_start;
+use sgc::world::Files;
+
+use crate::support::root;
+
+/// Checks a text as `sgc check` does.
+fn check(name: &str, text: &str) -> (Vec<Diagnostic>, SourceMap) {
+    let mut sources = SourceMap::default();
+    let entry = sources.add(name, text);
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[]);
+    let mut found = compiled.diagnostics;
+    found.extend(compiled.ruleset.as_ref().and_then(check_start));
+    found.sort_by_key(|d| (d.span().file, d.span().start, d.code.id));
+    (found, sources)
+}
+
+fn cases() -> Vec<std::path::PathBuf> {
+    let mut cases: Vec<_> = std::fs::read_dir(root().join("tests/cases"))
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|e| e == "sgr"))
+        .collect();
+    cases.sort();
+    cases
+}
+
+#[test]
+fn each_case_raises_what_it_says_where_it_says() {
+    let mut raised = Vec::new();
+    for path in cases() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let expected = text.lines().next().and_then(|l| l.strip_prefix("# expect: ")).expect("a first line");
+        let (found, sources) = check(&path.to_string_lossy(), &text);
+        let here = path.to_string_lossy();
+        let got: Vec<String> = found
+            .iter()
+            .map(|d| {
+                let (line, column) = sources.line_column(d.span());
+                let name = &sources.get(d.span().file).unwrap().name;
+                let place = if *name == here { String::new() } else { format!("{} ", name.rsplit('/').next().unwrap()) };
+                format!("{} {place}{line}:{column}", d.code.id)
+            })
+            .collect();
+        assert_eq!(got.join(", "), expected, "{}", path.display());
+        raised.extend(found.iter().map(|d| d.code.id));
+    }
+    // Those that need more than a text are tested elsewhere.
+    let elsewhere = ["E0101", "E0207", "E0602"];
+    for code in CODES {
+        assert!(raised.contains(&code.id) || elsewhere.contains(&code.id), "no case raises {} {}", code.id, code.name);
+    }
+}
+
+#[test]
+fn findings_read_well() {
+    for path in cases() {
+        let text = std::fs::read_to_string(&path).unwrap();
+        let (found, sources) = check(&path.to_string_lossy(), &text);
+        let folder = path.parent().unwrap().to_string_lossy().into_owned() + "/";
+        let full = render(&found, &sources, Format::Full, false).replace(&folder, "");
+        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
+        insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
+            insta::assert_snapshot!(format!("case-{name}"), full);
+        });
+    }
+}
+
+#[test]
+fn five_planted_errors_are_reported_in_one_run() {
+    let (found, _) = check("five", &std::fs::read_to_string(root().join("tests/cases/five-errors.sgr")).unwrap());
+    assert!(found.len() >= 5, "{found:?}");
+    let codes: std::collections::BTreeSet<_> = found.iter().map(|d| d.code.id).collect();
+    assert_eq!(codes.len(), 5, "five different kinds: {codes:?}");
+}
+
+#[test]
+fn machine_formats_hold_code_place_and_help() {
+    let (found, sources) = check("x.sgr", "let a = 3 gg\n");
+    assert_eq!(
+        render(&found, &sources, Format::Concise, false),
+        "x.sgr:1:11: error[E0303] unknown unit `gg`; help: did you mean `g`?\n"
+    );
+    let json: serde_json::Value = serde_json::from_str(&render(&found, &sources, Format::Json, false)).unwrap();
+    assert_eq!(json["code"], "E0303");
+    assert_eq!(json["labels"][0]["line"], 1);
+    assert_eq!(json["labels"][0]["start"], 10);
+    assert_eq!(json["help"], "did you mean `g`?");
+}
+
+#[test]
+fn a_parameter_that_does_not_exist_or_fit_is_refused() {
+    for (name, value, code) in [
+        ("max_part", "3", "E0207"),
+        ("max_parts", "three", "E0304"),
+        ("max_parts", "3 mm", "E0304"),
+        ("max_parts", "99", "E0309"),
+        ("max_parts", "2.5", "E0304"),
+    ] {
+        let mut sources = SourceMap::default();
+        let path = root().join("grammars/codesign.sgr");
+        let entry = sources.add(path.to_string_lossy(), std::fs::read_to_string(&path).unwrap());
+        let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[(name.into(), value.into())]);
+        let codes: Vec<_> = compiled.diagnostics.iter().map(|d| d.code.id).collect();
+        assert_eq!(codes, [code], "-p {name}={value}");
+        assert!(compiled.ruleset.is_none());
+    }
+}
+
+proptest::proptest! {
+    /// Whatever the text, checking ends with findings, not with a panic.
+    #[test]
+    fn arbitrary_text_never_panics(text in "\\PC{0,200}") {
+        check("any", &text);
+    }
+
+    /// A real grammar with a piece cut out, doubled or replaced never panics, and its
+    /// findings can be drawn.
+    #[test]
+    fn mutated_grammars_never_panic(from in 0usize..2600, length in 0usize..60, insert in "[ -~\n]{0,12}") {
+        let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
+        let from = from.min(text.len());
+        let to = (from + length).min(text.len());
+        let mutated = format!("{}{insert}{}", &text[..from], &text[to..]);
+        let (found, sources) = check("mutated", &mutated);
+        render(&found, &sources, Format::Full, false);
+    }
+}

@@ -1,0 +1,197 @@
+//! The command line: wiring, exit codes, and what bad input gets.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use crate::support::root;
+
+fn sgc(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_sgc")).args(arguments).current_dir(root()).env("NO_COLOR", "1").output().unwrap()
+}
+
+fn code(output: &Output) -> i32 {
+    output.status.code().expect("an exit code")
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// A grammar whose search takes a moment: a short motion and few evaluations.
+fn quick_grammar(folder: &Path) -> String {
+    let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap().replace("for 20 s", "for 1 s");
+    let path = folder.join("quick.sgr");
+    std::fs::write(&path, text).unwrap();
+    path.to_string_lossy().into_owned()
+}
+
+#[test]
+fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = quick_grammar(folder.path());
+    let run = |out: &str, jobs: &str| {
+        let out = folder.path().join(out);
+        let output =
+            sgc(&["run", &grammar, "--seed", "2", "--max-evals", "150", "--jobs", jobs, "--out", &out.to_string_lossy()]);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        assert!(String::from_utf8_lossy(&output.stdout).starts_with("value "));
+        out
+    };
+    let (one, two) = (run("one", "1"), run("two", "2"));
+    for name in ["run.toml", "sources", "evals.csv", "best.design.json", "result.json"] {
+        assert!(one.join(name).exists(), "{name}");
+    }
+    let best = |path: &Path| std::fs::read_to_string(path.join("best.design.json")).unwrap();
+    assert_eq!(best(&one), best(&two), "the same design with one thread and with two");
+    let output = sgc(&["eval", &one.to_string_lossy()]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(errors(&output).contains("exactly the saved value"), "{}", errors(&output));
+    let output = sgc(&["eval", &one.to_string_lossy(), "--step", "1/480"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = sgc(&["eval", &one.to_string_lossy(), "--solver", "rapier"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = sgc(&["view", &one.to_string_lossy()]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let page = std::fs::read_to_string(one.join("view.html")).unwrap();
+    assert!(page.contains("codesign") && page.len() > 100_000);
+
+    // The folder is not overwritten, unless by force.
+    let again = |more: &[&str]| {
+        let out = one.to_string_lossy().into_owned();
+        let mut arguments = vec!["run", &grammar, "--max-evals", "3", "--out", &out];
+        arguments.extend(more);
+        sgc(&arguments)
+    };
+    let output = again(&[]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("exists already"), "{}", errors(&output));
+    assert_eq!(code(&again(&["--force"])), 0);
+}
+
+#[test]
+fn a_design_of_another_grammar_is_refused_with_the_reason() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = quick_grammar(folder.path());
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let output = sgc(&["run", &grammar, "--seed", "2", "--max-evals", "60", "--out", &out]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = sgc(&["eval", &out, "--grammar", "grammars/morphology.sgr"]);
+    assert_eq!(code(&output), 1);
+    assert!(errors(&output).contains("made by the grammar `codesign`"), "{}", errors(&output));
+    // A design whose text was tampered with.
+    let path = folder.path().join("run/best.design.json");
+    let text = std::fs::read_to_string(&path).unwrap();
+    for (from, to, says) in [
+        ("\"version\": 1", "\"version\": 99", "version 99"),
+        ("sgc design", "other design", "not a saved design"),
+        ("max_parts       : Count in 2 .. 60 = 20", "max_parts       : Count in 2 .. 60 = 21", "was changed"),
+        ("\"id\": 1,", "\"id\": \"x\",", "damaged"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        std::fs::write(&path, text.replace(from, to)).unwrap();
+        let output = sgc(&["eval", &out]);
+        assert_eq!(code(&output), 2, "{from}");
+        assert!(errors(&output).contains(says), "{from}: {}", errors(&output));
+    }
+    std::fs::write(&path, &text[..text.len() / 2]).unwrap();
+    assert_eq!(code(&sgc(&["eval", &out])), 2);
+    assert_eq!(code(&sgc(&["view", &out])), 2);
+}
+
+#[test]
+fn bad_input_gets_its_exit_code_and_no_panic() {
+    let folder = tempfile::tempdir().unwrap();
+    let binary = folder.path().join("binary.sgr");
+    std::fs::write(&binary, [0u8, 159, 146, 150, 255, 10, 13, 0]).unwrap();
+    let file = folder.path().join("file");
+    std::fs::write(&file, "x").unwrap();
+    let below_file = file.join("run").to_string_lossy().into_owned();
+    let binary = binary.to_string_lossy().into_owned();
+    let strange = folder.path().to_string_lossy().into_owned();
+    std::fs::write(folder.path().join("keep.txt"), "mine").unwrap();
+    for (arguments, wanted, says) in [
+        (vec!["check", "nowhere.sgr"], 2, "cannot read nowhere.sgr"),
+        (vec!["check", binary.as_str()], 1, "1 error"),
+        (vec!["check", "grammars"], 2, "cannot read grammars"),
+        (vec!["check"], 2, "required"),
+        (vec!["check", "--format", "pretty", "grammars/codesign.sgr"], 2, "invalid value"),
+        (vec!["chekc", "grammars/codesign.sgr"], 2, "check"),
+        (vec!["run", "std-rules/blocks.sgr"], 1, "is a module"),
+        (vec!["run", "tests/cases/five-errors.sgr"], 1, "E0401"),
+        (vec!["run", "grammars/codesign.sgr", "-p", "max_parts"], 2, "NAME=VALUE"),
+        (vec!["run", "grammars/codesign.sgr", "-p", "max_parts=99"], 1, "outside its domain"),
+        (vec!["run", "grammars/codesign.sgr", "-p", "max_limbs=9"], 1, "no parameter `max_limbs`"),
+        (vec!["run", "grammars/codesign.sgr", "--time", "soon"], 2, "90s, 30m or 2h"),
+        (vec!["run", "grammars/codesign.sgr", "--jobs", "0"], 2, "0"),
+        (vec!["run", "grammars/codesign.sgr", "--solver", "bullet"], 2, "articulated"),
+        (vec!["run", "grammars/codesign.sgr", "--out", below_file.as_str()], 2, "cannot write"),
+        (vec!["run", "grammars/codesign.sgr", "--force", "--out", strange.as_str()], 2, "not a run folder"),
+        (vec!["eval", "nowhere.json"], 2, "cannot read nowhere.json"),
+        (vec!["eval", "Cargo.toml"], 2, "not a saved design"),
+        (vec!["view", "nowhere"], 2, "cannot read nowhere"),
+    ] {
+        let output = sgc(&arguments);
+        assert_eq!(code(&output), wanted, "{arguments:?}: {}", errors(&output));
+        assert!(errors(&output).contains(says), "{arguments:?}: {}", errors(&output));
+        assert!(!errors(&output).contains("panicked"), "{arguments:?}");
+    }
+    assert_eq!(std::fs::read_to_string(folder.path().join("keep.txt")).unwrap(), "mine");
+}
+
+#[test]
+fn check_reads_standard_input_and_goes_on_after_a_bad_file() {
+    use std::io::Write;
+    use std::process::Stdio;
+    let mut child = Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .args(["check", "--format", "json", "nowhere.sgr", "-"])
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(b"let a = 3 gg\nlet b = 4 kk\n").unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(code(&output), 1);
+    let lines: Vec<serde_json::Value> = String::from_utf8_lossy(&output.stdout)
+        .lines()
+        .map(|line| serde_json::from_str(line).expect("a JSON object a line"))
+        .collect();
+    assert_eq!(lines.len(), 2);
+    assert_eq!(lines[0]["labels"][0]["file"], "<stdin>");
+}
+
+#[test]
+fn interrupting_a_run_keeps_the_best_so_far() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .args(["run", "grammars/codesign.sgr", "--max-evals", "0", "--quiet", "--out", &out.to_string_lossy()])
+        .current_dir(root())
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let best = out.join("best.design.json");
+    for _ in 0..600 {
+        if best.exists() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    assert_eq!(child.wait().unwrap().code(), Some(75));
+    let output = sgc(&["eval", &out.to_string_lossy()]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(!out.join("result.json").exists(), "the run is not complete");
+}
+
+#[test]
+fn help_names_every_command_that_works() {
+    let output = sgc(&["--help"]);
+    assert_eq!(code(&output), 0);
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for command in ["check", "compile", "derive", "run", "eval", "view"] {
+        assert!(text.contains(&format!("\n  {command} ")), "{text}");
+    }
+}

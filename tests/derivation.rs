@@ -1,0 +1,156 @@
+//! Derivation of whole designs: snapshots, symmetry, undo, hashes.
+
+use grammar_lang::eval::{KindValue, Reference, Value};
+use grammar_lang::ir::RuleSet;
+use sgc::derive::Derivation;
+use sgc::derive::random::Stream;
+use sgc::results::describe;
+
+use crate::support::grammar;
+
+fn derive(rules: &RuleSet, seed: u64, moves: usize) -> Derivation {
+    let mut derivation = Derivation::begin(rules);
+    let mut random = Stream::named(seed, "derive");
+    for _ in 0..moves {
+        if let Some(next) = derivation.advance(rules, &mut random, 1.0).unwrap().result {
+            derivation = next;
+        }
+    }
+    derivation
+}
+
+/// Applies a rule by name with values for its locals.
+fn apply(rules: &RuleSet, derivation: &Derivation, rule: &str, locals: &[Value]) -> Option<Derivation> {
+    let rule = rules.rules.iter().find(|r| r.name == rule).expect("the rule");
+    derivation.apply(rules, rule, locals).unwrap().ok()
+}
+
+fn cube() -> Value {
+    Value::Kind(KindValue { name: "cube".into(), params: Vec::new() }.into())
+}
+
+/// Adds a cube at a port of a part.
+fn add_cube(rules: &RuleSet, derivation: &Derivation, part: u64, port: u8) -> Option<Derivation> {
+    let locals =
+        [Value::Reference(Reference::Part(part)), Value::Reference(Reference::Port(part, port)), cube(), Value::Number(0.0)];
+    apply(rules, derivation, "add_block", &locals)
+}
+
+#[test]
+fn a_derivation_of_codesign() {
+    let rules = grammar("grammars/codesign.sgr");
+    insta::assert_snapshot!(describe::derivation(&rules, &derive(&rules, 4, 30)));
+}
+
+#[test]
+fn a_derivation_of_morphology() {
+    let rules = grammar("grammars/morphology.sgr");
+    insta::assert_snapshot!(describe::derivation(&rules, &derive(&rules, 2, 30)));
+}
+
+#[test]
+fn designs_keep_every_requirement_and_can_be_replayed() {
+    let rules = grammar("grammars/codesign.sgr");
+    let mut largest = 0;
+    for seed in 0..40 {
+        let derivation = derive(&rules, seed, 40);
+        assert_eq!(derivation.broken(&rules).unwrap(), None, "seed {seed}");
+        let again = Derivation::replay(&rules, &derivation.steps).unwrap();
+        assert_eq!(again.design, derivation.design, "seed {seed}");
+        largest = largest.max(derivation.design.parts.len());
+    }
+    assert!(largest > 12, "designs grow: {largest}");
+}
+
+#[test]
+fn designs_are_their_own_mirror_image() {
+    let rules = grammar("grammars/codesign.sgr");
+    for seed in 0..20 {
+        let design = derive(&rules, seed, 40).design;
+        for part in design.parts.values() {
+            let p = part.pose.translation.vector;
+            let image = design.parts.values().find(|other| {
+                let q = other.pose.translation.vector;
+                other.kind == part.kind && (p.x - q.x).abs() + (p.y - q.y).abs() + (p.z + q.z).abs() < 1e-9
+            });
+            assert!(image.is_some(), "seed {seed}: nothing mirrors {part:?}");
+        }
+    }
+}
+
+#[test]
+fn a_part_off_the_mirror_plane_comes_with_its_image_and_goes_with_it() {
+    let rules = grammar("grammars/codesign.sgr");
+    let start = Derivation::begin(&rules);
+    let front = add_cube(&rules, &start, 0, 0).unwrap();
+    assert_eq!(front.design.parts.len(), 2, "on the plane: one part");
+    let sides = add_cube(&rules, &start, 0, 2).unwrap();
+    assert_eq!(sides.design.parts.len(), 3, "off the plane: two parts");
+    let step = Value::Reference(Reference::Step(sides.steps[0].id));
+    let undone = apply(&rules, &sides, "undo", &[step]).unwrap();
+    assert_eq!(undone.design.parts.len(), 1);
+    assert_eq!(undone.design.canonical_hash(&rules), start.design.canonical_hash(&rules));
+}
+
+#[test]
+fn the_hash_ignores_the_order_of_derivation() {
+    let rules = grammar("grammars/codesign.sgr");
+    let start = Derivation::begin(&rules);
+    let (top, side) = (4, 2);
+    let one = add_cube(&rules, &add_cube(&rules, &start, 0, top).unwrap(), 0, side).unwrap();
+    let other = add_cube(&rules, &add_cube(&rules, &start, 0, side).unwrap(), 0, top).unwrap();
+    assert_ne!(one.steps, other.steps);
+    assert_eq!(one.design.canonical_hash(&rules), other.design.canonical_hash(&rules));
+    let less = add_cube(&rules, &start, 0, top).unwrap();
+    assert_ne!(less.design.canonical_hash(&rules), one.design.canonical_hash(&rules));
+}
+
+#[test]
+fn a_step_that_others_build_on_cannot_be_undone() {
+    let rules = grammar("grammars/codesign.sgr");
+    let one = add_cube(&rules, &Derivation::begin(&rules), 0, 0).unwrap();
+    let child = *one.design.parts.keys().last().unwrap();
+    let two = add_cube(&rules, &one, child, 0).unwrap();
+    let undo = |step: usize| {
+        let step = Value::Reference(Reference::Step(two.steps[step].id));
+        apply(&rules, &two, "undo", &[step])
+    };
+    assert!(undo(0).is_none(), "the first cube holds the second");
+    assert_eq!(undo(1).unwrap().design, one.design);
+}
+
+#[test]
+fn parts_may_touch_but_not_overlap() {
+    let rules = grammar("grammars/codesign.sgr");
+    // Round the corner: front, then left of it, then back: beside the core's left.
+    let mut design = add_cube(&rules, &Derivation::begin(&rules), 0, 0).unwrap();
+    let front = *design.design.parts.keys().last().unwrap();
+    design = add_cube(&rules, &design, front, 2).unwrap();
+    assert!(add_cube(&rules, &design, 0, 2).is_some(), "cubes that touch face to face");
+    // A cube whose place is taken by another that hangs elsewhere.
+    let side = design.design.parts.keys().copied().nth(2).unwrap();
+    let beside_core = (0..6).filter_map(|port| add_cube(&rules, &design, side, port)).find(|d| {
+        d.design.parts.values().any(|p| (p.pose.translation.vector.x).abs() < 1e-9 && p.pose.translation.vector.z > 0.01)
+    });
+    let taken = beside_core.expect("a cube beside the core");
+    assert!(add_cube(&rules, &taken, 0, 2).is_none(), "the place beside the core is taken");
+}
+
+#[test]
+fn every_rule_can_apply_and_the_draw_is_even() {
+    let rules = grammar("grammars/codesign.sgr");
+    let mut counts = std::collections::BTreeMap::new();
+    for seed in 0..60 {
+        let mut derivation = Derivation::begin(&rules);
+        let mut random = Stream::named(seed, "draw");
+        for _ in 0..20 {
+            let step = derivation.advance(&rules, &mut random, 1.0).unwrap();
+            if let (Some(next), Some(rule)) = (step.result, step.rule) {
+                *counts.entry(rules.rules[rule].name.clone()).or_insert(0) += 1;
+                derivation = next;
+            }
+        }
+    }
+    assert_eq!(counts.len(), rules.rules.len(), "{counts:?}");
+    assert!(counts.values().all(|n| *n > 100), "{counts:?}");
+}

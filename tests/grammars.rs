@@ -1,0 +1,55 @@
+//! The project's own grammars: free of findings, and their typed rule sets.
+
+use crate::support::{grammar, root, without_spans};
+
+#[test]
+fn every_grammar_and_library_file_is_free_of_findings() {
+    for folder in ["grammars", "std-rules"] {
+        for entry in std::fs::read_dir(root().join(folder)).unwrap() {
+            let path = entry.unwrap().path();
+            let mut sources = grammar_lang::source::SourceMap::default();
+            let file = sources.add(path.to_string_lossy(), std::fs::read_to_string(&path).unwrap());
+            let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, file, &[]);
+            assert!(compiled.diagnostics.is_empty(), "{}: {:?}", path.display(), compiled.diagnostics);
+            assert_eq!(compiled.is_grammar, folder == "grammars", "{}", path.display());
+        }
+    }
+}
+
+#[test]
+fn every_library_file_is_embedded() {
+    for entry in std::fs::read_dir(root().join("std-rules")).unwrap() {
+        let name = format!("std.{}", entry.unwrap().path().file_stem().unwrap().to_string_lossy());
+        assert!(sgc::world::LIBRARY.iter().any(|(n, _)| *n == name), "{name} is not in world::LIBRARY");
+    }
+}
+
+#[test]
+fn the_typed_rule_set_of_codesign() {
+    insta::assert_json_snapshot!(without_spans(&grammar("grammars/codesign.sgr")));
+}
+
+#[test]
+fn the_typed_rule_set_survives_being_saved() {
+    for path in ["grammars/codesign.sgr", "grammars/morphology.sgr"] {
+        let rules = grammar(path);
+        let text = serde_json::to_string(&rules).unwrap();
+        let again: grammar_lang::ir::RuleSet = serde_json::from_str(&text).unwrap();
+        assert_eq!(again, rules);
+    }
+}
+
+#[test]
+fn morphology_shares_its_rules_with_codesign() {
+    let (codesign, morphology) = (grammar("grammars/codesign.sgr"), grammar("grammars/morphology.sgr"));
+    for name in ["add_block", "turn_part", "undo"] {
+        let of = |rules: &grammar_lang::ir::RuleSet| {
+            let rule = rules.rules.iter().find(|r| r.name == name).cloned().expect("the rule");
+            serde_json::to_string(&rule.effects.len()).unwrap() + &format!("{:?}", rule.locals)
+        };
+        assert_eq!(of(&codesign), of(&morphology));
+    }
+    assert_eq!(morphology.patterns.len(), 7, "six patterns and rest");
+    assert!(morphology.search.inner.is_none(), "no inner loop");
+    assert_eq!(codesign.requirements.len(), morphology.requirements.len());
+}

@@ -1,0 +1,116 @@
+//! Every number of the standard library is the grammar's, not the engine's:
+//! editing it in the text changes the typed rule set, and what the engine does.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use grammar_lang::ir::RuleSet;
+use nalgebra::Isometry3;
+use sgc::derive::Derivation;
+use sgc::derive::random::Stream;
+use sgc::design::Body;
+use sgc::drive::Drive;
+use sgc::simulate::Motion;
+use sgc::simulate::motion::Placement;
+
+use crate::support::{compile_texts, texts, without_spans};
+
+/// The places of the numbers in a text, outside comments and quotes.
+fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
+    let bytes = text.as_bytes();
+    let mut found = Vec::new();
+    let (mut i, mut quoted, mut comment) = (0, false, false);
+    while i < bytes.len() {
+        let before = if i == 0 { b' ' } else { bytes[i - 1] };
+        match bytes[i] {
+            b'\n' => (quoted, comment) = (false, false),
+            b'#' if !quoted => comment = true,
+            b'"' if !comment => quoted = !quoted,
+            c if c.is_ascii_digit() && !quoted && !comment && !(before.is_ascii_alphanumeric() || b"_^.".contains(&before)) => {
+                let start = i;
+                while i < bytes.len() && (bytes[i].is_ascii_digit() || bytes[i] == b'.' && bytes.get(i + 1) != Some(&b'.')) {
+                    i += 1;
+                }
+                found.push(start..i);
+                continue;
+            }
+            _ => {}
+        }
+        i += 1;
+    }
+    found
+}
+
+/// What the engine makes of a rule set: bodies, targets, mutations, settings, scores.
+fn engine(rules: &RuleSet) -> String {
+    let mut derivation = Derivation::begin(rules);
+    let mut random = Stream::named(5, "test");
+    for _ in 0..60 {
+        if let Some(next) = derivation.advance(rules, &mut random, 1.0).unwrap().result {
+            derivation = next;
+        }
+    }
+    let derivation = Arc::new(derivation);
+    let body = Body::new(&derivation.design, rules);
+    assert!(!body.actuators.is_empty(), "the test needs a body that moves");
+    let drive = Drive::new(rules, Arc::clone(&derivation), &body);
+    let first = drive.draw(&mut random);
+    let second = drive.mutate(&first, 0.03, 3, &mut random).unwrap();
+    let targets = drive.targets(&second).unwrap();
+    // A made-up motion in which every element sinks and drifts.
+    let frames = 3;
+    let poses = (0..frames)
+        .flat_map(|f| body.assembly.elements.iter().enumerate().map(move |(i, _)| Isometry3::translation(f as f64 * (1.0 + i as f64), -0.1 * f as f64, 0.0)))
+        .collect();
+    let placements: Vec<_> =
+        (0..body.assembly.elements.len()).map(|body| Placement { body, local: Isometry3::identity() }).collect();
+    let motion = Motion {
+        interval: 10.0,
+        duration: 20.0,
+        bodies: placements.len(),
+        poses,
+        bends: Vec::new(),
+        placements: placements.into(),
+    };
+    let score = sgc::score::score(rules, &derivation, &motion).unwrap();
+    format!(
+        "{:?} {first:?} {second:?} {:?} {:?} {score:?}",
+        body.assembly,
+        targets,
+        sgc::search::settings(rules),
+    )
+}
+
+#[test]
+fn every_number_of_the_library_changes_the_rule_set() {
+    let original = texts();
+    let entries = ["grammars/codesign.sgr", "grammars/morphology.sgr"];
+    let compiled: BTreeMap<&str, RuleSet> =
+        entries.iter().map(|e| (*e, compile_texts(&original, e).unwrap())).collect();
+    let before: BTreeMap<&str, _> = compiled.iter().map(|(e, r)| (*e, (without_spans(r), engine(r)))).collect();
+    let mut edited = 0;
+    for (module, text) in original.iter().filter(|(name, _)| name.starts_with("std.")) {
+        for place in numbers(text) {
+            let old = &text[place.clone()];
+            let x: f64 = old.parse().unwrap();
+            let new = if old.contains('.') { format!("{}", x * 1.01) } else { format!("{}", x + 1.0) };
+            let mut texts = original.clone();
+            texts.insert(module.clone(), format!("{}{new}{}", &text[..place.start], &text[place.end..]));
+            let line = text[..place.start].lines().count();
+            let mut seen = false;
+            let mut acted = false;
+            for entry in entries {
+                let rules = compile_texts(&texts, entry)
+                    .unwrap_or_else(|e| panic!("{module}:{line}: {old} -> {new} does not compile: {e}"));
+                seen |= without_spans(&rules) != before[entry].0;
+                acted |= engine(&rules) != before[entry].1;
+            }
+            assert!(seen, "{module}:{line}: {old} -> {new} changes no rule set");
+            // Bounds of parameters act only when somebody leaves them, schedules only in a search.
+            let passive = module == "std.search" || text.lines().nth(line.max(1) - 1).is_some_and(|l| l.contains("param "));
+            assert!(acted || passive, "{module}:{line}: {old} -> {new} changes nothing that the engine does");
+            edited += 1;
+        }
+    }
+    assert!(edited > 50, "only {edited} numbers found");
+}

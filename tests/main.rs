@@ -1,0 +1,10 @@
+//! All tests that need more than one layer: one binary, so that it links once.
+
+mod architecture;
+mod cases;
+mod command_line;
+mod derivation;
+mod grammars;
+mod library;
+mod search;
+mod support;

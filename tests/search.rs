@@ -1,0 +1,108 @@
+//! The nested search: repeatable, whatever the number of threads.
+
+use std::sync::atomic::AtomicBool;
+
+use grammar_lang::ir::RuleSet;
+use sgc::search::{Best, End, Limits, Observer, Outcome, Row, run};
+use sgc::simulate;
+
+use crate::support::{compile_texts, texts};
+
+/// `codesign` with a short motion, so that evaluations are cheap.
+fn short() -> RuleSet {
+    let mut texts = texts();
+    let text = texts["grammars/codesign.sgr"].replace("for 20 s", "for 2 s");
+    texts.insert("grammars/codesign.sgr".into(), text);
+    compile_texts(&texts, "grammars/codesign.sgr").unwrap()
+}
+
+#[derive(Default)]
+struct Log(Vec<String>);
+
+impl Observer for Log {
+    fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
+    fn moved(&mut self, row: &Row) -> Result<(), String> {
+        self.0.push(format!("{row:?}"));
+        Ok(())
+    }
+    fn improved(&mut self, best: &Best) -> Result<(), String> {
+        self.0.push(format!("best {:x} {:?}", best.value.to_bits(), best.parameters));
+        Ok(())
+    }
+}
+
+fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<String>) {
+    let limits = Limits { seed, jobs, max_evaluations: Some(max), deadline: None };
+    let mut log = Log::default();
+    let model = simulate::model("articulated").unwrap();
+    let outcome = run(rules, model, &limits, &AtomicBool::new(false), &mut log).unwrap();
+    (outcome, log.0)
+}
+
+#[test]
+fn one_thread_and_three_give_the_same_bits() {
+    let rules = short();
+    let (one, log_one) = search(&rules, 2, 1, 300);
+    let (three, log_three) = search(&rules, 2, 3, 300);
+    assert_eq!(log_one, log_three);
+    assert_eq!(one.evaluations, three.evaluations);
+    let best = one.best.expect("a best design");
+    assert!(best.value > 0.0 && !best.parameters.is_empty(), "the search got to tuning curves: {best:?}");
+    let other = search(&rules, 3, 1, 300);
+    assert_ne!(log_one, other.1, "another seed is another search");
+}
+
+#[test]
+fn a_best_keeps_its_value_at_half_the_step() {
+    let rules = short();
+    for seed in 1..5 {
+        let best = search(&rules, seed, 2, 200).0.best.expect("a best design");
+        if best.value > 0.0 && !best.parameters.is_empty() {
+            let half = best.half_step.expect("was checked");
+            assert!(half >= rules.search.keep * best.value, "{best:?}");
+        }
+    }
+}
+
+#[test]
+fn the_budget_is_kept_and_told() {
+    let (outcome, _) = search(&short(), 1, 2, 50);
+    assert_eq!(outcome.end, End::Budget);
+    // A check at half the step may come after the last evaluation.
+    assert!((50..=51).contains(&outcome.evaluations), "{}", outcome.evaluations);
+}
+
+#[test]
+fn a_body_without_actuators_costs_one_evaluation() {
+    let mut texts = texts();
+    let text = texts["grammars/codesign.sgr"]
+        .replace("for 20 s", "for 2 s")
+        .replace("param max_actuators : Count in 1 .. 16 = 8", "param max_actuators : Count in 0 .. 16 = 0");
+    texts.insert("grammars/codesign.sgr".into(), text);
+    let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
+    let (outcome, _) = search(&rules, 1, 1, 30);
+    assert_eq!(outcome.evaluations as usize, outcome.moves + 1);
+}
+
+#[test]
+fn the_inner_loop_stops_also_where_the_best_is_not_positive() {
+    // An objective that is never positive: the stopping rule must still apply.
+    let mut texts = texts();
+    let text = texts["grammars/codesign.sgr"]
+        .replace("for 20 s", "for 0.1 s")
+        .replace("maximize travel - fall in cm", "maximize 0 cm - 100 * travel - fall in cm");
+    texts.insert("grammars/codesign.sgr".into(), text);
+    let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
+    let (outcome, log) = search(&rules, 2, 2, 6000);
+    let most = log
+        .iter()
+        .filter_map(|l| l.split("evaluations: ").nth(1)?.split(',').next()?.parse::<u64>().ok())
+        .collect::<Vec<_>>()
+        .windows(2)
+        .map(|w| w[1] - w[0])
+        .max()
+        .unwrap();
+    assert!(outcome.evaluations > 800, "{}", outcome.evaluations);
+    // 150 iterations of at most 15 moves and a few more, not 300.
+    assert!(most < 300 * 5, "an inner loop took {most} evaluations");
+}

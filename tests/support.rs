@@ -1,0 +1,60 @@
+//! Helpers that several tests use.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+use sgc::world::{Files, Frozen, LIBRARY};
+
+/// The folder of the project.
+pub(crate) fn root() -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// The text of a file of the project.
+pub(crate) fn read(path: &str) -> String {
+    std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+/// Compiles a grammar of the project; it must have no finding.
+pub(crate) fn grammar(path: &str) -> RuleSet {
+    let mut sources = SourceMap::default();
+    let entry = sources.add(root().join(path).to_string_lossy(), read(path));
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[]);
+    assert!(compiled.diagnostics.is_empty(), "{:#?}", compiled.diagnostics);
+    compiled.ruleset.expect("a grammar")
+}
+
+/// The texts that `codesign` and `morphology` are made of, to be edited.
+pub(crate) fn texts() -> BTreeMap<String, String> {
+    let library = LIBRARY.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
+    let grammars = ["grammars/codesign.sgr", "grammars/morphology.sgr"].map(|path| (path.to_owned(), read(path)));
+    library.chain(grammars).collect()
+}
+
+/// Compiles one of a set of texts.
+pub(crate) fn compile_texts(texts: &BTreeMap<String, String>, entry: &str) -> Result<RuleSet, String> {
+    let world = Frozen { texts: texts.clone() };
+    let mut sources = SourceMap::default();
+    let file = sources.add(entry, texts[entry].clone());
+    let compiled = grammar_lang::compile(&world, &mut sources, file, &[]);
+    compiled.ruleset.ok_or_else(|| format!("{:?}", compiled.diagnostics))
+}
+
+/// A grammar's JSON without the places in the text.
+pub(crate) fn without_spans(rules: &RuleSet) -> serde_json::Value {
+    fn strip(value: &mut serde_json::Value) {
+        match value {
+            serde_json::Value::Object(map) => {
+                map.remove("span");
+                map.values_mut().for_each(strip);
+            }
+            serde_json::Value::Array(items) => items.iter_mut().for_each(strip),
+            _ => {}
+        }
+    }
+    let mut value = serde_json::to_value(rules).unwrap();
+    strip(&mut value);
+    value
+}
