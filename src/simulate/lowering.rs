@@ -94,7 +94,11 @@ impl Lowered {
         let mut hinges = 0;
         // A parent has the smaller number, so climbing from the larger one meets.
         while a != b {
-            if a > b { a = self.bodies[a].parent } else { b = self.bodies[b].parent }
+            if a > b {
+                a = self.bodies[a].parent
+            } else {
+                b = self.bodies[b].parent
+            }
             hinges += 1;
         }
         hinges

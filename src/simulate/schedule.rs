@@ -50,7 +50,8 @@ mod tests {
 
     #[test]
     fn frames_fall_on_the_nearest_steps() {
-        let settings = Settings { step: 0.01, duration: 1.0, record: 0.3, ..crate::simulate::tests::settings() };
+        let settings =
+            Settings { step: 0.01, duration: 1.0, record: 0.3, ..crate::simulate::tests::settings() };
         let schedule = Schedule::new(&settings);
         assert_eq!(schedule.frames, 5);
         let steps: Vec<_> = (0..5).map(|frame| schedule.step_of(frame)).collect();

@@ -55,7 +55,13 @@ fn slew(from: f64, to: f64, away: f64, back: f64, time: f64) -> f64 {
     }
     let way = (to - at).abs();
     // A rate without limit times no time left would be no number.
-    if left > 0.0 && away * left < way { at + away * left * (to - at).signum() } else if left > 0.0 { to } else { at }
+    if left > 0.0 && away * left < way {
+        at + away * left * (to - at).signum()
+    } else if left > 0.0 {
+        to
+    } else {
+        at
+    }
 }
 
 /// Turns hinge angles into the total bend of each actuator.

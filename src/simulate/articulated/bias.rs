@@ -62,12 +62,7 @@ pub(super) fn bias<S: Scalar>(
 }
 
 #[inline(always)]
-fn accelerate<S: Scalar>(
-    carrier: &Wrench<S>,
-    parent: &Frame<S>,
-    own: &Frame<S>,
-    rate: S,
-) -> (V3<S>, V3<S>) {
+fn accelerate<S: Scalar>(carrier: &Wrench<S>, parent: &Frame<S>, own: &Frame<S>, rate: S) -> (V3<S>, V3<S>) {
     let to_hinge = sub(own.hinge, parent.centre);
     let to_centre = sub(own.centre, own.hinge);
     let turn = add(carrier.turn, cross(parent.spin, scale(own.axis, rate)));

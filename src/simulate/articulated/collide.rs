@@ -350,4 +350,3 @@ pub(super) fn reaches<S: Scalar>(lowered: &Lowered) -> Vec<S> {
     }
     reach.into_iter().map(|own| S::of(own * LENGTH)).collect()
 }
-

@@ -133,7 +133,13 @@ impl<S: Scalar> Foot<S> {
             let gap = height + way[1];
             if gap < margin {
                 let point = add(centre, way);
-                found(Candidate { body: self.body, point, gap, friction: self.friction, slot: self.slot + slot });
+                found(Candidate {
+                    body: self.body,
+                    point,
+                    gap,
+                    friction: self.friction,
+                    slot: self.slot + slot,
+                });
             }
         };
         match &self.sole {
@@ -228,14 +234,15 @@ impl Hulls {
             .collect();
         others.iter().enumerate().any(|(place, a)| {
             a.norm() < close
-                || others[..place].iter().any(|b| {
-                    a.dot(b) < 0.0 && a.cross(b).norm() <= close * a.norm().max(b.norm())
-                })
+                || others[..place]
+                    .iter()
+                    .any(|b| a.dot(b) < 0.0 && a.cross(b).norm() <= close * a.norm().max(b.norm()))
         })
     }
 
     fn corners<S: Scalar>(&self, element: usize) -> Vec<V3<S>> {
-        let own = self.corners.iter().zip(&self.keep).filter(|((owner, ..), keep)| *owner == element && **keep);
+        let own =
+            self.corners.iter().zip(&self.keep).filter(|((owner, ..), keep)| *owner == element && **keep);
         own.map(|((_, way, _), _)| vector(*way)).collect()
     }
 }

@@ -118,7 +118,8 @@ pub(super) fn move_on<S: Scalar>(
     speeds: &[S],
     moves: &mut [Velocity<S>],
 ) {
-    moves[0] = Velocity { spin: [speeds[0], speeds[1], speeds[2]], velocity: [speeds[3], speeds[4], speeds[5]] };
+    moves[0] =
+        Velocity { spin: [speeds[0], speeds[1], speeds[2]], velocity: [speeds[3], speeds[4], speeds[5]] };
     for (body, link) in tree.links.iter().enumerate().skip(1) {
         let (frame, parent) = (&frames[body], moves[link.parent]);
         let spin = add(parent.spin, scale(frame.axis, speeds[dof_of(body)]));

@@ -74,9 +74,8 @@ impl Builder {
 
     /// Five cylinders, the first hinged to the parent; returns the last.
     fn actuator(&mut self, parent: usize, way: Vector3<f64>, axis: Vector3<f64>) -> usize {
-        let turn = UnitQuaternion::rotation_between(&Vector3::x(), &way).unwrap_or_else(|| {
-            UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI)
-        });
+        let turn = UnitQuaternion::rotation_between(&Vector3::x(), &way)
+            .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::y_axis(), std::f64::consts::PI));
         let actuator = self.0.actuators;
         self.0.actuators += 1;
         let (mut last, mut at) = (parent, self.place(parent) + way * CUBE);
@@ -92,7 +91,13 @@ impl Builder {
     }
 
     /// An actuator and its mirror image (z to -z), each with a foot.
-    fn limbs(&mut self, parents: [usize; 2], way: Vector3<f64>, axis: Vector3<f64>, ball: bool) -> [usize; 2] {
+    fn limbs(
+        &mut self,
+        parents: [usize; 2],
+        way: Vector3<f64>,
+        axis: Vector3<f64>,
+        ball: bool,
+    ) -> [usize; 2] {
         let mirror = Vector3::new(1.0, 1.0, -1.0);
         let sides = [(way, axis), (way.component_mul(&mirror), -axis.component_mul(&mirror))];
         let mut feet = [0; 2];

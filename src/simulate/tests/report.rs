@@ -25,7 +25,12 @@ fn heights(motion: &Motion) -> (f64, f64) {
     (all.clone().fold(f64::INFINITY, f64::min), all.fold(f64::NEG_INFINITY, f64::max))
 }
 
-fn run(model: &dyn Model, body: &Assembly, settings: &Settings, drives: &[Targets]) -> (f64, Vec<f64>, String) {
+fn run(
+    model: &dyn Model,
+    body: &Assembly,
+    settings: &Settings,
+    drives: &[Targets],
+) -> (f64, Vec<f64>, String) {
     let mut simulation = model.prepare(body, settings).unwrap();
     simulation.run(&drives[..1]);
     let start = Instant::now();
@@ -63,7 +68,9 @@ fn half_steps() {
     for name in MODELS {
         for (title, body) in [("M2", m2()), ("M4", m4()), ("M8", m8())] {
             let drives: Vec<_> = (0..6).map(|n| gait(body.actuators, n + 1, n % 2 == 0)).collect();
-            for (rate, iterations) in [(240.0, 5), (240.0, 8), (240.0, 30), (480.0, 8), (960.0, 8), (1920.0, 10)] {
+            for (rate, iterations) in
+                [(240.0, 5), (240.0, 8), (240.0, 30), (480.0, 8), (960.0, 8), (1920.0, 10)]
+            {
                 let settings = Settings { step: 1.0 / rate, iterations, ..settings() };
                 let (time, values, _) = run(model(name).unwrap(), &body, &settings, &drives);
                 println!("{name} {title} 1/{rate} x{iterations}: {values:.1?} ({time:.0} ms)");
