@@ -10,6 +10,8 @@ pub mod articulated;
 mod check;
 mod lowering;
 pub mod motion;
+pub mod rapier;
+mod run;
 mod schedule;
 mod servo;
 #[cfg(test)]
@@ -57,10 +59,10 @@ pub enum Invalid {
 }
 
 /// Every solver by the name that `--solver` uses; the first is the default.
-const REGISTRY: &[&dyn Model] = &[&articulated::Articulated];
+const REGISTRY: &[&dyn Model] = &[&articulated::Articulated, &rapier::Rapier];
 
 /// The names of all solvers, the default first.
-pub const MODELS: &[&str] = &["articulated"];
+pub const MODELS: &[&str] = &["articulated", "rapier"];
 
 /// The solver of a name.
 #[must_use]

@@ -3,7 +3,7 @@
 use super::Settings;
 
 /// The steps and frames of a run.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Schedule {
     /// Time step in s.
     pub(super) step: f64,

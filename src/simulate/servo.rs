@@ -77,16 +77,16 @@ pub(super) struct Bends {
 
 impl Bends {
     /// For hinges in the order in which their angles will be given.
-    pub(super) fn new<'a>(hinges: impl Iterator<Item = &'a Hinge> + Clone, actuators: usize) -> Self {
+    pub(super) fn new(hinges: &[&Hinge], actuators: usize) -> Self {
         let mut squares = vec![0.0; actuators];
-        for hinge in hinges.clone() {
+        for hinge in hinges {
             squares[hinge.actuator] += hinge.share * hinge.share;
         }
-        let weight = |hinge: &Hinge| {
+        let weight = |hinge: &&Hinge| {
             let square: f64 = squares[hinge.actuator];
             (hinge.actuator, if square > 0.0 { hinge.share / square } else { 1.0 })
         };
-        Self { weights: hinges.map(weight).collect(), actuators }
+        Self { weights: hinges.iter().map(weight).collect(), actuators }
     }
 
     /// Appends the bends that belong to the hinge angles.

@@ -1,19 +1,24 @@
-//! Hinge limits and torque limits as rows of the contact solver.
+//! Servos with their torque limits, and the hard limits of hinges.
 //!
-//! The servo is an implicit spring-damper inside the mass matrix, so without
-//! a limit it costs nothing. Its impulse in a step is
-//! `drive - yielding * speed` with the speed at the end of the step. Where that
-//! exceeds the torque limit, a slip impulse takes back the excess: torque limit
-//! and contacts are solved together, and the limit holds after impacts too.
+//! A servo is an implicit spring-damper inside the mass matrix: its impulse in
+//! a step is `drive - yielding * speed` with the speed at the end of the step.
+//! A servo at its torque limit gives just that, and is left out of the matrix.
+//! Which servos are at their limit is guessed from the last step and corrected
+//! with the speeds that come out, contacts included: an active set. (As rows of
+//! the contact solver beside the implicit part, slipping servos diverge.) Hard
+//! limits of the angle are such rows.
 
 use super::factor::Factor;
 use super::kinematics::State;
 use super::scalar::Scalar;
 use super::tree::{Tree, dof_of};
 
-/// One hinge that is near a limit.
+/// A servo over its limit by less than this share is let pass.
+const TOLERANCE: f64 = 1e-3;
+
+/// One hinge that is near a hard limit.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Stop<S> {
+struct Stop<S> {
     body: usize,
     start: usize,
     count: usize,
@@ -23,8 +28,6 @@ pub(super) struct Stop<S> {
     room: (S, S),
     /// Impulses that hold the limits.
     hold: (S, S),
-    /// Impulse that takes back the servo's excess.
-    slip: S,
 }
 
 /// What a servo does in this step.
@@ -36,15 +39,13 @@ struct Drive<S> {
     yielding: S,
     /// Largest impulse.
     most: S,
-    /// Slip impulse of the last step.
-    slip: S,
-    /// Impulses that held the limits in the last step.
+    /// The sign of its impulse if it is at its limit, else zero.
+    strained: S,
+    /// Impulses that held the hard limits in the last step.
     hold: (S, S),
-    /// Whether the servo was near its limit after the last step.
-    busy: bool,
 }
 
-/// All hinges near a limit.
+/// All hinges.
 #[derive(Clone, Debug)]
 pub(super) struct Joints<S> {
     stops: Vec<Stop<S>>,
@@ -71,28 +72,50 @@ impl<S: Scalar> Joints<S> {
         self.drives.fill(Drive::default());
     }
 
-    /// Adds the servos to the mass matrix and to the impulses of the step.
-    pub(super) fn drive(
-        &mut self,
-        tree: &Tree<S>,
-        state: &State<S>,
-        targets: &[S],
-        step: S,
-        h: &mut [S],
-        impulses: &mut [S],
-    ) {
+    /// Computes what the servos do at the state and targets of this step.
+    pub(super) fn prepare(&mut self, tree: &Tree<S>, state: &State<S>, targets: &[S], step: S) {
         for (body, link) in tree.links.iter().enumerate().skip(1) {
-            let dof = dof_of(body);
             let servo = &mut self.drives[body];
             servo.drive = step * link.stiffness * (targets[body] - state.angles[body]);
             servo.yielding = step * (link.damping + step * link.stiffness);
             servo.most = step * link.torque;
-            h[tree.rows[dof] + tree.path_to(dof).len() - 1] += servo.yielding;
-            impulses[dof] += servo.drive - servo.yielding * state.speeds[dof];
         }
     }
 
-    /// Makes rows for the hinges that come near a limit; `free` are the
+    /// Adds the servos to the mass matrix and to the impulses of the step.
+    pub(super) fn drive(&self, tree: &Tree<S>, state: &State<S>, h: &mut [S], impulses: &mut [S]) {
+        for (body, servo) in self.drives.iter().enumerate().skip(1) {
+            let dof = dof_of(body);
+            if servo.strained == S::ZERO {
+                h[tree.rows[dof] + tree.path_to(dof).len() - 1] += servo.yielding;
+                impulses[dof] += servo.drive - servo.yielding * state.speeds[dof];
+            } else {
+                impulses[dof] += servo.strained * servo.most;
+            }
+        }
+    }
+
+    /// Corrects which servos are at their limit, from the speeds at the end of
+    /// the step; true if that changes the step. Unless `release`, servos only
+    /// come to be at their limit, so that the search ends.
+    pub(super) fn review(&mut self, speeds: &[S], release: bool) -> bool {
+        let mut changed = false;
+        for (body, servo) in self.drives.iter_mut().enumerate().skip(1) {
+            let impulse = servo.drive - servo.yielding * speeds[dof_of(body)];
+            if servo.strained == S::ZERO {
+                if impulse.abs() > servo.most * S::of(1.0 + TOLERANCE) {
+                    servo.strained = if impulse > S::ZERO { S::ONE } else { -S::ONE };
+                    changed = true;
+                }
+            } else if release && impulse * servo.strained < servo.most {
+                servo.strained = S::ZERO;
+                changed = true;
+            }
+        }
+        changed
+    }
+
+    /// Makes rows for the hinges that come near a hard limit; `free` are the
     /// speeds that the step would end with if there were no contacts.
     pub(super) fn collect(
         &mut self,
@@ -105,18 +128,13 @@ impl<S: Scalar> Joints<S> {
         self.stops.clear();
         self.columns.clear();
         self.dofs.clear();
-        let (half, rate) = (S::of(0.5), S::ONE / step);
+        let rate = S::ONE / step;
         for (body, link) in tree.links.iter().enumerate().skip(1) {
-            let servo = self.drives[body];
-            let speed = free[dof_of(body)];
-            let near = step * speed.abs() * (S::ONE + S::ONE) + S::of(0.02);
+            let near = step * free[dof_of(body)].abs() * S::of(2.0) + S::of(0.02);
             let angle = state.angles[body];
             let (low, high) = (angle - link.limits.0, link.limits.1 - angle);
-            let strained = (servo.drive - servo.yielding * speed).abs() > half * servo.most;
-            let driven = servo.yielding > S::ZERO;
-            if (driven && (strained || servo.busy)) || low < near || high < near {
-                let room = (soften(low) * rate, soften(high) * rate);
-                self.push(tree, factor, body, room);
+            if low < near || high < near {
+                self.push(tree, factor, body, (soften(low) * rate, soften(high) * rate));
             }
         }
     }
@@ -138,14 +156,14 @@ impl<S: Scalar> Joints<S> {
             columns[depth] = own * factor.inverse[dof];
             response += columns[depth] * columns[depth];
         }
-        let Drive { slip, hold, .. } = self.drives[body];
-        self.stops.push(Stop { body, start, count: path.len(), response, room, hold, slip });
+        let hold = self.drives[body].hold;
+        self.stops.push(Stop { body, start, count: path.len(), response, room, hold });
     }
 
     /// Applies the impulses that the rows start with.
     pub(super) fn warm_start(&self, y: &mut [S]) {
         for stop in &self.stops {
-            self.apply(stop, y, stop.slip + stop.hold.0 - stop.hold.1);
+            self.apply(stop, y, stop.hold.0 - stop.hold.1);
         }
     }
 
@@ -161,56 +179,29 @@ impl<S: Scalar> Joints<S> {
     pub(super) fn sweep(&mut self, y: &mut [S]) {
         for place in 0..self.stops.len() {
             let mut stop = self.stops[place];
-            let servo = &self.drives[stop.body];
             let span = stop.start..stop.start + stop.count;
             let mut speed = S::ZERO;
             for (&column, &dof) in self.columns[span.clone()].iter().zip(&self.dofs[span]) {
                 speed += column * y[dof as usize];
             }
-            let begin = speed;
-            let slip = stop.slipping(servo, speed);
-            speed += (slip - stop.slip) * stop.response;
-            let low = (stop.hold.0 - (speed + stop.room.0) / stop.response).max(S::ZERO);
-            speed += (low - stop.hold.0) * stop.response;
-            let high = (stop.hold.1 + (speed - stop.room.1) / stop.response).max(S::ZERO);
-            speed -= (high - stop.hold.1) * stop.response;
-            (stop.slip, stop.hold) = (slip, (low, high));
+            let before = stop.hold;
+            stop.hold.0 = (before.0 - (speed + stop.room.0) / stop.response).max(S::ZERO);
+            let up = stop.hold.0 - before.0;
+            speed += up * stop.response;
+            stop.hold.1 = (before.1 + (speed - stop.room.1) / stop.response).max(S::ZERO);
+            let down = stop.hold.1 - before.1;
             self.stops[place] = stop;
-            self.apply(&stop, y, (speed - begin) / stop.response);
+            self.apply(&stop, y, up - down);
         }
     }
 
-    /// Remembers the impulses and which servos are near their limits.
-    pub(super) fn remember(&mut self, speeds: &[S]) {
-        let half = S::of(0.5);
-        for (body, servo) in self.drives.iter_mut().enumerate().skip(1) {
-            let impulse = servo.drive - servo.yielding * speeds[dof_of(body)];
-            servo.busy = impulse.abs() > half * servo.most;
-            (servo.slip, servo.hold) = (S::ZERO, (S::ZERO, S::ZERO));
+    /// Remembers the impulses for the next solution.
+    pub(super) fn remember(&mut self) {
+        for servo in &mut self.drives {
+            servo.hold = (S::ZERO, S::ZERO);
         }
         for stop in &self.stops {
-            let servo = &mut self.drives[stop.body];
-            (servo.slip, servo.hold) = (stop.slip, stop.hold);
-        }
-    }
-}
-
-impl<S: Scalar> Stop<S> {
-    /// The slip impulse at which the servo's torque keeps to its limit: the
-    /// smallest, so that it is zero inside.
-    #[inline(always)]
-    fn slipping(&self, servo: &Drive<S>, speed: S) -> S {
-        // A unit of slip lowers the servo's own impulse by `given`; very stiff
-        // servos on light links leave little, and rounding must not make it zero.
-        let given = servo.yielding * self.response;
-        let kept = (S::ONE - given).max(S::of(1e-3));
-        let total = servo.drive - servo.yielding * speed + given * self.slip;
-        if total > servo.most {
-            (servo.most - total) / kept
-        } else if total < -servo.most {
-            (-servo.most - total) / kept
-        } else {
-            S::ZERO
+            self.drives[stop.body].hold = stop.hold;
         }
     }
 }

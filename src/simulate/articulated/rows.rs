@@ -61,6 +61,10 @@ pub(super) struct Touch<S> {
     pub(super) friction: S,
     /// See [`Contact::slot`].
     pub(super) slot: usize,
+    /// The body.
+    pub(super) body: usize,
+    /// The other body and the normal from it to the first; none is the ground.
+    pub(super) other: Option<(usize, V3<S>)>,
 }
 
 impl<S: Scalar> Rows<S> {
@@ -82,16 +86,17 @@ impl<S: Scalar> Rows<S> {
         self.dofs.clear();
     }
 
+    /// Adds a contact.
+    pub(super) fn push(&mut self, tree: &Tree<S>, frames: &[Frame<S>], factor: &Factor<S>, touch: &Touch<S>) {
+        match touch.other {
+            None => self.push_ground(tree, frames, factor, touch),
+            Some((other, normal)) => self.push_pair(tree, frames, factor, touch, other, normal),
+        }
+    }
+
     /// Adds a contact of a body with the ground: normal y, tangents x and z.
-    pub(super) fn push_ground(
-        &mut self,
-        tree: &Tree<S>,
-        frames: &[Frame<S>],
-        factor: &Factor<S>,
-        body: usize,
-        touch: Touch<S>,
-    ) {
-        let path = tree.path(body);
+    fn push_ground(&mut self, tree: &Tree<S>, frames: &[Frame<S>], factor: &Factor<S>, touch: &Touch<S>) {
+        let path = tree.path(touch.body);
         let start = self.columns.len();
         let [x, y, z] = touch.point;
         let (zero, one) = (S::ZERO, S::ONE);
@@ -122,20 +127,19 @@ impl<S: Scalar> Rows<S> {
         self.finish(start, touch);
     }
 
-    /// Adds a contact between two bodies; the normal points from the second
-    /// towards the first.
-    pub(super) fn push_pair(
+    /// Adds a contact between two bodies.
+    fn push_pair(
         &mut self,
         tree: &Tree<S>,
         frames: &[Frame<S>],
         factor: &Factor<S>,
-        bodies: (usize, usize),
+        touch: &Touch<S>,
+        other: usize,
         normal: V3<S>,
-        touch: Touch<S>,
     ) {
         let start = self.columns.len();
         let (first, second) = tangents(normal);
-        let (mut a, mut b) = bodies;
+        let (mut a, mut b) = (touch.body, other);
         // Above the body where the two paths meet both move alike: the row is
         // zero there until the elimination reaches it.
         while a != b {
@@ -167,7 +171,7 @@ impl<S: Scalar> Rows<S> {
         self.finish(start, touch);
     }
 
-    fn finish(&mut self, start: usize, touch: Touch<S>) {
+    fn finish(&mut self, start: usize, touch: &Touch<S>) {
         let mut sum = [S::ZERO; 6];
         for w in &self.columns[start..] {
             for (entry, (i, j)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].into_iter().enumerate() {

@@ -24,6 +24,11 @@ const MEND_SPEED: f64 = 20.0;
 /// Gap in cm below which a point is a contact even when all is still.
 const MARGIN: f64 = 0.02;
 
+/// Times a step is solved at most while servos come to or leave their limits.
+const PASSES: usize = 4;
+/// Number of the first step: none of the slots was used in the one before.
+const FIRST: u32 = 2;
+
 /// A tree, its surroundings and all room that a step needs.
 #[derive(Clone, Debug)]
 pub(super) struct Solver<S> {
@@ -53,8 +58,11 @@ pub(super) struct Solver<S> {
     inertias: Vec<Sym<S>>,
     composites: Vec<Composite<S>>,
     wrenches: Vec<Wrench<S>>,
+    /// The mass matrix.
+    h: Vec<S>,
     factor: Factor<S>,
     joints: Joints<S>,
+    touches: Vec<Touch<S>>,
     rows: Rows<S>,
     /// Impulse of each slot and the step in which it was given.
     memory: Vec<(V3<S>, u32)>,
@@ -75,6 +83,8 @@ impl<S: Scalar> Solver<S> {
         let ground = Ground::new(lowered, settings.ground_friction);
         let collisions = settings.self_collision.then(|| Collisions::new(lowered, &frames));
         let slots = ground.slots + collisions.as_ref().map_or(0, Collisions::slots);
+        // More than stand on the ground at once; it grows if it must.
+        let contacts = 16 + 4 * lowered.pieces.len();
         let (bodies, dofs) = (tree.links.len(), vec![S::ZERO; tree.dofs()]);
         let centres = lowered.pieces.iter().map(|piece| {
             let centre = piece.local.translation.vector * LENGTH;
@@ -95,12 +105,13 @@ impl<S: Scalar> Solver<S> {
             inertias: vec![Sym::default(); bodies],
             composites: vec![Composite::default(); bodies],
             wrenches: vec![Wrench::default(); bodies],
+            h: vec![S::ZERO; tree.entries],
             factor: Factor::new(&tree),
             joints: Joints::new(&tree),
-            // More than stand on the ground at once; it grows if it must.
-            rows: Rows::new(&tree, 16 + 4 * lowered.pieces.len()),
+            touches: Vec::with_capacity(contacts),
+            rows: Rows::new(&tree, contacts),
             memory: vec![([S::ZERO; 3], 0); slots],
-            now: 1,
+            now: FIRST,
             impulses: dofs.clone(),
             y: dofs.clone(),
             free: dofs,
@@ -117,7 +128,7 @@ impl<S: Scalar> Solver<S> {
         self.state.copy_from(&self.start);
         self.joints.reset();
         self.memory.fill(([S::ZERO; 3], 0));
-        self.now = 1;
+        self.now = FIRST;
         if let Some(collisions) = &mut self.collisions {
             collisions.reset();
         }
@@ -126,40 +137,59 @@ impl<S: Scalar> Solver<S> {
 
     /// Moves on by one step. The frames always belong to the state.
     pub(super) fn advance(&mut self) -> Result<(), Invalid> {
-        self.unconstrained();
-        self.touch();
-        self.constrain();
+        self.assemble();
+        for pass in 0..PASSES {
+            self.release();
+            if pass == 0 {
+                self.touch();
+            }
+            self.constrain();
+            if !self.joints.review(&self.free, pass == 0) {
+                break;
+            }
+        }
+        self.now += 1;
+        self.state.speeds.copy_from_slice(&self.free);
         self.state.advance(self.step);
         place(&self.tree, &self.state, &mut self.frames);
         self.check()
     }
 
-    /// Fills H, factorises it, and finds y as it would be without contacts.
-    fn unconstrained(&mut self) {
-        let Self { tree, state, frames, inertias, factor, impulses, .. } = self;
+    /// Fills H and the impulses of all forces but the servos'.
+    fn assemble(&mut self) {
+        let Self { tree, state, frames, inertias, h, impulses, .. } = self;
         turn_inertias(tree, frames, inertias);
-        mass_matrix(tree, frames, inertias, &mut self.composites, &mut factor.rows);
+        mass_matrix(tree, frames, inertias, &mut self.composites, h);
         bias(tree, &state.speeds, self.gravity, frames, inertias, &mut self.wrenches, impulses);
         for impulse in impulses.iter_mut() {
             *impulse *= self.step;
         }
-        self.joints.drive(tree, state, &self.targets, self.step, &mut factor.rows, impulses);
         if self.anchored {
             for dof in 0..ROOT {
-                factor.rows[tree.rows[dof] + dof] += S::of(1e20);
+                h[tree.rows[dof] + dof] += S::of(1e20);
             }
         }
-        factor.factorise(tree);
-        factor.transform(tree, &state.speeds, impulses, &mut self.y);
-        factor.restore(tree, &self.y, &mut self.free);
-        self.joints.collect(tree, state, factor, &self.free, self.step);
+        self.joints.prepare(tree, state, &self.targets, self.step);
     }
 
-    /// Collects the contacts and makes their rows.
+    /// Adds the servos, factorises, and finds y and the speeds as they would
+    /// be without contacts.
+    fn release(&mut self) {
+        let Self { tree, state, factor, joints, y, free, .. } = self;
+        factor.rows.copy_from_slice(&self.h);
+        free.copy_from_slice(&self.impulses);
+        joints.drive(tree, state, &mut factor.rows, free);
+        factor.factorise(tree);
+        factor.transform(tree, &state.speeds, free, y);
+        factor.restore(tree, y, free);
+        joints.collect(tree, state, factor, free, self.step);
+    }
+
+    /// Finds the points that may touch within the step.
     fn touch(&mut self) {
-        let Self { tree, state, frames, factor, rows, memory, .. } = self;
-        let (step, now) = (self.step, self.now);
-        rows.clear();
+        let Self { tree, frames, touches, .. } = self;
+        let step = self.step;
+        touches.clear();
         move_on(tree, frames, &self.free, &mut self.ahead);
         for (body, top) in self.tops.iter_mut().enumerate() {
             let (now, ahead) = (&frames[body], &self.ahead[body]);
@@ -168,50 +198,54 @@ impl<S: Scalar> Solver<S> {
         }
         let still = S::of(MARGIN) + dot(self.gravity, self.gravity).sqrt() * step * step;
         let mut slots = 0;
-        let recall = |rows: &mut Rows<S>| {
-            if let Some(contact) = rows.contacts.last_mut() {
-                let (impulse, when) = memory[contact.slot];
-                if when + 1 == now {
-                    contact.impulse = impulse;
-                }
-            }
-        };
         if let Some(ground) = &self.ground {
             slots = ground.slots;
             let tops = &self.tops;
             ground.find(
-                state,
+                &self.state,
                 frames,
                 |body| still + tops[body] * step,
                 |c| {
-                    let touch = Touch {
+                    let allowance = allowance(c.gap, step);
+                    touches.push(Touch {
+                        allowance,
                         point: c.point,
-                        allowance: allowance(c.gap, step),
                         friction: c.friction,
                         slot: c.slot,
-                    };
-                    rows.push_ground(tree, frames, factor, c.body, touch);
-                    recall(rows);
+                        body: c.body,
+                        other: None,
+                    });
                 },
             );
         }
         if let Some(collisions) = &mut self.collisions {
-            collisions.find(frames, &self.ahead, step, |meeting| {
-                let touch = Touch {
-                    point: meeting.point,
-                    allowance: allowance(meeting.gap, step),
-                    friction: meeting.friction,
-                    slot: slots + meeting.slot,
-                };
-                rows.push_pair(tree, frames, factor, meeting.bodies, meeting.normal, touch);
-                recall(rows);
+            collisions.find(frames, &self.ahead, step, |m| {
+                touches.push(Touch {
+                    allowance: allowance(m.gap, step),
+                    point: m.point,
+                    friction: m.friction,
+                    slot: slots + m.slot,
+                    body: m.bodies.0,
+                    other: Some((m.bodies.1, m.normal)),
+                });
             });
         }
     }
 
-    /// Solves limits and contacts, and remembers their impulses.
+    /// Makes the rows of the contacts, solves limits and contacts, and
+    /// remembers their impulses; leaves the speeds in `free`.
     fn constrain(&mut self) {
-        let Self { joints, rows, y, .. } = self;
+        let Self { tree, frames, factor, joints, rows, y, memory, .. } = self;
+        rows.clear();
+        for touch in &self.touches {
+            rows.push(tree, frames, factor, touch);
+            let (impulse, when) = memory[touch.slot];
+            if let Some(contact) = rows.contacts.last_mut()
+                && when + 1 >= self.now
+            {
+                contact.impulse = impulse;
+            }
+        }
         joints.warm_start(y);
         pgs::warm_start(rows, y);
         for _ in 0..self.iterations {
@@ -219,11 +253,10 @@ impl<S: Scalar> Solver<S> {
             pgs::sweep(rows, y);
         }
         for contact in &rows.contacts {
-            self.memory[contact.slot] = (contact.impulse, self.now);
+            memory[contact.slot] = (contact.impulse, self.now);
         }
-        self.now += 1;
-        self.factor.restore(&self.tree, y, &mut self.state.speeds);
-        joints.remember(&self.state.speeds);
+        factor.restore(tree, y, &mut self.free);
+        joints.remember();
     }
 
     /// Refuses numbers that are not finite, and elements beyond the limit.

@@ -303,10 +303,11 @@ fn hinges_keep_their_hard_limits() {
 /// Two parts driven into each other do not pass through.
 #[test]
 fn parts_do_not_pass_through_each_other() {
-    for shape in [
-        Shape::Ball { radius: 0.01 },
-        Shape::Box { half: Vector3::repeat(0.01) },
-        Shape::Cylinder { radius: 0.01, half_length: 0.01 },
+    // Boxes and cylinders meet with their far edges: sharp ones would stop 2.28 cm apart.
+    for (shape, least, most) in [
+        (Shape::Ball { radius: 0.01 }, 1.97, 2.01),
+        (Shape::Box { half: Vector3::repeat(0.01) }, 2.15, 2.24),
+        (Shape::Cylinder { radius: 0.01, half_length: 0.01 }, 2.15, 2.24),
     ] {
         let mut body = Builder::default();
         body.0.actuators = 2;
@@ -326,9 +327,9 @@ fn parts_do_not_pass_through_each_other() {
         for _ in 0..480 {
             solver.advance().unwrap();
             let apart = solver.frames[1].centre[2] - solver.frames[2].centre[2];
-            assert!(apart > 1.95, "{shape:?}: {apart} cm apart");
+            assert!(apart > least, "{shape:?}: {apart} cm apart");
         }
         let apart = solver.frames[1].centre[2] - solver.frames[2].centre[2];
-        assert!(apart < 2.1, "{shape:?}: stopped {apart} cm apart");
+        assert!(apart < most, "{shape:?}: stopped {apart} cm apart");
     }
 }

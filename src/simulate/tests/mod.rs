@@ -2,6 +2,7 @@
 
 pub(crate) mod bodies;
 mod report;
+mod truth;
 
 use super::Settings;
 

@@ -78,3 +78,22 @@ fn half_steps() {
         }
     }
 }
+
+#[test]
+#[ignore = "prints measurements"]
+fn agreement() {
+    for (title, body, numbers) in [("M2", m2(), 3..9), ("M4", m4(), 1..7)] {
+        for number in numbers {
+            let drive = gait(body.actuators, number, number % 2 == 1);
+            let ends = [(240.0, 8), (1920.0, 20)].map(|(rate, iterations)| {
+                let settings = Settings { step: 1.0 / rate, iterations, ..settings() };
+                run(model("articulated").unwrap(), &body, &settings, std::slice::from_ref(&drive)).1[0]
+            });
+            let other = run(model("rapier").unwrap(), &body, &settings(), std::slice::from_ref(&drive));
+            println!(
+                "{title} gait {number}: {:.1?} articulated, {:.1?} rapier ({:.0} ms)",
+                ends, other.1, other.0
+            );
+        }
+    }
+}

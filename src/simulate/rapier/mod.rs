@@ -1,0 +1,36 @@
+//! The second opinion: rapier3d, maximal coordinates, impulse joints.
+//!
+//! Bodies are those of the articulated solver (rigidly joined elements merged,
+//! as compound colliders), and so are targets, rates, torque limits and
+//! friction; joints, contacts and the rest are rapier's. Its chains of joints
+//! converge slowly, and until they do their servos are too soft: each step is
+//! cut into substeps of at most 1/7680 s with as many sweeps each as the
+//! settings have iterations. With eight, one hinge sags by what it should and a
+//! chain of five by twice that, at two hundred times the cost of the
+//! articulated solver (joint warm starting, which ought to help, changes
+//! nothing in this version). A disagreement is thus a warning, not a verdict. The
+//! world is in cm, g and s, as rapier's tolerances are meant for bodies of
+//! about unit size.
+
+mod world;
+
+use self::world::World;
+use super::lowering::Lowered;
+use super::run::Run;
+use super::{Model, Settings, Simulation, Unfit};
+use crate::design::assembly::Assembly;
+
+/// rapier3d with impulse joints.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Rapier;
+
+impl Model for Rapier {
+    fn name(&self) -> &'static str {
+        "rapier"
+    }
+
+    fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
+        let lowered = Lowered::new(assembly, settings)?;
+        Ok(Box::new(Run::new(World::new(&lowered, settings), &lowered, settings)))
+    }
+}

@@ -1,0 +1,253 @@
+//! Truths that hold for every solver, through the public interface.
+
+use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
+
+use super::bodies::{Builder, cube, element, gait, hinge, idle, m2, m4, m8};
+use super::settings;
+use crate::design::assembly::{Assembly, Hinge, JointKind, Shape};
+use crate::simulate::{Invalid, MODELS, Motion, Settings, Targets, model};
+
+fn run(name: &str, body: &Assembly, settings: &Settings, drive: &Targets) -> Motion {
+    let mut simulation = model(name).unwrap().prepare(body, settings).unwrap();
+    simulation.run(std::slice::from_ref(drive)).remove(0).unwrap()
+}
+
+/// For a time in s.
+fn during(duration: f64) -> Settings {
+    Settings { duration, ..settings() }
+}
+
+fn place(motion: &Motion, element: usize, t: f64) -> Vector3<f64> {
+    motion.pose(element, t).unwrap().translation.vector
+}
+
+#[test]
+fn the_registry_names_its_solvers() {
+    for name in MODELS {
+        assert_eq!(model(name).unwrap().name(), *name);
+    }
+    assert!(model("bullet").is_none());
+}
+
+/// A heavy block with an arm of light links and a heavy tip over thin air.
+fn crane(links: usize, pitch: f64, tip: f64, stiffness: f64) -> Assembly {
+    let mut body = Builder::default();
+    let mut base = cube(Vector3::new(-0.05, 0.05, 0.0));
+    base.shape = Shape::Box { half: Vector3::repeat(0.05) };
+    base.mass = 5.0;
+    let mut last = body.add(base);
+    body.0.actuators = 1;
+    for link in 0..links {
+        let anchor = Vector3::new(pitch * link as f64, 0.09, 0.0);
+        let place = anchor + Vector3::x() * pitch;
+        let mut ball = element(Shape::Ball { radius: 0.015 }, Translation3::from(place).into());
+        ball.mass = if link + 1 == links { tip } else { tip * 1e-3 };
+        let child = body.add(ball);
+        let joint = Hinge { stiffness, share: 1.0 / links as f64, ..hinge(anchor, Vector3::z(), 0) };
+        body.join(last, child, JointKind::Hinge(joint));
+        last = child;
+    }
+    body.0
+}
+
+#[test]
+fn a_servo_sags_by_torque_over_stiffness() {
+    let (pitch, mass, stiffness) = (0.05, 0.02, 0.3);
+    for name in MODELS {
+        let motion = run(name, &crane(1, pitch, mass, stiffness), &during(2.0), &idle(1));
+        let angle = -motion.bends.last().unwrap();
+        let torque = mass * 9.81 * pitch * libm::cos(angle);
+        assert!((angle * stiffness / torque - 1.0).abs() < 0.02, "{name}: {angle} rad");
+    }
+}
+
+/// Only the articulated solver: rapier's chains are too soft.
+#[test]
+fn a_cantilever_sags_by_the_closed_form() {
+    let (links, pitch, mass, stiffness) = (5, 0.02, 0.004, 0.3);
+    let settings = Settings { self_collision: false, ..during(2.0) };
+    let motion = run("articulated", &crane(links, pitch, mass, stiffness), &settings, &idle(1));
+    let sag = place(&motion, links, 0.0).y - place(&motion, links, 2.0).y;
+    let (n, length) = (links as f64, pitch * links as f64);
+    let sum: f64 = (0..links).map(|i| ((links - i) as f64 / n).powi(2)).sum();
+    let expected = mass * 9.81 * length * length / stiffness * sum;
+    assert!((sag / expected - 1.0).abs() < 0.01, "{sag} m, not {expected}");
+}
+
+#[test]
+fn unactuated_robots_stay_put() {
+    // rapier takes a hundred times as long, so it gets less to do.
+    for (name, bodies, duration) in
+        [("articulated", vec![m2(), m4(), m8()], 20.0), ("rapier", vec![m2()], 2.0)]
+    {
+        for body in bodies {
+            let motion = run(name, &body, &during(duration), &idle(body.actuators));
+            for piece in 0..body.elements.len() {
+                // The first half second is for the limbs to sag.
+                let way = place(&motion, piece, duration) - place(&motion, piece, 0.5);
+                assert!(way.norm() < 2e-4, "{name}: element {piece} of {} crept {way}", body.elements.len());
+            }
+        }
+    }
+}
+
+#[test]
+fn a_run_is_the_same_every_time_and_in_any_company() {
+    for (name, duration) in [("articulated", 3.0), ("rapier", 0.3)] {
+        let body = m4();
+        let mut simulation = model(name).unwrap().prepare(&body, &during(duration)).unwrap();
+        let drives: Vec<_> = (1..4).map(|number| gait(4, number, false)).collect();
+        let together = simulation.run(&drives);
+        for (place, drive) in drives.iter().enumerate() {
+            let alone = run(name, &body, &during(duration), drive);
+            let first = together[place].as_ref().unwrap();
+            assert_eq!(first.poses, alone.poses, "{name}, drive {place}");
+            assert_eq!(first.bends, alone.bends, "{name}, drive {place}");
+        }
+    }
+}
+
+/// The same body turned about the vertical.
+fn turned(body: &Assembly, turn: UnitQuaternion<f64>) -> Assembly {
+    let mut body = body.clone();
+    for element in &mut body.elements {
+        element.pose = Isometry3::from_parts(Translation3::identity(), turn) * element.pose;
+    }
+    for joint in &mut body.joints {
+        if let JointKind::Hinge(hinge) = &mut joint.kind {
+            hinge.anchor = turn * hinge.anchor;
+            hinge.axis = turn * hinge.axis;
+        }
+    }
+    body
+}
+
+#[test]
+fn the_compass_does_not_matter() {
+    let turn = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.7);
+    for (name, duration) in [("articulated", 2.0), ("rapier", 0.5)] {
+        let (body, drive) = (m4(), gait(4, 3, false));
+        let straight = run(name, &body, &during(duration), &drive);
+        let other = run(name, &turned(&body, turn), &during(duration), &drive);
+        for element in 0..body.elements.len() {
+            let off = turn * place(&straight, element, duration) - place(&other, element, duration);
+            assert!(off.norm() < 1e-3, "{name}: element {element} is off by {} m", off.norm());
+        }
+    }
+}
+
+#[test]
+fn a_mirrored_gait_goes_the_mirrored_way() {
+    for (name, duration) in [("articulated", 2.0), ("rapier", 0.5)] {
+        let (body, drive) = (m4(), gait(4, 3, false));
+        let mut swapped = drive.clone();
+        for sample in swapped.angles.chunks_mut(4) {
+            sample.swap(0, 1);
+            sample.swap(2, 3);
+        }
+        let straight = run(name, &body, &during(duration), &drive);
+        let other = run(name, &body, &during(duration), &swapped);
+        let (here, there) = (place(&straight, 0, duration), place(&other, 0, duration));
+        let off = Vector3::new(here.x - there.x, here.y - there.y, here.z + there.z);
+        assert!(off.norm() < 1e-3, "{name}: off by {off}");
+    }
+}
+
+#[test]
+fn halving_the_step_converges() {
+    let (body, drive) = (m4(), gait(4, 2, false));
+    let end = |rate: f64| {
+        let settings = Settings { step: 1.0 / rate, iterations: 20, ..during(1.5) };
+        place(&run("articulated", &body, &settings, &drive), 0, 1.5)
+    };
+    let truth = end(7680.0);
+    let errors = [240.0, 480.0, 960.0].map(|rate| (end(rate) - truth).norm());
+    assert!(errors[0] < 1e-3, "{errors:?} m");
+    assert!(errors[2] < errors[0], "{errors:?} m");
+}
+
+/// The two solvers share no physics code, so where they agree both may be right.
+#[test]
+fn the_solvers_agree_on_a_short_gait() {
+    let (body, drive) = (m2(), gait(2, 3, true));
+    let ends = ["articulated", "rapier"].map(|name| run(name, &body, &during(1.0), &drive));
+    let way = place(&ends[0], 0, 1.0) - place(&ends[1], 0, 1.0);
+    assert!(way.norm() < 1e-2, "{way}");
+    for (a, b) in ends[0].bends.iter().zip(&ends[1].bends) {
+        assert!((a - b).abs() < 0.05, "bends {a} and {b}");
+    }
+}
+
+#[test]
+fn extreme_friction_is_stable() {
+    for (name, duration) in [("articulated", 10.0), ("rapier", 0.5)] {
+        for friction in [0.0, 10.0, 1e4] {
+            let mut body = m4();
+            for element in &mut body.elements {
+                element.friction = friction;
+            }
+            let settings = Settings { ground_friction: friction, ..during(duration) };
+            let motion = run(name, &body, &settings, &gait(4, 1, false));
+            let top = (0..motion.frames()).map(|f| place(&motion, 0, motion.time(f)).y).fold(0.0, f64::max);
+            assert!(top < 0.15, "{name}, friction {friction}: it rose to {top} m");
+        }
+    }
+}
+
+#[test]
+fn a_run_that_goes_wrong_says_so() {
+    for name in MODELS {
+        let settings = Settings { speed_limit: 0.01, ..during(1.0) };
+        let mut simulation = model(name).unwrap().prepare(&m2(), &settings).unwrap();
+        let mut drive = gait(2, 1, false);
+        assert_eq!(simulation.run(&[drive.clone()])[0].as_ref().unwrap_err(), &Invalid::TooFast, "{name}");
+        drive.angles[0] = f64::NAN;
+        assert_eq!(simulation.run(&[drive])[0].as_ref().unwrap_err(), &Invalid::NotFinite, "{name}");
+    }
+}
+
+/// The sentence with which an assembly or its settings are refused.
+fn refusal(change: impl FnOnce(&mut Assembly, &mut Settings)) -> String {
+    let (mut body, mut settings) = (m2(), settings());
+    change(&mut body, &mut settings);
+    let reason = |name: &&str| match model(name).unwrap().prepare(&body, &settings) {
+        Ok(_) => "was not refused".to_owned(),
+        Err(unfit) => unfit.reason,
+    };
+    let reasons: Vec<_> = MODELS.iter().map(reason).collect();
+    assert!(reasons.windows(2).all(|pair| pair[0] == pair[1]), "{reasons:?}");
+    reasons[0].clone()
+}
+
+fn first_hinge(body: &mut Assembly) -> &mut Hinge {
+    let mut hinges = body.joints.iter_mut().filter_map(|joint| match &mut joint.kind {
+        JointKind::Hinge(hinge) => Some(hinge),
+        JointKind::Rigid => None,
+    });
+    hinges.next().unwrap()
+}
+
+#[test]
+fn nonsense_is_refused_with_advice() {
+    let cases: Vec<(String, &str)> = vec![
+        (refusal(|_, s| s.step = 0.0), "step is 0 s"),
+        (refusal(|_, s| s.duration = f64::NAN), "duration is NaN s"),
+        (refusal(|_, s| s.step = 30.0), "longer than the duration"),
+        (refusal(|_, s| s.gravity = -1.0), "it points down"),
+        (refusal(|_, s| s.iterations = 0), "at least one iteration"),
+        (refusal(|b, _| b.elements[1].mass = 0.0), "element 1 has a mass of 0 kg"),
+        (refusal(|b, _| b.elements[1].mass = f64::NAN), "give it a positive mass"),
+        (refusal(|b, _| b.elements[2].shape = Shape::Ball { radius: -0.1 }), "positive sizes"),
+        (refusal(|b, _| b.elements[2].friction = -0.1), "zero or a positive number"),
+        (refusal(|b, _| first_hinge(b).limits = (0.1, 0.5)), "excludes the rest angle"),
+        (refusal(|b, _| first_hinge(b).actuator = 7), "number them from zero"),
+        (refusal(|b, _| first_hinge(b).torque = -1.0), "largest torque of -1"),
+        (refusal(|b, _| b.joints.truncate(3)), "hang together as a tree"),
+        (refusal(|b, _| b.joints[0].child = 99), "does not exist"),
+        (refusal(|b, _| b.joints.reverse()), "from the core outwards"),
+        (refusal(|b, _| *b = Assembly::default()), "at least a core"),
+    ];
+    for (reason, part) in cases {
+        assert!(reason.contains(part), "{reason:?} does not say {part:?}");
+    }
+}
