@@ -3,9 +3,11 @@
 use crate::support::{read, root};
 
 /// The layers of the engine, first to last. Each may use itself and those before it.
-const ENGINE: &[&str] = &["world", "design", "simulate", "derive", "drive", "score", "search", "results", "cli"];
+const ENGINE: &[&str] =
+    &["world", "design", "simulate", "derive", "drive", "score", "search", "results", "cli"];
 /// The layers of the language.
-const LANGUAGE: &[&str] = &["source", "units", "diagnostics", "syntax", "names", "ir", "eval", "types", "lint"];
+const LANGUAGE: &[&str] =
+    &["source", "units", "diagnostics", "syntax", "names", "ir", "eval", "types", "lint"];
 
 fn rust_files(folder: &std::path::Path, into: &mut Vec<std::path::PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -29,10 +31,12 @@ fn check(source: &str, layers: &[&str]) {
         if ["main", "lib"].contains(&own.as_str()) {
             continue;
         }
-        let rank = layers.iter().position(|l| *l == own).unwrap_or_else(|| panic!("{relative} belongs to no layer"));
+        let rank =
+            layers.iter().position(|l| *l == own).unwrap_or_else(|| panic!("{relative} belongs to no layer"));
         let text = std::fs::read_to_string(&file).unwrap();
         for (i, _) in text.match_indices("crate::") {
-            let used: String = text[i + 7..].chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            let used: String =
+                text[i + 7..].chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
             if let Some(other) = layers.iter().position(|l| *l == used) {
                 assert!(other <= rank, "{source}/{relative}: `{own}` must not know `{used}`");
                 seen += 1;
@@ -54,7 +58,9 @@ fn only_their_walls_name_pest_ariadne_and_rapier() {
     for source in ["src", "grammar-lang/src"] {
         rust_files(&root().join(source), &mut files);
     }
-    for (library, wall) in [("pest::", "syntax/"), ("ariadne::", "render/"), ("rapier3d::", "simulate/rapier/")] {
+    for (library, wall) in
+        [("pest::", "syntax/"), ("ariadne::", "render/"), ("rapier3d::", "simulate/rapier/")]
+    {
         for file in &files {
             let name = file.to_string_lossy();
             let text = std::fs::read_to_string(file).unwrap();
@@ -69,7 +75,9 @@ fn every_path_of_the_map_exists() {
     let text = read("ARCHITECTURE.md");
     let mut checked = 0;
     for path in text.split('`').skip(1).step_by(2) {
-        let looks_like_path = path.contains('/') && !path.contains([' ', '<', '*']) || path.ends_with(".md") || path.ends_with(".toml");
+        let looks_like_path = path.contains('/') && !path.contains([' ', '<', '*'])
+            || path.ends_with(".md")
+            || path.ends_with(".toml");
         if looks_like_path && !path.contains("://") {
             assert!(root().join(path).exists(), "ARCHITECTURE.md names {path}");
             checked += 1;

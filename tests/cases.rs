@@ -43,7 +43,11 @@ fn each_case_raises_what_it_says_where_it_says() {
             .map(|d| {
                 let (line, column) = sources.line_column(d.span());
                 let name = &sources.get(d.span().file).unwrap().name;
-                let place = if *name == here { String::new() } else { format!("{} ", name.rsplit('/').next().unwrap()) };
+                let place = if *name == here {
+                    String::new()
+                } else {
+                    format!("{} ", name.rsplit('/').next().unwrap())
+                };
                 format!("{} {place}{line}:{column}", d.code.id)
             })
             .collect();
@@ -53,7 +57,12 @@ fn each_case_raises_what_it_says_where_it_says() {
     // Those that need more than a text are tested elsewhere.
     let elsewhere = ["E0101", "E0207", "E0602"];
     for code in CODES {
-        assert!(raised.contains(&code.id) || elsewhere.contains(&code.id), "no case raises {} {}", code.id, code.name);
+        assert!(
+            raised.contains(&code.id) || elsewhere.contains(&code.id),
+            "no case raises {} {}",
+            code.id,
+            code.name
+        );
     }
 }
 
@@ -73,7 +82,8 @@ fn findings_read_well() {
 
 #[test]
 fn five_planted_errors_are_reported_in_one_run() {
-    let (found, _) = check("five", &std::fs::read_to_string(root().join("tests/cases/five-errors.sgr")).unwrap());
+    let (found, _) =
+        check("five", &std::fs::read_to_string(root().join("tests/cases/five-errors.sgr")).unwrap());
     assert!(found.len() >= 5, "{found:?}");
     let codes: std::collections::BTreeSet<_> = found.iter().map(|d| d.code.id).collect();
     assert_eq!(codes.len(), 5, "five different kinds: {codes:?}");
@@ -86,7 +96,8 @@ fn machine_formats_hold_code_place_and_help() {
         render(&found, &sources, Format::Concise, false),
         "x.sgr:1:11: error[E0303] unknown unit `gg`; help: did you mean `g`?\n"
     );
-    let json: serde_json::Value = serde_json::from_str(&render(&found, &sources, Format::Json, false)).unwrap();
+    let json: serde_json::Value =
+        serde_json::from_str(&render(&found, &sources, Format::Json, false)).unwrap();
     assert_eq!(json["code"], "E0303");
     assert_eq!(json["labels"][0]["line"], 1);
     assert_eq!(json["labels"][0]["start"], 10);

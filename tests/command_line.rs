@@ -6,7 +6,12 @@ use std::process::{Command, Output};
 use crate::support::root;
 
 fn sgc(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_sgc")).args(arguments).current_dir(root()).env("NO_COLOR", "1").output().unwrap()
+    Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .args(arguments)
+        .current_dir(root())
+        .env("NO_COLOR", "1")
+        .output()
+        .unwrap()
 }
 
 fn code(output: &Output) -> i32 {
@@ -19,7 +24,8 @@ fn errors(output: &Output) -> String {
 
 /// A grammar whose search takes a moment: a short motion and few evaluations.
 fn quick_grammar(folder: &Path) -> String {
-    let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap().replace("for 20 s", "for 1 s");
+    let text =
+        std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap().replace("for 20 s", "for 1 s");
     let path = folder.join("quick.sgr");
     std::fs::write(&path, text).unwrap();
     path.to_string_lossy().into_owned()
@@ -31,8 +37,18 @@ fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
     let grammar = quick_grammar(folder.path());
     let run = |out: &str, jobs: &str| {
         let out = folder.path().join(out);
-        let output =
-            sgc(&["run", &grammar, "--seed", "2", "--max-evals", "150", "--jobs", jobs, "--out", &out.to_string_lossy()]);
+        let output = sgc(&[
+            "run",
+            &grammar,
+            "--seed",
+            "2",
+            "--max-evals",
+            "150",
+            "--jobs",
+            jobs,
+            "--out",
+            &out.to_string_lossy(),
+        ]);
         assert_eq!(code(&output), 0, "{}", errors(&output));
         assert!(String::from_utf8_lossy(&output.stdout).starts_with("value "));
         out
@@ -165,7 +181,15 @@ fn interrupting_a_run_keeps_the_best_so_far() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("run");
     let mut child = Command::new(env!("CARGO_BIN_EXE_sgc"))
-        .args(["run", "grammars/codesign.sgr", "--max-evals", "0", "--quiet", "--out", &out.to_string_lossy()])
+        .args([
+            "run",
+            "grammars/codesign.sgr",
+            "--max-evals",
+            "0",
+            "--quiet",
+            "--out",
+            &out.to_string_lossy(),
+        ])
         .current_dir(root())
         .stdout(std::process::Stdio::null())
         .stderr(std::process::Stdio::null())

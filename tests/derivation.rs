@@ -31,8 +31,12 @@ fn cube() -> Value {
 
 /// Adds a cube at a port of a part.
 fn add_cube(rules: &RuleSet, derivation: &Derivation, part: u64, port: u8) -> Option<Derivation> {
-    let locals =
-        [Value::Reference(Reference::Part(part)), Value::Reference(Reference::Port(part, port)), cube(), Value::Number(0.0)];
+    let locals = [
+        Value::Reference(Reference::Part(part)),
+        Value::Reference(Reference::Port(part, port)),
+        cube(),
+        Value::Number(0.0),
+    ];
     apply(rules, derivation, "add_block", &locals)
 }
 
@@ -130,7 +134,10 @@ fn parts_may_touch_but_not_overlap() {
     // A cube whose place is taken by another that hangs elsewhere.
     let side = design.design.parts.keys().copied().nth(2).unwrap();
     let beside_core = (0..6).filter_map(|port| add_cube(&rules, &design, side, port)).find(|d| {
-        d.design.parts.values().any(|p| (p.pose.translation.vector.x).abs() < 1e-9 && p.pose.translation.vector.z > 0.01)
+        d.design
+            .parts
+            .values()
+            .any(|p| (p.pose.translation.vector.x).abs() < 1e-9 && p.pose.translation.vector.z > 0.01)
     });
     let taken = beside_core.expect("a cube beside the core");
     assert!(add_cube(&rules, &taken, 0, 2).is_none(), "the place beside the core is taken");

@@ -26,9 +26,15 @@ fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
             b'\n' => (quoted, comment) = (false, false),
             b'#' if !quoted => comment = true,
             b'"' if !comment => quoted = !quoted,
-            c if c.is_ascii_digit() && !quoted && !comment && !(before.is_ascii_alphanumeric() || b"_^.".contains(&before)) => {
+            c if c.is_ascii_digit()
+                && !quoted
+                && !comment
+                && !(before.is_ascii_alphanumeric() || b"_^.".contains(&before)) =>
+            {
                 let start = i;
-                while i < bytes.len() && (bytes[i].is_ascii_digit() || bytes[i] == b'.' && bytes.get(i + 1) != Some(&b'.')) {
+                while i < bytes.len()
+                    && (bytes[i].is_ascii_digit() || bytes[i] == b'.' && bytes.get(i + 1) != Some(&b'.'))
+                {
                     i += 1;
                 }
                 found.push(start..i);
@@ -59,11 +65,17 @@ fn engine(rules: &RuleSet) -> String {
     let targets = drive.targets(&second).unwrap();
     // A made-up motion in which every element sinks and drifts.
     let frames = 3;
-    let poses = (0..frames)
-        .flat_map(|f| body.assembly.elements.iter().enumerate().map(move |(i, _)| Isometry3::translation(f as f64 * (1.0 + i as f64), -0.1 * f as f64, 0.0)))
+    let poses =
+        (0..frames)
+            .flat_map(|f| {
+                body.assembly.elements.iter().enumerate().map(move |(i, _)| {
+                    Isometry3::translation(f as f64 * (1.0 + i as f64), -0.1 * f as f64, 0.0)
+                })
+            })
+            .collect();
+    let placements: Vec<_> = (0..body.assembly.elements.len())
+        .map(|body| Placement { body, local: Isometry3::identity() })
         .collect();
-    let placements: Vec<_> =
-        (0..body.assembly.elements.len()).map(|body| Placement { body, local: Isometry3::identity() }).collect();
     let motion = Motion {
         interval: 10.0,
         duration: 20.0,
@@ -87,7 +99,8 @@ fn every_number_of_the_library_changes_the_rule_set() {
     let entries = ["grammars/codesign.sgr", "grammars/morphology.sgr"];
     let compiled: BTreeMap<&str, RuleSet> =
         entries.iter().map(|e| (*e, compile_texts(&original, e).unwrap())).collect();
-    let before: BTreeMap<&str, _> = compiled.iter().map(|(e, r)| (*e, (without_spans(r), engine(r)))).collect();
+    let before: BTreeMap<&str, _> =
+        compiled.iter().map(|(e, r)| (*e, (without_spans(r), engine(r)))).collect();
     let mut edited = 0;
     for (module, text) in original.iter().filter(|(name, _)| name.starts_with("std.")) {
         for place in numbers(text) {
@@ -107,7 +120,8 @@ fn every_number_of_the_library_changes_the_rule_set() {
             }
             assert!(seen, "{module}:{line}: {old} -> {new} changes no rule set");
             // Bounds of parameters act only when somebody leaves them, schedules only in a search.
-            let passive = module == "std.search" || text.lines().nth(line.max(1) - 1).is_some_and(|l| l.contains("param "));
+            let passive = module == "std.search"
+                || text.lines().nth(line.max(1) - 1).is_some_and(|l| l.contains("param "));
             assert!(acted || passive, "{module}:{line}: {old} -> {new} changes nothing that the engine does");
             edited += 1;
         }

@@ -29,7 +29,8 @@ pub(crate) fn grammar(path: &str) -> RuleSet {
 /// The texts that `codesign` and `morphology` are made of, to be edited.
 pub(crate) fn texts() -> BTreeMap<String, String> {
     let library = LIBRARY.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
-    let grammars = ["grammars/codesign.sgr", "grammars/morphology.sgr"].map(|path| (path.to_owned(), read(path)));
+    let grammars =
+        ["grammars/codesign.sgr", "grammars/morphology.sgr"].map(|path| (path.to_owned(), read(path)));
     library.chain(grammars).collect()
 }
 
