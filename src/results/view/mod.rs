@@ -8,6 +8,11 @@
 //! [`encode`] packs the numbers, `page.html` is the frame into which the texts
 //! go, `page.css` the style, `script/` what runs in the browser.
 
+pub mod encode;
+mod html;
+#[cfg(test)]
+mod tests;
+
 use crate::design::assembly::Shape;
 use crate::simulate::Motion;
 
@@ -78,5 +83,5 @@ pub struct Check {
 /// placement, a motion without frames) gives a page that shows the rest.
 #[must_use]
 pub fn page(scene: &Scene) -> String {
-    scene.title.clone()
+    html::page(scene, &encode::data(scene))
 }
