@@ -61,7 +61,11 @@ fn engine(rules: &RuleSet) -> String {
     assert!(!body.actuators.is_empty(), "the test needs a body that moves");
     let drive = Drive::new(rules, Arc::clone(&derivation), &body);
     let first = drive.draw(&mut random);
-    let second = drive.mutate(&first, 0.03, 3, &mut random).unwrap();
+    // Many mutations: a chance of 0.3 or 0.303 shows only in the long run.
+    let mut second = first.clone();
+    for _ in 0..2000 {
+        second = drive.mutate(&second, 0.03, 3, &mut random).unwrap();
+    }
     let targets = drive.targets(&second).unwrap();
     // A made-up motion in which every element sinks and drifts.
     let frames = 3;
@@ -85,12 +89,31 @@ fn engine(rules: &RuleSet) -> String {
         placements: placements.into(),
     };
     let score = sgc::score::score(rules, &derivation, &motion).unwrap();
+    let places = [0.0, 0.1, 0.3, 0.6].map(grammar_lang::eval::Value::Number);
+    let patterns: Vec<_> = rules
+        .patterns
+        .keys()
+        .map(|name| places.clone().map(|place| pattern_at(rules, name, place)))
+        .collect();
     format!(
-        "{:?} {first:?} {second:?} {:?} {:?} {score:?}",
+        "{:?} {first:?} {second:?} {:?} {:?} {score:?} {patterns:?}",
         body.assembly,
         targets,
         sgc::search::settings(rules),
     )
+}
+
+/// A pattern's angle at a place of its cycle.
+fn pattern_at(rules: &RuleSet, name: &str, place: grammar_lang::eval::Value) -> String {
+    use grammar_lang::ir::{Expr, ExprKind, Ty};
+    let span = grammar_lang::source::Span::default();
+    let expr = |kind, ty| Box::new(Expr { kind, ty, span });
+    let apply = ExprKind::Apply(
+        expr(ExprKind::Pattern(name.into()), Ty::Pattern),
+        expr(ExprKind::Local(0), Ty::NUMBER),
+    );
+    let apply = Expr { kind: apply, ty: Ty::NUMBER, span };
+    format!("{:?}", grammar_lang::eval::evaluate(&apply, rules, &mut vec![place]).unwrap())
 }
 
 #[test]

@@ -77,15 +77,16 @@ impl<'a> Checker<'a> {
             return None;
         };
         let complete = self.complete(&singles, name.span);
-        let mut ruleset = self.assemble(name, singles, rules, requirements)?;
+        let assembled = self.assemble(name, singles, rules, requirements);
+        self.unknown_overrides(name.span);
+        let mut ruleset = assembled?;
         for (declaration, param) in self.params.clone() {
             let name = program.item(declaration).and_then(declared);
-            if let (Some(name), Some(param)) = (name, param) {
+            if let (Some(name), super::CheckedParam::Right(param)) = (name, param) {
                 ruleset.params.insert(name.text.clone(), param);
             }
         }
         ruleset.params.sort_by(|a, x, b, y| x.span.cmp(&y.span).then(a.cmp(b)));
-        self.unknown_overrides(name.span, &ruleset);
         (complete && !self.errors.iter().any(Diagnostic::is_error)).then_some(ruleset)
     }
 
@@ -529,12 +530,14 @@ impl<'a> Checker<'a> {
         }
     }
 
-    fn unknown_overrides(&mut self, span: Span, ruleset: &RuleSet) {
+    fn unknown_overrides(&mut self, span: Span) {
+        let program = self.program;
+        let known: Vec<&str> =
+            self.params.keys().filter_map(|d| Some(declared(program.item(*d)?)?.text.as_str())).collect();
         for (name, _) in self.overrides {
-            if ruleset.params.contains_key(name) {
+            if known.contains(&name.as_str()) {
                 continue;
             }
-            let known: Vec<&str> = ruleset.params.keys().map(String::as_str).collect();
             let help = did_you_mean(name, known.iter().copied()).unwrap_or_else(|| {
                 if known.is_empty() {
                     "it has none".to_owned()

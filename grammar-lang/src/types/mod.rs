@@ -69,6 +69,17 @@ impl Scope for Constants {
     }
 }
 
+/// How far the check of a parameter is.
+#[derive(Clone)]
+enum CheckedParam {
+    /// It has begun: whoever asks now goes round in a circle.
+    Open,
+    /// It found an error, which has been reported.
+    Wrong,
+    /// It is complete.
+    Right(ir::Param),
+}
+
 struct Checker<'a> {
     program: &'a Program,
     sources: &'a SourceMap,
@@ -78,8 +89,8 @@ struct Checker<'a> {
     errors: Vec<Diagnostic>,
     /// Declarations that something reads, in the order of reading.
     touched: IndexSet<Declaration>,
-    /// Parameters that have been checked; `None` while or because they cannot be.
-    params: BTreeMap<Declaration, Option<ir::Param>>,
+    /// Parameters that are being checked or have been.
+    params: BTreeMap<Declaration, CheckedParam>,
     /// Named constants that have been checked; `None` while they are.
     inlined: BTreeMap<Declaration, Option<Expr>>,
     constants: Constants,
@@ -158,20 +169,24 @@ impl Checker<'_> {
         let program = self.program;
         let ItemKind::Param(param) = &program.item(declaration)?.kind else { return None };
         match self.params.get(&declaration) {
-            Some(Some(done)) => return Some(done.clone()),
-            Some(None) => {
+            Some(CheckedParam::Right(done)) => return Some(done.clone()),
+            Some(CheckedParam::Wrong) => return None,
+            Some(CheckedParam::Open) => {
                 self.circle(param.name.span);
                 return None;
             }
             None => {}
         }
-        self.params.insert(declaration, None);
+        self.params.insert(declaration, CheckedParam::Open);
         let checked = self.check_param(param, declaration.module);
-        if let Some(checked) = &checked {
-            let value = RuleSetParam(checked).value();
-            self.constants.params.insert(param.name.text.clone(), value);
-        }
-        self.params.insert(declaration, checked.clone());
+        let state = match &checked {
+            Some(checked) => {
+                self.constants.params.insert(param.name.text.clone(), value_of(checked));
+                CheckedParam::Right(checked.clone())
+            }
+            None => CheckedParam::Wrong,
+        };
+        self.params.insert(declaration, state);
         checked
     }
 
@@ -374,12 +389,8 @@ impl Checker<'_> {
 }
 
 /// The value of a checked parameter.
-struct RuleSetParam<'a>(&'a ir::Param);
-
-impl RuleSetParam<'_> {
-    fn value(&self) -> Value {
-        if self.0.ty == Ty::Bool { Value::Bool(self.0.value != 0.0) } else { Value::Number(self.0.value) }
-    }
+fn value_of(param: &ir::Param) -> Value {
+    if param.ty == Ty::Bool { Value::Bool(param.value != 0.0) } else { Value::Number(param.value) }
 }
 
 /// A number of a type with the unit that people would write.
