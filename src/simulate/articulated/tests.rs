@@ -333,3 +333,33 @@ fn parts_do_not_pass_through_each_other() {
         assert!(apart < most, "{shape:?}: stopped {apart} cm apart");
     }
 }
+
+/// Milliseconds for 20 s of a gait, and where the core ends.
+fn timed<S: Scalar>(assembly: &Assembly, drives: &[crate::simulate::Targets]) -> (f64, Vec<f64>) {
+    use crate::simulate::Simulation;
+    use crate::simulate::run::Run;
+    let settings = settings();
+    let lowered = Lowered::new(assembly, &settings).unwrap();
+    let mut run = Run::new(Solver::<S>::new(&lowered, &settings), &lowered, &settings);
+    run.run(&drives[..1]);
+    let start = std::time::Instant::now();
+    let motions = run.run(drives);
+    let time = start.elapsed().as_secs_f64() * 1e3 / drives.len() as f64;
+    let way = |m: &crate::simulate::Motion| {
+        100.0
+            * (m.pose(0, 20.0).unwrap().translation.vector - m.pose(0, 0.0).unwrap().translation.vector)
+                .norm()
+    };
+    (time, motions.iter().map(|m| m.as_ref().map_or(f64::NAN, way)).collect())
+}
+
+#[test]
+#[ignore = "prints measurements"]
+fn report_precision() {
+    use crate::simulate::tests::bodies::{gait, m2, m8};
+    for body in [m2(), m4(), m8()] {
+        let drives: Vec<_> = (1..7).map(|n| gait(body.actuators, n, n % 2 == 1)).collect();
+        let (single, double) = (timed::<f32>(&body, &drives), timed::<f64>(&body, &drives));
+        println!("f32 {:.1} ms {:.2?}\nf64 {:.1} ms {:.2?}", single.0, single.1, double.0, double.1);
+    }
+}

@@ -174,7 +174,7 @@ fn the_solvers_agree_on_a_short_gait() {
     let way = place(&ends[0], 0, 1.0) - place(&ends[1], 0, 1.0);
     assert!(way.norm() < 1e-2, "{way}");
     for (a, b) in ends[0].bends.iter().zip(&ends[1].bends) {
-        assert!((a - b).abs() < 0.05, "bends {a} and {b}");
+        assert!((a - b).abs() < 0.1, "bends {a} and {b}");
     }
 }
 
