@@ -67,28 +67,25 @@ fn engine(rules: &RuleSet) -> String {
         second = drive.mutate(&second, 0.03, 3, &mut random).unwrap();
     }
     let targets = drive.targets(&second).unwrap();
-    // A made-up motion in which every element sinks and drifts.
-    let frames = 3;
-    let poses =
-        (0..frames)
-            .flat_map(|f| {
-                body.assembly.elements.iter().enumerate().map(move |(i, _)| {
-                    Isometry3::translation(f as f64 * (1.0 + i as f64), -0.1 * f as f64, 0.0)
-                })
-            })
+    // Made-up motions in which every element drifts, and sinks or rises.
+    let scores = [-0.1, 0.1].map(|rise| {
+        let elements = body.assembly.elements.len();
+        let poses = (0..3 * elements)
+            .map(|i| ((i / elements) as f64, (i % elements) as f64))
+            .map(|(frame, element)| Isometry3::translation(frame * (1.0 + element), rise * frame, 0.0))
             .collect();
-    let placements: Vec<_> = (0..body.assembly.elements.len())
-        .map(|body| Placement { body, local: Isometry3::identity() })
-        .collect();
-    let motion = Motion {
-        interval: 10.0,
-        duration: 20.0,
-        bodies: placements.len(),
-        poses,
-        bends: Vec::new(),
-        placements: placements.into(),
-    };
-    let score = sgc::score::score(rules, &derivation, &motion).unwrap();
+        let placements: Vec<_> =
+            (0..elements).map(|body| Placement { body, local: Isometry3::identity() }).collect();
+        let motion = Motion {
+            interval: 10.0,
+            duration: 20.0,
+            bodies: elements,
+            poses,
+            bends: Vec::new(),
+            placements: placements.into(),
+        };
+        sgc::score::score(rules, &derivation, &motion).unwrap()
+    });
     let places = [0.0, 0.1, 0.3, 0.6].map(grammar_lang::eval::Value::Number);
     let patterns: Vec<_> = rules
         .patterns
@@ -96,7 +93,7 @@ fn engine(rules: &RuleSet) -> String {
         .map(|name| places.clone().map(|place| pattern_at(rules, name, place)))
         .collect();
     format!(
-        "{:?} {first:?} {second:?} {:?} {:?} {score:?} {patterns:?}",
+        "{:?} {first:?} {second:?} {:?} {:?} {scores:?} {patterns:?}",
         body.assembly,
         targets,
         sgc::search::settings(rules),
