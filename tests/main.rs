@@ -4,6 +4,7 @@ mod architecture;
 mod cases;
 mod command_line;
 mod derivation;
+mod docs;
 mod grammars;
 mod library;
 mod search;

@@ -1,0 +1,57 @@
+//! The documentation: every block of the language in it is free of findings.
+
+use crate::support::{read, root};
+
+/// The `sgr` blocks of a page with the line that each begins at.
+fn blocks(text: &str) -> Vec<(usize, String)> {
+    let mut out = Vec::new();
+    let mut open: Option<(usize, String)> = None;
+    for (i, line) in text.lines().enumerate() {
+        match (&mut open, line) {
+            (None, "```sgr") => open = Some((i + 2, String::new())),
+            (Some(_), "```") => out.extend(open.take()),
+            (Some((_, block)), line) => *block += &format!("{line}\n"),
+            _ => {}
+        }
+    }
+    out
+}
+
+#[test]
+fn every_block_of_the_documentation_is_free_of_findings() {
+    let mut pages: Vec<String> = std::fs::read_dir(root().join("docs"))
+        .unwrap()
+        .map(|e| format!("docs/{}", e.unwrap().file_name().to_string_lossy()))
+        .collect();
+    pages.push("README.md".into());
+    let mut seen = 0;
+    for page in pages.iter().filter(|p| p.ends_with(".md")) {
+        for (line, block) in blocks(&read(page)) {
+            // A part of a grammar stands among the usual imports and parameters.
+            let whole = block.contains("grammar ");
+            let imports = "use std.actuators { bender }\nparam max_actuators : Count = 8\n";
+            let needed = block.contains("bender(") || block.contains("max_actuators");
+            let text = if whole || !needed { block } else { format!("{imports}{block}") };
+            let mut sources = grammar_lang::source::SourceMap::default();
+            let entry = sources.add(root().join("grammars/block.sgr").to_string_lossy(), text);
+            let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[]);
+            assert!(compiled.diagnostics.is_empty(), "{page}:{line}: {:?}", compiled.diagnostics);
+            seen += 1;
+        }
+    }
+    assert!(seen >= 7, "only {seen} blocks");
+}
+
+#[test]
+fn every_word_function_and_unit_is_in_the_reference() {
+    use grammar_lang::ir::{Function, Word};
+    let reference = read("docs/language.md");
+    let words = Word::ALL.iter().map(|w| w.text()).chain(Function::ALL.iter().map(|f| f.text()));
+    for word in words.chain(grammar_lang::units::unit_names()).chain(grammar_lang::units::Dimension::names())
+    {
+        let found = reference
+            .split(|c: char| !(c.is_alphanumeric() || c == '_' || c == '%'))
+            .any(|token| token == word);
+        assert!(found, "docs/language.md does not mention `{word}`");
+    }
+}
