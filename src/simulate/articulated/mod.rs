@@ -1,11 +1,11 @@
 //! The fast hinge solver: reduced coordinates, direct servos, contacts by
 //! projected Gauss-Seidel.
 //!
-//! A step goes: frames of all bodies ([`kinematics`]); mass matrix
-//! ([`inertia`]) and bias forces ([`bias`]); servos as implicit spring-dampers
-//! on its diagonal ([`joints`]); factorisation along the tree ([`factor`]);
-//! candidates for contact with the [`ground`] and between parts ([`collide`]);
-//! their [`rows`] in the factorised space; [`pgs`]; and the next state. The
+//! A step goes: frames of all bodies (`kinematics`); mass matrix
+//! (`inertia`) and bias forces (`bias`); servos as implicit spring-dampers
+//! on its diagonal (`joints`); factorisation along the tree (`factor`);
+//! candidates for contact with the `ground` and between parts (`collide`);
+//! their `rows` in the factorised space; `pgs`; and the next state. The
 //! order of all sums is fixed, and nothing depends on the platform.
 
 mod bias;

@@ -91,12 +91,29 @@ fn unactuated_robots_stay_put() {
     }
 }
 
+/// A long cylinder stays on its side, a flat one on its end.
+#[test]
+fn cylinders_lie_along_their_own_x() {
+    for name in MODELS {
+        for (radius, half_length, axis, height) in
+            [(0.01, 0.03, Vector3::z(), 0.01), (0.03, 0.01, Vector3::y(), 0.01)]
+        {
+            let turn = UnitQuaternion::rotation_between(&Vector3::x(), &axis).unwrap();
+            let pose = Isometry3::from_parts(Translation3::identity(), turn);
+            let cylinder = element(Shape::Cylinder { radius, half_length }, pose);
+            let body = Assembly { elements: vec![cylinder], ..Assembly::default() };
+            let end = place(&run(name, &body, &during(0.5), &idle(0)), 0, 0.5);
+            assert!((end - Vector3::y() * height).norm() < 2e-4, "{name}: {end}");
+        }
+    }
+}
+
 #[test]
 fn a_run_is_the_same_every_time_and_in_any_company() {
-    for (name, duration) in [("articulated", 3.0), ("rapier", 0.3)] {
-        let body = m4();
+    // The limbs of the larger body meet, so its collisions have a history too.
+    for (name, body, duration) in [("articulated", m8(), 20.0), ("rapier", m4(), 0.3)] {
         let mut simulation = model(name).unwrap().prepare(&body, &during(duration)).unwrap();
-        let drives: Vec<_> = (1..4).map(|number| gait(4, number, false)).collect();
+        let drives: Vec<_> = (1..4).map(|number| gait(body.actuators, number, false)).collect();
         let together = simulation.run(&drives);
         for (place, drive) in drives.iter().enumerate() {
             let alone = run(name, &body, &during(duration), drive);
@@ -166,15 +183,20 @@ fn halving_the_step_converges() {
     assert!(errors[2] < errors[0], "{errors:?} m");
 }
 
-/// The two solvers share no physics code, so where they agree both may be right.
+/// The two solvers share no physics code, so where they agree both may be
+/// right. Slowly, as rapier's servos lag.
 #[test]
-fn the_solvers_agree_on_a_short_gait() {
-    let (body, drive) = (m2(), gait(2, 3, true));
-    let ends = ["articulated", "rapier"].map(|name| run(name, &body, &during(1.0), &drive));
-    let way = place(&ends[0], 0, 1.0) - place(&ends[1], 0, 1.0);
-    assert!(way.norm() < 1e-2, "{way}");
+fn the_solvers_agree_on_a_slow_bend() {
+    let body = m2();
+    let drive = Targets { interval: 2.0, actuators: 2, angles: vec![0.0, 0.0, 0.9, 0.6] };
+    let settings = Settings { iterations: 20, ..during(2.0) };
+    let ends = ["articulated", "rapier"].map(|name| run(name, &body, &settings, &drive));
+    for element in 0..body.elements.len() {
+        let [here, there] = [0, 1].map(|solver: usize| place(&ends[solver], element, 2.0));
+        assert!((here - there).norm() < 2e-3, "element {element}: {here} and {there}");
+    }
     for (a, b) in ends[0].bends.iter().zip(&ends[1].bends) {
-        assert!((a - b).abs() < 0.1, "bends {a} and {b}");
+        assert!((a - b).abs() < 0.06, "bends {a} and {b}");
     }
 }
 
