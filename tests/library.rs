@@ -22,15 +22,12 @@ fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
     let (mut i, mut quoted, mut comment) = (0, false, false);
     while i < bytes.len() {
         let before = if i == 0 { b' ' } else { bytes[i - 1] };
+        let in_word = before.is_ascii_alphanumeric() || b"_^.".contains(&before);
         match bytes[i] {
             b'\n' => (quoted, comment) = (false, false),
             b'#' if !quoted => comment = true,
             b'"' if !comment => quoted = !quoted,
-            c if c.is_ascii_digit()
-                && !quoted
-                && !comment
-                && !(before.is_ascii_alphanumeric() || b"_^.".contains(&before)) =>
-            {
+            c if c.is_ascii_digit() && !quoted && !comment && !in_word => {
                 let start = i;
                 while i < bytes.len()
                     && (bytes[i].is_ascii_digit() || bytes[i] == b'.' && bytes.get(i + 1) != Some(&b'.'))

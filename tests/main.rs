@@ -1,5 +1,8 @@
 //! All tests that need more than one layer: one binary, so that it links once.
 
+// Helpers of tests fail the test that calls them.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
 mod architecture;
 mod cases;
 mod command_line;

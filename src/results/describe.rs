@@ -3,7 +3,8 @@
 use std::fmt::Write;
 
 use grammar_lang::eval::Reference;
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Ty};
+use grammar_lang::units::{self, Dimension};
 
 use crate::derive::{Derivation, Recorded, Step};
 use crate::design::{Design, PartId, ports};
@@ -19,9 +20,9 @@ fn part_name(design: &Design, id: PartId) -> String {
     }
 }
 
-fn value(rules: &RuleSet, design: &Design, recorded: &Recorded) -> String {
+fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, dimension: Dimension) -> String {
     match recorded {
-        Recorded::Number(x) => format!("{}", (x * 1e6).round() / 1e6),
+        Recorded::Number(x) => units::shown(*x, dimension),
         Recorded::Bool(x) => x.to_string(),
         Recorded::Text(x) | Recorded::Pattern(x) => x.clone(),
         Recorded::Kind(name, _) => name.clone(),
@@ -38,12 +39,21 @@ fn value(rules: &RuleSet, design: &Design, recorded: &Recorded) -> String {
 /// A step as one line: the rule and what it matched and chose.
 #[must_use]
 pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
-    let names =
-        rules.rules.iter().find(|r| r.name == step.rule).map(|r| r.locals.clone()).unwrap_or_default();
+    let rule = rules.rules.iter().find(|r| r.name == step.rule);
+    let names = rule.map(|r| r.locals.as_slice()).unwrap_or_default();
+    let dimension = |name: &String| {
+        let choice = rule.and_then(|r| r.choices.iter().find(|c| c.name == *name))?;
+        match &choice.domain.ty {
+            Ty::Domain(item) | Ty::List(item) => item.dimension(),
+            _ => None,
+        }
+    };
     let values: Vec<String> = names
         .iter()
         .zip(&step.locals)
-        .map(|(name, local)| format!("{name} = {}", value(rules, design, local)))
+        .map(|(name, local)| {
+            format!("{name} = {}", value(rules, design, local, dimension(name).unwrap_or_default()))
+        })
         .collect();
     format!("{}({})", step.rule, values.join(", "))
 }
@@ -91,10 +101,9 @@ pub fn quantity(value: f64, unit: &str) -> String {
 #[must_use]
 pub fn term(rules: &RuleSet, name: &str, si: f64) -> String {
     let dimension = rules.terms.get(name).and_then(|t| t.ty.dimension()).unwrap_or_default();
-    let objective =
-        grammar_lang::units::parse(&rules.objective.unit).ok().filter(|u| u.dimension == dimension);
+    let objective = units::parse(&rules.objective.unit).ok().filter(|u| u.dimension == dimension);
     match objective {
         Some(unit) => quantity(si / unit.factor, &rules.objective.unit),
-        None => quantity(si, &grammar_lang::units::display_unit(dimension)),
+        None => quantity(si, &units::display_unit(dimension)),
     }
 }
