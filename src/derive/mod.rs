@@ -12,6 +12,7 @@ mod scope;
 mod start;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use grammar_lang::eval::{Domain, EvalError, Reference, Value, evaluate};
 use grammar_lang::ir::{Pattern, Rule, RuleSet};
@@ -23,6 +24,9 @@ pub use start::check_start;
 
 use crate::design::Design;
 use random::Stream;
+
+/// How many values of a domain that cannot be listed are tried against the guards.
+const TRIES: usize = 10_000;
 
 /// A design with the steps that made it.
 #[derive(Clone, Debug, PartialEq)]
@@ -168,29 +172,50 @@ impl Derivation {
             let domain = evaluate(&choice.domain, &scope, &mut locals)?;
             let slots = locals.len() + 1;
             let guards: Vec<_> = rule.guards.iter().filter(|g| g.needs == slots).collect();
-            let mut options = match &domain {
-                Value::Domain(domain) => match &**domain {
-                    Domain::Range { low, high, whole: false } if low <= high => {
-                        vec![Value::Number(low + (high - low) * random.unit())]
-                    }
-                    domain => domain.items(),
-                },
-                list => list.items().to_vec(),
-            };
-            let mut chosen = None;
-            while chosen.is_none() && !options.is_empty() {
-                locals.push(options.swap_remove(random.below(options.len())));
-                let mut fits = true;
+            let fits = |value: Value, locals: &mut Vec<Value>| -> Result<bool, EvalError> {
+                locals.push(value);
                 for guard in &guards {
-                    fits = fits && evaluate(&guard.condition, &scope, &mut locals)? == Value::Bool(true);
+                    if evaluate(&guard.condition, &scope, locals)? != Value::Bool(true) {
+                        locals.pop();
+                        return Ok(false);
+                    }
                 }
-                if fits {
-                    chosen = Some(());
-                } else {
-                    locals.pop();
+                Ok(true)
+            };
+            let domain = match domain {
+                Value::Domain(domain) => domain,
+                list => Arc::new(Domain::Items(list.items().to_vec())),
+            };
+            let mut chosen = false;
+            match &*domain {
+                Domain::Range { low, high, whole: false } => {
+                    for _ in 0..TRIES {
+                        let value = Value::Number(low + (high - low) * random.unit());
+                        if low > high || fits(value, &mut locals)? {
+                            chosen = low <= high;
+                            break;
+                        }
+                    }
+                }
+                domain if domain.count() > TRIES => {
+                    for _ in 0..TRIES {
+                        let value = domain.item(random.below(domain.count()));
+                        if let Some(value) = value
+                            && fits(value, &mut locals)?
+                        {
+                            chosen = true;
+                            break;
+                        }
+                    }
+                }
+                domain => {
+                    let mut options: Vec<Value> = domain.items().collect();
+                    while !chosen && !options.is_empty() {
+                        chosen = fits(options.swap_remove(random.below(options.len())), &mut locals)?;
+                    }
                 }
             }
-            if chosen.is_none() {
+            if !chosen {
                 return Ok(None);
             }
         }

@@ -1,7 +1,7 @@
 //! What the expressions of the derivation can read: the design so far.
 
 use grammar_lang::eval::{Reference, Scope, Value};
-use grammar_lang::ir::{Expr, Function, Group, RuleSet, Word};
+use grammar_lang::ir::{Function, Group, RuleSet, Word};
 
 use super::Derivation;
 use crate::design::{Design, PartId};
@@ -40,6 +40,10 @@ fn part(value: &Value) -> Option<PartId> {
 }
 
 impl Scope for DesignScope<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(self.rules)
+    }
+
     fn word(&self, word: Word) -> Option<Value> {
         match word {
             Word::Connected => Some(Value::Bool(self.design().is_connected())),
@@ -47,10 +51,6 @@ impl Scope for DesignScope<'_> {
             Word::Temperature => self.temperature.map(Value::Number),
             _ => None,
         }
-    }
-
-    fn param(&self, name: &str) -> Option<Value> {
-        self.rules.param(name)
     }
 
     fn placed(&self, name: &str) -> Option<Value> {
@@ -87,9 +87,5 @@ impl Scope for DesignScope<'_> {
         }
         let neighbours = self.design().neighbours(part(arguments.first()?)?);
         Some(Value::List(neighbours.into_iter().map(|id| Value::Reference(Reference::Part(id))).collect()))
-    }
-
-    fn pattern(&self, name: &str) -> Option<&Expr> {
-        self.rules.patterns.get(name)
     }
 }

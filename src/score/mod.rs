@@ -1,7 +1,7 @@
 //! Scores a recorded motion with the grammar's terms.
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
-use grammar_lang::ir::{Expr, Function, Group, RuleSet, Word};
+use grammar_lang::ir::{RuleSet, Word};
 
 use crate::derive::{Derivation, DesignScope};
 use crate::simulate::Motion;
@@ -21,7 +21,7 @@ pub struct Score {
 ///
 /// [`EvalError`] when a term or the objective has no value.
 pub fn score(rules: &RuleSet, derivation: &Derivation, motion: &Motion) -> Result<Score, EvalError> {
-    let scope = MotionScope { design: DesignScope::new(rules, derivation), rules, motion };
+    let scope = MotionScope { design: DesignScope::new(rules, derivation), motion };
     let mut terms = Vec::with_capacity(rules.terms.len());
     for (name, term) in &rules.terms {
         terms
@@ -36,7 +36,7 @@ pub fn score(rules: &RuleSet, derivation: &Derivation, motion: &Motion) -> Resul
 ///
 /// [`EvalError`] when the objective has no value.
 pub fn objective(rules: &RuleSet, derivation: &Derivation, motion: &Motion) -> Result<f64, EvalError> {
-    value(rules, &MotionScope { design: DesignScope::new(rules, derivation), rules, motion })
+    value(rules, &MotionScope { design: DesignScope::new(rules, derivation), motion })
 }
 
 fn value(rules: &RuleSet, scope: &MotionScope<'_>) -> Result<f64, EvalError> {
@@ -46,11 +46,14 @@ fn value(rules: &RuleSet, scope: &MotionScope<'_>) -> Result<f64, EvalError> {
 /// What terms can read: the design and the whole recorded motion.
 struct MotionScope<'a> {
     design: DesignScope<'a>,
-    rules: &'a RuleSet,
     motion: &'a Motion,
 }
 
 impl Scope for MotionScope<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(&self.design)
+    }
+
     fn word(&self, word: Word) -> Option<Value> {
         match word {
             Word::Start => Some(Value::Number(0.0)),
@@ -61,22 +64,6 @@ impl Scope for MotionScope<'_> {
             }
             _ => self.design.word(word),
         }
-    }
-
-    fn param(&self, name: &str) -> Option<Value> {
-        self.rules.param(name)
-    }
-    fn placed(&self, name: &str) -> Option<Value> {
-        self.design.placed(name)
-    }
-    fn group(&self, group: &Group) -> Option<Vec<Value>> {
-        self.design.group(group)
-    }
-    fn belongs(&self, part: &Value, group: &Group) -> Option<bool> {
-        self.design.belongs(part, group)
-    }
-    fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
-        self.design.attribute(of, name)
     }
 
     fn attribute_at(&self, of: &Value, name: &str, time: f64) -> Option<Value> {
@@ -93,15 +80,5 @@ impl Scope for MotionScope<'_> {
             }
             _ => None,
         }
-    }
-
-    fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
-        self.design.call(function, arguments)
-    }
-    fn pattern(&self, name: &str) -> Option<&Expr> {
-        self.rules.pattern(name)
-    }
-    fn term(&self, name: &str) -> Option<&Expr> {
-        self.rules.term(name)
     }
 }

@@ -1,7 +1,7 @@
 //! What the expressions of a schedule can read, and their values.
 
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
-use grammar_lang::ir::{Expr, Function, Group, RuleSet, Schedule, Word};
+use grammar_lang::ir::{Expr, Function, RuleSet, Schedule, Word};
 
 use crate::derive::{Derivation, DesignScope};
 
@@ -52,29 +52,19 @@ struct ScheduleScope<'a> {
 }
 
 impl Scope for ScheduleScope<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(&self.design)
+    }
+
     fn word(&self, word: Word) -> Option<Value> {
         match word {
             Word::Iteration => Some(Value::Number(self.course.iteration as f64)),
             Word::Best => Some(Value::Number(self.course.best())),
             Word::Idle => Some(Value::Number(self.course.idle() as f64)),
-            _ => None,
+            _ => self.design.word(word),
         }
     }
-    fn param(&self, name: &str) -> Option<Value> {
-        self.design.param(name)
-    }
-    fn placed(&self, name: &str) -> Option<Value> {
-        self.design.placed(name)
-    }
-    fn group(&self, group: &Group) -> Option<Vec<Value>> {
-        self.design.group(group)
-    }
-    fn belongs(&self, part: &Value, group: &Group) -> Option<bool> {
-        self.design.belongs(part, group)
-    }
-    fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
-        self.design.attribute(of, name)
-    }
+
     fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
         match (function, arguments) {
             (Function::Gain, [Value::Number(n)]) => {

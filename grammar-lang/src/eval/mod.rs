@@ -20,58 +20,64 @@ pub struct EvalError {
     pub reason: String,
 }
 
-/// What a stage knows. Whatever a stage does not know is `None`; the checker
-/// lets no expression ask for it.
-#[allow(unused_variables)]
+/// What a stage knows. A scope says what its stage adds and leaves the rest to
+/// its outer scope; whatever nobody knows is `None`, and the checker lets no
+/// expression ask for it.
 pub trait Scope {
+    /// Who knows what this scope does not.
+    fn outer(&self) -> Option<&dyn Scope>;
+
     /// The value of a word.
     fn word(&self, word: Word) -> Option<Value> {
-        None
+        self.outer()?.word(word)
     }
     /// The value of a parameter of the grammar, SI.
     fn param(&self, name: &str) -> Option<Value> {
-        None
+        self.outer()?.param(name)
     }
     /// A part of the initial design by name.
     fn placed(&self, name: &str) -> Option<Value> {
-        None
+        self.outer()?.placed(name)
     }
     /// The parts of a group.
     fn group(&self, group: &Group) -> Option<Vec<Value>> {
-        None
+        self.outer()?.group(group)
     }
     /// Whether a part belongs to a group.
     fn belongs(&self, part: &Value, group: &Group) -> Option<bool> {
-        None
+        self.outer()?.belongs(part, group)
     }
     /// Whether a step created a part of a group that still exists.
     fn adds(&self, step: &Value, group: &Group) -> Option<bool> {
-        None
+        self.outer()?.adds(step, group)
     }
     /// An attribute of a part or actuator.
     fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
-        None
+        self.outer()?.attribute(of, name)
     }
     /// An attribute of an element at a time in s.
     fn attribute_at(&self, of: &Value, name: &str, time: f64) -> Option<Value> {
-        None
+        self.outer()?.attribute_at(of, name, time)
     }
     /// A function that only this stage knows.
     fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
-        None
+        self.outer()?.call(function, arguments)
     }
     /// The expression of a pattern.
     fn pattern(&self, name: &str) -> Option<&Expr> {
-        None
+        self.outer()?.pattern(name)
     }
     /// The expression of a term.
     fn term(&self, name: &str) -> Option<&Expr> {
-        None
+        self.outer()?.term(name)
     }
 }
 
 /// A scope that knows only the declarations of a rule set.
 impl Scope for RuleSet {
+    fn outer(&self) -> Option<&dyn Scope> {
+        None
+    }
     fn param(&self, name: &str) -> Option<Value> {
         let param = self.params.get(name)?;
         Some(if param.ty == crate::ir::Ty::Bool {
@@ -95,16 +101,16 @@ struct InCycle<'a> {
 }
 
 impl Scope for InCycle<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(self.outer)
+    }
     fn word(&self, word: Word) -> Option<Value> {
         if word == Word::Cycle { Some(Value::Number(self.cycle)) } else { self.outer.word(word) }
     }
-    fn param(&self, name: &str) -> Option<Value> {
-        self.outer.param(name)
-    }
-    fn pattern(&self, name: &str) -> Option<&Expr> {
-        self.outer.pattern(name)
-    }
 }
+
+/// How many values a binder may run over.
+const MOST: usize = 100_000;
 
 /// Evaluates an expression. `locals` holds the values of local slots; binders
 /// of aggregates extend it while they run.
@@ -371,7 +377,10 @@ impl Evaluation<'_> {
         };
         let items = self.value(&binder.over)?;
         let items: Vec<Value> = match &items {
-            Value::Domain(domain) => domain.items(),
+            Value::Domain(domain) if domain.count() > MOST => {
+                return fail(&binder.over, format!("these are more than {MOST} values to run over"));
+            }
+            Value::Domain(domain) => domain.items().collect(),
             list => list.items().to_vec(),
         };
         for item in items {

@@ -76,17 +76,32 @@ pub enum Domain {
 }
 
 impl Domain {
-    /// The values one by one; for a continuous range, none.
+    /// How many values there are; none in a continuous range can be counted.
     #[must_use]
-    pub fn items(&self) -> Vec<Value> {
+    pub fn count(&self) -> usize {
         match self {
-            Self::Items(items) => items.clone(),
-            Self::Range { low, high, whole: true } if high >= low => {
-                let count = (libm::floor(*high) - libm::ceil(*low) + 1.0).clamp(0.0, 1e6) as usize;
-                (0..count).map(|i| Value::Number(libm::ceil(*low) + i as f64)).collect()
+            Self::Items(items) => items.len(),
+            Self::Range { low, high, whole: true } => {
+                (libm::floor(*high) - libm::ceil(*low) + 1.0).max(0.0) as usize
             }
-            Self::Range { .. } => Vec::new(),
+            Self::Range { .. } => 0,
         }
+    }
+
+    /// A value by its place.
+    #[must_use]
+    pub fn item(&self, index: usize) -> Option<Value> {
+        match self {
+            Self::Items(items) => items.get(index).cloned(),
+            Self::Range { low, .. } => {
+                (index < self.count()).then(|| Value::Number(libm::ceil(*low) + index as f64))
+            }
+        }
+    }
+
+    /// The values one by one; for a continuous range, none.
+    pub fn items(&self) -> impl Iterator<Item = Value> {
+        (0..self.count()).filter_map(|i| self.item(i))
     }
 }
 

@@ -13,7 +13,7 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
             };
             let whole = matches!(&*domain, crate::eval::Domain::Range { whole: true, .. });
             let inverted = matches!(&*domain, crate::eval::Domain::Range { low, high, .. } if low > high);
-            if whole && domain.items().is_empty() && !inverted {
+            if whole && domain.count() == 0 && !inverted {
                 findings.push(
                     Diagnostic::new(
                         Code::EMPTY_DOMAIN,

@@ -17,8 +17,15 @@ pub(super) struct Lowering<'a> {
     text: &'a str,
     file: FileId,
     offset: usize,
+    /// How many expressions are open.
+    level: usize,
     errors: Vec<Diagnostic>,
 }
+
+/// The longest chain of operators or suffixes, and the deepest expression: all
+/// that walks the tree recurses as deep as it is.
+const LONGEST_CHAIN: usize = 200;
+const DEEPEST: usize = 300;
 
 /// The children of a node without comments.
 fn children(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
@@ -104,7 +111,7 @@ fn parts(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
 
 impl<'a> Lowering<'a> {
     pub(super) fn new(text: &'a str, file: FileId, offset: usize) -> Self {
-        Self { text, file, offset, errors: Vec::new() }
+        Self { text, file, offset, level: 0, errors: Vec::new() }
     }
 
     /// The errors found since the last call.
@@ -331,10 +338,36 @@ impl<'a> Lowering<'a> {
         Some(Variable { shared, name, size, ty, domain, mutate, flip, bound })
     }
 
+    fn too_deep(&mut self, span: Span) {
+        self.errors.push(
+            Diagnostic::new(Code::TOO_DEEP, span, "this expression is too long or too deeply nested")
+                .label("more than can be followed")
+                .help("give parts of it a name with `let`"),
+        );
+    }
+
     /// Lowers any of the expression rules.
     fn expr(&mut self, node: Node<'_>) -> Option<Expr> {
+        self.level += 1;
+        let whole = self.span(&node);
+        let expr = self.expr_of(node);
+        self.level -= 1;
+        if self.level == 0 && expr.as_ref().is_some_and(|e| depth(e) > DEEPEST) {
+            self.too_deep(whole);
+            return None;
+        }
+        expr
+    }
+
+    fn expr_of(&mut self, node: Node<'_>) -> Option<Expr> {
         let span = self.span(&node);
         let rule = node.as_rule();
+        if matches!(rule, Rule::disjunction | Rule::conjunction | Rule::sum | Rule::product | Rule::postfix)
+            && node.clone().into_inner().nth(2 * LONGEST_CHAIN).is_some()
+        {
+            self.too_deep(span);
+            return None;
+        }
         let at = |kind| Some(Expr { kind, span });
         match rule {
             Rule::expr => {
@@ -516,6 +549,40 @@ impl<'a> Lowering<'a> {
         }
         Some(Expr { kind: ExprKind::Aggregate { how, binders, condition, body, otherwise }, span })
     }
+}
+
+/// How deep an expression is, found without recursion.
+fn depth(expr: &Expr) -> usize {
+    let mut deepest = 0;
+    let mut open = vec![(expr, 1)];
+    while let Some((e, depth)) = open.pop() {
+        deepest = deepest.max(depth);
+        let mut push = |e| open.push((e, depth + 1));
+        match &e.kind {
+            ExprKind::Member(a, _) | ExprKind::Negate(a) | ExprKind::Not(a) | ExprKind::Convert(a, _) => {
+                push(a)
+            }
+            ExprKind::Index(a, b)
+            | ExprKind::At(a, b)
+            | ExprKind::Binary(a, _, b)
+            | ExprKind::Range(a, b) => {
+                push(a);
+                push(b);
+            }
+            ExprKind::If(a, b, c) => [a, b, c].into_iter().for_each(|e| push(e)),
+            ExprKind::Call(f, arguments) => {
+                push(f);
+                arguments.iter().for_each(|a| push(&a.value));
+            }
+            ExprKind::Set(items) | ExprKind::List(items) => items.iter().for_each(push),
+            ExprKind::Aggregate { binders, condition, body, otherwise, .. } => {
+                binders.iter().for_each(|b| push(&b.over));
+                [condition, body, otherwise].into_iter().flatten().for_each(|e| push(e));
+            }
+            ExprKind::Quantity(..) | ExprKind::Text(_) | ExprKind::Bool(_) | ExprKind::Name(_) => {}
+        }
+    }
+    deepest
 }
 
 fn binary(left: Expr, operator: Operator, right: Expr) -> Expr {

@@ -33,7 +33,7 @@ pub(super) fn module(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
         // `file` matches every text; should it not, the whole text is junk.
         Err(_) => {
             let mut errors = lowering.finish();
-            recover::chunk(text, 0, text.len(), file, &mut module, &mut errors);
+            recover::junk(text, 0, text.len(), file, &mut module, &mut errors);
             return (module, errors);
         }
     };
@@ -47,7 +47,7 @@ pub(super) fn module(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
             }
             Rule::junk => {
                 let span = pair.as_span();
-                recover::chunk(text, span.start(), span.end(), file, &mut module, &mut errors);
+                recover::junk(text, span.start(), span.end(), file, &mut module, &mut errors);
             }
             _ => {}
         }

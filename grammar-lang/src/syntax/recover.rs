@@ -14,8 +14,43 @@ const RULE_CLAUSES: &[&str] = &["match", "choose", "when", "unless", "attach", "
 const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive"];
 const LATER: &[&str] = &["variant", "example", "prefer", "task", "target", "cell", "lattice"];
 
-/// Reports one run of junk and saves what can be saved of it.
-pub(super) fn chunk(
+/// Reports a run of junk, declaration by declaration.
+pub(super) fn junk(
+    text: &str,
+    start: usize,
+    end: usize,
+    file: FileId,
+    module: &mut Module,
+    errors: &mut Vec<Diagnostic>,
+) {
+    let piece = text.get(start..end).unwrap_or("");
+    // Outside braces, a line that starts with a word of its own starts something new.
+    let mut starts = vec![0];
+    let mut depth = 0usize;
+    let mut at = 0;
+    for line in piece.split_inclusive('\n') {
+        let word = word_at(line);
+        let clause = RULE_CLAUSES.contains(&word) || ACTUATION_CLAUSES.contains(&word);
+        if at > 0 && depth == 0 && !word.is_empty() && !clause {
+            starts.push(at);
+        }
+        for (_, c) in bare(line) {
+            match c {
+                '{' => depth += 1,
+                '}' => depth = depth.saturating_sub(1),
+                _ => {}
+            }
+        }
+        at += line.len();
+    }
+    let ends = starts.iter().skip(1).copied().chain([piece.len()]).collect::<Vec<_>>();
+    for (from, to) in starts.into_iter().zip(ends) {
+        chunk(text, start + from, start + to, file, module, errors);
+    }
+}
+
+/// Reports one broken declaration and saves what can be saved of it.
+fn chunk(
     text: &str,
     start: usize,
     end: usize,
@@ -250,6 +285,10 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     let in_expression = expected.contains(&"an operator");
     if expected.len() > 1 {
         expected.retain(|e| *e != "an operator");
+    }
+    // Where a declaration may end, what else could go on is beside the point.
+    if expected.contains(&"the end of the declaration") {
+        expected.retain(|e| !["`[`", "`(`", "`in`", "`..`"].contains(e));
     }
     let wanted = match expected.as_slice() {
         [] => "something else".to_owned(),

@@ -64,6 +64,9 @@ struct Constants {
 }
 
 impl Scope for Constants {
+    fn outer(&self) -> Option<&dyn Scope> {
+        None
+    }
     fn param(&self, name: &str) -> Option<Value> {
         self.params.get(name).cloned()
     }
