@@ -98,12 +98,7 @@ impl Grammar {
     ///
     /// A sentence that says what does not fit.
     pub fn compile(&self) -> Result<RuleSet, String> {
-        let world = Frozen { texts: self.sources.clone() };
-        let text = self.sources.get(&self.entry).ok_or("the text of its grammar is missing")?;
-        let mut sources = SourceMap::default();
-        let entry = sources.add(self.entry.clone(), text.clone());
-        let compiled = grammar_lang::compile(&world, &mut sources, entry, &self.parameters);
-        let rules = compiled.ruleset.ok_or("this version of sgc cannot read the grammar in it")?;
+        let rules = self.compile_edited()?;
         if rules_hash(&rules) != self.rules {
             return Err(
                 "its grammar was changed after it was saved, or this version of sgc reads it differently"
@@ -111,6 +106,20 @@ impl Grammar {
             );
         }
         Ok(rules)
+    }
+
+    /// Compiles the texts as they are, also where they were edited since.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that says what is missing or wrong.
+    pub fn compile_edited(&self) -> Result<RuleSet, String> {
+        let world = Frozen { texts: self.sources.clone() };
+        let text = self.sources.get(&self.entry).ok_or("the text of its grammar is missing")?;
+        let mut sources = SourceMap::default();
+        let entry = sources.add(self.entry.clone(), text.clone());
+        let compiled = grammar_lang::compile(&world, &mut sources, entry, &self.parameters);
+        compiled.ruleset.ok_or_else(|| "this version of sgc cannot read the grammar in it".to_owned())
     }
 }
 

@@ -16,7 +16,7 @@ use std::fmt;
 use grammar_lang::eval::EvalError;
 
 pub use evaluator::{Evaluator, settings};
-pub use outer::{Best, Observer, Outcome, Row, run};
+pub use outer::{Best, Observer, Outcome, Row, run, tune_body};
 
 use crate::simulate::Unfit;
 

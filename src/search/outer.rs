@@ -112,15 +112,44 @@ pub fn run(
     stop: &AtomicBool,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, Failure> {
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(limits.jobs.max(1))
-        .build()
-        .map_err(|e| Failure::Threads(format!("cannot start {} threads: {e}", limits.jobs)))?;
+    let pool = threads(limits)?;
     let budget = Budget { limits, stop, spent: 0 };
     let mut annealing =
         Annealing { rules, model, pool: &pool, seed: limits.seed, budget, observer, best: None, moves: 0 };
     let end = annealing.anneal()?;
     Ok(Outcome { best: annealing.best, evaluations: annealing.budget.spent, moves: annealing.moves, end })
+}
+
+/// Tunes the curves of one body, as the search does for each body.
+///
+/// # Errors
+///
+/// A [`Failure`].
+pub fn tune_body(
+    rules: &RuleSet,
+    model: &dyn Model,
+    derivation: &Arc<Derivation>,
+    limits: &Limits,
+    stop: &AtomicBool,
+) -> Result<Outcome, Failure> {
+    let pool = threads(limits)?;
+    let mut budget = Budget { limits, stop, spent: 0 };
+    let tuned = tune(rules, model, &pool, derivation, "body", &mut budget, &mut |_, _, _| {})?;
+    let best = tuned.found.map(|found| Best {
+        derivation: Arc::clone(derivation),
+        parameters: found.parameters,
+        value: found.value,
+        half_step: found.half_step,
+        found_at: 0,
+    });
+    Ok(Outcome { best, evaluations: budget.spent, moves: 0, end: tuned.cut.unwrap_or(End::Stopped) })
+}
+
+fn threads(limits: &Limits) -> Result<rayon::ThreadPool, Failure> {
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(limits.jobs.max(1))
+        .build()
+        .map_err(|e| Failure::Threads(format!("cannot start {} threads: {e}", limits.jobs)))
 }
 
 impl Annealing<'_> {
