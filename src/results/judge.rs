@@ -130,11 +130,3 @@ pub fn report(design: &SavedDesign) -> String {
     }
     out
 }
-
-/// Whether another value confirms a value, by the share that the search asks for.
-#[must_use]
-pub fn keeps(rules: &RuleSet, value: f64, other: f64) -> bool {
-    let sign = if rules.objective.maximize { 1.0 } else { -1.0 };
-    let (value, other) = (value * sign, other * sign);
-    other >= value - (1.0 - rules.search.keep) * value.abs()
-}

@@ -5,6 +5,7 @@ use grammar_lang::ir::RuleSet;
 use super::saved::SavedDesign;
 use super::view::{Check, Curve, Element, Scene};
 use super::{describe, judge};
+use crate::search::keeps;
 
 /// Simulates a design and describes what is to be seen.
 ///
@@ -65,7 +66,7 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign) -> Result<Scene, String> {
         .map(|check| Check {
             name: format!("with {}", check.name),
             text: check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, unit)),
-            ok: check.value.is_some_and(|v| judge::keeps(rules, design.value, v)),
+            ok: check.value.is_some_and(|v| keeps(rules, design.value, v)),
         })
         .collect();
     Ok(Scene {

@@ -6,7 +6,7 @@ use grammar_lang::ir::RuleSet;
 
 use super::evaluator::Evaluator;
 use super::schedule::{Course, Plan};
-use super::{Budget, End, Failure, accepts};
+use super::{Budget, End, Failure, accepts, keeps};
 use crate::derive::Derivation;
 use crate::derive::random::Stream;
 use crate::drive::Parameters;
@@ -163,11 +163,11 @@ impl Tuning<'_, '_> {
             return Ok(true);
         }
         let mut half_step = None;
-        if fitness > 0.0 && self.is_actuated() {
+        // Where more is better, a value that is not positive has nothing to lose.
+        if self.is_actuated() && (fitness > 0.0 || !self.rules.objective.maximize) {
             self.budget.spent += 1;
             let half = self.evaluator.at_half_step(candidate)?.ok();
-            let kept = half.map_or(f64::NEG_INFINITY, |h| self.fitness(h));
-            if kept < self.rules.search.keep * fitness {
+            if !half.is_some_and(|half| keeps(self.rules, value, half)) {
                 self.tuned.unstable += 1;
                 return Ok(false);
             }

@@ -14,6 +14,7 @@ mod schedule;
 use std::fmt;
 
 use grammar_lang::eval::EvalError;
+use grammar_lang::ir::RuleSet;
 
 pub use evaluator::{Evaluator, settings};
 pub use outer::{Best, Observer, Outcome, Row, run, tune_body};
@@ -124,6 +125,13 @@ impl Budget<'_> {
 /// Metropolis's rule, with the random number drawn beforehand.
 pub(crate) fn accepts(current: f64, candidate: f64, temperature: f64, drawn: f64) -> bool {
     candidate >= current || (temperature > 0.0 && drawn < libm::exp((candidate - current) / temperature))
+}
+
+/// Whether another value confirms a value, by the share that the search asks for.
+#[must_use]
+pub fn keeps(rules: &RuleSet, value: f64, other: f64) -> bool {
+    let sign = if rules.objective.maximize { 1.0 } else { -1.0 };
+    sign * other >= sign * value - (1.0 - rules.search.keep) * value.abs()
 }
 
 #[cfg(test)]
