@@ -219,3 +219,26 @@ fn help_names_every_command_that_works() {
         assert!(text.contains(&format!("\n  {command} ")), "{text}");
     }
 }
+
+#[test]
+fn a_value_that_does_not_exist_while_running_is_told_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = quick_grammar(folder.path());
+    let text = std::fs::read_to_string(&grammar).unwrap();
+    for (from, to, says) in [
+        ("maximize travel - fall in cm", "maximize travel / (fall - fall)", "divides by zero"),
+        ("require whole         : connected", "require whole : 1 / (count(part) - 3) < 2", "divides by zero"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        std::fs::write(&grammar, text.replace(from, to)).unwrap();
+        let out = folder.path().join("run").to_string_lossy().into_owned();
+        let output = sgc(&["run", &grammar, "--max-evals", "40", "--out", &out, "--force"]);
+        assert_eq!(code(&output), 1, "{to}: {}", errors(&output));
+        assert!(
+            errors(&output).contains("quick.sgr:") && errors(&output).contains(says),
+            "{}",
+            errors(&output)
+        );
+        std::fs::remove_dir_all(&out).unwrap();
+    }
+}

@@ -107,3 +107,16 @@ fn the_inner_loop_stops_also_where_the_best_is_not_positive() {
     // 150 iterations of at most 15 moves and a few more, not 300.
     assert!(most < 300 * 5, "an inner loop took {most} evaluations");
 }
+
+#[test]
+fn minimising_the_negative_is_maximising() {
+    let mut texts = texts();
+    let text = texts["grammars/codesign.sgr"]
+        .replace("for 20 s", "for 2 s")
+        .replace("maximize travel - fall in cm", "minimize fall - travel in cm");
+    texts.insert("grammars/codesign.sgr".into(), text);
+    let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
+    let best = search(&rules, 2, 2, 300).0.best.expect("a best design");
+    assert!(best.value < -0.1, "{}", best.value);
+    assert!(best.half_step.is_some_and(|half| sgc::search::keeps(&rules, best.value, half)));
+}

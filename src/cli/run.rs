@@ -12,8 +12,8 @@ use super::output::{self, Fault};
 use super::progress::{Progress, span};
 use super::{exit, load};
 use crate::results::folder::{Asked, RunFolder};
+use crate::results::judge;
 use crate::results::saved::Grammar;
-use crate::results::{describe, judge};
 use crate::search::{self, Best, End, Failure, Limits, Observer, Row};
 use crate::simulate;
 
@@ -131,23 +131,29 @@ impl Run {
         );
         output::note(&spent);
         let Some(best) = &outcome.best else {
+            if outcome.end == End::Interrupted {
+                return Err(Fault {
+                    code: exit::INTERRUPTED,
+                    message: "interrupted before anything was found".to_owned(),
+                });
+            }
             return Err(Fault::input("no evaluation was valid: no feasible design was found"));
         };
-        // The reference solver has the last word on the final best; its opinion is kept beside the value.
-        let design =
-            judge::final_check(&rules, &keeper.saved(best).map_err(Fault::usage)?).map_err(Fault::input)?;
-        keeper.folder.best(&design).map_err(Fault::usage)?;
-        if matches!(outcome.end, End::Interrupted | End::Time) {
-            output::note(&format!(
-                "stopped early; the best so far is saved: {}",
-                describe::quantity(best.value, &unit)
-            ));
+        let mut design = keeper.saved(best).map_err(Fault::usage)?;
+        if outcome.end != End::Interrupted {
+            // The second opinion on the final best is kept beside the value; it takes some seconds.
+            design = judge::final_check(&rules, &design).map_err(Fault::input)?;
+            keeper.folder.best(&design).map_err(Fault::usage)?;
+        }
+        let early = matches!(outcome.end, End::Interrupted | End::Time);
+        if early {
+            output::note("stopped early; the best so far is saved");
         } else {
             keeper.folder.finish(&asked, &unit, &outcome).map_err(Fault::usage)?;
         }
         output::data(&judge::report(&design))?;
         output::note(&format!("look at it: sgc view {}", keeper.folder.path().display()));
-        Ok(if matches!(outcome.end, End::Interrupted | End::Time) { exit::STOPPED } else { exit::DONE })
+        Ok(if early { exit::STOPPED } else { exit::DONE })
     }
 }
 

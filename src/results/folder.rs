@@ -60,7 +60,11 @@ pub struct RunFolder {
 pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
     let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(parent).map_err(|e| fault(&e))?;
+    let mut builder = tempfile::Builder::new();
+    // As any other file: readable by whom the user's mask allows.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(parent).map_err(|e| fault(&e))?;
     file.write_all(text.as_bytes()).map_err(|e| fault(&e))?;
     file.as_file().sync_all().map_err(|e| fault(&e))?;
     file.persist(path).map_err(|e| fault(&e.error))?;
