@@ -104,24 +104,39 @@ impl Checker<'_> {
         if let Some(ty) = a.ty.common(&b.ty) {
             return Some((a, b, ty));
         }
-        let error = match (a.ty.dimension(), b.ty.dimension()) {
-            (Some(_), Some(db)) if bare_number(&a).is_some() => mismatch(&a, &Ty::Quantity(db), what),
-            (Some(da), Some(_)) if bare_number(&b).is_some() => mismatch(&b, &Ty::Quantity(da), what),
-            (Some(_), Some(_)) => Diagnostic::new(
-                Code::WRONG_DIMENSION,
-                b.span,
-                format!("{what} has {} on one side and {} on the other", article(&a.ty), article(&b.ty)),
-            )
-            .label(article(&b.ty))
-            .also(a.span, article(&a.ty))
-            .help("both sides must have the same dimension"),
-            _ => Diagnostic::new(
-                Code::WRONG_TYPE,
-                b.span,
-                format!("{what} has {} on one side and {} on the other", article(&a.ty), article(&b.ty)),
-            )
-            .label(article(&b.ty))
-            .also(a.span, article(&a.ty)),
+        let numbers = (a.ty.dimension(), b.ty.dimension());
+        let bare = match numbers {
+            (Some(_), Some(want)) if bare_number(&a).is_some() => Some((&a, &b, want)),
+            (Some(want), Some(_)) if bare_number(&b).is_some() => Some((&b, &a, want)),
+            _ => None,
+        };
+        let error = match bare {
+            Some((number, other, want)) if !want.is_number() => {
+                let x = bare_number(number).unwrap_or_default();
+                Diagnostic::new(
+                    Code::MISSING_UNIT,
+                    number.span,
+                    format!("this number needs a unit: {what} joins it with {}", article(&other.ty)),
+                )
+                .label("without a unit")
+                .also(other.span, article(&other.ty))
+                .help(format!("write `{x} {}`", units::suggest(want)))
+            }
+            _ => {
+                let code = if numbers.0.is_some() && numbers.1.is_some() {
+                    Code::WRONG_DIMENSION
+                } else {
+                    Code::WRONG_TYPE
+                };
+                Diagnostic::new(
+                    code,
+                    b.span,
+                    format!("{what} joins {} and {}", article(&a.ty), article(&b.ty)),
+                )
+                .label(article(&b.ty))
+                .also(a.span, article(&a.ty))
+                .help("both must be of the same kind")
+            }
         };
         self.report(error);
         None
