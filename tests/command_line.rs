@@ -71,6 +71,21 @@ fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
     let page = std::fs::read_to_string(one.join("view.html")).unwrap();
     assert!(page.contains("codesign") && page.len() > 100_000);
 
+    // A run that finds nothing gives the folder back; another's files are never touched.
+    let bad =
+        std::fs::read_to_string(&grammar).unwrap().replace("travel - fall in cm", "travel / (fall - fall)");
+    let bad_path = folder.path().join("bad.sgr");
+    std::fs::write(&bad_path, bad).unwrap();
+    let before = best(&one);
+    let output = sgc(&["run", &bad_path.to_string_lossy(), "--force", "--out", &one.to_string_lossy()]);
+    assert_eq!(code(&output), 1, "{}", errors(&output));
+    assert_eq!(best(&one), before, "the old run is still there");
+    std::fs::write(one.join("notes.txt"), "mine").unwrap();
+    let output = sgc(&["run", &grammar, "--force", "--max-evals", "3", "--out", &one.to_string_lossy()]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("notes.txt"), "{}", errors(&output));
+    std::fs::remove_file(one.join("notes.txt")).unwrap();
+
     // The folder is not overwritten, unless by force.
     let again = |more: &[&str]| {
         let out = one.to_string_lossy().into_owned();
@@ -141,7 +156,11 @@ fn bad_input_gets_its_exit_code_and_no_panic() {
         (vec!["run", "grammars/codesign.sgr", "--jobs", "0"], 2, "0"),
         (vec!["run", "grammars/codesign.sgr", "--solver", "bullet"], 2, "articulated"),
         (vec!["run", "grammars/codesign.sgr", "--out", below_file.as_str()], 2, "cannot write"),
-        (vec!["run", "grammars/codesign.sgr", "--force", "--out", strange.as_str()], 2, "not a run folder"),
+        (
+            vec!["run", "grammars/codesign.sgr", "--force", "--out", strange.as_str()],
+            2,
+            "not only a run folder",
+        ),
         (vec!["eval", "nowhere.json"], 2, "cannot read nowhere.json"),
         (vec!["eval", "Cargo.toml"], 2, "not a saved design"),
         (vec!["view", "nowhere"], 2, "cannot read nowhere"),
@@ -241,4 +260,43 @@ fn a_value_that_does_not_exist_while_running_is_told_with_its_place() {
         );
         std::fs::remove_dir_all(&out).unwrap();
     }
+}
+
+#[test]
+fn text_in_another_encoding_is_refused_with_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("latin.sgr");
+    std::fs::write(&path, b"# M\xfcller\ngrammar g\n").unwrap();
+    let output = sgc(&["check", &path.to_string_lossy()]);
+    assert_eq!(code(&output), 1, "{}", errors(&output));
+    assert!(String::from_utf8_lossy(&output.stdout).contains("UTF-8"));
+}
+
+#[test]
+fn a_page_is_not_written_over_a_device() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let output = sgc(&["run", &quick_grammar(folder.path()), "--max-evals", "3", "--out", &out]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    // A pipe stands for every special file here: a test must not risk a real device.
+    let pipe = folder.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let output = sgc(&["view", &out, "--out", &pipe.to_string_lossy()]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("not a regular file"), "{}", errors(&output));
+}
+
+#[test]
+fn a_grammar_that_can_do_nothing_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = quick_grammar(folder.path());
+    let text = std::fs::read_to_string(&grammar).unwrap().replace("  revert  s", "  revert  s\n  weight 0");
+    let text = text
+        .replace("with free port q\n", "with free port q\n  when false\n")
+        .replace("where p is not core", "where p is not core and false");
+    std::fs::write(&grammar, text).unwrap();
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let output = sgc(&["run", &grammar, "--max-evals", "30", "--out", &out]);
+    assert_eq!(code(&output), 1, "{}", errors(&output));
+    assert!(errors(&output).contains("no rule could ever be applied"), "{}", errors(&output));
 }

@@ -50,7 +50,8 @@ pub fn compile(
         .is_some_and(|m| m.tree.items.iter().any(|i| matches!(i.kind, syntax::ast::ItemKind::Grammar(_))));
     let (ruleset, found) = types::check(&program, sources, overrides);
     diagnostics.extend(found);
-    if let Some(ruleset) = &ruleset {
+    let clean = !diagnostics.iter().any(Diagnostic::is_error);
+    if let Some(ruleset) = ruleset.as_ref().filter(|_| clean) {
         lint::run(ruleset, &mut diagnostics);
     }
     let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));

@@ -56,9 +56,16 @@ impl Eval {
         let other = (rules.name != design.grammar.name).then(|| {
             format!("; it was made by the grammar `{}`, not by `{}`", design.grammar.name, rules.name)
         });
+        let same_grammar = self.grammar.is_none();
         let solver = self.solver.as_deref().unwrap_or(&design.solver);
         let replayed = judge::replay(&rules, &design, solver, self.step)
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
+        if same_grammar && replayed.derivation.design.canonical_hash(&rules) != design.body {
+            return Err(Fault::usage(format!(
+                "{}: its derivation does not lead to the body that was saved: it was changed",
+                path.display()
+            )));
+        }
         let Some(score) = replayed.score else {
             return Err(Fault::input(
                 "the motion is not valid: an element was too fast, or a number not finite",
@@ -66,7 +73,7 @@ impl Eval {
         };
         output::data(&format!("value {}\n", describe::quantity(score.value, &rules.objective.unit)))?;
         for (name, value) in &score.terms {
-            output::data(&format!("  {name} {value:.5}\n"))?;
+            output::data(&format!("  {name} {}\n", describe::term(&rules, name, *value)))?;
         }
         let same = self.solver.is_none() && self.step.is_none() && self.grammar.is_none();
         if same && score.value.to_bits() == design.value.to_bits() {

@@ -20,6 +20,9 @@ use crate::simulate;
 /// Evaluations of a run that was not told how many: about two minutes on two cores.
 const DEFAULT_EVALUATIONS: u64 = 8000;
 
+/// Whether a best design is on the disk.
+static SAVED: AtomicBool = AtomicBool::new(false);
+
 /// Search for a design: bodies by the grammar's rules, gaits by its actuation
 #[derive(Args)]
 pub(super) struct Run {
@@ -95,16 +98,17 @@ impl Run {
         };
         let path =
             self.out.unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-{}", rules.name, self.seed)));
-        let folder = RunFolder::create(&path, self.force, &asked, &grammar).map_err(Fault::usage)?;
         let stop = Arc::new(AtomicBool::new(false));
         let flag = Arc::clone(&stop);
         // Where no handler can be set, an interrupt ends the program at once; what was saved stays.
         let _ = ctrlc::set_handler(move || {
             // The second one means it.
             if flag.swap(true, Ordering::SeqCst) {
-                std::process::exit(i32::from(exit::STOPPED));
+                let code = if SAVED.load(Ordering::SeqCst) { exit::STOPPED } else { exit::INTERRUPTED };
+                std::process::exit(i32::from(code));
             }
         });
+        let folder = RunFolder::create(&path, self.force, &asked, &grammar).map_err(Fault::usage)?;
         let started = Instant::now();
         let jobs = self
             .jobs
@@ -117,15 +121,18 @@ impl Run {
             Keeper { rules: &rules, grammar, folder, progress, seed: self.seed, solver: &self.solver };
         let outcome = search::run(&rules, model, &limits, &stop, &mut keeper);
         keeper.progress.finish();
+        if outcome.is_err() && SAVED.load(Ordering::SeqCst) {
+            output::note(&format!("the best so far is saved in {}", keeper.folder.path().display()));
+        }
         let outcome = outcome.map_err(|failure| match failure {
             Failure::Expression(error) => Fault::input(load::no_value(&error, &sources)),
             Failure::Unfit(unfit) => Fault::input(unfit.reason),
             other => Fault::usage(other.to_string()),
         })?;
         let spent = format!(
-            "{} evaluations of {} bodies in {}: {}",
+            "{} evaluations, bodies: {}, in {}: {}",
             outcome.evaluations,
-            outcome.moves + 1,
+            outcome.bodies,
             span(started.elapsed()),
             outcome.end.text()
         );
@@ -139,6 +146,12 @@ impl Run {
             }
             return Err(Fault::input("no evaluation was valid: no feasible design was found"));
         };
+        if outcome.bodies == 1 && outcome.moves > 0 {
+            return Err(Fault::input(format!(
+                "no rule could ever be applied to the initial design; {} says what blocked each",
+                keeper.folder.path().join("evals.csv").display()
+            )));
+        }
         let mut design = keeper.saved(best).map_err(Fault::usage)?;
         if outcome.end != End::Interrupted {
             // The second opinion on the final best is kept beside the value; it takes some seconds.
@@ -151,7 +164,7 @@ impl Run {
         } else {
             keeper.folder.finish(&asked, &unit, &outcome).map_err(Fault::usage)?;
         }
-        output::data(&judge::report(&design))?;
+        output::data(&judge::report(&rules, &design))?;
         output::note(&format!("look at it: sgc view {}", keeper.folder.path().display()));
         Ok(if early { exit::STOPPED } else { exit::DONE })
     }
@@ -184,6 +197,8 @@ impl Observer for Keeper<'_> {
     }
 
     fn improved(&mut self, best: &Best) -> Result<(), String> {
-        self.folder.best(&self.saved(best)?)
+        self.folder.best(&self.saved(best)?)?;
+        SAVED.store(true, Ordering::SeqCst);
+        Ok(())
     }
 }

@@ -94,7 +94,10 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
 /// A value with its unit, to a tenth of a per mille.
 #[must_use]
 pub fn quantity(value: f64, unit: &str) -> String {
-    if unit.is_empty() { format!("{value:.4}") } else { format!("{value:.4} {unit}") }
+    // No minus sign before a zero.
+    let value = if value.abs() < 5e-5 { 0.0 } else { value };
+    let number = if value.abs() < 1e9 { format!("{value:.4}") } else { format!("{value:.4e}") };
+    if unit.is_empty() { number } else { format!("{number} {unit}") }
 }
 
 /// A term's value in a unit that people use.

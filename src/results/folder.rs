@@ -49,6 +49,8 @@ struct Finished<'a> {
 pub struct RunFolder {
     path: PathBuf,
     evals: fs::File,
+    /// The run that this one replaces, kept until there is a first best.
+    replaced: std::cell::RefCell<Option<PathBuf>>,
 }
 
 /// Writes a file so that it is there whole or not at all: beside it first,
@@ -59,6 +61,11 @@ pub struct RunFolder {
 /// A sentence with the path and the system's reason.
 pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
     let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
+    // A link is followed; a device or pipe is no file to be replaced.
+    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if path.exists() && !path.is_file() {
+        return Err(format!("cannot write {}: it is not a regular file", path.display()));
+    }
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     // As any other file: readable by whom the user's mask allows.
@@ -82,35 +89,63 @@ impl RunFolder {
     /// A sentence: the folder exists and is not empty (unless `force`), or cannot be written.
     pub fn create(path: &Path, force: bool, asked: &Asked, grammar: &Grammar) -> Result<Self, String> {
         let fault = |what: &Path, e: &dyn std::fmt::Display| format!("cannot write {}: {e}", what.display());
+        // A link is followed: what it points to is replaced, not the link.
+        let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let mut replaced = None;
         if path.exists() {
-            let empty = path.is_dir() && fs::read_dir(path).map_err(|e| fault(path, &e))?.next().is_none();
-            if !empty && !force {
-                return Err(format!(
-                    "{} exists already; choose another folder with --out, another --seed, or replace it with --force",
-                    path.display()
-                ));
-            }
-            if !empty {
-                // Only a folder that a run has written is ever replaced.
-                if !path.join("run.toml").is_file() {
+            let entries =
+                if path.is_dir() { entries(path).map_err(|e| fault(path, &e))? } else { vec![String::new()] };
+            if !entries.is_empty() {
+                if !force {
                     return Err(format!(
-                        "{} is not a run folder; --force replaces only those",
+                        "{} exists already; choose another folder with --out, another --seed, or replace it with --force",
                         path.display()
                     ));
                 }
-                fs::remove_dir_all(path).map_err(|e| fault(path, &e))?;
+                // Only what a run has written is ever replaced.
+                if let Some(foreign) = entries.iter().find(|e| !is_own(e)) {
+                    return Err(format!(
+                        "{} is not only a run folder: \"{foreign}\" in it was not written by a run; --force replaces only run folders",
+                        path.display()
+                    ));
+                }
+                let aside = path.with_file_name(format!(
+                    "{}.replaced-{}",
+                    path.file_name().unwrap_or_default().to_string_lossy(),
+                    std::process::id()
+                ));
+                fs::rename(path, &aside).map_err(|e| fault(path, &e))?;
+                replaced = Some(aside);
             }
         }
+        let folder = Self::fill(path, asked, grammar).map(|evals| Self {
+            path: path.to_owned(),
+            evals,
+            replaced: std::cell::RefCell::new(replaced.clone()),
+        });
+        if folder.is_err()
+            && let Some(aside) = replaced
+        {
+            // Nothing was gained: put the old run back.
+            let _ = fs::remove_dir_all(path);
+            let _ = fs::rename(aside, path);
+        }
+        folder
+    }
+
+    fn fill(path: &Path, asked: &Asked, grammar: &Grammar) -> Result<fs::File, String> {
+        let fault = |what: &Path, e: &dyn std::fmt::Display| format!("cannot write {}: {e}", what.display());
+        fs::create_dir_all(path).map_err(|e| fault(path, &e))?;
+        let text = toml::to_string(asked).map_err(|e| fault(&path.join("run.toml"), &e))?;
+        write_whole(&path.join("run.toml"), &text)?;
         fs::create_dir_all(path.join("sources")).map_err(|e| fault(path, &e))?;
         for (name, text) in &grammar.sources {
             write_whole(&path.join("sources").join(file_name(name)), text)?;
         }
-        let text = toml::to_string(asked).map_err(|e| fault(&path.join("run.toml"), &e))?;
-        write_whole(&path.join("run.toml"), &text)?;
         let evals_path = path.join("evals.csv");
         let mut evals = fs::File::create(&evals_path).map_err(|e| fault(&evals_path, &e))?;
         evals.write_all(COLUMNS.as_bytes()).map_err(|e| fault(&evals_path, &e))?;
-        Ok(Self { path: path.to_owned(), evals })
+        Ok(evals)
     }
 
     /// Where the best design is.
@@ -160,7 +195,11 @@ impl RunFolder {
     ///
     /// A sentence with the system's reason.
     pub fn best(&self, design: &SavedDesign) -> Result<(), String> {
-        write_whole(&self.best_path(), &design.text())
+        write_whole(&self.best_path(), &design.text())?;
+        if let Some(old) = self.replaced.borrow_mut().take() {
+            fs::remove_dir_all(&old).map_err(|e| format!("cannot remove {}: {e}", old.display()))?;
+        }
+        Ok(())
     }
 
     /// Says that the run is complete.
@@ -181,6 +220,27 @@ impl RunFolder {
         let text = serde_json::to_string_pretty(&finished).map_err(|e| e.to_string())? + "\n";
         write_whole(&self.path.join("result.json"), &text)
     }
+}
+
+impl Drop for RunFolder {
+    /// A run that found nothing gives the folder back to the run it was to replace.
+    fn drop(&mut self) {
+        if let Some(old) = self.replaced.borrow_mut().take() {
+            let _ = fs::remove_dir_all(&self.path);
+            let _ = fs::rename(old, &self.path);
+        }
+    }
+}
+
+/// The names in a folder.
+fn entries(path: &Path) -> std::io::Result<Vec<String>> {
+    fs::read_dir(path)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
+}
+
+/// Whether a run writes files of this name.
+fn is_own(name: &str) -> bool {
+    let known = ["run.toml", "sources", "evals.csv", "best.design.json", "result.json", "view.html"];
+    known.contains(&name) || name.starts_with(".tmp")
 }
 
 /// A file name for a source: `std.blocks` becomes `std.blocks.sgr`, folders become dashes.

@@ -10,7 +10,7 @@ use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::Drive;
 use crate::score::{Score, score};
-use crate::search::{Best, settings};
+use crate::search::{Best, keeps, settings};
 use crate::simulate::{self, Invalid, Motion};
 
 /// The names of the checks that every final best goes through.
@@ -101,13 +101,18 @@ pub fn save(
     Ok(design)
 }
 
-/// Adds the opinion of the reference solver to a design.
+/// Adds what a final best is checked with: half the step, where the search had
+/// no need to, and the opinion of the reference solver.
 ///
 /// # Errors
 ///
 /// A sentence that says what does not fit.
 pub fn final_check(rules: &RuleSet, design: &SavedDesign) -> Result<SavedDesign, String> {
     let mut design = design.clone();
+    if !design.checks.iter().any(|c| c.name == HALF_STEP) {
+        let fine = replay(rules, &design, &design.solver, Some(rules.model.step / 2.0))?;
+        design.checks.insert(0, Check { name: HALF_STEP.to_owned(), value: fine.score.map(|s| s.value) });
+    }
     if design.solver != RAPIER {
         let other = replay(rules, &design, RAPIER, None)?;
         design.checks.retain(|c| c.name != RAPIER);
@@ -118,15 +123,17 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign) -> Result<SavedDesign,
 
 /// The value, terms and checks of a design in words.
 #[must_use]
-pub fn report(design: &SavedDesign) -> String {
+pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
     let mut out = format!("value {}\n", describe::quantity(design.value, &design.unit));
     for (name, value) in &design.terms {
-        out.push_str(&format!("  {name} {value:.5}\n"));
+        out.push_str(&format!("  {name} {}\n", describe::term(rules, name, *value)));
     }
     for check in &design.checks {
         let text =
             check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, &design.unit));
-        out.push_str(&format!("  with {}: {text}\n", check.name));
+        let kept = check.value.is_some_and(|v| keeps(rules, design.value, v));
+        let doubt = if kept { "" } else { "   (loses more than the grammar allows: doubt this value)" };
+        out.push_str(&format!("  with {}: {text}{doubt}\n", check.name));
     }
     out
 }

@@ -14,6 +14,9 @@ use crate::search::keeps;
 /// A sentence: the design does not fit its grammar, or its motion is not valid.
 pub fn scene(rules: &RuleSet, design: &SavedDesign) -> Result<Scene, String> {
     let replayed = judge::replay(rules, design, &design.solver, None)?;
+    if replayed.score.as_ref().map(|s| s.value.to_bits()) != Some(design.value.to_bits()) {
+        return Err("simulated again it has another value than the saved one: it was changed, or made by another version".to_owned());
+    }
     let motion = replayed.motion.map_err(|_| "the motion is not valid")?;
     let parts = &replayed.derivation.design.parts;
     let elements = replayed

@@ -21,6 +21,9 @@ pub use outer::{Best, Observer, Outcome, Row, run, tune_body};
 
 use crate::simulate::Unfit;
 
+/// So many moves in a row that can do nothing end a search.
+const MOST_IDLE_MOVES: usize = 1000;
+
 /// What bounds a search from outside.
 #[derive(Clone, Debug)]
 pub struct Limits {
@@ -76,6 +79,8 @@ pub enum End {
     Schedule,
     /// Its stopping rule says so.
     Stopped,
+    /// No rule could be applied any more.
+    Stuck,
     /// All evaluations are spent.
     Budget,
     /// The time is over.
@@ -91,6 +96,7 @@ impl End {
         match self {
             Self::Schedule => "the schedule is complete",
             Self::Stopped => "the stopping rule applied",
+            Self::Stuck => "no rule could be applied any more (evals.csv says what blocked each)",
             Self::Budget => "the evaluations are spent",
             Self::Time => "the time is over",
             Self::Interrupted => "interrupted",

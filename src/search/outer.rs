@@ -7,7 +7,7 @@ use grammar_lang::ir::RuleSet;
 
 use super::inner::{Tuned, tune};
 use super::schedule::{Course, Plan};
-use super::{Budget, End, Failure, Limits, accepts};
+use super::{Budget, End, Failure, Limits, MOST_IDLE_MOVES, accepts};
 use crate::derive::Derivation;
 use crate::derive::random::Stream;
 use crate::drive::Parameters;
@@ -84,6 +84,8 @@ pub struct Outcome {
     pub evaluations: u64,
     /// Outer moves made.
     pub moves: usize,
+    /// Bodies evaluated.
+    pub bodies: usize,
     /// Why it ended.
     pub end: End,
 }
@@ -98,6 +100,9 @@ struct Annealing<'a> {
     observer: &'a mut dyn Observer,
     best: Option<Best>,
     moves: usize,
+    bodies: usize,
+    /// Moves in a row that could do nothing.
+    idle_moves: usize,
 }
 
 /// Runs the search that a rule set asks for. `stop` may be set from outside to end it soon.
@@ -114,10 +119,26 @@ pub fn run(
 ) -> Result<Outcome, Failure> {
     let pool = threads(limits)?;
     let budget = Budget { limits, stop, spent: 0 };
-    let mut annealing =
-        Annealing { rules, model, pool: &pool, seed: limits.seed, budget, observer, best: None, moves: 0 };
+    let mut annealing = Annealing {
+        rules,
+        model,
+        pool: &pool,
+        seed: limits.seed,
+        budget,
+        observer,
+        best: None,
+        moves: 0,
+        bodies: 0,
+        idle_moves: 0,
+    };
     let end = annealing.anneal()?;
-    Ok(Outcome { best: annealing.best, evaluations: annealing.budget.spent, moves: annealing.moves, end })
+    Ok(Outcome {
+        best: annealing.best,
+        evaluations: annealing.budget.spent,
+        moves: annealing.moves,
+        bodies: annealing.bodies,
+        end,
+    })
 }
 
 /// Tunes the curves of one body, as the search does for each body.
@@ -142,7 +163,13 @@ pub fn tune_body(
         half_step: found.half_step,
         found_at: 0,
     });
-    Ok(Outcome { best, evaluations: budget.spent, moves: 0, end: tuned.cut.unwrap_or(End::Stopped) })
+    Ok(Outcome {
+        best,
+        evaluations: budget.spent,
+        moves: 0,
+        bodies: 1,
+        end: tuned.cut.unwrap_or(End::Stopped),
+    })
 }
 
 fn threads(limits: &Limits) -> Result<rayon::ThreadPool, Failure> {
@@ -205,8 +232,13 @@ impl Annealing<'_> {
                         temperature,
                         false,
                     )?;
+                    self.idle_moves += 1;
+                    if self.idle_moves >= MOST_IDLE_MOVES {
+                        return Ok(End::Stuck);
+                    }
                     continue;
                 };
+                self.idle_moves = 0;
                 let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
                 let next = Arc::new(next);
                 let tuned = self.tune(&next)?;
@@ -232,6 +264,7 @@ impl Annealing<'_> {
 
     fn tune(&mut self, derivation: &Arc<Derivation>) -> Result<Tuned, Failure> {
         let observer = &mut *self.observer;
+        self.bodies += 1;
         let name = format!("curves {}", self.moves);
         tune(
             self.rules,

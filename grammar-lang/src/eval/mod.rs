@@ -109,6 +109,9 @@ impl Scope for InCycle<'_> {
     }
 }
 
+/// The reason for a value that the stage does not know.
+pub(crate) const UNKNOWN_HERE: &str = "this is not known at this stage";
+
 /// How many values a binder may run over.
 const MOST: usize = 100_000;
 
@@ -135,7 +138,7 @@ fn fail<T>(expr: &Expr, reason: impl Into<String>) -> Result<T, EvalError> {
 }
 
 fn missing(expr: &Expr) -> EvalError {
-    EvalError { span: expr.span, reason: "this is not known at this stage".to_owned() }
+    EvalError { span: expr.span, reason: UNKNOWN_HERE.to_owned() }
 }
 
 impl Evaluation<'_> {
@@ -301,6 +304,7 @@ impl Evaluation<'_> {
             }
             (Value::Vector(x), O::Multiply, Value::Number(y))
             | (Value::Number(y), O::Multiply, Value::Vector(x)) => Value::Vector(x.map(|x| x * y)),
+            (Value::Vector(_), O::Divide, Value::Number(0.0)) => return fail(expr, "this divides by zero"),
             (Value::Vector(x), O::Divide, Value::Number(y)) if y != 0.0 => Value::Vector(x.map(|x| x / y)),
             (Value::Number(y), O::Multiply, Value::Curve(c))
             | (Value::Curve(c), O::Multiply, Value::Number(y)) => Value::Curve(Arc::new(c.scaled(y))),

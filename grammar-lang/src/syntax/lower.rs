@@ -436,7 +436,8 @@ impl<'a> Lowering<'a> {
             Rule::postfix => self.postfix(node),
             Rule::primary => {
                 let inner = parts(node).next()?;
-                self.expr(inner)
+                // With its brackets, if it has some.
+                self.expr(inner).map(|e| Expr { span, ..e })
             }
             Rule::condition => {
                 let mut inner = parts(node);
@@ -615,11 +616,12 @@ fn unquote(node: &Node<'_>) -> String {
     let mut escaped = false;
     for c in inner.chars() {
         if escaped {
-            out.push(if c == 'n' { '\n' } else { c });
+            out.push(c);
             escaped = false;
         } else if c == '\\' {
             escaped = true;
-        } else {
+        } else if !c.is_control() {
+            // A terminal would obey control characters.
             out.push(c);
         }
     }

@@ -67,9 +67,13 @@ fn refuse(text: &str, file: FileId) -> Option<Diagnostic> {
     }
     if let Some(place) = text.find('\0').or_else(|| text.find('\u{FFFD}')) {
         return Some(
-            Diagnostic::new(Code::NOT_TEXT, at(place, place + 1), "this file is not text")
-                .label("the first byte that no text has")
-                .help("a grammar is a plain text file in UTF-8"),
+            Diagnostic::new(
+                Code::NOT_TEXT,
+                at(place, place + text.get(place..).and_then(|t| t.chars().next()).map_or(1, char::len_utf8)),
+                "this file is not text",
+            )
+            .label("the first byte that no text has")
+            .help("a grammar is a plain text file in UTF-8: save it again with that encoding"),
         );
     }
     let mut depth = 0usize;

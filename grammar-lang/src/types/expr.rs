@@ -181,7 +181,9 @@ impl Checker<'_> {
         let make = |kind, ty| Expr { kind, ty, span };
         match &tree.kind {
             ast::ExprKind::Quantity(value, None) => {
-                let whole = value.fract() == 0.0 && value.abs() < 1e15;
+                // `1.0` is a number, `1` a count.
+                let written = self.sources.slice(span);
+                let whole = value.fract() == 0.0 && value.abs() < 1e15 && !written.contains(['.', 'e', 'E']);
                 make(ExprKind::Number(*value), if whole { Ty::Count } else { Ty::NUMBER })
             }
             ast::ExprKind::Quantity(value, Some(unit)) => match self.unit(unit) {

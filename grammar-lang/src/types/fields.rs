@@ -294,11 +294,15 @@ impl Checker<'_> {
         let ty = Ty::Domain(Box::new(Ty::Quantity(Dimension::ANGLE)));
         let expr = self.expect(tree, &mut cx.clone(), &ty, "`bend`");
         let (low, high) = self.constant_range(&expr)?;
-        if low > 0.0 || high < 0.0 {
+        if low > 0.0 || high < 0.0 || low >= high {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "the range of `bend` must hold 0 deg")
-                    .label("the actuator is straight at rest")
-                    .help("write for example `bend = 0 deg .. 90 deg`"),
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "the range of `bend` must hold 0 deg and more",
+                )
+                .label("the actuator is straight at rest")
+                .help("write for example `bend = 0 deg .. 90 deg`"),
             );
             return None;
         }
@@ -398,6 +402,19 @@ impl Checker<'_> {
         let iterations = get("iterations", "Count", Sign::Positive, "10");
         let speed_limit = get("speed_limit", "Velocity", Sign::Positive, "10 m/s");
         let self_collision = self.value(&from, "self_collision", &Ty::Bool, "true", &cx);
+        if let (Some(n), Some((_, tree))) = (iterations, from.values.get("iterations"))
+            && n > 1000.0
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "more than 1000 sweeps in each step never pay",
+                )
+                .label("too many")
+                .help("write for example `iterations = 10`"),
+            );
+        }
         for (name, value) in [("step", step), ("control", control), ("record", record)] {
             let (Some(value), Some(duration), Some((_, tree))) = (value, duration, from.values.get(name))
             else {
@@ -408,7 +425,9 @@ impl Checker<'_> {
                     Diagnostic::new(
                         Code::OUT_OF_DOMAIN,
                         tree.span,
-                        format!("`{name}` must divide the motion into 1 to a million pieces"),
+                        format!(
+                            "`{name}` must be shorter than the motion, and not more than a million times"
+                        ),
                     )
                     .label(format!("{} s of a motion of {duration} s", value)),
                 );

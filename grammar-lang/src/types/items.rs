@@ -294,6 +294,7 @@ impl<'a> Checker<'a> {
                 }
             }
             ("mirror", None) => (kind.span, "`mirror` needs a plane".to_owned()),
+            ("none", Some(plane)) => (plane.span, "`symmetry none` takes no plane".to_owned()),
             (other, _) => (kind.span, format!("there is no symmetry `{other}`")),
         };
         self.report(

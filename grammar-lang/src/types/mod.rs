@@ -23,6 +23,22 @@ use crate::units::Dimension;
 use expr::Context;
 use stage::Stage;
 
+/// How many constants may build on each other.
+const DEEPEST: usize = 100;
+
+/// How many pieces a constant that is no number may have.
+const LARGEST: usize = 10_000;
+
+/// Of how many pieces an expression is made.
+fn nodes(expr: &Expr) -> usize {
+    let mut count = 0;
+    expr.any(&mut |_| {
+        count += 1;
+        false
+    });
+    count
+}
+
 /// Checks a program. The rule set is there only if no error was found and the
 /// first module is a grammar.
 #[must_use]
@@ -133,11 +149,15 @@ impl Checker<'_> {
     fn constant_range(&mut self, expr: &Expr) -> Option<(f64, f64)> {
         let ends = match &expr.kind {
             ir::ExprKind::Range(low, high) => (self.constant_number(low)?, self.constant_number(high)?),
-            ir::ExprKind::Set(items) => {
-                let values = items.iter().map(|e| self.constant_number(e)).collect::<Option<Vec<_>>>()?;
-                values.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(*x), h.max(*x)))
+            _ if expr.ty == Ty::Unknown => return None,
+            _ => {
+                self.report(
+                    Diagnostic::new(Code::WRONG_TYPE, expr.span, "a range is needed here, not a set")
+                        .label("single values")
+                        .help("write `LEAST .. GREATEST`"),
+                );
+                return None;
             }
-            _ => return None,
         };
         (ends.0 <= ends.1).then_some(ends)
     }
@@ -152,9 +172,35 @@ impl Checker<'_> {
             self.circle(value.span);
             return unknown;
         }
+        let open = self.inlined.values().filter(|v| v.is_none()).count();
+        if open >= DEEPEST {
+            self.report(
+                Diagnostic::new(
+                    Code::TOO_DEEP,
+                    value.span,
+                    format!("more than {DEEPEST} constants build on each other"),
+                )
+                .label("too deep")
+                .help("declare them in another order, or fewer of them"),
+            );
+            return unknown;
+        }
         self.inlined.insert(declaration, None);
         let mut cx = Context::new(declaration.module, Stage::Declaration, false);
-        let expr = self.infer(value, &mut cx);
+        let mut expr = self.infer(value, &mut cx);
+        // A constant is worked out once, or constants of constants would grow without bound.
+        if expr.ty.dimension().is_some() {
+            match self.constant_number(&expr) {
+                Some(x) => expr.kind = ir::ExprKind::Number(x),
+                None => expr = unknown.clone(),
+            }
+        } else if nodes(&expr) > LARGEST {
+            self.report(
+                Diagnostic::new(Code::TOO_DEEP, value.span, "this constant is too large")
+                    .label("made of too many pieces"),
+            );
+            expr = unknown.clone();
+        }
         self.inlined.insert(declaration, Some(expr.clone()));
         expr
     }

@@ -105,7 +105,14 @@ impl Checker<'_> {
                 }
                 RuleClauseKind::Weight(value) => {
                     let mut cx = Context::new(module, Stage::Weight, damaged);
-                    weight = Some(self.expect(value, &mut cx, &Ty::NUMBER, "a weight"));
+                    let value = self.expect(value, &mut cx, &Ty::NUMBER, "a weight");
+                    if weight.replace(value).is_some() {
+                        self.report(
+                            Diagnostic::new(Code::DUPLICATE, clause.span, "a rule has one `weight`")
+                                .label("another one")
+                                .help("keep one of them"),
+                        );
+                    }
                 }
                 _ => {}
             }
@@ -392,8 +399,8 @@ impl Checker<'_> {
             }
         };
         let bound = match variable.bound.as_ref().map(|b| (b.text.as_str(), b.span)) {
-            None | Some(("reflect", _)) => ir::Bound::Reflect,
-            Some(("clamp", _)) => ir::Bound::Clamp,
+            Some(("reflect", _)) => ir::Bound::Reflect,
+            None | Some(("clamp", _)) => ir::Bound::Clamp,
             Some(("resample", _)) => ir::Bound::Resample,
             Some((other, span)) => {
                 self.report(

@@ -14,19 +14,34 @@ pub fn render(diagnostic: &Diagnostic, sources: &SourceMap, colour: bool) -> Str
         Severity::Warning => (ReportKind::Warning, Color::Yellow),
     };
     let main = diagnostic.span();
+    // A place within a character would not be drawn: widen it to the whole of it.
+    let range = |span: crate::source::Span| {
+        let text = sources.get(span.file).map_or("", |s| s.text.as_str());
+        let range = span.range();
+        let mut start = range.start.min(text.len());
+        let mut end = range.end.clamp(start, text.len());
+        while !text.is_char_boundary(start) {
+            start -= 1;
+        }
+        while !text.is_char_boundary(end) {
+            end += 1;
+        }
+        start..end
+    };
     let config =
         Config::default().with_color(colour).with_index_type(IndexType::Byte).with_char_set(CharSet::Unicode);
-    let mut report = Report::build(kind, (name(main.file), main.range()))
+    let mut report = Report::build(kind, (name(main.file), range(main)))
         .with_config(config)
         .with_code(diagnostic.code.id)
         .with_message(&diagnostic.message);
     for (i, label) in diagnostic.labels.iter().enumerate() {
         let text = if label.text.is_empty() { "here" } else { &label.text };
-        report = report.with_label(
-            Label::new((name(label.span.file), label.span.range()))
-                .with_message(text)
-                .with_color(if i == 0 { tint } else { Color::Blue }),
-        );
+        report =
+            report.with_label(
+                Label::new((name(label.span.file), range(label.span)))
+                    .with_message(text)
+                    .with_color(if i == 0 { tint } else { Color::Blue }),
+            );
     }
     if let Some(help) = &diagnostic.help {
         report = report.with_help(help);
