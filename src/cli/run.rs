@@ -155,6 +155,9 @@ impl Run {
         let mut design = keeper.saved(best).map_err(Fault::usage)?;
         if outcome.end != End::Interrupted {
             // The second opinion on the final best is kept beside the value; it takes some seconds.
+            if !self.quiet {
+                output::note("cross-checking the best design with rapier ...");
+            }
             design = judge::final_check(&rules, &design).map_err(Fault::input)?;
             keeper.folder.best(&design).map_err(Fault::usage)?;
         }
