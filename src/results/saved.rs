@@ -70,12 +70,25 @@ pub struct SavedDesign {
     pub drive: Vec<(String, f64)>,
 }
 
-/// The hash of a typed rule set.
+/// The hash of a typed rule set, whatever the places and comments in its texts.
 #[must_use]
 pub fn rules_hash(rules: &RuleSet) -> String {
     // A rule set always serialises: its maps have text keys.
-    let text = serde_json::to_string(rules).unwrap_or_default();
+    let mut value = serde_json::to_value(rules).unwrap_or_default();
+    without_spans(&mut value);
+    let text = serde_json::to_string(&value).unwrap_or_default();
     Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
+}
+
+fn without_spans(value: &mut serde_json::Value) {
+    match value {
+        serde_json::Value::Object(fields) => {
+            fields.remove("span");
+            fields.values_mut().for_each(without_spans);
+        }
+        serde_json::Value::Array(items) => items.iter_mut().for_each(without_spans),
+        _ => {}
+    }
 }
 
 impl Grammar {
