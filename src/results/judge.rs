@@ -132,7 +132,7 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
         let text =
             check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, &design.unit));
         let kept = check.value.is_some_and(|v| keeps(rules, design.value, v));
-        let doubt = if kept { "" } else { "   (loses more than the grammar allows: doubt this value)" };
+        let doubt = if kept { "" } else { "   (less than a best should keep: see docs/physics.md)" };
         out.push_str(&format!("  with {}: {text}{doubt}\n", check.name));
     }
     out
