@@ -11,7 +11,6 @@ mod record;
 mod scope;
 mod start;
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use grammar_lang::eval::{Domain, EvalError, Reference, Value, evaluate};
@@ -255,15 +254,5 @@ impl Derivation {
             }
             Err(error) => Err((steps.len(), error.reason)),
         }
-    }
-
-    /// How many steps of each rule made the design.
-    #[must_use]
-    pub fn rule_counts(&self) -> BTreeMap<&str, usize> {
-        let mut counts = BTreeMap::new();
-        for step in &self.steps {
-            *counts.entry(step.rule.as_str()).or_insert(0) += 1;
-        }
-        counts
     }
 }

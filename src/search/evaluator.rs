@@ -10,7 +10,7 @@ use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::{Drive, Parameters};
 use crate::score;
-use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Unfit};
+use crate::simulate::{Invalid, Model, Settings, Simulation, Unfit};
 
 /// The value of an evaluation, or why it has none.
 pub(super) type Valued = Result<f64, Invalid>;
@@ -93,17 +93,6 @@ impl<'r> Evaluator<'r> {
     /// [`EvalError`] when an expression has no value.
     pub fn at_half_step(&mut self, parameters: &Parameters) -> Result<Valued, EvalError> {
         one(self.rules, &self.derivation, &self.drive, self.fine.as_mut(), parameters)
-    }
-
-    /// The whole motion.
-    ///
-    /// # Errors
-    ///
-    /// [`EvalError`] when an expression has no value.
-    pub fn motion(&mut self, parameters: &Parameters) -> Result<Result<Motion, Invalid>, EvalError> {
-        let targets = self.drive.targets(parameters)?;
-        let Some(worker) = self.workers.first_mut() else { return Ok(Err(Invalid::NotFinite)) };
-        Ok(worker.run(std::slice::from_ref(&targets)).into_iter().next().unwrap_or(Err(Invalid::NotFinite)))
     }
 }
 
