@@ -13,7 +13,7 @@ use crate::support::root;
 fn check(name: &str, text: &str) -> (Vec<Diagnostic>, SourceMap) {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
-    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[]);
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
     let mut found = compiled.diagnostics;
     found.extend(compiled.ruleset.as_ref().and_then(check_start));
     found.sort_by_key(|d| (d.span().file, d.span().start, d.code.id));
@@ -116,7 +116,7 @@ fn a_parameter_that_does_not_exist_or_fit_is_refused() {
         let mut sources = SourceMap::default();
         let path = root().join("grammars/codesign.sgr");
         let entry = sources.add(path.to_string_lossy(), std::fs::read_to_string(&path).unwrap());
-        let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[(name.into(), value.into())]);
+        let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[(name.into(), value.into())], None);
         let codes: Vec<_> = compiled.diagnostics.iter().map(|d| d.code.id).collect();
         assert_eq!(codes, [code], "-p {name}={value}");
         assert!(compiled.ruleset.is_none());

@@ -113,7 +113,7 @@ fn a_design_of_another_grammar_is_refused_with_the_reason() {
     let path = folder.path().join("run/best.design.json");
     let text = std::fs::read_to_string(&path).unwrap();
     for (from, to, says) in [
-        ("\"version\": 1", "\"version\": 99", "version 99"),
+        ("\"version\": 2", "\"version\": 99", "version 99"),
         ("sgc design", "other design", "not a saved design"),
         ("Count in 2 .. 60 = 20", "Count in 2 .. 60 = 21", "was changed"),
         ("\"seed\": 2", "\"seed\": \"x\"", "damaged"),

@@ -9,7 +9,7 @@ fn every_grammar_and_library_file_is_free_of_findings() {
             let path = entry.unwrap().path();
             let mut sources = grammar_lang::source::SourceMap::default();
             let file = sources.add(path.to_string_lossy(), std::fs::read_to_string(&path).unwrap());
-            let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, file, &[]);
+            let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, file, &[], None);
             assert!(compiled.diagnostics.is_empty(), "{}: {:?}", path.display(), compiled.diagnostics);
             assert_eq!(compiled.is_grammar, folder == "grammars", "{}", path.display());
         }

@@ -9,7 +9,9 @@ use nalgebra::Isometry3;
 use sgc::derive::Derivation;
 use sgc::derive::random::Stream;
 use sgc::design::Body;
+use sgc::design::assembly::Element;
 use sgc::drive::Drive;
+use sgc::score::Recording;
 use sgc::simulate::Motion;
 use sgc::simulate::motion::Placement;
 
@@ -56,7 +58,8 @@ fn engine(rules: &RuleSet) -> String {
     let derivation = Arc::new(derivation);
     let body = Body::new(&derivation.design, rules);
     assert!(!body.actuators.is_empty(), "the test needs a body that moves");
-    let drive = Drive::new(rules, Arc::clone(&derivation), &body);
+    let (_, task) = rules.tasks.first().unwrap();
+    let drive = Drive::new(rules, task, Arc::clone(&derivation), &body).unwrap();
     let first = drive.draw(&mut random);
     // Many mutations: a chance of 0.3 or 0.303 shows only in the long run.
     let mut second = first.clone();
@@ -71,17 +74,21 @@ fn engine(rules: &RuleSet) -> String {
             .map(|i| ((i / elements) as f64, (i % elements) as f64))
             .map(|(frame, element)| Isometry3::translation(frame * (1.0 + element), rise * frame, 0.0))
             .collect();
-        let placements: Vec<_> =
-            (0..elements).map(|body| Placement { body, local: Isometry3::identity() }).collect();
+        let placement =
+            |(body, e): (usize, &Element)| Placement { body, local: Isometry3::identity(), shape: e.shape };
+        let placements: Vec<_> = body.assembly.elements.iter().enumerate().map(placement).collect();
         let motion = Motion {
             interval: 10.0,
             duration: 20.0,
             bodies: elements,
             poses,
             bends: Vec::new(),
+            work: Vec::new(),
             placements: placements.into(),
         };
-        sgc::score::score(rules, &derivation, &motion).unwrap()
+        let recording =
+            Recording { derivation: &derivation, body: &body, motion: &motion, drive: &drive, parameters: &second };
+        sgc::score::score(rules, task, recording).unwrap()
     });
     let places = [0.0, 0.1, 0.3, 0.6].map(grammar_lang::eval::Value::Number);
     let patterns: Vec<_> = rules
@@ -93,7 +100,7 @@ fn engine(rules: &RuleSet) -> String {
         "{:?} {first:?} {second:?} {:?} {:?} {scores:?} {patterns:?}",
         body.assembly,
         targets,
-        sgc::search::settings(rules),
+        sgc::search::settings(&task.model),
     )
 }
 

@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use grammar_lang::ir::RuleSet;
+use sgc::derive::Derivation;
 use sgc::search::{Best, End, Limits, Observer, Outcome, Row, run};
 use sgc::simulate;
 
@@ -26,7 +27,7 @@ impl Observer for Log {
         Ok(())
     }
     fn improved(&mut self, best: &Best) -> Result<(), String> {
-        self.0.push(format!("best {:x} {:?}", best.value.to_bits(), best.parameters));
+        self.0.push(format!("best {:x} {:?}", best.value.to_bits(), best.tasks));
         Ok(())
     }
 }
@@ -35,7 +36,7 @@ fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<St
     let limits = Limits { seed, jobs, max_evaluations: Some(max), deadline: None };
     let mut log = Log::default();
     let model = simulate::model("articulated").unwrap();
-    let outcome = run(rules, model, &limits, &AtomicBool::new(false), &mut log).unwrap();
+    let outcome = run(rules, Derivation::begin(rules), model, &limits, &AtomicBool::new(false), &mut log).unwrap();
     (outcome, log.0)
 }
 
@@ -47,7 +48,7 @@ fn one_thread_and_three_give_the_same_bits() {
     assert_eq!(log_one, log_three);
     assert_eq!(one.evaluations, three.evaluations);
     let best = one.best.expect("a best design");
-    assert!(best.value > 0.0 && !best.parameters.is_empty(), "the search got to tuning curves: {best:?}");
+    assert!(best.value > 0.0 && !best.tasks[0].parameters.is_empty(), "the search got to tuning curves: {best:?}");
     let other = search(&rules, 3, 1, 300);
     assert_ne!(log_one, other.1, "another seed is another search");
 }
@@ -57,8 +58,8 @@ fn a_best_keeps_its_value_at_half_the_step() {
     let rules = short();
     for seed in 1..5 {
         let best = search(&rules, seed, 2, 200).0.best.expect("a best design");
-        if best.value > 0.0 && !best.parameters.is_empty() {
-            let half = best.half_step.expect("was checked");
+        if best.value > 0.0 && !best.tasks[0].parameters.is_empty() {
+            let half = best.tasks[0].half_step.expect("was checked");
             assert!(half >= rules.search.keep * best.value, "{best:?}");
         }
     }
@@ -118,5 +119,5 @@ fn minimising_the_negative_is_maximising() {
     let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
     let best = search(&rules, 2, 2, 300).0.best.expect("a best design");
     assert!(best.value < -0.1, "{}", best.value);
-    assert!(best.half_step.is_some_and(|half| sgc::search::keeps(&rules, best.value, half)));
+    assert!(best.tasks[0].half_step.is_some_and(|half| sgc::search::keeps(&rules, &rules.tasks[0], best.value, half)));
 }

@@ -21,7 +21,7 @@ pub(crate) fn read(path: &str) -> String {
 pub(crate) fn grammar(path: &str) -> RuleSet {
     let mut sources = SourceMap::default();
     let entry = sources.add(root().join(path).to_string_lossy(), read(path));
-    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[]);
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
     assert!(compiled.diagnostics.is_empty(), "{:#?}", compiled.diagnostics);
     compiled.ruleset.expect("a grammar")
 }
@@ -39,7 +39,7 @@ pub(crate) fn compile_texts(texts: &BTreeMap<String, String>, entry: &str) -> Re
     let world = Frozen { texts: texts.clone() };
     let mut sources = SourceMap::default();
     let file = sources.add(entry, texts[entry].clone());
-    let compiled = grammar_lang::compile(&world, &mut sources, file, &[]);
+    let compiled = grammar_lang::compile(&world, &mut sources, file, &[], None);
     compiled.ruleset.ok_or_else(|| format!("{:?}", compiled.diagnostics))
 }
 

@@ -24,6 +24,8 @@ pub struct Compiled {
     pub ruleset: Option<RuleSet>,
     /// Whether the text is a grammar, not only a module for others to import.
     pub is_grammar: bool,
+    /// The grammar and the variants that the text declares.
+    pub offers: Vec<String>,
     /// Everything found.
     pub diagnostics: Vec<Diagnostic>,
 }
@@ -36,18 +38,18 @@ impl Compiled {
     }
 }
 
-/// Reads and checks a grammar. `overrides` are the parameters set from outside.
+/// Reads and checks a grammar. `overrides` are the parameters set from outside;
+/// `wanted` is one of several grammars and variants that the text declares.
 pub fn compile(
     world: &dyn World,
     sources: &mut SourceMap,
     entry: FileId,
     overrides: &[(String, String)],
+    wanted: Option<&str>,
 ) -> Compiled {
-    let (program, mut diagnostics) = names::load(world, sources, entry);
-    let is_grammar = program
-        .modules
-        .first()
-        .is_some_and(|m| m.tree.items.iter().any(|i| matches!(i.kind, syntax::ast::ItemKind::Grammar(_))));
+    let (program, mut diagnostics) = names::load(world, sources, entry, wanted);
+    let offers = program.modules.first().map_or(Vec::new(), |m| names::offers(&m.tree));
+    let is_grammar = !offers.is_empty();
     let (ruleset, found) = types::check(&program, sources, overrides);
     diagnostics.extend(found);
     let clean = !diagnostics.iter().any(Diagnostic::is_error);
@@ -55,5 +57,5 @@ pub fn compile(
         lint::run(ruleset, &mut diagnostics);
     }
     let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
-    Compiled { ruleset, is_grammar, diagnostics }
+    Compiled { ruleset, is_grammar, offers, diagnostics }
 }

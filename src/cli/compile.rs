@@ -16,11 +16,14 @@ pub(super) struct Compile {
     /// Set a parameter of the grammar
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
+    /// The variant, where the file declares several
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
 }
 
 impl Compile {
     pub(super) fn run(self) -> Result<u8, Fault> {
-        let (rules, _) = load::grammar(&self.file, &self.params)?;
+        let (rules, _) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
         let text = serde_json::to_string_pretty(&rules).map_err(|e| Fault::usage(e.to_string()))?;
         output::data(&(text + "\n"))?;
         Ok(exit::DONE)

@@ -3,6 +3,10 @@
 use std::path::PathBuf;
 
 use clap::Args;
+use grammar_lang::diagnostics::did_you_mean;
+use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
 
 use super::output::{self, Fault};
 use super::{exit, load};
@@ -19,20 +23,45 @@ pub(super) struct Derive {
     /// Set a parameter of the grammar
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
+    /// The variant, where the file declares several
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
+    /// Derive an example of the grammar instead; with --steps, go on from it at random
+    #[arg(long, value_name = "NAME")]
+    example: Option<String>,
     /// The seed of the random numbers
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// How many moves to make
-    #[arg(long, default_value_t = 20)]
-    steps: usize,
+    /// How many moves to make [default: 20, or 0 with --example]
+    #[arg(long, value_name = "N")]
+    steps: Option<usize>,
+}
+
+/// The first design: of an example, if one is named.
+pub(super) fn start(rules: &RuleSet, sources: &SourceMap, from: Option<&str>) -> Result<Derivation, Fault> {
+    if let Some(name) = from.filter(|name| !rules.examples.contains_key(*name)) {
+        let names: Vec<&str> = rules.examples.keys().map(String::as_str).collect();
+        let help = match (did_you_mean(name, names.iter().copied()), names.is_empty()) {
+            (Some(help), _) => help,
+            (None, true) => "it has none".to_owned(),
+            (None, false) => format!("it has: {}", names.join(", ")),
+        };
+        return Err(Fault::input(format!("this grammar has no example `{name}`; {help}")));
+    }
+    Derivation::start(rules, from).map_err(|failure| {
+        let text = render(&[*failure], sources, Format::Full, output::colour_err());
+        output::note(text.trim_end());
+        Fault { code: exit::INPUT, message: String::new() }
+    })
 }
 
 impl Derive {
     pub(super) fn run(self) -> Result<u8, Fault> {
-        let (rules, sources) = load::grammar(&self.file, &self.params)?;
-        let mut derivation = Derivation::begin(&rules);
+        let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
+        let mut derivation = start(&rules, &sources, self.example.as_deref())?;
+        let steps = self.steps.unwrap_or(if self.example.is_some() { 0 } else { 20 });
         let mut random = Stream::named(self.seed, "derive");
-        for _ in 0..self.steps {
+        for _ in 0..steps {
             let step = derivation
                 .advance(&rules, &mut random, 0.0)
                 .map_err(|e| Fault::input(load::no_value(&e, &sources)))?;

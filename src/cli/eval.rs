@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
+use grammar_lang::ir::RuleSet;
+
 use super::output::{self, Fault};
 use super::{exit, load};
 use crate::results::saved::SavedDesign;
@@ -25,6 +27,9 @@ pub(super) struct Eval {
     /// Judge it by this grammar, not by the one that made it
     #[arg(long, value_name = "FILE")]
     grammar: Option<PathBuf>,
+    /// The variant of that grammar
+    #[arg(long, value_name = "NAME", requires = "grammar")]
+    variant: Option<String>,
 }
 
 /// Reads `0.002` or `1/480`.
@@ -50,7 +55,7 @@ impl Eval {
         let path = design_file(&self.design);
         let design = SavedDesign::read(&path).map_err(Fault::usage)?;
         let rules = match &self.grammar {
-            Some(file) => load::grammar(file, &[])?.0,
+            Some(file) => load::grammar(file, &[], self.variant.as_deref())?.0,
             None => design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?,
         };
         let other = (rules.name != design.grammar.name).then(|| {
@@ -58,7 +63,7 @@ impl Eval {
         });
         let same_grammar = self.grammar.is_none();
         let solver = self.solver.as_deref().unwrap_or(&design.solver);
-        let replayed = judge::replay(&rules, &design, solver, self.step)
+        let replayed = judge::replay(&rules, &design, solver, self.step.map(judge::Step::Seconds))
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
         if same_grammar && replayed.derivation.design.canonical_hash(&rules) != design.body {
             return Err(Fault::usage(format!(
@@ -66,22 +71,30 @@ impl Eval {
                 path.display()
             )));
         }
-        let Some(score) = replayed.score else {
+        let Some(value) = replayed.value else {
             return Err(Fault::input(
                 "the motion is not valid: an element was too fast, or a number not finite",
             ));
         };
-        output::data(&format!("value {}\n", describe::quantity(score.value, &rules.objective.unit)))?;
-        for (name, value) in &score.terms {
-            output::data(&format!("  {name} {}\n", describe::term(&rules, name, *value)))?;
+        output::data(&format!("value {}\n", describe::quantity(value, &rules.objective.unit)))?;
+        for (task, saved) in replayed.tasks.iter().zip(&design.tasks) {
+            let Some(score) = &task.score else { continue };
+            if task.name != RuleSet::ONLY_TASK {
+                let value = describe::quantity(score.value, &saved.unit);
+                output::data(&format!("task {} {value}\n", task.name))?;
+            }
+            for (name, value) in &score.terms {
+                let text = describe::term(&rules, &saved.unit, name, *value);
+                output::data(&format!("  {name} {text}\n"))?;
+            }
         }
         let same = self.solver.is_none() && self.step.is_none() && self.grammar.is_none();
-        if same && score.value.to_bits() == design.value.to_bits() {
+        if same && value.to_bits() == design.value.to_bits() {
             output::note("exactly the saved value");
         } else {
             output::note(&format!("the saved value is {}", describe::quantity(design.value, &design.unit)));
         }
-        if same && score.value.to_bits() != design.value.to_bits() {
+        if same && value.to_bits() != design.value.to_bits() {
             return Err(Fault::input(
                 "the value is not the saved one: the design was made by another version of sgc, or changed",
             ));

@@ -15,6 +15,7 @@ use crate::world::{Files, read_text};
 
 /// What checking a file gave.
 pub(super) struct Checked {
+    pub(super) offers: Vec<String>,
     pub(super) rules: Option<RuleSet>,
     pub(super) is_grammar: bool,
     pub(super) diagnostics: Vec<Diagnostic>,
@@ -22,7 +23,12 @@ pub(super) struct Checked {
 }
 
 /// Reads and checks a file; `-` is standard input.
-pub(super) fn check(path: &Path, overrides: &[(String, String)]) -> Result<Checked, Fault> {
+/// Of several grammars and variants that it declares, `wanted` is checked.
+pub(super) fn check(
+    path: &Path,
+    overrides: &[(String, String)],
+    wanted: Option<&str>,
+) -> Result<Checked, Fault> {
     let fault = |e: String| Fault::usage(format!("cannot read {}: {e}", path.display()));
     let (name, text) = if path == Path::new("-") {
         let mut bytes = Vec::new();
@@ -33,17 +39,22 @@ pub(super) fn check(path: &Path, overrides: &[(String, String)]) -> Result<Check
     };
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
-    let compiled = grammar_lang::compile(&Files, &mut sources, entry, overrides);
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, overrides, wanted);
     let mut diagnostics = compiled.diagnostics;
     diagnostics.extend(compiled.ruleset.as_ref().and_then(check_start));
+    let offers = compiled.offers;
     let sound = !diagnostics.iter().any(Diagnostic::is_error);
     let rules = compiled.ruleset.filter(|_| sound);
-    Ok(Checked { rules, is_grammar: compiled.is_grammar, diagnostics, sources })
+    Ok(Checked { offers, rules, is_grammar: compiled.is_grammar, diagnostics, sources })
 }
 
 /// Reads a grammar that is to be run: findings go to standard error.
-pub(super) fn grammar(path: &Path, overrides: &[(String, String)]) -> Result<(RuleSet, SourceMap), Fault> {
-    let checked = check(path, overrides)?;
+pub(super) fn grammar(
+    path: &Path,
+    overrides: &[(String, String)],
+    wanted: Option<&str>,
+) -> Result<(RuleSet, SourceMap), Fault> {
+    let checked = check(path, overrides, wanted)?;
     if !checked.diagnostics.is_empty() {
         let text = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());
         output::note(text.trim_end());

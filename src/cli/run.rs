@@ -32,6 +32,9 @@ pub(super) struct Run {
     /// Set a parameter of the grammar
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
+    /// The variant, where the file declares several
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
     /// The seed: the same seed gives the same result
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -53,6 +56,9 @@ pub(super) struct Run {
     /// The simulation method
     #[arg(long, default_value = "articulated", value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
     solver: String,
+    /// Start from an example of the grammar [default: its initial design]
+    #[arg(long, value_name = "EXAMPLE")]
+    from: Option<String>,
     /// No progress, only the result
     #[arg(short, long)]
     quiet: bool,
@@ -77,7 +83,9 @@ fn duration(text: &str) -> Result<(String, Duration), String> {
 
 impl Run {
     pub(super) fn run(self) -> Result<u8, Fault> {
-        let (rules, sources) = load::grammar(&self.file, &self.params)?;
+        let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
+        let from = self.from.clone().or_else(|| rules.from.clone());
+        let first = super::derive::start(&rules, &sources, from.as_deref())?;
         let model = simulate::model(&self.solver).ok_or_else(|| Fault::usage("unknown solver"))?;
         let max = match (self.max_evals, &self.time) {
             (Some(0), _) | (None, Some(_)) => None,
@@ -119,7 +127,7 @@ impl Run {
         let progress = Progress::new(max, deadline, &unit, self.quiet);
         let mut keeper =
             Keeper { rules: &rules, grammar, folder, progress, seed: self.seed, solver: &self.solver };
-        let outcome = search::run(&rules, model, &limits, &stop, &mut keeper);
+        let outcome = search::run(&rules, first, model, &limits, &stop, &mut keeper);
         keeper.progress.finish();
         if outcome.is_err() && SAVED.load(Ordering::SeqCst) {
             output::note(&format!("the best so far is saved in {}", keeper.folder.path().display()));
@@ -146,7 +154,7 @@ impl Run {
             }
             return Err(Fault::input("no evaluation was valid: no feasible design was found"));
         };
-        if outcome.bodies == 1 && outcome.moves > 0 {
+        if outcome.bodies == 1 && outcome.moves > 0 && from.is_none() {
             return Err(Fault::input(format!(
                 "no rule could ever be applied to the initial design; {} says what blocked each",
                 keeper.folder.path().join("evals.csv").display()

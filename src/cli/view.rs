@@ -20,6 +20,9 @@ pub(super) struct View {
     /// Where to write the page [default: view.html beside the design]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    /// The task to show [default: the first]
+    #[arg(long, value_name = "NAME")]
+    task: Option<String>,
 }
 
 impl View {
@@ -28,7 +31,7 @@ impl View {
         let design = SavedDesign::read(&path).map_err(Fault::usage)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
         let rules = design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
-        let scene = picture::scene(&rules, &design).map_err(fault)?;
+        let scene = picture::scene(&rules, &design, self.task.as_deref()).map_err(fault)?;
         let out = self.out.unwrap_or_else(|| path.with_file_name("view.html"));
         write_whole(&out, &view::page(&scene)).map_err(Fault::usage)?;
         output::data(&format!("{}\n", out.display()))?;

@@ -1,7 +1,7 @@
 //! Applies rules, takes steps back, repeats recorded steps.
 
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
-use grammar_lang::ir::{Effect, Rule, RuleSet};
+use grammar_lang::ir::{Effect, Expr, Holding, Rule, RuleSet};
 
 use super::Derivation;
 use super::record::{Recorded, Step};
@@ -33,6 +33,9 @@ impl Blocked {
             Self::Refused(Refusal::PortTaken) => "port taken".to_owned(),
             Self::Refused(Refusal::Asymmetric) => "symmetry".to_owned(),
             Self::Refused(Refusal::BadParameter(name)) => format!("parameter {name}"),
+            Self::Refused(Refusal::NoPort(name)) => format!("no port {name}"),
+            Self::Refused(Refusal::Fixed) => "part of the beginning".to_owned(),
+            Self::Refused(Refusal::NotJoined) => "not joined".to_owned(),
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| r.name.clone()),
             Self::Needed => "needed by a later step".to_owned(),
             Self::NoChange => "no change".to_owned(),
@@ -40,11 +43,27 @@ impl Blocked {
     }
 }
 
-/// A description of an effect with its values, from the design before the rule.
-enum Deed {
-    Attach(Attachment),
-    Set(u64, String, Value),
-    Revert(u64),
+impl Blocked {
+    /// In a sentence, for messages.
+    #[must_use]
+    pub fn sentence(&self, rules: &RuleSet) -> String {
+        match self {
+            Self::NoMatch => "the rule does not match there".to_owned(),
+            Self::Refused(Refusal::Gone) => "what it names is not there (any more)".to_owned(),
+            Self::Refused(Refusal::PortTaken) => "the port is taken".to_owned(),
+            Self::Refused(Refusal::Asymmetric) => "the symmetry would be lost".to_owned(),
+            Self::Refused(Refusal::BadParameter(name)) => format!("`{name}` is outside its domain"),
+            Self::Refused(Refusal::NoPort(name)) => format!("the part has no port `{name}`"),
+            Self::Refused(Refusal::Fixed) => "a part of the initial design stays".to_owned(),
+            Self::Refused(Refusal::NotJoined) => "the parts are not joined".to_owned(),
+            Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| {
+                let because = r.because.as_ref().map_or(String::new(), |b| format!(": {b}"));
+                format!("`{}` would be broken{because}", r.name)
+            }),
+            Self::Needed => "a later step needs it".to_owned(),
+            Self::NoChange => "it changes nothing".to_owned(),
+        }
+    }
 }
 
 impl Derivation {
@@ -59,30 +78,14 @@ impl Derivation {
         rule: &Rule,
         locals: &[Value],
     ) -> Result<Result<Self, Blocked>, EvalError> {
-        let deeds = self.deeds(rules, rule, locals)?;
         let mut next = self.clone();
-        let mut reverts = false;
-        for deed in deeds {
-            let done = match deed {
-                Deed::Attach(attachment) => {
-                    next.design.attach(rules, &attachment, next.next).map_err(Blocked::Refused)
-                }
-                Deed::Set(part, attribute, value) => {
-                    next.design.set(rules, part, &attribute, &value).map_err(Blocked::Refused)
-                }
-                Deed::Revert(step) => {
-                    reverts = true;
-                    next.revert(rules, step)
-                }
-            };
-            if let Err(blocked) = done {
-                return Ok(Err(blocked));
-            }
+        if let Err(blocked) = self.perform(&mut next, rules, rule, locals, self.next)? {
+            return Ok(Err(blocked));
         }
         if let Some(broken) = next.broken(rules)? {
             return Ok(Err(Blocked::Requirement(broken)));
         }
-        if !reverts {
+        if !rule.effects.iter().any(|e| matches!(e, Effect::Revert(_))) {
             let locals = locals.iter().filter_map(Recorded::new).collect();
             next.steps.push(Step { id: next.next, rule: rule.name.clone(), locals });
         }
@@ -90,49 +93,64 @@ impl Derivation {
         Ok(Ok(next))
     }
 
-    /// The effects of a rule with their values: all read the design before the rule.
-    fn deeds(&self, rules: &RuleSet, rule: &Rule, locals: &[Value]) -> Result<Vec<Deed>, EvalError> {
-        let scope = DesignScope::new(rules, self);
+    /// Carries out the effects of a rule on `next`, as step number `step`. All of them
+    /// read the design before the rule, and what earlier effects have made.
+    fn perform(
+        &self,
+        next: &mut Self,
+        rules: &RuleSet,
+        rule: &Rule,
+        locals: &[Value],
+        step: u64,
+    ) -> Result<Result<(), Blocked>, EvalError> {
         let mut locals = locals.to_vec();
-        let mut deeds = Vec::new();
         for effect in &rule.effects {
-            let missing = |span| EvalError { span, reason: "this names nothing in the design".to_owned() };
-            deeds.push(match effect {
-                Effect::Attach { what, port, turned } => {
-                    let Value::Kind(kind) = evaluate(what, &scope, &mut locals)? else {
-                        return Err(missing(what.span));
+            let made = next.design.clone();
+            let scope = DesignScope::new(rules, self).with_made(&made);
+            let done = match effect {
+                Effect::Attach { what, on } => {
+                    let attachment = attachment(what, on, &scope, &mut locals)?;
+                    next.design.attach(rules, &attachment, step).map(Some)
+                }
+                Effect::Replace { part, with, between } => {
+                    let id = part_in(part, &scope, &mut locals)?;
+                    let Value::Kind(kind) = evaluate(with, &scope, &mut locals)? else {
+                        return Err(missing(with));
                     };
-                    let Value::Reference(Reference::Port(part, place)) = evaluate(port, &scope, &mut locals)?
-                    else {
-                        return Err(missing(port.span));
+                    let between = match between {
+                        Some((a, b)) => {
+                            Some((part_in(a, &scope, &mut locals)?, part_in(b, &scope, &mut locals)?))
+                        }
+                        None => None,
                     };
-                    let turn = match turned {
-                        Some(turned) => evaluate(turned, &scope, &mut locals)?.as_number().unwrap_or(0.0),
-                        None => 0.0,
-                    };
-                    Deed::Attach(Attachment {
-                        kind: kind.name.clone(),
-                        params: kind.params.clone(),
-                        part,
-                        port: place,
-                        turn,
-                    })
+                    next.design.replace(rules, id, (&kind.name, &kind.params), between, step).map(Some)
                 }
                 Effect::Set { part, attribute, value } => {
-                    let Value::Reference(Reference::Part(id)) = evaluate(part, &scope, &mut locals)? else {
-                        return Err(missing(part.span));
-                    };
-                    Deed::Set(id, attribute.clone(), evaluate(value, &scope, &mut locals)?)
+                    let id = part_in(part, &scope, &mut locals)?;
+                    let value = evaluate(value, &scope, &mut locals)?;
+                    next.design.set(rules, id, attribute, &value).map(|()| None)
                 }
-                Effect::Revert(step) => {
-                    let Value::Reference(Reference::Step(id)) = evaluate(step, &scope, &mut locals)? else {
-                        return Err(missing(step.span));
-                    };
-                    Deed::Revert(id)
+                Effect::Remove(part) => {
+                    let id = part_in(part, &scope, &mut locals)?;
+                    next.design.remove(id).map(|()| None)
                 }
-            });
+                Effect::Revert(reverted) => {
+                    let Value::Reference(Reference::Step(id)) = evaluate(reverted, &scope, &mut locals)? else {
+                        return Err(missing(reverted));
+                    };
+                    if let Err(blocked) = next.revert(rules, id) {
+                        return Ok(Err(blocked));
+                    }
+                    Ok(None)
+                }
+            };
+            match done {
+                Ok(Some(made)) => locals.push(Value::Reference(Reference::Part(made))),
+                Ok(None) => {}
+                Err(refusal) => return Ok(Err(Blocked::Refused(refusal))),
+            }
         }
-        Ok(deeds)
+        Ok(Ok(()))
     }
 
     /// Takes a step back: all others are repeated with their recorded choices.
@@ -143,17 +161,20 @@ impl Derivation {
         let mut again = Self::begin(rules);
         for old in self.steps.iter().filter(|s| s.id != step) {
             let gone = old.locals.iter().any(|local| match local {
-                Recorded::Reference(Reference::Part(id) | Reference::Port(id, _)) => {
+                Recorded::Reference(
+                    Reference::Part(id) | Reference::Port(id, _) | Reference::Joint(id),
+                ) => {
                     id >> 8 == step && !again.design.parts.contains_key(id)
                 }
                 _ => false,
             });
             if gone {
+                let builds = |e: &Effect| matches!(e, Effect::Attach { .. } | Effect::Replace { .. });
                 let attaches = rules
                     .rules
                     .iter()
                     .find(|r| r.name == old.rule)
-                    .is_none_or(|r| r.effects.iter().any(|e| matches!(e, Effect::Attach { .. })));
+                    .is_none_or(|r| r.effects.iter().any(builds));
                 if attaches {
                     return Err(Blocked::Needed);
                 }
@@ -177,22 +198,54 @@ impl Derivation {
         if locals.len() != rule.locals.len() {
             return Err(format!("the rule `{}` now matches and chooses other things", rule.name));
         }
-        let deeds = self.deeds(rules, rule, &locals).map_err(|e| e.reason)?;
-        for deed in deeds {
-            match deed {
-                Deed::Attach(attachment) => {
-                    if !rules.parts.contains_key(&attachment.kind) && !rules.is_actuator(&attachment.kind) {
-                        return Err(format!("there is no part `{}`", attachment.kind));
-                    }
-                    self.design.attach(rules, &attachment, step.id)
-                }
-                Deed::Set(part, attribute, value) => self.design.set(rules, part, &attribute, &value),
-                Deed::Revert(_) => return Err("a reversion is no step".to_owned()),
-            }
-            .map_err(|refusal| Blocked::Refused(refusal).text(rules))?;
+        if rule.effects.iter().any(|e| matches!(e, Effect::Revert(_))) {
+            return Err("a reversion is no step".to_owned());
         }
+        let kinds = locals.iter().filter_map(|l| match l {
+            Value::Kind(kind) => Some(&kind.name),
+            _ => None,
+        });
+        for kind in kinds {
+            if !rules.parts.contains_key(kind) && !rules.is_actuator(kind) {
+                return Err(format!("there is no part `{kind}`"));
+            }
+        }
+        let before = self.clone();
+        before
+            .perform(self, rules, rule, &locals, step.id)
+            .map_err(|e| e.reason)?
+            .map_err(|blocked| blocked.text(rules))?;
         self.steps.push(step.clone());
         self.next = self.next.max(step.id + 1);
         Ok(())
     }
+}
+
+fn missing(expr: &Expr) -> EvalError {
+    EvalError { span: expr.span, reason: "this names nothing in the design".to_owned() }
+}
+
+fn part_in(expr: &Expr, scope: &DesignScope<'_>, locals: &mut Vec<Value>) -> Result<u64, EvalError> {
+    match evaluate(expr, scope, locals)? {
+        Value::Reference(Reference::Part(id)) => Ok(id),
+        _ => Err(missing(expr)),
+    }
+}
+
+/// What is attached, where and how, with values.
+pub(super) fn attachment(
+    what: &Expr,
+    on: &Holding,
+    scope: &DesignScope<'_>,
+    locals: &mut Vec<Value>,
+) -> Result<Attachment, EvalError> {
+    let Value::Kind(kind) = evaluate(what, scope, locals)? else { return Err(missing(what)) };
+    let Value::Reference(Reference::Port(part, port)) = evaluate(&on.port, scope, locals)? else {
+        return Err(missing(&on.port));
+    };
+    let turn = match &on.turned {
+        Some(turned) => evaluate(turned, scope, locals)?.as_number().unwrap_or(0.0),
+        None => 0.0,
+    };
+    Ok(Attachment { kind: kind.name.clone(), params: kind.params.clone(), part, port, turn, by: on.by.clone() })
 }

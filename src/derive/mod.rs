@@ -6,26 +6,26 @@
 //! that rule is out for this move, and another is drawn.
 
 mod apply;
+mod choosing;
+mod example;
+mod matching;
 pub mod random;
 mod record;
 mod scope;
 mod start;
 
-use std::sync::Arc;
-
-use grammar_lang::eval::{Domain, EvalError, Reference, Value, evaluate};
-use grammar_lang::ir::{Pattern, Rule, RuleSet};
+use grammar_lang::diagnostics::Diagnostic;
+use grammar_lang::eval::{EvalError, Value, evaluate};
+use grammar_lang::ir::{Rule, RuleSet};
 
 pub use apply::Blocked;
+pub use example::run_example;
 pub use record::{Recorded, Step};
 pub use scope::DesignScope;
 pub use start::check_start;
 
 use crate::design::Design;
 use random::Stream;
-
-/// How many values of a domain that cannot be listed are tried against the guards.
-const TRIES: usize = 10_000;
 
 /// A design with the steps that made it.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,10 +50,22 @@ pub struct Move {
 }
 
 impl Derivation {
-    /// The initial design.
+    /// The initial design. What of it cannot be placed is left out: [`check_start`] reports it.
     #[must_use]
     pub fn begin(rules: &RuleSet) -> Self {
-        Self { design: Design::begin(rules), steps: Vec::new(), next: 1 }
+        start::begin(rules).0
+    }
+
+    /// Where the search starts: the initial design, or an example.
+    ///
+    /// # Errors
+    ///
+    /// What does not hold in the example.
+    pub fn start(rules: &RuleSet, from: Option<&str>) -> Result<Self, Box<Diagnostic>> {
+        match from.and_then(|name| rules.examples.get_key_value(name)) {
+            Some((name, example)) => run_example(rules, name, example),
+            None => Ok(Self::begin(rules)),
+        }
     }
 
     /// Makes one move at a temperature.
@@ -79,7 +91,7 @@ impl Derivation {
             let Some(rule) = rules.rules.get(index) else {
                 return Ok(Move { result: None, rule: None, blocked });
             };
-            match self.draw(rules, rule, random)? {
+            match self.draw(rules, rule, temperature, random)? {
                 Some(locals) => match self.apply(rules, rule, &locals)? {
                     Ok(result) if result.design.canonical_hash(rules) == before => {
                         blocked.push((index, Blocked::NoChange));
@@ -95,130 +107,22 @@ impl Derivation {
         }
     }
 
-    /// Everything that a rule's pattern matches, as values of its first locals.
-    ///
-    /// # Errors
-    ///
-    /// [`EvalError`] when a condition has no value.
-    pub fn matches(&self, rules: &RuleSet, rule: &Rule) -> Result<Vec<Vec<Value>>, EvalError> {
-        let reference = |r| Value::Reference(r);
-        let (candidates, condition): (Vec<Vec<Value>>, _) = match &rule.pattern {
-            Pattern::Nothing => (vec![Vec::new()], None),
-            Pattern::Step { condition } => (
-                self.steps.iter().map(|s| vec![reference(Reference::Step(s.id))]).collect(),
-                condition.as_ref(),
-            ),
-            Pattern::Part { kind, port, condition } => {
-                let parts =
-                    self.design.parts.keys().copied().filter(|id| self.design.belongs(rules, *id, kind));
-                let bound = if *port {
-                    parts
-                        .flat_map(|id| self.design.free_ports(rules, id).into_iter().map(move |p| (id, p)))
-                        .map(|(id, p)| {
-                            vec![reference(Reference::Part(id)), reference(Reference::Port(id, p))]
-                        })
-                        .collect()
-                } else {
-                    parts.map(|id| vec![reference(Reference::Part(id))]).collect()
-                };
-                (bound, condition.as_ref())
-            }
-        };
-        let mut out = Vec::new();
-        for bound in candidates {
-            let scope = DesignScope::new(rules, self);
-            let mut fits = match condition {
-                Some(condition) => evaluate(condition, &scope, &mut bound.clone())? == Value::Bool(true),
-                None => true,
-            };
-            for guard in rule.guards.iter().filter(|g| g.needs <= bound.len()) {
-                fits = fits && evaluate(&guard.condition, &scope, &mut bound.clone())? == Value::Bool(true);
-            }
-            if fits {
-                out.push(bound);
-            }
-        }
-        Ok(out)
-    }
-
     /// Draws a match and the choices of a rule; `None` if there is none.
     fn draw(
         &self,
         rules: &RuleSet,
         rule: &Rule,
+        temperature: f64,
         random: &mut Stream,
     ) -> Result<Option<Vec<Value>>, EvalError> {
         let mut matches = self.matches(rules, rule)?;
         while !matches.is_empty() {
             let bound = matches.swap_remove(random.below(matches.len()));
-            if let Some(locals) = self.choose(rules, rule, bound, random)? {
+            if let Some(locals) = self.choose(rules, rule, bound, temperature, random)? {
                 return Ok(Some(locals));
             }
         }
         Ok(None)
-    }
-
-    /// Draws the choices from top to bottom; `None` where a guard leaves nothing.
-    fn choose(
-        &self,
-        rules: &RuleSet,
-        rule: &Rule,
-        mut locals: Vec<Value>,
-        random: &mut Stream,
-    ) -> Result<Option<Vec<Value>>, EvalError> {
-        let scope = DesignScope::new(rules, self);
-        for choice in &rule.choices {
-            let domain = evaluate(&choice.domain, &scope, &mut locals)?;
-            let slots = locals.len() + 1;
-            let guards: Vec<_> = rule.guards.iter().filter(|g| g.needs == slots).collect();
-            let fits = |value: Value, locals: &mut Vec<Value>| -> Result<bool, EvalError> {
-                locals.push(value);
-                for guard in &guards {
-                    if evaluate(&guard.condition, &scope, locals)? != Value::Bool(true) {
-                        locals.pop();
-                        return Ok(false);
-                    }
-                }
-                Ok(true)
-            };
-            let domain = match domain {
-                Value::Domain(domain) => domain,
-                list => Arc::new(Domain::Items(list.items().to_vec())),
-            };
-            let mut chosen = false;
-            match &*domain {
-                Domain::Range { low, high, whole: false } => {
-                    for _ in 0..TRIES {
-                        let value = Value::Number(low + (high - low) * random.unit());
-                        if low > high || fits(value, &mut locals)? {
-                            chosen = low <= high;
-                            break;
-                        }
-                    }
-                }
-                domain if domain.count() > TRIES => {
-                    for _ in 0..TRIES {
-                        let value = domain.item(random.below(domain.count()));
-                        if let Some(value) = value
-                            && fits(value, &mut locals)?
-                        {
-                            chosen = true;
-                            break;
-                        }
-                    }
-                }
-                domain => {
-                    let mut options: Vec<Value> = domain.items().collect();
-                    while !chosen && !options.is_empty() {
-                        chosen = fits(options.swap_remove(random.below(options.len())), &mut locals)?;
-                    }
-                }
-            }
-            if !chosen {
-                return Ok(None);
-            }
-        }
-        Ok(Some(locals))
     }
 
     /// The first requirement that the design breaks.

@@ -4,20 +4,22 @@ use grammar_lang::eval::{Reference, Scope, Value};
 use grammar_lang::ir::{Function, Group, RuleSet, Word};
 
 use super::Derivation;
-use crate::design::{Design, PartId};
+use crate::design::{Design, PartId, ports};
 
 /// The design so far, and the temperature where a weight may read it.
 pub struct DesignScope<'a> {
     rules: &'a RuleSet,
     derivation: &'a Derivation,
     temperature: Option<f64>,
+    /// The design with what the rule has made so far.
+    made: Option<&'a Design>,
 }
 
 impl<'a> DesignScope<'a> {
     /// Sees a design.
     #[must_use]
     pub fn new(rules: &'a RuleSet, derivation: &'a Derivation) -> Self {
-        Self { rules, derivation, temperature: None }
+        Self { rules, derivation, temperature: None, made: None }
     }
 
     /// Sees the temperature, too.
@@ -27,9 +29,65 @@ impl<'a> DesignScope<'a> {
         self
     }
 
+    /// Sees the parts, too, that the effects of a rule have made so far.
+    #[must_use]
+    pub fn with_made(mut self, made: &'a Design) -> Self {
+        self.made = Some(made);
+        self
+    }
+
     fn design(&self) -> &Design {
         &self.derivation.design
     }
+
+    /// The design that knows a part: that before the rule, or else that with what the rule made.
+    fn design_of(&self, id: PartId) -> &Design {
+        match self.made {
+            Some(made) if !self.design().parts.contains_key(&id) => made,
+            _ => self.design(),
+        }
+    }
+
+    fn port_attribute(&self, id: PartId, port: u8, name: &str) -> Option<Value> {
+        let design = self.design_of(id);
+        match name {
+            "part" => Some(reference(Reference::Part(id))),
+            "free" => Some(Value::Bool(design.is_free(self.rules, id, port))),
+            "index" => {
+                let frames = ports(self.rules, design.parts.get(&id)?);
+                Some(Value::Number(frames.get(port as usize)?.number))
+            }
+            _ => None,
+        }
+    }
+
+    fn part_attribute(&self, id: PartId, name: &str) -> Option<Value> {
+        let design = self.design_of(id);
+        let part = design.parts.get(&id)?;
+        Some(match name {
+            "turn" => Value::Number(part.turn),
+            "image" => Value::Number(f64::from(part.image)),
+            "depth" => Value::Number(design.depth(id) as f64),
+            "mass" => Value::Number(design.mass(self.rules, id)?),
+            // The core holds itself.
+            "holder" => reference(Reference::Part(part.held_by.map_or(id, |(holder, _)| holder))),
+            "twin" => reference(Reference::Part(design.twin(id))),
+            _ => part.params.get(name).cloned()?,
+        })
+    }
+
+    fn step_attribute(&self, id: u64, name: &str) -> Option<Value> {
+        let (i, step) = self.derivation.steps.iter().enumerate().find(|(_, s)| s.id == id)?;
+        match name {
+            "rule" => Some(Value::Text(step.rule.as_str().into())),
+            "number" => Some(Value::Number((i + 1) as f64)),
+            _ => None,
+        }
+    }
+}
+
+fn reference(reference: Reference) -> Value {
+    Value::Reference(reference)
 }
 
 fn part(value: &Value) -> Option<PartId> {
@@ -63,7 +121,8 @@ impl Scope for DesignScope<'_> {
     }
 
     fn belongs(&self, value: &Value, group: &Group) -> Option<bool> {
-        Some(self.design().belongs(self.rules, part(value)?, group))
+        let id = part(value)?;
+        Some(self.design_of(id).belongs(self.rules, id, group))
     }
 
     fn adds(&self, step: &Value, group: &Group) -> Option<bool> {
@@ -73,19 +132,44 @@ impl Scope for DesignScope<'_> {
     }
 
     fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
-        let part = self.design().parts.get(&part(of)?)?;
-        match name {
-            "turn" => Some(Value::Number(part.turn)),
-            "image" => Some(Value::Number(f64::from(u8::from(part.image_of.is_some())))),
-            _ => part.params.get(name).cloned(),
+        match of {
+            Value::Reference(Reference::Part(id)) => self.part_attribute(*id, name),
+            Value::Reference(Reference::Port(id, port)) => self.port_attribute(*id, *port, name),
+            Value::Reference(Reference::Step(id)) => self.step_attribute(*id, name),
+            Value::Reference(Reference::Joint(held)) => {
+                let (holder, port) = self.design_of(*held).parts.get(held)?.held_by?;
+                match name {
+                    "holder" => Some(reference(Reference::Part(holder))),
+                    "held" => Some(reference(Reference::Part(*held))),
+                    "port" => Some(reference(Reference::Port(holder, port))),
+                    _ => None,
+                }
+            }
+            _ => None,
         }
     }
 
+    fn port(&self, of: &Value, name: &str, number: Option<f64>) -> Option<Value> {
+        let id = part(of)?;
+        let frames = ports(self.rules, self.design_of(id).parts.get(&id)?);
+        let found = frames.iter().position(|p| p.name == name && number.is_none_or(|n| n == p.number))?;
+        Some(reference(Reference::Port(id, found as u8)))
+    }
+
+    fn is_port(&self, port: &Value, name: &str) -> Option<bool> {
+        let Value::Reference(Reference::Port(id, port)) = port else { return None };
+        let frames = ports(self.rules, self.design_of(*id).parts.get(id)?);
+        Some(frames.get(*port as usize)?.name == name)
+    }
+
     fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
-        if function != Function::Neighbours {
-            return None;
-        }
-        let neighbours = self.design().neighbours(part(arguments.first()?)?);
-        Some(Value::List(neighbours.into_iter().map(|id| Value::Reference(Reference::Part(id))).collect()))
+        let id = part(arguments.first()?)?;
+        let design = self.design_of(id);
+        let parts = match function {
+            Function::Neighbours => design.neighbours(id),
+            Function::Images => design.orbit(id).into_iter().filter(|other| *other != id).collect(),
+            _ => return None,
+        };
+        Some(Value::List(parts.into_iter().map(|id| reference(Reference::Part(id))).collect()))
     }
 }

@@ -1,14 +1,55 @@
 //! Whether the initial design fulfils the requirements.
 
 use grammar_lang::diagnostics::{Code, Diagnostic};
-use grammar_lang::ir::RuleSet;
+use grammar_lang::eval::{EvalError, Value, evaluate};
+use grammar_lang::ir::{Placed, RuleSet};
 
-use super::Derivation;
+use super::apply::{Blocked, attachment};
+use super::{Derivation, DesignScope};
+use crate::design::Design;
+
+/// The initial design, and what of it cannot be placed.
+pub(super) fn begin(rules: &RuleSet) -> (Derivation, Option<EvalError>) {
+    let mut derivation = Derivation { design: Design::default(), steps: Vec::new(), next: 1 };
+    for placed in &rules.begin {
+        if let Err(error) = place(rules, &mut derivation, placed) {
+            return (derivation, Some(error));
+        }
+    }
+    (derivation, None)
+}
+
+fn place(rules: &RuleSet, derivation: &mut Derivation, placed: &Placed) -> Result<(), EvalError> {
+    let refused =
+        |refusal| EvalError { span: placed.span, reason: Blocked::Refused(refusal).sentence(rules) };
+    let before = derivation.clone();
+    let scope = DesignScope::new(rules, &before);
+    let id = match &placed.on {
+        None => {
+            let Value::Kind(kind) = evaluate(&placed.what, &scope, &mut Vec::new())? else { return Ok(()) };
+            derivation.design = Design::core(rules, &kind.name, &kind.params).map_err(refused)?;
+            0
+        }
+        Some(on) => {
+            let attachment = attachment(&placed.what, on, &scope, &mut Vec::new())?;
+            derivation.design.attach(rules, &attachment, 0).map_err(refused)?
+        }
+    };
+    derivation.design.placed.insert(placed.name.clone(), id);
+    Ok(())
+}
 
 /// Reports the requirement that the initial design breaks, if it does.
 #[must_use]
 pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
-    let start = Derivation::begin(rules);
+    let (start, unplaced) = begin(rules);
+    if let Some(error) = unplaced {
+        return Some(
+            Diagnostic::new(Code::START_BREAKS, error.span, "the initial design cannot be built")
+                .label(error.reason)
+                .help("every design starts from `begin`"),
+        );
+    }
     match start.broken(rules) {
         Ok(None) => None,
         Ok(Some(i)) => {

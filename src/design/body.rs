@@ -4,7 +4,7 @@ use grammar_lang::ir::{self, RuleSet};
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
 use super::assembly::{Assembly, Element, Hinge, Joint, JointKind, Shape};
-use super::port::segments;
+use super::port::{about, segments};
 use super::{Design, Part, PartId};
 
 /// The assembly of a design, and what its elements and actuators are.
@@ -36,7 +36,7 @@ impl Body {
                 let child = body.assembly.elements.len();
                 body.assembly.joints.push(Joint { parent, child, kind: JointKind::Rigid });
             }
-            let last = body.add(rules, id, part);
+            let ends = body.add(rules, id, part);
             let mut held: Vec<(u8, PartId)> = design
                 .parts
                 .iter()
@@ -44,35 +44,48 @@ impl Body {
                 .collect();
             held.sort_unstable();
             // The last one in is the next one out: the lowest port comes first.
-            open.extend(held.into_iter().rev().map(|(_, i)| (i, Some(last))));
+            let element = |port: u8| if port == 0 { ends.0 } else { ends.1 };
+            open.extend(held.into_iter().rev().map(|(port, i)| (i, Some(element(port)))));
         }
         body.assembly.actuators = body.actuators.len();
         body
     }
 
-    /// Adds the elements of a part; gives the last, which holds what hangs on it.
-    fn add(&mut self, rules: &RuleSet, id: PartId, part: &Part) -> usize {
+    /// The elements of a part, as indices.
+    pub fn elements_of(&self, part: PartId) -> impl Iterator<Item = usize> {
+        self.parts_of_elements.iter().enumerate().filter(move |(_, p)| **p == part).map(|(i, _)| i)
+    }
+
+    /// Adds the elements of a part, from the end by which it is held; gives those at its
+    /// port 0 and at its others (of an actuator: base and tip).
+    fn add(&mut self, rules: &RuleSet, id: PartId, part: &Part) -> (usize, usize) {
         let first = self.assembly.elements.len();
         let mut push = |shape, pose, mass, friction| {
             self.assembly.elements.push(Element { shape, pose, mass, friction });
             self.parts_of_elements.push(id);
         };
         if let Some(block) = rules.parts.get(&part.kind) {
-            push(shape_of(block.shape), part.pose, block.mass, block.friction);
-            return first;
+            push(shape_of(block.shape), part.pose * upright(block.shape), block.mass, block.friction);
+            return (first, first);
         }
-        let Some(actuator) = rules.actuators.get(&part.kind) else { return first };
-        let ir::Shape::Cylinder(_, length) = actuator.segment else { return first };
+        let Some(actuator) = rules.actuators.get(&part.kind) else { return (first, first) };
+        let ir::Shape::Cylinder(_, length) = actuator.segment else { return (first, first) };
         let count = segments(part);
+        let by_tip = part.held_by.is_some() && part.holding == 1;
+        // The segment that is the i-th from the holder, counted from the base.
+        let segment = |i: usize| if by_tip { count - 1 - i } else { i };
         for i in 0..count {
-            let centre = Isometry3::translation(length * (i as f64 + 0.5), 0.0, 0.0);
+            let centre = Isometry3::translation(length * (segment(i) as f64 + 0.5), 0.0, 0.0);
             push(shape_of(actuator.segment), part.pose * centre, actuator.mass, actuator.friction);
         }
         let hinges = count.saturating_sub(1).max(1) as f64;
-        let axis = UnitVector3::new_normalize(part.pose.rotation * Vector3::z());
+        // Held by its tip it bends the same way: each base-side segment turns against its parent.
+        let side = if by_tip { -Vector3::z() } else { Vector3::z() };
+        let axis = UnitVector3::new_normalize(part.pose.rotation * side);
         for i in 1..count {
+            let place = segment(i).max(segment(i - 1));
             let hinge = Hinge {
-                anchor: part.pose * Point3::new(length * i as f64, 0.0, 0.0),
+                anchor: part.pose * Point3::new(length * place as f64, 0.0, 0.0),
                 axis,
                 actuator: self.actuators.len(),
                 share: 1.0 / hinges,
@@ -90,7 +103,16 @@ impl Body {
             });
         }
         self.actuators.push(id);
-        first + count.saturating_sub(1)
+        let last = first + count.saturating_sub(1);
+        if by_tip { (last, first) } else { (first, last) }
+    }
+}
+
+/// How an element lies in its part: a disk is a cylinder that stands.
+fn upright(shape: ir::Shape) -> Isometry3<f64> {
+    match shape {
+        ir::Shape::Disk(..) => Isometry3::from_parts(Vector3::zeros().into(), about(2, std::f64::consts::FRAC_PI_2)),
+        _ => Isometry3::identity(),
     }
 }
 
@@ -98,6 +120,6 @@ fn shape_of(shape: ir::Shape) -> Shape {
     match shape {
         ir::Shape::Box(edges) => Shape::Box { half: Vector3::from(edges) / 2.0 },
         ir::Shape::Sphere(radius) => Shape::Ball { radius },
-        ir::Shape::Cylinder(radius, length) => Shape::Cylinder { radius, half_length: length / 2.0 },
+        ir::Shape::Cylinder(radius, length) | ir::Shape::Disk(radius, length) => Shape::Cylinder { radius, half_length: length / 2.0 },
     }
 }

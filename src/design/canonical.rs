@@ -30,7 +30,9 @@ fn line(v: Vector3<f64>) -> [i64; 3] {
 fn describe(part: &Part, rules: &RuleSet) -> String {
     let p = part.pose.translation.vector;
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|a| part.pose.rotation * a);
-    let turned = match rules.parts.get(&part.kind).map(|b| b.shape) {
+    // With ports of its own a part has a front and a back wherever they are.
+    let plain = rules.parts.get(&part.kind).filter(|b| b.ports.is_empty());
+    let turned = match plain.map(|b| b.shape) {
         Some(Shape::Sphere(_)) => String::new(),
         Some(Shape::Box(edges)) => {
             // A cube turned by a quarter is the same cube.

@@ -7,6 +7,7 @@
 pub mod assembly;
 mod body;
 mod canonical;
+mod change;
 mod overlap;
 mod port;
 mod symmetry;
@@ -37,8 +38,12 @@ pub struct Part {
     pub turn: f64,
     /// The part and its port that hold this one; none for the core.
     pub held_by: Option<(PartId, u8)>,
-    /// The part whose mirror image this is.
+    /// The port of its own that it is held by.
+    pub holding: u8,
+    /// The part whose image this is.
     pub image_of: Option<PartId>,
+    /// Which image of the symmetry it is; 0 is the original.
+    pub image: u8,
     /// The step that made it; 0 for the initial design.
     pub step: u64,
     /// Pose of its frame in the world: the centre of a block, the base of an actuator.
@@ -56,6 +61,12 @@ pub enum Refusal {
     Asymmetric,
     /// A parameter lies outside its domain or has no value.
     BadParameter(String),
+    /// The part has no such port.
+    NoPort(String),
+    /// The part belongs to the initial design and stays.
+    Fixed,
+    /// The parts are not joined.
+    NotJoined,
 }
 
 /// A tree of parts.
@@ -80,45 +91,93 @@ pub struct Attachment {
     pub port: u8,
     /// Rotation about the port's normal, rad.
     pub turn: f64,
+    /// The port of its own that it is held by, if one is named.
+    pub by: Option<String>,
 }
 
 impl Design {
-    /// The initial design of a rule set.
-    #[must_use]
-    pub fn begin(rules: &RuleSet) -> Self {
-        let mut design = Self::default();
-        for (i, placed) in rules.begin.iter().enumerate() {
-            let id = i as PartId;
-            let part = Part {
-                kind: placed.kind.clone(),
-                params: IndexMap::new(),
-                turn: 0.0,
-                held_by: None,
-                image_of: None,
-                step: 0,
-                pose: Isometry3::identity(),
-            };
-            design.parts.insert(id, part);
-            design.placed.insert(placed.name.clone(), id);
+    /// A design of one part, its core.
+    ///
+    /// # Errors
+    ///
+    /// A [`Refusal`] when a parameter is not possible.
+    pub fn core(rules: &RuleSet, kind: &str, given: &[(String, Value)]) -> Result<Self, Refusal> {
+        let part = Part {
+            kind: kind.to_owned(),
+            params: change::params(rules, kind, given)?,
+            turn: 0.0,
+            held_by: None,
+            holding: 0,
+            image_of: None,
+            image: 0,
+            step: 0,
+            pose: Isometry3::identity(),
+        };
+        let images = symmetry::images(rules.symmetry);
+        if !images.iter().all(|image| image.keeps(rules, &part)) {
+            return Err(Refusal::Asymmetric);
         }
-        design
+        Ok(Self { parts: IndexMap::from([(0, part)]), placed: BTreeMap::new() })
     }
 
-    /// The image of a part; the part itself where it is its own image or there is no symmetry.
+    /// A part and all its images, the original first.
+    #[must_use]
+    pub fn orbit(&self, id: PartId) -> Vec<PartId> {
+        let original = self.parts.get(&id).and_then(|p| p.image_of).unwrap_or(id);
+        let mut orbit: Vec<(u8, PartId)> =
+            self.parts.iter().filter(|(_, p)| p.image_of == Some(original)).map(|(i, p)| (p.image, *i)).collect();
+        orbit.sort_unstable();
+        std::iter::once(original).chain(orbit.into_iter().map(|(_, i)| i)).collect()
+    }
+
+    /// The image of a part under the isometry number `k`; the part itself where it is its own image.
+    #[must_use]
+    pub fn image(&self, rules: &RuleSet, id: PartId, k: usize) -> PartId {
+        let orbit = self.orbit(id);
+        let order = symmetry::images(rules.symmetry).len() + 1;
+        let mine = self.parts.get(&id).map_or(0, |p| p.image as usize);
+        if orbit.len() < order { id } else { orbit.get((mine + k) % order).copied().unwrap_or(id) }
+    }
+
+    /// The first image of a part; the part itself where it is its own image or there is no symmetry.
     #[must_use]
     pub fn twin(&self, id: PartId) -> PartId {
-        match self.parts.get(&id).and_then(|p| p.image_of) {
-            Some(original) => original,
-            None => self.parts.iter().find(|(_, p)| p.image_of == Some(id)).map_or(id, |(twin, _)| *twin),
+        self.orbit(id).into_iter().find(|other| *other != id).unwrap_or(id)
+    }
+
+    /// How many joints lie between a part and the core.
+    #[must_use]
+    pub fn depth(&self, id: PartId) -> usize {
+        let mut depth = 0;
+        let mut at = id;
+        while let Some((holder, _)) = self.parts.get(&at).and_then(|p| p.held_by) {
+            depth += 1;
+            at = holder;
         }
+        depth
+    }
+
+    /// The mass of a part, kg.
+    #[must_use]
+    pub fn mass(&self, rules: &RuleSet, id: PartId) -> Option<f64> {
+        let part = self.parts.get(&id)?;
+        let block = rules.parts.get(&part.kind).map(|b| b.mass);
+        block.or_else(|| Some(rules.actuators.get(&part.kind)?.mass * port::segments(part) as f64))
     }
 
     /// Whether a port holds nothing and is not the one that the part is held by.
     #[must_use]
     pub fn is_free(&self, rules: &RuleSet, id: PartId, port: u8) -> bool {
         let Some(part) = self.parts.get(&id) else { return false };
-        let own = part.held_by.map(|_| port::holding(rules, part));
-        own != Some(port) && !self.parts.values().any(|p| p.held_by == Some((id, port)))
+        let own = part.held_by.map(|_| part.holding);
+        (port as usize) < ports(rules, part).len()
+            && own != Some(port) && !self.parts.values().any(|p| p.held_by == Some((id, port)))
+    }
+
+    /// How many ports a part has.
+    #[must_use]
+    pub fn port_count(&self, rules: &RuleSet, id: PartId) -> u8 {
+        self.parts.get(&id).map_or(0, |part| ports(rules, part).len() as u8)
     }
 
     /// The free ports of a part.
@@ -169,154 +228,4 @@ impl Design {
     pub fn canonical_hash(&self, rules: &RuleSet) -> String {
         canonical::hash(self, rules)
     }
-
-    /// Attaches a part and its mirror image; `step` numbers the step that does.
-    ///
-    /// # Errors
-    ///
-    /// A [`Refusal`]; the design is then to be thrown away.
-    pub fn attach(&mut self, rules: &RuleSet, attachment: &Attachment, step: u64) -> Result<(), Refusal> {
-        if !self.parts.contains_key(&attachment.part) {
-            return Err(Refusal::Gone);
-        }
-        let mirror = symmetry::mirror(rules.symmetry);
-        let image_place = match &mirror {
-            Some(mirror) => {
-                Some(symmetry::image_port(self, rules, mirror, attachment.part, attachment.port)?)
-            }
-            None => None,
-        };
-        let original = self.add(rules, attachment, step, None)?;
-        let (Some(mirror), Some((part, port))) = (mirror, image_place) else { return Ok(()) };
-        let own_image = self.parts.get(&original).is_some_and(|p| mirror.keeps(rules, p));
-        if (part, port) == (attachment.part, attachment.port) {
-            // On the mirror plane the application maps onto itself, or cannot be mirrored.
-            return if own_image { Ok(()) } else { Err(Refusal::Asymmetric) };
-        }
-        self.add(rules, &Attachment { part, port, ..attachment.clone() }, step, Some(original))?;
-        self.check_symmetry(rules)
-    }
-
-    fn add(
-        &mut self,
-        rules: &RuleSet,
-        attachment: &Attachment,
-        step: u64,
-        image_of: Option<PartId>,
-    ) -> Result<PartId, Refusal> {
-        if !self.is_free(rules, attachment.part, attachment.port) {
-            return Err(Refusal::PortTaken);
-        }
-        let ordinal = self.parts.keys().filter(|id| **id >> 8 == step).count() as u64;
-        let id = step << 8 | ordinal;
-        let part = Part {
-            kind: attachment.kind.clone(),
-            params: params(rules, attachment)?,
-            turn: attachment.turn,
-            held_by: Some((attachment.part, attachment.port)),
-            image_of,
-            step,
-            pose: Isometry3::identity(),
-        };
-        self.parts.insert(id, part);
-        self.place_all(rules)?;
-        Ok(id)
-    }
-
-    /// Sets `turn` or a parameter of a part and of its image.
-    ///
-    /// # Errors
-    ///
-    /// A [`Refusal`]; the design is then to be thrown away.
-    pub fn set(
-        &mut self,
-        rules: &RuleSet,
-        id: PartId,
-        attribute: &str,
-        value: &Value,
-    ) -> Result<(), Refusal> {
-        for id in [id, self.twin(id)] {
-            let part = self.parts.get_mut(&id).ok_or(Refusal::Gone)?;
-            if attribute == "turn" {
-                let full = 2.0 * std::f64::consts::PI;
-                let turn = value.as_number().ok_or(Refusal::Gone)?;
-                let turn = turn - full * libm::floor(turn / full);
-                // A whole turn that rounding left just below is none.
-                part.turn = if full - turn < 1e-9 { 0.0 } else { turn };
-            } else {
-                in_domain(rules, &part.kind, attribute, value)?;
-                part.params.insert(attribute.to_owned(), value.clone());
-            }
-        }
-        self.place_all(rules)?;
-        self.check_symmetry(rules)
-    }
-
-    /// Checks that every part without an image is its own image.
-    fn check_symmetry(&self, rules: &RuleSet) -> Result<(), Refusal> {
-        let Some(mirror) = symmetry::mirror(rules.symmetry) else { return Ok(()) };
-        let sound = self.parts.iter().all(|(id, part)| self.twin(*id) != *id || mirror.keeps(rules, part));
-        if sound { Ok(()) } else { Err(Refusal::Asymmetric) }
-    }
-
-    /// Finds every pose anew and checks that images still are images.
-    fn place_all(&mut self, rules: &RuleSet) -> Result<(), Refusal> {
-        let mirror = symmetry::mirror(rules.symmetry);
-        for i in 0..self.parts.len() {
-            let Some((_, part)) = self.parts.get_index(i) else { continue };
-            let held = match part.held_by {
-                None => Isometry3::identity(),
-                Some((holder, port)) => {
-                    let holder = self.parts.get(&holder).ok_or(Refusal::Gone)?;
-                    port::pose_at(rules, holder, port, part).ok_or(Refusal::Gone)?
-                }
-            };
-            let pose = match (part.image_of, &mirror) {
-                (Some(original), Some(mirror)) => {
-                    let original = self.parts.get(&original).ok_or(Refusal::Gone)?;
-                    let pose = mirror.image(&original.pose);
-                    // An image must still sit where it is held.
-                    let (have, want) = (port::base(rules, part, &pose), port::base(rules, part, &held));
-                    if (have - want).norm() > symmetry::SAME {
-                        return Err(Refusal::Asymmetric);
-                    }
-                    pose
-                }
-                _ => held,
-            };
-            if let Some((_, part)) = self.parts.get_index_mut(i) {
-                part.pose = pose;
-            }
-        }
-        Ok(())
-    }
-}
-
-fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) -> Result<(), Refusal> {
-    let declared = rules.actuators.get(kind).and_then(|a| a.params.get(name));
-    let declared = declared.ok_or_else(|| Refusal::BadParameter(name.to_owned()))?;
-    match (declared.domain, value) {
-        (Some((low, high)), Value::Number(x)) if *x < low || *x > high => {
-            Err(Refusal::BadParameter(name.to_owned()))
-        }
-        _ => Ok(()),
-    }
-}
-
-/// The parameters of a new part: those given, and defaults for the others.
-fn params(rules: &RuleSet, attachment: &Attachment) -> Result<IndexMap<String, Value>, Refusal> {
-    let mut out = IndexMap::new();
-    let Some(actuator) = rules.actuators.get(&attachment.kind) else { return Ok(out) };
-    for (name, declared) in &actuator.params {
-        let given = attachment.params.iter().find(|(n, _)| n == name).map(|(_, v)| v.clone());
-        let value = match (given, &declared.default) {
-            (Some(value), _) => value,
-            (None, Some(default)) => grammar_lang::eval::evaluate(default, rules, &mut Vec::new())
-                .map_err(|_| Refusal::BadParameter(name.clone()))?,
-            (None, None) => return Err(Refusal::BadParameter(name.clone())),
-        };
-        in_domain(rules, &attachment.kind, name, &value)?;
-        out.insert(name.clone(), value);
-    }
-    Ok(out)
 }

@@ -1,11 +1,11 @@
 //! Ports: where parts hold each other.
 //!
-//! A part's frame has x forward, y up, z right. A block has six ports and is
-//! held by its `back`; an actuator reaches from its `base`, where it is held,
-//! along x to its `tip`.
+//! A part's frame has x forward, y up, z right. A block has six ports unless it
+//! declares its own, and is held by its `back` if nothing else is said; an
+//! actuator reaches from its `base`, where it is held, along x to its `tip`.
 
 use grammar_lang::eval::Value;
-use grammar_lang::ir::{RuleSet, Shape};
+use grammar_lang::ir::{self, ACTUATOR_PORTS, BLOCK_PORTS, RuleSet, Shape};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::Part;
@@ -14,19 +14,21 @@ use super::Part;
 #[derive(Clone, Debug)]
 pub struct PortFrame {
     /// What grammars call it.
-    pub name: &'static str,
+    pub name: String,
+    /// Its number among those of the same name.
+    pub number: f64,
     /// Its place, with x pointing outwards.
     pub frame: Isometry3<f64>,
 }
 
-/// Names and axes (x outwards, y, z as columns) of a block's ports.
-const BLOCK: [(&str, [[f64; 3]; 3]); 6] = [
-    ("front", [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]),
-    ("back", [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]]),
-    ("left", [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]]),
-    ("right", [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]),
-    ("top", [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
-    ("bottom", [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+/// Axes (x outwards, y, z as columns) of a block's ports, in the order of their names.
+const BLOCK: [[[f64; 3]; 3]; 6] = [
+    [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+    [[-1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]],
+    [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [1.0, 0.0, 0.0]],
+    [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]],
+    [[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
+    [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]],
 ];
 
 /// The rotation whose columns are the given axes.
@@ -35,10 +37,11 @@ fn rotation(axes: [[f64; 3]; 3]) -> UnitQuaternion<f64> {
     UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix))
 }
 
-/// A rotation about the x axis, without the platform's trigonometry.
-pub(super) fn about_x(angle: f64) -> UnitQuaternion<f64> {
+/// A rotation about the x, y or z axis (0, 1, 2), without the platform's trigonometry.
+pub(super) fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
     let (sin, cos) = libm::sincos(angle / 2.0);
-    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(cos, sin, 0.0, 0.0))
+    let part = |i| if axis == i { sin } else { 0.0 };
+    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(cos, part(0), part(1), part(2)))
 }
 
 /// How many segments an actuator has.
@@ -49,19 +52,41 @@ pub(super) fn segments(part: &Part) -> usize {
     }
 }
 
+/// The frame of a port that a part declares: y as near to the part's own up as can be.
+fn declared(port: &ir::Port) -> PortFrame {
+    let x = Vector3::from(port.facing);
+    let side = x.cross(&Vector3::y());
+    let axes = if side.norm() > 1e-6 {
+        let z = side.normalize();
+        [x, z.cross(&x), z]
+    } else {
+        // Straight up or down: as the top and bottom of a block.
+        let z = Vector3::z();
+        [x, z.cross(&x), z]
+    };
+    let rotation = rotation(axes.map(|a| [a.x, a.y, a.z]));
+    let frame = Isometry3::from_parts(Vector3::from(port.at).into(), rotation);
+    PortFrame { name: port.name.clone(), number: port.index, frame }
+}
+
 /// The ports of a part.
 #[must_use]
 pub fn ports(rules: &RuleSet, part: &Part) -> Vec<PortFrame> {
     if let Some(block) = rules.parts.get(&part.kind) {
-        return BLOCK
-            .iter()
+        if !block.ports.is_empty() {
+            return block.ports.iter().map(declared).collect();
+        }
+        let faces = BLOCK_PORTS.iter().zip(BLOCK);
+        return faces
             .map(|(name, axes)| {
                 let out = Vector3::from(axes[0]);
                 let reach = match block.shape {
                     Shape::Box(edges) => Vector3::from(edges).component_mul(&out).norm() / 2.0,
-                    Shape::Sphere(radius) | Shape::Cylinder(radius, _) => radius,
+                    Shape::Disk(_, height) if out.y != 0.0 => height / 2.0,
+                    Shape::Sphere(radius) | Shape::Cylinder(radius, _) | Shape::Disk(radius, _) => radius,
                 };
-                PortFrame { name, frame: Isometry3::from_parts((out * reach).into(), rotation(*axes)) }
+                let frame = Isometry3::from_parts((out * reach).into(), rotation(axes));
+                PortFrame { name: (*name).to_owned(), number: 0.0, frame }
             })
             .collect();
     }
@@ -69,32 +94,29 @@ pub fn ports(rules: &RuleSet, part: &Part) -> Vec<PortFrame> {
         Some(Shape::Cylinder(_, length)) => length * segments(part) as f64,
         _ => 0.0,
     };
-    let back = rotation(BLOCK[1].1);
-    vec![
-        PortFrame { name: "base", frame: Isometry3::from_parts(Translation3::identity(), back) },
-        PortFrame { name: "tip", frame: Isometry3::translation(length, 0.0, 0.0) },
-    ]
+    let base = Isometry3::from_parts(Translation3::identity(), rotation(BLOCK[1]));
+    let tip = Isometry3::translation(length, 0.0, 0.0);
+    let ends = ACTUATOR_PORTS.iter().zip([base, tip]);
+    ends.map(|(name, frame)| PortFrame { name: (*name).to_owned(), number: 0.0, frame }).collect()
 }
 
-/// The port that a part is held by.
-pub(super) fn holding(rules: &RuleSet, part: &Part) -> u8 {
-    u8::from(!rules.is_actuator(&part.kind))
+/// The ports by which a kind of part is held, and at its other end: `back` and
+/// `front`, `base` and `tip`; the first port stands for a missing `back`.
+pub(super) fn ends(rules: &RuleSet, kind: &str) -> (u8, Option<u8>) {
+    let Some(block) = rules.parts.get(kind).filter(|b| !b.ports.is_empty()) else {
+        return if rules.is_actuator(kind) { (0, Some(1)) } else { (1, Some(0)) };
+    };
+    let find = |name: &str| block.ports.iter().position(|p| p.name == name).map(|i| i as u8);
+    (find("back").unwrap_or(0), find("front"))
 }
 
-/// How far a part's frame lies in front of the port that holds it.
-fn depth(rules: &RuleSet, part: &Part) -> f64 {
-    match rules.parts.get(&part.kind).map(|p| p.shape) {
-        Some(Shape::Box([x, ..])) => x / 2.0,
-        Some(Shape::Sphere(radius)) => radius,
-        _ => 0.0,
-    }
-}
-
-/// The pose of a part held by a port of another.
+/// The pose of a part held by a port of another: the two ports meet face to face.
 pub(super) fn pose_at(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> Option<Isometry3<f64>> {
     let frame = ports(rules, holder).get(port as usize)?.frame;
-    let turned = Isometry3::from_parts(Translation3::identity(), about_x(part.turn));
-    let mut pose = holder.pose * frame * turned * Isometry3::translation(depth(rules, part), 0.0, 0.0);
+    let own = ports(rules, part).get(part.holding as usize)?.frame;
+    let half_turn = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(0.0, 0.0, 1.0, 0.0));
+    let turned = Isometry3::from_parts(Translation3::identity(), about(0, part.turn) * half_turn);
+    let mut pose = holder.pose * frame * turned * own.inverse();
     // Long chains of products must not drift from unit length.
     pose.rotation = UnitQuaternion::new_normalize(pose.rotation.into_inner());
     Some(pose)
@@ -102,5 +124,6 @@ pub(super) fn pose_at(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> 
 
 /// Where a part with this pose is held, in the world.
 pub(super) fn base(rules: &RuleSet, part: &Part, pose: &Isometry3<f64>) -> Point3<f64> {
-    pose * Point3::new(-depth(rules, part), 0.0, 0.0)
+    let own = ports(rules, part).get(part.holding as usize).map(|p| p.frame).unwrap_or_default();
+    pose * Point3::from(own.translation.vector)
 }

@@ -1,60 +1,75 @@
-//! Mirror images of parts and ports.
+//! Images of parts and ports under a symmetry.
 //!
-//! The image of a part has the mirrored x and y axes and so, to stay
-//! right-handed, the opposite of the mirrored z axis: its left and right are
-//! swapped, and an actuator that bends by the same angle about its own z axis
-//! moves as the mirror image does.
+//! A symmetry is a cyclic group of isometries about the core's centre: the
+//! identity and its images. The image of a part under a reflection has the
+//! mirrored x and y axes and so, to stay right-handed, the opposite of the
+//! mirrored z axis: its left and right are swapped, and an actuator that bends by
+//! the same angle about its own z axis moves as the mirror image does.
 
 use grammar_lang::ir::{RuleSet, Shape, Symmetry};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
-use super::port::ports;
+use super::port::{self, ports};
 use super::{Design, Part, PartId, Refusal};
 
 /// Places closer than this (m) are the same.
 pub(super) const SAME: f64 = 1e-7;
 
-/// A reflection in a plane through the origin.
-pub(super) struct Mirror {
-    flip: Matrix3<f64>,
+/// One isometry of a symmetry, other than the identity.
+pub(super) struct Image {
+    matrix: Matrix3<f64>,
+    reflects: bool,
 }
 
-/// The reflection of a symmetry, if it has one.
-pub(super) fn mirror(symmetry: Symmetry) -> Option<Mirror> {
-    let Symmetry::Mirror(normal) = symmetry else { return None };
-    let mut flip = Matrix3::identity();
-    if let Some(entry) = flip.get_mut((normal, normal)) {
-        *entry = -1.0;
+/// The isometries of a symmetry in order, without the identity.
+pub(super) fn images(symmetry: Symmetry) -> Vec<Image> {
+    match symmetry {
+        Symmetry::None => Vec::new(),
+        Symmetry::Mirror(normal) => {
+            let mut matrix = Matrix3::identity();
+            if let Some(entry) = matrix.get_mut((normal, normal)) {
+                *entry = -1.0;
+            }
+            vec![Image { matrix, reflects: true }]
+        }
+        Symmetry::Radial(count, axis) => (1..count)
+            .map(|k| {
+                let angle = 2.0 * std::f64::consts::PI * k as f64 / count as f64;
+                let matrix = port::about(axis, angle).to_rotation_matrix().into_inner();
+                Image { matrix, reflects: false }
+            })
+            .collect(),
     }
-    Some(Mirror { flip })
 }
 
-impl Mirror {
+impl Image {
     fn point(&self, point: &Point3<f64>) -> Point3<f64> {
-        Point3::from(self.flip * point.coords)
+        Point3::from(self.matrix * point.coords)
     }
 
     /// The pose of a part's image.
-    pub(super) fn image(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
-        let own = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, -1.0));
-        let rotation = self.flip * pose.rotation.to_rotation_matrix().matrix() * own;
+    pub(super) fn pose(&self, pose: &Isometry3<f64>) -> Isometry3<f64> {
+        let hand = if self.reflects { -1.0 } else { 1.0 };
+        let own = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, hand));
+        let rotation = self.matrix * pose.rotation.to_rotation_matrix().matrix() * own;
         let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
-        Isometry3::from_parts((self.flip * pose.translation.vector).into(), rotation)
+        Isometry3::from_parts((self.matrix * pose.translation.vector).into(), rotation)
     }
 
-    /// Whether a part looks the same in the mirror.
+    /// Whether a part is its own image.
     pub(super) fn keeps(&self, rules: &RuleSet, part: &Part) -> bool {
-        let image = self.image(&part.pose);
+        let image = self.pose(&part.pose);
         if (image.translation.vector - part.pose.translation.vector).norm() > SAME {
             return false;
         }
         let have = part.pose.rotation.to_rotation_matrix();
         let want = image.rotation.to_rotation_matrix();
+        let relative = want.matrix().transpose() * have.matrix();
         match rules.parts.get(&part.kind).map(|p| p.shape) {
             Some(Shape::Sphere(_)) => true,
+            Some(Shape::Disk(..)) => relative[(1, 1)].abs() > 1.0 - 1e-6,
             Some(Shape::Box(edges)) => {
                 // Every edge must lie along an edge of the same length.
-                let relative = want.matrix().transpose() * have.matrix();
                 (0..3).all(|i| {
                     (0..3).any(|j| relative[(i, j)].abs() > 1.0 - 1e-6 && (edges[i] - edges[j]).abs() < SAME)
                 })
@@ -64,18 +79,18 @@ impl Mirror {
     }
 }
 
-/// The port that a port's reflection is: on the part's image, at the reflected place.
+/// The image number `k` (from 1) of a port: on the part's image, at the image of its place.
 pub(super) fn image_port(
     design: &Design,
     rules: &RuleSet,
-    mirror: &Mirror,
+    (k, image): (usize, &Image),
     id: PartId,
     port: u8,
 ) -> Result<(PartId, u8), Refusal> {
     let part = design.parts.get(&id).ok_or(Refusal::Gone)?;
     let frame = ports(rules, part).get(port as usize).ok_or(Refusal::Gone)?.frame;
-    let wanted = mirror.point(&(part.pose * Point3::from(frame.translation.vector)));
-    let twin_id = design.twin(id);
+    let wanted = image.point(&(part.pose * Point3::from(frame.translation.vector)));
+    let twin_id = design.image(rules, id, k);
     let twin = design.parts.get(&twin_id).ok_or(Refusal::Gone)?;
     ports(rules, twin)
         .iter()

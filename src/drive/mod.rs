@@ -10,9 +10,9 @@ mod scope;
 use std::sync::Arc;
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
-use grammar_lang::ir::{Actuation, RuleSet, Ty, Variable};
+use grammar_lang::ir::{Actuation, Owner, RuleSet, Task, Ty, Variable};
 
-use crate::derive::Derivation;
+use crate::derive::{Derivation, DesignScope};
 use crate::derive::random::Stream;
 use crate::design::{Body, PartId};
 use crate::simulate::Targets;
@@ -21,6 +21,17 @@ use scope::DriveScope;
 /// Values of all varied quantities of a body, in SI units; a Bool is 0 or 1.
 pub type Parameters = Vec<f64>;
 
+/// Who has a run of values of their own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Holder {
+    /// The whole body.
+    Body,
+    /// One actuator and its images.
+    Actuator(PartId),
+    /// All actuators of a group, by the number that they share.
+    Group(f64),
+}
+
 /// A run of values within [`Parameters`] that belong to one variable.
 #[derive(Clone, Debug, PartialEq)]
 struct Field {
@@ -28,30 +39,52 @@ struct Field {
     actuation: usize,
     /// Index of the variable in the actuation.
     variable: usize,
-    /// The original actuator; none for a shared variable.
-    owner: Option<PartId>,
+    /// Who has these values.
+    holder: Holder,
     /// Where it starts.
     start: usize,
 }
 
-/// The actuation of one body.
+/// An actuator with what drives it.
+#[derive(Clone, Debug)]
+struct Driven {
+    id: PartId,
+    /// The actuator that it is an image of, or itself.
+    original: PartId,
+    /// Index of its actuation.
+    actuation: usize,
+    /// The fields that hold the values of the actuation's variables, in their order.
+    fields: Vec<usize>,
+}
+
+/// The actuation of one body for one task.
 #[derive(Clone, Debug)]
 pub struct Drive<'r> {
     rules: &'r RuleSet,
+    task: &'r Task,
     derivation: Arc<Derivation>,
-    /// Actuators in the order of the assembly: part, original, actuation.
-    actuators: Vec<(PartId, PartId, usize)>,
+    /// Actuators in the order of the assembly.
+    actuators: Vec<Driven>,
     actuations: Vec<(&'r str, &'r Actuation)>,
     fields: Vec<Field>,
     length: usize,
 }
 
 impl<'r> Drive<'r> {
-    /// The actuation of a body of a derivation.
-    #[must_use]
-    pub fn new(rules: &'r RuleSet, derivation: Arc<Derivation>, body: &Body) -> Self {
+    /// The actuation of a body of a derivation for a task.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when the group of an actuator has no value.
+    pub fn new(
+        rules: &'r RuleSet,
+        task: &'r Task,
+        derivation: Arc<Derivation>,
+        body: &Body,
+    ) -> Result<Self, EvalError> {
         let mut drive = Self {
             rules,
+            task,
             derivation,
             actuators: Vec::new(),
             actuations: Vec::new(),
@@ -59,30 +92,47 @@ impl<'r> Drive<'r> {
             length: 0,
         };
         for id in &body.actuators {
-            let Some(part) = drive.derivation.design.parts.get(id) else { continue };
-            let original = part.image_of.unwrap_or(*id);
-            let Some((name, actuation)) =
-                rules.actuated.get(&part.kind).and_then(|n| rules.actuations.get_key_value(n))
-            else {
-                continue;
-            };
-            let index = drive.actuations.iter().position(|(n, _)| n == name).unwrap_or_else(|| {
-                drive.actuations.push((name, actuation));
-                drive.actuations.len() - 1
-            });
-            drive.actuators.push((*id, original, index));
-            for (i, variable) in actuation.variables.iter().enumerate() {
-                let owner = (!variable.shared).then_some(original);
-                let field = Field { actuation: index, variable: i, owner, start: drive.length };
-                let known =
-                    drive.fields.iter().any(|f| (f.actuation, f.variable, f.owner) == (index, i, owner));
-                if !known {
-                    drive.fields.push(field);
-                    drive.length += variable.size.unwrap_or(1);
-                }
-            }
+            drive.add(*id)?;
         }
-        drive
+        Ok(drive)
+    }
+
+    fn add(&mut self, id: PartId) -> Result<(), EvalError> {
+        let derivation = Arc::clone(&self.derivation);
+        let Some(part) = derivation.design.parts.get(&id) else { return Ok(()) };
+        let original = part.image_of.unwrap_or(id);
+        let rules = self.rules;
+        let with = self.task.actuated.get(&part.kind);
+        let Some((name, actuation)) = with.and_then(|n| rules.actuations.get_key_value(n)) else {
+            return Ok(());
+        };
+        let index = self.actuations.iter().position(|(n, _)| n == name).unwrap_or_else(|| {
+            self.actuations.push((name, actuation));
+            self.actuations.len() - 1
+        });
+        let mut fields = Vec::with_capacity(actuation.variables.len());
+        for (i, variable) in actuation.variables.iter().enumerate() {
+            let holder = match &variable.owner {
+                Owner::Body => Holder::Body,
+                Owner::Actuator => Holder::Actuator(original),
+                Owner::Group(number) => {
+                    let scope = DesignScope::new(rules, &derivation);
+                    let own = Value::Reference(Reference::Part(original));
+                    Holder::Group(match evaluate(number, &scope, &mut vec![own])? {
+                        Value::Bool(yes) => f64::from(u8::from(yes)),
+                        value => value.as_number().unwrap_or(0.0),
+                    })
+                }
+            };
+            let known = |f: &Field| (f.actuation, f.variable, f.holder) == (index, i, holder);
+            fields.push(self.fields.iter().position(known).unwrap_or_else(|| {
+                self.fields.push(Field { actuation: index, variable: i, holder, start: self.length });
+                self.length += variable.size.unwrap_or(1);
+                self.fields.len() - 1
+            }));
+        }
+        self.actuators.push(Driven { id, original, actuation: index, fields });
+        Ok(())
     }
 
     /// Whether the search has nothing to vary: one evaluation says all.
@@ -105,12 +155,18 @@ impl<'r> Drive<'r> {
     #[must_use]
     pub fn labels(&self) -> Vec<String> {
         let originals: Vec<PartId> =
-            self.actuators.iter().filter(|(id, o, _)| id == o).map(|(id, ..)| *id).collect();
+            self.actuators.iter().filter(|a| a.id == a.original).map(|a| a.id).collect();
         let mut labels = Vec::with_capacity(self.length);
         for field in &self.fields {
             let Some(variable) = self.variable(field) else { continue };
-            let owner = field.owner.and_then(|o| originals.iter().position(|id| *id == o));
-            let whose = owner.map_or(String::new(), |i| format!(" of actuator {}", i + 1));
+            let whose = match field.holder {
+                Holder::Body => String::new(),
+                Holder::Actuator(id) => originals
+                    .iter()
+                    .position(|o| *o == id)
+                    .map_or(String::new(), |i| format!(" of actuator {}", i + 1)),
+                Holder::Group(number) => format!(" of group {number}"),
+            };
             match variable.size {
                 None => labels.push(format!("{}{whose}", variable.name)),
                 Some(n) => labels.extend((0..n).map(|i| format!("{}[{i}]{whose}", variable.name))),
@@ -152,10 +208,9 @@ impl<'r> Drive<'r> {
             })
     }
 
-    fn value(&self, actuation: usize, variable: usize, owner: PartId, parameters: &[f64]) -> Option<Value> {
-        let field = self.fields.iter().find(|f| {
-            f.actuation == actuation && f.variable == variable && f.owner.is_none_or(|o| o == owner)
-        })?;
+    /// The value of a field.
+    fn value(&self, field: usize, parameters: &[f64]) -> Option<Value> {
+        let field = self.fields.get(field)?;
         let declared = self.variable(field)?;
         let one = |x: &f64| if declared.ty == Ty::Bool { Value::Bool(*x != 0.0) } else { Value::Number(*x) };
         match declared.size {
@@ -166,29 +221,81 @@ impl<'r> Drive<'r> {
         }
     }
 
+    /// The value of a shared variable of an actuation. A body without actuators has
+    /// none: then it is the least that it may be.
+    #[must_use]
+    pub fn shared(&self, actuation: &str, variable: &str, parameters: &[f64]) -> Option<Value> {
+        let declared = self.rules.actuations.get(actuation)?;
+        let variable = declared.variables.iter().position(|v| v.name == variable && v.owner == Owner::Body)?;
+        let index = self.actuations.iter().position(|(n, _)| *n == actuation);
+        let field = self.fields.iter().position(|f| Some(f.actuation) == index && f.variable == variable);
+        match field {
+            Some(field) => self.value(field, parameters),
+            None => {
+                let declared = declared.variables.get(variable)?;
+                Some(match (declared.size, declared.ty == Ty::Bool) {
+                    (Some(n), _) => Value::List(std::iter::repeat_n(Value::Number(declared.domain.0), n).collect()),
+                    (None, true) => Value::Bool(false),
+                    (None, false) => Value::Number(declared.domain.0),
+                })
+            }
+        }
+    }
+
+    /// The period of the cyclic actuation in s: what the first actuation that has a `period`
+    /// says; the whole duration where none has.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when an expression of the actuation has no value.
+    pub fn period(&self, parameters: &[f64]) -> Result<f64, EvalError> {
+        for name in self.task.actuated.values() {
+            if let Some(period) = self.shared(name, "period", parameters) {
+                return Ok(period.as_number().unwrap_or(self.task.model.duration));
+            }
+            let Some(actuation) = self.rules.actuations.get(name) else { continue };
+            let Some(place) = actuation.lets.iter().position(|(n, _)| n == "period") else { continue };
+            let driven = self.actuators.iter().find(|a| {
+                self.actuations.get(a.actuation).is_some_and(|(n, _)| n == name)
+            });
+            let Some(driven) = driven else { continue };
+            let locals = self.lets(driven, parameters)?;
+            let slot = 1 + actuation.variables.len() + place;
+            return Ok(locals.get(slot).and_then(Value::as_number).unwrap_or(self.task.model.duration));
+        }
+        Ok(self.task.model.duration)
+    }
+
+    /// The locals of an actuator's actuation that do not depend on time.
+    fn lets(&self, driven: &Driven, parameters: &[f64]) -> Result<Vec<Value>, EvalError> {
+        let scope = DriveScope::new(self.rules, &self.derivation);
+        let mut locals = vec![Value::Reference(Reference::Part(driven.id))];
+        locals.extend(driven.fields.iter().filter_map(|f| self.value(*f, parameters)));
+        if let Some((_, actuation)) = self.actuations.get(driven.actuation) {
+            for (_, value) in &actuation.lets {
+                let value = evaluate(value, &scope, &mut locals)?;
+                locals.push(value);
+            }
+        }
+        Ok(locals)
+    }
+
     /// The target angles of every actuator over the whole motion.
     ///
     /// # Errors
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn targets(&self, parameters: &[f64]) -> Result<Targets, EvalError> {
-        let model = &self.rules.model;
+        let model = &self.task.model;
         let samples = libm::ceil(model.duration / model.control - 1e-9) as usize + 1;
         let count = self.actuators.len();
         let mut angles = vec![0.0; samples * count];
-        for (column, (id, original, index)) in self.actuators.iter().enumerate() {
-            let Some((_, actuation)) = self.actuations.get(*index) else { continue };
-            let mut scope = DriveScope::new(self.rules, &self.derivation);
-            let mut locals = vec![Value::Reference(Reference::Part(*id))];
-            for variable in 0..actuation.variables.len() {
-                locals.extend(self.value(*index, variable, *original, parameters));
-            }
-            for (_, value) in &actuation.lets {
-                let value = evaluate(value, &scope, &mut locals)?;
-                locals.push(value);
-            }
+        let mut scope = DriveScope::new(self.rules, &self.derivation);
+        for (column, driven) in self.actuators.iter().enumerate() {
+            let Some((_, actuation)) = self.actuations.get(driven.actuation) else { continue };
+            let mut locals = self.lets(driven, parameters)?;
             let fixed = locals.len();
-            let kind = self.derivation.design.parts.get(id).map_or("", |p| p.kind.as_str());
+            let kind = self.derivation.design.parts.get(&driven.id).map_or("", |p| p.kind.as_str());
             let (low, high) = self.rules.actuators.get(kind).map_or((0.0, 0.0), |a| a.bend);
             for sample in 0..samples {
                 scope.time = sample as f64 * model.control;

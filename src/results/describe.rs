@@ -7,7 +7,7 @@ use grammar_lang::ir::{RuleSet, Ty};
 use grammar_lang::units::{self, Dimension};
 
 use crate::derive::{Derivation, Recorded, Step};
-use crate::design::{Design, PartId, ports};
+use crate::design::{Design, Part, PartId, ports};
 
 /// What people call a part: `core`, or its kind and a number.
 fn part_name(design: &Design, id: PartId) -> String {
@@ -20,6 +20,14 @@ fn part_name(design: &Design, id: PartId) -> String {
     }
 }
 
+/// What people call a port: its name, with its number where several share it.
+fn port_name(rules: &RuleSet, part: &Part, port: u8) -> Option<String> {
+    let frames = ports(rules, part);
+    let own = frames.get(port as usize)?;
+    let several = frames.iter().filter(|p| p.name == own.name).count() > 1;
+    Some(if several { format!("{}[{}]", own.name, own.number) } else { own.name.clone() })
+}
+
 fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, dimension: Dimension) -> String {
     match recorded {
         Recorded::Number(x) => units::shown(*x, dimension),
@@ -28,9 +36,10 @@ fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, dimension: Dimen
         Recorded::Kind(name, _) => name.clone(),
         Recorded::Reference(Reference::Part(id)) => part_name(design, *id),
         Recorded::Reference(Reference::Port(id, port)) => {
-            let name = design.parts.get(id).and_then(|p| ports(rules, p).get(*port as usize).map(|p| p.name));
-            name.unwrap_or("?").to_owned()
+            let name = design.parts.get(id).and_then(|p| port_name(rules, p, *port));
+            name.unwrap_or_else(|| "?".to_owned())
         }
+        Recorded::Reference(Reference::Joint(id)) => format!("the joint of {}", part_name(design, *id)),
         Recorded::Reference(Reference::Step(id)) => format!("step {id}"),
         Recorded::Reference(Reference::Element(id)) => format!("element {id}"),
     }
@@ -70,9 +79,8 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     out.push_str("parts\n");
     for (index, (id, part)) in design.parts.iter().enumerate() {
         let held = part.held_by.map_or(String::new(), |(holder, port)| {
-            let port =
-                design.parts.get(&holder).and_then(|p| ports(rules, p).get(port as usize).map(|p| p.name));
-            format!(" on {}.{}", part_name(design, holder), port.unwrap_or("?"))
+            let port = design.parts.get(&holder).and_then(|p| port_name(rules, p, port));
+            format!(" on {}.{}", part_name(design, holder), port.unwrap_or_else(|| "?".to_owned()))
         });
         let turn = if part.turn == 0.0 {
             String::new()
@@ -100,13 +108,13 @@ pub fn quantity(value: f64, unit: &str) -> String {
     if unit.is_empty() { number } else { format!("{number} {unit}") }
 }
 
-/// A term's value in a unit that people use.
+/// A term's value in a unit that people use: that of the objective, if it fits.
 #[must_use]
-pub fn term(rules: &RuleSet, name: &str, si: f64) -> String {
+pub fn term(rules: &RuleSet, unit: &str, name: &str, si: f64) -> String {
     let dimension = rules.terms.get(name).and_then(|t| t.ty.dimension()).unwrap_or_default();
-    let objective = units::parse(&rules.objective.unit).ok().filter(|u| u.dimension == dimension);
+    let objective = units::parse(unit).ok().filter(|u| u.dimension == dimension);
     match objective {
-        Some(unit) => quantity(si / unit.factor, &rules.objective.unit),
+        Some(factor) => quantity(si / factor.factor, unit),
         None => quantity(si, &units::display_unit(dimension)),
     }
 }

@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Task};
 
 use super::describe;
-use super::saved::{Check, Grammar, SavedDesign};
+use super::saved::{Check, Grammar, SavedDesign, SavedTask};
 use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::Drive;
-use crate::score::{Score, score};
+use crate::score::{self, Recording, Score, score};
 use crate::search::{Best, keeps, settings};
 use crate::simulate::{self, Invalid, Motion};
 
@@ -23,6 +23,16 @@ pub struct Replayed {
     pub derivation: Arc<Derivation>,
     /// Elements and joints.
     pub body: Body,
+    /// What it did in each task.
+    pub tasks: Vec<ReplayedTask>,
+    /// The value of the whole grammar's objective; none if a motion is not valid.
+    pub value: Option<f64>,
+}
+
+/// One task of a design that has been simulated again.
+pub struct ReplayedTask {
+    /// The task's name.
+    pub name: String,
     /// The motion, or why there is none to score.
     pub motion: Result<Motion, Invalid>,
     /// The targets of its actuators.
@@ -31,7 +41,7 @@ pub struct Replayed {
     pub score: Option<Score>,
 }
 
-/// Simulates a saved design: with a solver, and at a step in s.
+/// Simulates a saved design: with a solver, and at the given part of the model's step, or at a step in s.
 ///
 /// # Errors
 ///
@@ -40,32 +50,78 @@ pub fn replay(
     rules: &RuleSet,
     design: &SavedDesign,
     solver: &str,
-    step: Option<f64>,
+    step: Option<Step>,
 ) -> Result<Replayed, String> {
+    let (derivation, body) = body_of(rules, design)?;
+    let mut tasks = Vec::new();
+    for saved in &design.tasks {
+        tasks.push(replay_task(rules, saved, (&derivation, &body), solver, step)?);
+    }
+    if tasks.len() != rules.tasks.len() {
+        return Err("its tasks are not those of this grammar".to_owned());
+    }
+    let values: Option<Vec<(&str, f64)>> =
+        tasks.iter().map(|t| Some((t.name.as_str(), t.score.as_ref()?.value))).collect();
+    let value = match values {
+        Some(values) => Some(score::outcome(rules, &derivation, &values).map_err(|e| e.reason)?),
+        None => None,
+    };
+    Ok(Replayed { derivation, body, tasks, value })
+}
+
+/// Another time step than the model's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Step {
+    /// In s.
+    Seconds(f64),
+    /// Half of the model's.
+    Half,
+}
+
+fn body_of(rules: &RuleSet, design: &SavedDesign) -> Result<(Arc<Derivation>, Body), String> {
     let derivation = Derivation::replay(rules, &design.derivation)
         .map_err(|(n, reason)| format!("step {n} of its derivation cannot be applied: {reason}"))?;
-    let derivation = Arc::new(derivation);
     let body = Body::new(&derivation.design, rules);
-    let drive = Drive::new(rules, Arc::clone(&derivation), &body);
-    let parameters = design.parameters();
-    let names: Vec<String> = design.drive.iter().map(|(name, _)| name.clone()).collect();
+    Ok((Arc::new(derivation), body))
+}
+
+fn replay_task(
+    rules: &RuleSet,
+    saved: &SavedTask,
+    (derivation, body): (&Arc<Derivation>, &Body),
+    solver: &str,
+    step: Option<Step>,
+) -> Result<ReplayedTask, String> {
+    let task = task_of(rules, saved)?;
+    let drive = Drive::new(rules, task, Arc::clone(derivation), body).map_err(|e| e.reason)?;
+    let parameters = saved.parameters();
+    let names: Vec<String> = saved.drive.iter().map(|(name, _)| name.clone()).collect();
     if names != drive.labels() || !drive.fits(&parameters) {
         return Err("its drive does not fit the actuation of this grammar".to_owned());
     }
     let targets = drive.targets(&parameters).map_err(|e| e.reason)?;
-    let mut settings = settings(rules);
-    if let Some(step) = step {
-        settings.step = step;
+    let mut settings = settings(&task.model);
+    match step {
+        Some(Step::Seconds(step)) => settings.step = step,
+        Some(Step::Half) => settings.step /= 2.0,
+        None => {}
     }
     let model = simulate::model(solver).ok_or_else(|| format!("there is no solver `{solver}`"))?;
     let mut simulation = model.prepare(&body.assembly, &settings).map_err(|u| u.reason)?;
     let motion =
         simulation.run(std::slice::from_ref(&targets)).into_iter().next().unwrap_or(Err(Invalid::NotFinite));
     let score = match &motion {
-        Ok(motion) => Some(score(rules, &derivation, motion).map_err(|e| e.reason)?),
+        Ok(motion) => {
+            let recording = Recording { derivation, body, motion, drive: &drive, parameters: &parameters };
+            Some(score(rules, task, recording).map_err(|e| e.reason)?)
+        }
         Err(_) => None,
     };
-    Ok(Replayed { derivation, body, motion, targets, score })
+    Ok(ReplayedTask { name: saved.name.clone(), motion, targets, score })
+}
+
+fn task_of<'r>(rules: &'r RuleSet, saved: &SavedTask) -> Result<&'r Task, String> {
+    rules.tasks.get(&saved.name).ok_or_else(|| format!("this grammar has no task `{}`", saved.name))
 }
 
 /// Makes the saved form of a best design.
@@ -81,22 +137,31 @@ pub fn save(
     best: &Best,
 ) -> Result<SavedDesign, String> {
     let body = Body::new(&best.derivation.design, rules);
-    let drive = Drive::new(rules, Arc::clone(&best.derivation), &body);
-    let varied = drive.labels().into_iter().zip(best.parameters.iter().copied()).collect();
     let mut design = SavedDesign::new(
         grammar,
         seed,
         solver,
         best.found_at,
         (best.value, &rules.objective.unit),
-        Vec::new(),
         (&best.derivation, best.derivation.design.canonical_hash(rules)),
-        varied,
     );
-    let replayed = replay(rules, &design, solver, None)?;
-    design.terms = replayed.score.map(|s| s.terms).unwrap_or_default();
-    if let Some(half) = best.half_step {
-        design.checks.push(Check { name: HALF_STEP.to_owned(), value: Some(half) });
+    design.penalties = score::penalties(rules, &best.derivation).map_err(|e| e.reason)?;
+    for ((name, task), tune) in rules.tasks.iter().zip(&best.tasks) {
+        let drive = Drive::new(rules, task, Arc::clone(&best.derivation), &body).map_err(|e| e.reason)?;
+        let mut saved = SavedTask {
+            name: name.clone(),
+            value: tune.value,
+            unit: task.objective.unit.clone(),
+            terms: Vec::new(),
+            checks: Vec::new(),
+            drive: drive.labels().into_iter().zip(tune.parameters.iter().copied()).collect(),
+        };
+        let replayed = replay_task(rules, &saved, (&best.derivation, &body), solver, None)?;
+        saved.terms = replayed.score.map(|s| s.terms).unwrap_or_default();
+        if let Some(half) = tune.half_step {
+            saved.checks.push(Check { name: HALF_STEP.to_owned(), value: Some(half) });
+        }
+        design.tasks.push(saved);
     }
     Ok(design)
 }
@@ -109,31 +174,58 @@ pub fn save(
 /// A sentence that says what does not fit.
 pub fn final_check(rules: &RuleSet, design: &SavedDesign) -> Result<SavedDesign, String> {
     let mut design = design.clone();
-    if !design.checks.iter().any(|c| c.name == HALF_STEP) {
-        let fine = replay(rules, &design, &design.solver, Some(rules.model.step / 2.0))?;
-        design.checks.insert(0, Check { name: HALF_STEP.to_owned(), value: fine.score.map(|s| s.value) });
-    }
-    if design.solver != RAPIER {
-        let other = replay(rules, &design, RAPIER, None)?;
-        design.checks.retain(|c| c.name != RAPIER);
-        design.checks.push(Check { name: RAPIER.to_owned(), value: other.score.map(|s| s.value) });
+    let (derivation, body) = body_of(rules, &design)?;
+    let solver = design.solver.clone();
+    for saved in &mut design.tasks {
+        let again = |solver: &str, step| {
+            let replayed = replay_task(rules, saved, (&derivation, &body), solver, step)?;
+            Ok::<_, String>(replayed.score.map(|s| s.value))
+        };
+        let fine = match saved.checks.iter().any(|c| c.name == HALF_STEP) {
+            true => None,
+            false => Some(again(&solver, Some(Step::Half))?),
+        };
+        let other = if solver == RAPIER { None } else { Some(again(RAPIER, None)?) };
+        if let Some(value) = fine {
+            saved.checks.insert(0, Check { name: HALF_STEP.to_owned(), value });
+        }
+        if let Some(value) = other {
+            saved.checks.retain(|c| c.name != RAPIER);
+            saved.checks.push(Check { name: RAPIER.to_owned(), value });
+        }
     }
     Ok(design)
 }
 
-/// The value, terms and checks of a design in words.
+/// Whether a cross-check confirms the value of a task.
+#[must_use]
+pub fn confirmed(rules: &RuleSet, saved: &SavedTask, check: &Check) -> bool {
+    let task = rules.tasks.get(&saved.name);
+    task.zip(check.value).is_some_and(|(task, other)| keeps(rules, task, saved.value, other))
+}
+
+/// The value, tasks, terms and checks of a design in words.
 #[must_use]
 pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
     let mut out = format!("value {}\n", describe::quantity(design.value, &design.unit));
-    for (name, value) in &design.terms {
-        out.push_str(&format!("  {name} {}\n", describe::term(rules, name, *value)));
+    for (name, weight) in &design.penalties {
+        out.push_str(&format!("  not fulfilled: {name} ({})\n", describe::quantity(-weight, &design.unit)));
     }
-    for check in &design.checks {
-        let text =
-            check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, &design.unit));
-        let kept = check.value.is_some_and(|v| keeps(rules, design.value, v));
-        let doubt = if kept { "" } else { "   (less than a best should keep: see docs/physics.md)" };
-        out.push_str(&format!("  with {}: {text}{doubt}\n", check.name));
+    for saved in &design.tasks {
+        if saved.name != RuleSet::ONLY_TASK {
+            let value = describe::quantity(saved.value, &saved.unit);
+            out.push_str(&format!("task {} {value}\n", saved.name));
+        }
+        for (name, value) in &saved.terms {
+            out.push_str(&format!("  {name} {}\n", describe::term(rules, &saved.unit, name, *value)));
+        }
+        for check in &saved.checks {
+            let text =
+                check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, &saved.unit));
+            let kept = confirmed(rules, saved, check);
+            let doubt = if kept { "" } else { "   (less than a best should keep: see docs/physics.md)" };
+            out.push_str(&format!("  with {}: {text}{doubt}\n", check.name));
+        }
     }
     out
 }

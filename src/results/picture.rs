@@ -5,19 +5,30 @@ use grammar_lang::ir::RuleSet;
 use super::saved::SavedDesign;
 use super::view::{Check, Curve, Element, Scene};
 use super::{describe, judge};
-use crate::search::keeps;
 
-/// Simulates a design and describes what is to be seen.
+/// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named.
 ///
 /// # Errors
 ///
 /// A sentence: the design does not fit its grammar, or its motion is not valid.
-pub fn scene(rules: &RuleSet, design: &SavedDesign) -> Result<Scene, String> {
-    let replayed = judge::replay(rules, design, &design.solver, None)?;
-    if replayed.score.as_ref().map(|s| s.value.to_bits()) != Some(design.value.to_bits()) {
+pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Result<Scene, String> {
+    let mut replayed = judge::replay(rules, design, &design.solver, None)?;
+    if replayed.value.map(f64::to_bits) != Some(design.value.to_bits()) {
         return Err("simulated again it has another value than the saved one: it was changed, or made by another version".to_owned());
     }
-    let motion = replayed.motion.map_err(|_| "the motion is not valid")?;
+    let index = match task {
+        None => 0,
+        Some(task) => design.tasks.iter().position(|t| t.name == task).ok_or_else(|| {
+            let names: Vec<&str> = design.tasks.iter().map(|t| t.name.as_str()).collect();
+            format!("it has no task `{task}`; it has: {}", names.join(", "))
+        })?,
+    };
+    let saved = design.tasks.get(index).ok_or("it has no task")?;
+    if replayed.tasks.len() <= index {
+        return Err("it has no task".to_owned());
+    }
+    let moved = replayed.tasks.swap_remove(index);
+    let motion = moved.motion.map_err(|_| "the motion is not valid")?;
     let parts = &replayed.derivation.design.parts;
     let elements = replayed
         .body
@@ -37,7 +48,7 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign) -> Result<Scene, String> {
             }
         })
         .collect();
-    let targets = &replayed.targets;
+    let targets = &moved.targets;
     let curves = replayed
         .body
         .actuators
@@ -62,16 +73,25 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign) -> Result<Scene, String> {
         .iter()
         .map(|s| describe::step(rules, &replayed.derivation.design, s))
         .collect();
-    let unit = &design.unit;
-    let checks = design
+    let unit = &saved.unit;
+    let checks = saved
         .checks
         .iter()
         .map(|check| Check {
             name: format!("with {}", check.name),
             text: check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, unit)),
-            ok: check.value.is_some_and(|v| keeps(rules, design.value, v)),
+            ok: judge::confirmed(rules, saved, check),
         })
         .collect();
+    // Of several tasks, the page shows one and tells the values of all.
+    let named = design.tasks.iter().filter(|t| t.name != RuleSet::ONLY_TASK);
+    let values: Vec<(String, String)> = named
+        .map(|t| (format!("task {}", t.name), describe::quantity(t.value, &t.unit)))
+        .chain(design.penalties.iter().map(|(name, weight)| {
+            (format!("not fulfilled: {name}"), describe::quantity(-weight, &design.unit))
+        }))
+        .collect();
+    let shown = if saved.name == RuleSet::ONLY_TASK { String::new() } else { format!(", task {}", saved.name) };
     Ok(Scene {
         title: design.grammar.name.clone(),
         subtitle: vec![
@@ -81,10 +101,13 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign) -> Result<Scene, String> {
                 design.found_at + 1,
                 design.solver
             ),
-            format!("{} parts, {} actuators", parts.len(), replayed.body.actuators.len()),
+            format!("{} parts, {} actuators{shown}", parts.len(), replayed.body.actuators.len()),
         ],
-        value: describe::quantity(design.value, unit),
-        terms: design.terms.iter().map(|(name, v)| (name.clone(), describe::term(rules, name, *v))).collect(),
+        value: describe::quantity(design.value, &design.unit),
+        terms: values
+            .into_iter()
+            .chain(saved.terms.iter().map(|(name, v)| (name.clone(), describe::term(rules, unit, name, *v))))
+            .collect(),
         elements,
         motion,
         curves,

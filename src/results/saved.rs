@@ -12,7 +12,7 @@ use crate::derive::{Derivation, Step};
 use crate::world::Frozen;
 
 /// The version of the file format.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 const FORMAT: &str = "sgc design";
 
 /// Texts of a grammar, frozen.
@@ -58,16 +58,39 @@ pub struct SavedDesign {
     pub value: f64,
     /// The unit of the value; empty if it has none.
     pub unit: String,
-    /// The terms in SI units.
-    pub terms: Vec<(String, f64)>,
-    /// Cross-checks of the value.
-    pub checks: Vec<Check>,
+    /// What it loses by preferences that it does not fulfil.
+    pub penalties: Vec<(String, f64)>,
+    /// What it does in each task.
+    pub tasks: Vec<SavedTask>,
     /// Hash of the body, whatever its derivation.
     pub body: String,
     /// The steps that made the body.
     pub derivation: Vec<Step>,
+}
+
+/// What a design does in one task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SavedTask {
+    /// The task's name; empty in a grammar that names no tasks.
+    pub name: String,
+    /// The value of its objective.
+    pub value: f64,
+    /// The unit of the value; empty if it has none.
+    pub unit: String,
+    /// The terms in SI units.
+    pub terms: Vec<(String, f64)>,
+    /// Cross-checks of the value.
+    pub checks: Vec<Check>,
     /// The varied quantities of the drive in SI units, with what they are.
     pub drive: Vec<(String, f64)>,
+}
+
+impl SavedTask {
+    /// The varied quantities without their names.
+    #[must_use]
+    pub fn parameters(&self) -> Vec<f64> {
+        self.drive.iter().map(|(_, x)| *x).collect()
+    }
 }
 
 /// The hash of a typed rule set, whatever the places and comments in its texts.
@@ -131,7 +154,8 @@ impl Grammar {
         let text = self.sources.get(&self.entry).ok_or("the text of its grammar is missing")?;
         let mut sources = SourceMap::default();
         let entry = sources.add(self.entry.clone(), text.clone());
-        let compiled = grammar_lang::compile(&world, &mut sources, entry, &self.parameters);
+        let compiled =
+            grammar_lang::compile(&world, &mut sources, entry, &self.parameters, Some(&self.name));
         compiled.ruleset.ok_or_else(|| "this version of sgc cannot read the grammar in it".to_owned())
     }
 }
@@ -146,9 +170,7 @@ impl SavedDesign {
         solver: &str,
         found_at: usize,
         (value, unit): (f64, &str),
-        terms: Vec<(String, f64)>,
         (derivation, body): (&Derivation, String),
-        drive: Vec<(String, f64)>,
     ) -> Self {
         Self {
             format: FORMAT.to_owned(),
@@ -160,11 +182,10 @@ impl SavedDesign {
             found_at,
             value,
             unit: unit.to_owned(),
-            terms,
-            checks: Vec::new(),
+            penalties: Vec::new(),
+            tasks: Vec::new(),
             body,
             derivation: derivation.steps.clone(),
-            drive,
         }
     }
 
@@ -201,11 +222,5 @@ impl SavedDesign {
     pub fn text(&self) -> String {
         // Plain data always serialises.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
-    }
-
-    /// The varied quantities without their names.
-    #[must_use]
-    pub fn parameters(&self) -> Vec<f64> {
-        self.drive.iter().map(|(_, x)| *x).collect()
     }
 }

@@ -1,9 +1,11 @@
 //! Scores a recorded motion with the grammar's terms.
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
-use grammar_lang::ir::{RuleSet, Word};
+use grammar_lang::ir::{ExprKind, RuleSet, Task, Term, Word};
 
 use crate::derive::{Derivation, DesignScope};
+use crate::design::Body;
+use crate::drive::Drive;
 use crate::simulate::Motion;
 
 /// The value of an objective with its terms.
@@ -15,38 +17,91 @@ pub struct Score {
     pub terms: Vec<(String, f64)>,
 }
 
-/// Scores a motion.
+/// A recorded motion with everything that it is the motion of.
+#[derive(Clone, Copy)]
+pub struct Recording<'a> {
+    /// The design.
+    pub derivation: &'a Derivation,
+    /// Its elements.
+    pub body: &'a Body,
+    /// What was recorded.
+    pub motion: &'a Motion,
+    /// The actuation.
+    pub drive: &'a Drive<'a>,
+    /// The values of its varied quantities.
+    pub parameters: &'a [f64],
+}
+
+/// Scores a motion by a task.
 ///
 /// # Errors
 ///
 /// [`EvalError`] when a term or the objective has no value.
-pub fn score(rules: &RuleSet, derivation: &Derivation, motion: &Motion) -> Result<Score, EvalError> {
-    let scope = MotionScope { design: DesignScope::new(rules, derivation), motion };
+pub fn score(rules: &RuleSet, task: &Task, recording: Recording<'_>) -> Result<Score, EvalError> {
+    let scope = MotionScope::new(rules, recording)?;
     let mut terms = Vec::with_capacity(rules.terms.len());
-    for (name, term) in &rules.terms {
-        terms
-            .push((name.clone(), evaluate(&term.value, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0)));
+    for (name, term) in used(rules, task) {
+        terms.push((
+            name.to_owned(),
+            evaluate(&term.value, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0),
+        ));
     }
-    Ok(Score { value: value(rules, &scope)?, terms })
+    Ok(Score { value: value(task, &scope)?, terms })
 }
 
-/// The objective alone.
+/// The terms that a task's objective builds on, in the order of the rule set.
+fn used<'r>(rules: &'r RuleSet, task: &'r Task) -> Vec<(&'r str, &'r Term)> {
+    let mut names: Vec<&str> = Vec::new();
+    let mut open = vec![&task.objective.value];
+    while let Some(expr) = open.pop() {
+        expr.any(&mut |e| {
+            if let ExprKind::Term(name) = &e.kind
+                && let Some((name, term)) = rules.terms.get_key_value(name)
+                && !names.contains(&name.as_str())
+            {
+                names.push(name);
+                open.push(&term.value);
+            }
+            false
+        });
+    }
+    rules.terms.iter().filter(|(n, _)| names.contains(&n.as_str())).map(|(n, t)| (n.as_str(), t)).collect()
+}
+
+/// The objective of a task alone.
 ///
 /// # Errors
 ///
 /// [`EvalError`] when the objective has no value.
-pub fn objective(rules: &RuleSet, derivation: &Derivation, motion: &Motion) -> Result<f64, EvalError> {
-    value(rules, &MotionScope { design: DesignScope::new(rules, derivation), motion })
+pub fn objective(rules: &RuleSet, task: &Task, recording: Recording<'_>) -> Result<f64, EvalError> {
+    value(task, &MotionScope::new(rules, recording)?)
 }
 
-fn value(rules: &RuleSet, scope: &MotionScope<'_>) -> Result<f64, EvalError> {
-    Ok(evaluate(&rules.objective.value, scope, &mut Vec::new())?.as_number().unwrap_or(0.0))
+fn value(task: &Task, scope: &MotionScope<'_>) -> Result<f64, EvalError> {
+    Ok(evaluate(&task.objective.value, scope, &mut Vec::new())?.as_number().unwrap_or(0.0))
 }
 
 /// What terms can read: the design and the whole recorded motion.
 struct MotionScope<'a> {
     design: DesignScope<'a>,
-    motion: &'a Motion,
+    recording: Recording<'a>,
+    period: f64,
+}
+
+impl<'a> MotionScope<'a> {
+    fn new(rules: &'a RuleSet, recording: Recording<'a>) -> Result<Self, EvalError> {
+        let period = recording.drive.period(recording.parameters)?;
+        Ok(Self { design: DesignScope::new(rules, recording.derivation), recording, period })
+    }
+
+    /// The element that stands for a thing: itself, or the first one of a part.
+    fn element(&self, of: &Value) -> Option<usize> {
+        match of {
+            Value::Reference(Reference::Element(element)) => Some(*element as usize),
+            Value::Reference(Reference::Part(part)) => self.recording.body.elements_of(*part).next(),
+            _ => None,
+        }
+    }
 }
 
 impl Scope for MotionScope<'_> {
@@ -57,18 +112,45 @@ impl Scope for MotionScope<'_> {
     fn word(&self, word: Word) -> Option<Value> {
         match word {
             Word::Start => Some(Value::Number(0.0)),
-            Word::End | Word::Duration => Some(Value::Number(self.motion.duration)),
+            Word::End | Word::Duration => Some(Value::Number(self.recording.motion.duration)),
+            Word::Period => Some(Value::Number(self.period)),
             Word::Elements => {
-                let count = self.motion.placements.len() as u32;
+                let count = self.recording.motion.placements.len() as u32;
                 Some(Value::List((0..count).map(|i| Value::Reference(Reference::Element(i))).collect()))
             }
             _ => self.design.word(word),
         }
     }
 
+    fn shared(&self, actuation: &str, variable: &str) -> Option<Value> {
+        self.recording.drive.shared(actuation, variable, self.recording.parameters)
+    }
+
+    fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
+        let Recording { body, motion, .. } = self.recording;
+        match (of, name) {
+            (Value::Reference(Reference::Element(element)), "size") => {
+                motion.size(*element as usize).map(Value::Number)
+            }
+            (Value::Reference(Reference::Element(element)), "part") => {
+                let part = body.parts_of_elements.get(*element as usize)?;
+                Some(Value::Reference(Reference::Part(*part)))
+            }
+            (Value::Reference(Reference::Part(part)), "work") => {
+                let actuator = body.actuators.iter().position(|a| a == part)?;
+                motion.work.get(actuator).copied().map(Value::Number)
+            }
+            _ => self.design.attribute(of, name),
+        }
+    }
+
     fn attribute_at(&self, of: &Value, name: &str, time: f64) -> Option<Value> {
-        let Value::Reference(Reference::Element(element)) = of else { return None };
-        let pose = self.motion.pose(*element as usize, time)?;
+        let element = self.element(of)?;
+        let motion = self.recording.motion;
+        if name == "lowest" {
+            return motion.lowest(element, time).map(Value::Number);
+        }
+        let pose = motion.pose(element, time)?;
         match name {
             "position" => {
                 let p = pose.translation.vector;
@@ -81,4 +163,53 @@ impl Scope for MotionScope<'_> {
             _ => None,
         }
     }
+}
+
+/// What the objective of a whole grammar reads: the values of its tasks, and the design.
+struct OutcomeScope<'a> {
+    design: DesignScope<'a>,
+    values: &'a [(&'a str, f64)],
+}
+
+impl Scope for OutcomeScope<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(&self.design)
+    }
+
+    fn task(&self, name: &str) -> Option<Value> {
+        self.values.iter().find(|(n, _)| *n == name).map(|(_, value)| Value::Number(*value))
+    }
+}
+
+/// What a design gives up by the preferences that it does not fulfil.
+///
+/// # Errors
+///
+/// [`EvalError`] when a preference has no value.
+pub fn penalties(rules: &RuleSet, derivation: &Derivation) -> Result<Vec<(String, f64)>, EvalError> {
+    let scope = DesignScope::new(rules, derivation);
+    let mut found = Vec::new();
+    for preference in &rules.preferences {
+        if evaluate(&preference.condition, &scope, &mut Vec::new())? != Value::Bool(true) {
+            let weight = evaluate(&preference.weight, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0);
+            found.push((preference.name.clone(), weight));
+        }
+    }
+    Ok(found)
+}
+
+/// The value of the whole grammar's objective, from the values of its tasks by name.
+///
+/// # Errors
+///
+/// [`EvalError`] when the objective or a preference has no value.
+pub fn outcome(
+    rules: &RuleSet,
+    derivation: &Derivation,
+    values: &[(&str, f64)],
+) -> Result<f64, EvalError> {
+    let scope = OutcomeScope { design: DesignScope::new(rules, derivation), values };
+    let value = evaluate(&rules.objective.value, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0);
+    let lost: f64 = penalties(rules, derivation)?.iter().map(|(_, weight)| weight).sum();
+    Ok(if rules.objective.maximize { value - lost } else { value + lost })
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Task};
 
 use super::evaluator::Evaluator;
 use super::schedule::{Course, Plan};
@@ -36,6 +36,7 @@ pub(super) struct Tuned {
 /// The inner loop of one body.
 pub(super) struct Tuning<'a, 'b> {
     rules: &'a RuleSet,
+    task: &'a Task,
     derivation: &'a Derivation,
     evaluator: Evaluator<'a>,
     seed: u64,
@@ -46,9 +47,10 @@ pub(super) struct Tuning<'a, 'b> {
     notify: &'a mut dyn FnMut(u64, Option<f64>, f64),
 }
 
-/// Finds the best curves of a body; `name` names its streams of random numbers.
+/// Finds the best curves of a body for a task; `name` names its streams of random numbers.
 pub(super) fn tune(
     rules: &RuleSet,
+    task: &Task,
     model: &dyn Model,
     pool: &rayon::ThreadPool,
     derivation: &Arc<Derivation>,
@@ -57,9 +59,9 @@ pub(super) fn tune(
     notify: &mut dyn FnMut(u64, Option<f64>, f64),
 ) -> Result<Tuned, Failure> {
     let (seed, jobs) = (budget.limits.seed, pool.current_num_threads().max(1));
-    let evaluator = Evaluator::new(rules, model, Arc::clone(derivation), pool)?;
+    let evaluator = Evaluator::new(rules, task, model, Arc::clone(derivation), pool)?;
     let tuning =
-        Tuning { rules, derivation, evaluator, seed, name, jobs, budget, tuned: Tuned::default(), notify };
+        Tuning { rules, task, derivation, evaluator, seed, name, jobs, budget, tuned: Tuned::default(), notify };
     tuning.run()
 }
 
@@ -70,7 +72,7 @@ impl Tuning<'_, '_> {
 
     /// The value on a scale where more is better.
     fn fitness(&self, value: f64) -> f64 {
-        if self.rules.objective.maximize { value } else { -value }
+        if self.task.objective.maximize { value } else { -value }
     }
 
     fn run(mut self) -> Result<Tuned, Failure> {
@@ -88,7 +90,7 @@ impl Tuning<'_, '_> {
             _ => return Ok(self.tuned),
         };
         let plan = Plan { rules: self.rules, derivation: self.derivation, schedule };
-        let mut course = Course::new(self.rules.objective.maximize, self.best());
+        let mut course = Course::new(self.task.objective.maximize, self.best());
         let mut current = first;
         let mut number = 0u64;
         while course.iteration < plan.iterations(&course)? {
@@ -164,10 +166,10 @@ impl Tuning<'_, '_> {
         }
         let mut half_step = None;
         // Where more is better, a value that is not positive has nothing to lose.
-        if self.is_actuated() && (fitness > 0.0 || !self.rules.objective.maximize) {
+        if self.is_actuated() && (fitness > 0.0 || !self.task.objective.maximize) {
             self.budget.spent += 1;
             let half = self.evaluator.at_half_step(candidate)?.ok();
-            if !half.is_some_and(|half| keeps(self.rules, value, half)) {
+            if !half.is_some_and(|half| keeps(self.rules, self.task, value, half)) {
                 self.tuned.unstable += 1;
                 return Ok(false);
             }

@@ -14,10 +14,10 @@ mod schedule;
 use std::fmt;
 
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Task};
 
 pub use evaluator::{Evaluator, settings};
-pub use outer::{Best, Observer, Outcome, Row, run, tune_body};
+pub use outer::{Best, Observer, Outcome, Row, Tune, run, tune_body};
 
 use crate::simulate::Unfit;
 
@@ -133,10 +133,10 @@ pub(crate) fn accepts(current: f64, candidate: f64, temperature: f64, drawn: f64
     candidate >= current || (temperature > 0.0 && drawn < libm::exp((candidate - current) / temperature))
 }
 
-/// Whether another value confirms a value, by the share that the search asks for.
+/// Whether another value of a task confirms a value, by the share that the search asks for.
 #[must_use]
-pub fn keeps(rules: &RuleSet, value: f64, other: f64) -> bool {
-    let sign = if rules.objective.maximize { 1.0 } else { -1.0 };
+pub fn keeps(rules: &RuleSet, task: &Task, value: f64, other: f64) -> bool {
+    let sign = if task.objective.maximize { 1.0 } else { -1.0 };
     sign * other >= sign * value - (1.0 - rules.search.keep) * value.abs()
 }
 

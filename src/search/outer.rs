@@ -18,14 +18,38 @@ use crate::simulate::Model;
 pub struct Best {
     /// The design and how it came to be.
     pub derivation: Arc<Derivation>,
+    /// What was found for each task, in their order.
+    pub tasks: Vec<Tune>,
+    /// Its value, as the grammar states the objective.
+    pub value: f64,
+    /// The outer move that found it; 0 is the initial design.
+    pub found_at: usize,
+}
+
+/// The best drive of a body for one task.
+#[derive(Clone, Debug)]
+pub struct Tune {
     /// The values of its varied quantities.
     pub parameters: Parameters,
-    /// Its value, as the grammar states the objective.
+    /// Its value, as the task states its objective.
     pub value: f64,
     /// Its value at half the step, where that was checked.
     pub half_step: Option<f64>,
-    /// The outer move that found it; 0 is the initial design.
-    pub found_at: usize,
+}
+
+/// The outcome of tuning a body for all tasks.
+#[derive(Default)]
+struct Body {
+    found: Option<(Vec<Tune>, f64)>,
+    invalid: u64,
+    unstable: u64,
+    cut: Option<End>,
+}
+
+impl Body {
+    fn value(&self) -> Option<f64> {
+        self.found.as_ref().map(|(_, value)| *value)
+    }
 }
 
 /// One outer move, for the record.
@@ -105,13 +129,15 @@ struct Annealing<'a> {
     idle_moves: usize,
 }
 
-/// Runs the search that a rule set asks for. `stop` may be set from outside to end it soon.
+/// Runs the search that a rule set asks for, from a first design. `stop` may be set from
+/// outside to end it soon.
 ///
 /// # Errors
 ///
 /// A [`Failure`]; what the observer was told before stays true.
 pub fn run(
     rules: &RuleSet,
+    first: Derivation,
     model: &dyn Model,
     limits: &Limits,
     stop: &AtomicBool,
@@ -131,7 +157,7 @@ pub fn run(
         bodies: 0,
         idle_moves: 0,
     };
-    let end = annealing.anneal()?;
+    let end = annealing.anneal(Arc::new(first))?;
     Ok(Outcome {
         best: annealing.best,
         evaluations: annealing.budget.spent,
@@ -155,12 +181,11 @@ pub fn tune_body(
 ) -> Result<Outcome, Failure> {
     let pool = threads(limits)?;
     let mut budget = Budget { limits, stop, spent: 0 };
-    let tuned = tune(rules, model, &pool, derivation, "body", &mut budget, &mut |_, _, _| {})?;
-    let best = tuned.found.map(|found| Best {
+    let body = tune_all(rules, model, &pool, derivation, "body", &mut budget, &mut |_, _, _| {})?;
+    let best = body.found.map(|(tasks, value)| Best {
         derivation: Arc::clone(derivation),
-        parameters: found.parameters,
-        value: found.value,
-        half_step: found.half_step,
+        tasks,
+        value,
         found_at: 0,
     });
     Ok(Outcome {
@@ -168,8 +193,41 @@ pub fn tune_body(
         evaluations: budget.spent,
         moves: 0,
         bodies: 1,
-        end: tuned.cut.unwrap_or(End::Stopped),
+        end: body.cut.unwrap_or(End::Stopped),
     })
+}
+
+/// Tunes a body for each task in turn. What was found counts only if every task has a value.
+fn tune_all(
+    rules: &RuleSet,
+    model: &dyn Model,
+    pool: &rayon::ThreadPool,
+    derivation: &Arc<Derivation>,
+    name: &str,
+    budget: &mut Budget<'_>,
+    notify: &mut dyn FnMut(u64, Option<f64>, f64),
+) -> Result<Body, Failure> {
+    let mut body = Body::default();
+    let mut tunes = Vec::new();
+    for (task_name, task) in &rules.tasks {
+        let stream = if *task_name == RuleSet::ONLY_TASK { name.to_owned() } else { format!("{name} {task_name}") };
+        let Tuned { found, invalid, unstable, cut } =
+            tune(rules, task, model, pool, derivation, &stream, budget, notify)?;
+        body.invalid += invalid;
+        body.unstable += unstable;
+        body.cut = cut;
+        tunes.extend(found.map(|f| Tune { parameters: f.parameters, value: f.value, half_step: f.half_step }));
+        if body.cut.is_some() {
+            break;
+        }
+    }
+    if tunes.len() == rules.tasks.len() {
+        let values: Vec<(&str, f64)> =
+            rules.tasks.keys().map(String::as_str).zip(tunes.iter().map(|t| t.value)).collect();
+        let value = crate::score::outcome(rules, derivation, &values)?;
+        body.found = Some((tunes, value));
+    }
+    Ok(body)
 }
 
 fn threads(limits: &Limits) -> Result<rayon::ThreadPool, Failure> {
@@ -189,10 +247,10 @@ impl Annealing<'_> {
         }
     }
 
-    fn anneal(&mut self) -> Result<End, Failure> {
-        let mut current = Arc::new(Derivation::begin(self.rules));
+    fn anneal(&mut self, first: Arc<Derivation>) -> Result<End, Failure> {
+        let mut current = first;
         let tuned = self.tune(&current)?;
-        let mut value = tuned.found.as_ref().map(|f| f.value);
+        let mut value = tuned.value();
         self.record(&current, &tuned, None, Vec::new(), 0, 0.0, true)?;
         if let Some(end) = tuned.cut {
             return Ok(end);
@@ -225,7 +283,7 @@ impl Annealing<'_> {
                     // A move that can do nothing is counted and told.
                     self.record(
                         &current,
-                        &Tuned::default(),
+                        &Body::default(),
                         None,
                         blocked,
                         course.iteration,
@@ -242,7 +300,7 @@ impl Annealing<'_> {
                 let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
                 let next = Arc::new(next);
                 let tuned = self.tune(&next)?;
-                let new = tuned.found.as_ref().map(|f| f.value);
+                let new = tuned.value();
                 // A body whose curves were not tuned to the end is judged by nothing but its best.
                 let accepted = tuned.cut.is_none()
                     && accepts(self.fitness(value), self.fitness(new), temperature, drawn);
@@ -262,11 +320,11 @@ impl Annealing<'_> {
         }
     }
 
-    fn tune(&mut self, derivation: &Arc<Derivation>) -> Result<Tuned, Failure> {
+    fn tune(&mut self, derivation: &Arc<Derivation>) -> Result<Body, Failure> {
         let observer = &mut *self.observer;
         self.bodies += 1;
         let name = format!("curves {}", self.moves);
-        tune(
+        tune_all(
             self.rules,
             self.model,
             self.pool,
@@ -284,24 +342,21 @@ impl Annealing<'_> {
     fn record(
         &mut self,
         derivation: &Arc<Derivation>,
-        tuned: &Tuned,
+        tuned: &Body,
         rule: Option<String>,
         blocked: Vec<(String, String)>,
         iteration: usize,
         temperature: f64,
         accepted: bool,
     ) -> Result<(), Failure> {
-        if let Some(found) = &tuned.found {
-            let better = self
-                .best
-                .as_ref()
-                .is_none_or(|b| self.fitness(Some(found.value)) > self.fitness(Some(b.value)));
+        if let Some((tasks, value)) = &tuned.found {
+            let better =
+                self.best.as_ref().is_none_or(|b| self.fitness(Some(*value)) > self.fitness(Some(b.value)));
             if better {
                 let best = Best {
                     derivation: Arc::clone(derivation),
-                    parameters: found.parameters.clone(),
-                    value: found.value,
-                    half_step: found.half_step,
+                    tasks: tasks.clone(),
+                    value: *value,
                     found_at: self.moves,
                 };
                 self.observer.improved(&best).map_err(Failure::Output)?;
@@ -317,7 +372,7 @@ impl Annealing<'_> {
             rule,
             blocked,
             size: (parts, actuators),
-            value: tuned.found.as_ref().map(|f| f.value),
+            value: tuned.value(),
             accepted,
             best: self.best.as_ref().map(|b| b.value),
             temperature,

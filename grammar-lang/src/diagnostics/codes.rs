@@ -48,6 +48,10 @@ codes! {
     NOT_EXPORTED      "E0205" "not-in-module" Error;
     MISSING_ITEM      "E0206" "missing-declaration" Error;
     UNKNOWN_PARAMETER "E0207" "unknown-parameter" Error;
+    NO_BASE           "E0208" "no-base" Error;
+    VARIANT_CYCLE     "E0209" "variant-cycle" Error;
+    NOTHING_TO_CHANGE "E0210" "nothing-to-change" Error;
+    DROPPED           "E0211" "dropped-name" Error;
     // Types and units
     WRONG_DIMENSION   "E0301" "wrong-dimension" Error;
     MISSING_UNIT      "E0302" "missing-unit" Error;
@@ -60,6 +64,8 @@ codes! {
     OUT_OF_DOMAIN     "E0309" "outside-domain" Error;
     EMPTY_DOMAIN      "E0310" "empty-domain" Error;
     BAD_VALUE         "E0312" "unusable-value" Error;
+    MISSING_CASE      "E0313" "missing-case" Error;
+    NOT_NARROWER      "E0314" "not-narrower" Error;
     // Stages
     WRONG_STAGE       "E0401" "wrong-stage" Error;
     // The grammar as a whole
@@ -68,8 +74,12 @@ codes! {
     NOT_ACTUATED      "E0503" "actuator-without-actuation" Error;
     OBJECTIVE_UNIT    "E0504" "objective-without-unit" Error;
     CONSTANT_REQUIRE  "E0505" "requirement-never-holds" Error;
+    NO_PERIOD         "E0506" "no-period" Error;
     START_BREAKS      "E0601" "start-breaks-requirement" Error;
     NO_VALUE          "E0602" "no-value" Error;
+    EXAMPLE_FAILS     "E0603" "example-fails" Error;
+    // Probably not meant
+    UNUSED            "W0701" "unused" Warning;
 }
 
 /// The code with this id or name.

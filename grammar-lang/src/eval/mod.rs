@@ -1,5 +1,6 @@
 //! Evaluates typed expressions. What a stage knows comes from a [`Scope`].
 
+mod call;
 mod curve;
 mod value;
 
@@ -8,7 +9,7 @@ use std::sync::Arc;
 pub use curve::Curve;
 pub use value::{Domain, KindValue, Reference, Value};
 
-use crate::ir::{Expr, ExprKind, Function, Gather, Group, Operator, RuleSet, Shape, Word};
+use crate::ir::{Expr, ExprKind, Function, Gather, Group, Operator, RuleSet, Word};
 use crate::source::Span;
 
 /// Why an expression has no value.
@@ -58,6 +59,22 @@ pub trait Scope {
     /// An attribute of an element at a time in s.
     fn attribute_at(&self, of: &Value, name: &str, time: f64) -> Option<Value> {
         self.outer()?.attribute_at(of, name, time)
+    }
+    /// A port of a part by name, and by number where several share the name.
+    fn port(&self, part: &Value, name: &str, number: Option<f64>) -> Option<Value> {
+        self.outer()?.port(part, name, number)
+    }
+    /// Whether a port has a name.
+    fn is_port(&self, port: &Value, name: &str) -> Option<bool> {
+        self.outer()?.is_port(port, name)
+    }
+    /// The value of a task.
+    fn task(&self, name: &str) -> Option<Value> {
+        self.outer()?.task(name)
+    }
+    /// The value of a shared variable of an actuation.
+    fn shared(&self, actuation: &str, variable: &str) -> Option<Value> {
+        self.outer()?.shared(actuation, variable)
     }
     /// A function that only this stage knows.
     fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
@@ -190,6 +207,27 @@ impl Evaluation<'_> {
                 let term = scope.term(name).ok_or_else(|| missing(expr))?;
                 evaluate(term, scope, &mut Vec::new())?
             }
+            ExprKind::Task(name) => known(self.scope.task(name))?,
+            ExprKind::Shared(actuation, variable) => known(self.scope.shared(actuation, variable))?,
+            ExprKind::PortName(_) => return Err(missing(expr)),
+            ExprKind::Port(of, name, number) => {
+                let part = self.value(of)?;
+                let number = number.as_ref().map(|n| self.number(n)).transpose()?;
+                match self.scope.port(&part, name, number) {
+                    Some(port) => port,
+                    None => return fail(expr, format!("this part has no port `{name}`")),
+                }
+            }
+            ExprKind::Bind { slot, value, body } => {
+                let value = self.value(value)?;
+                let depth = self.locals.len();
+                let hidden: Vec<Value> = self.locals.drain((*slot).min(depth)..).collect();
+                self.put(*slot, value);
+                let result = self.value(body);
+                self.locals.truncate((*slot).min(depth));
+                self.locals.extend(hidden);
+                result?
+            }
             ExprKind::Attribute(of, name) => {
                 let of = self.value(of)?;
                 match (&of, name.as_str()) {
@@ -257,6 +295,13 @@ impl Evaluation<'_> {
         })
     }
 
+    /// Fills a local slot; slots before it that have no value yet get one that
+    /// nothing reads.
+    fn put(&mut self, slot: usize, value: Value) {
+        self.locals.resize(slot, Value::Bool(false));
+        self.locals.push(value);
+    }
+
     fn values(&mut self, items: &[Expr]) -> Result<Vec<Value>, EvalError> {
         items.iter().map(|e| self.value(e)).collect()
     }
@@ -269,6 +314,9 @@ impl Evaluation<'_> {
             O::Is | O::IsNot | O::Adds => {
                 let left = self.value(a)?;
                 let answer = match &b.kind {
+                    ExprKind::PortName(name) => {
+                        self.scope.is_port(&left, name).ok_or_else(|| missing(expr))?
+                    }
                     ExprKind::Group(group) if operator == O::Adds => {
                         self.scope.adds(&left, group).ok_or_else(|| missing(expr))?
                     }
@@ -388,105 +436,10 @@ impl Evaluation<'_> {
             list => list.items().to_vec(),
         };
         for item in items {
-            self.locals.truncate(binder.slot);
-            self.locals.push(item);
+            self.put(binder.slot, item);
             self.gather(expr, rest, into)?;
         }
         Ok(())
-    }
-
-    fn call(&mut self, expr: &Expr, function: Function, arguments: &[Expr]) -> Result_ {
-        use Function as F;
-        if function == F::Count
-            && let [Expr { kind: ExprKind::Group(group), .. }] = arguments
-        {
-            let group = self.scope.group(group).ok_or_else(|| missing(expr))?;
-            return Ok(Value::Number(group.len() as f64));
-        }
-        let values = self.values(arguments)?;
-        let number = |i: usize| match values.get(i) {
-            Some(Value::Number(x)) => Ok(*x),
-            _ => Err(missing(expr)),
-        };
-        let list = |i: usize| values.get(i).map(Value::items).ok_or_else(|| missing(expr));
-        let times = |i: usize| number(i).map(|n| n.clamp(0.0, 10_000.0) as usize);
-        Ok(match function {
-            F::Abs => Value::Number(number(0)?.abs()),
-            F::Min | F::Max => {
-                let mut best = number(0)?;
-                for i in 1..values.len() {
-                    let x = number(i)?;
-                    if (x < best) == (function == F::Min) {
-                        best = x;
-                    }
-                }
-                Value::Number(best)
-            }
-            F::Clamp => Value::Number(number(0)?.min(number(2)?).max(number(1)?)),
-            F::Floor => Value::Number(libm::floor(number(0)?)),
-            F::Ceil => Value::Number(libm::ceil(number(0)?)),
-            F::Round => Value::Number(libm::round(number(0)?)),
-            F::Fraction => Value::Number(number(0)? - libm::floor(number(0)?)),
-            F::Sqrt if number(0)? < 0.0 => return fail(expr, "a negative number has no square root"),
-            F::Sqrt => Value::Number(number(0)?.sqrt()),
-            F::Exp => Value::Number(libm::exp(number(0)?)),
-            F::Ln if number(0)? <= 0.0 => return fail(expr, "only a positive number has a logarithm"),
-            F::Ln => Value::Number(libm::log(number(0)?)),
-            F::Sin => Value::Number(libm::sin(number(0)?)),
-            F::Cos => Value::Number(libm::cos(number(0)?)),
-            F::Tan => Value::Number(libm::tan(number(0)?)),
-            F::Arc => Value::Number(number(0)? * number(1)?),
-            F::Length | F::Horizontal | F::Height => {
-                let Some(Value::Vector([x, y, z])) = values.first() else { return Err(missing(expr)) };
-                Value::Number(match function {
-                    F::Length => (x * x + y * y + z * z).sqrt(),
-                    F::Horizontal => (x * x + z * z).sqrt(),
-                    _ => *y,
-                })
-            }
-            F::Angle => {
-                let (Some(Value::Rotation(a)), Some(Value::Rotation(b))) = (values.first(), values.get(1))
-                else {
-                    return Err(missing(expr));
-                };
-                let dot: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
-                Value::Number(2.0 * libm::acos(dot.abs().min(1.0)))
-            }
-            F::Count => Value::Number(list(0)?.len() as f64),
-            F::Each => {
-                let n = times(1)?;
-                Value::List(list(0)?.iter().flat_map(|x| std::iter::repeat_n(x.clone(), n)).collect())
-            }
-            F::Repeat => {
-                let item = values.first().ok_or_else(|| missing(expr))?;
-                Value::List(std::iter::repeat_n(item.clone(), times(1)?).collect())
-            }
-            F::First | F::Last => {
-                let items = list(0)?;
-                let item = if function == F::First { items.first() } else { items.last() };
-                match item {
-                    Some(item) => item.clone(),
-                    None => return fail(expr, "an empty list has no such item"),
-                }
-            }
-            F::Bezier => {
-                let points: Vec<f64> = list(0)?
-                    .iter()
-                    .map(|v| if let Value::Number(x) = v { Ok(*x) } else { Err(missing(expr)) })
-                    .collect::<Result<_, _>>()?;
-                match Curve::bezier(&points) {
-                    Some(curve) => Value::Curve(Arc::new(curve)),
-                    None => return fail(expr, "a Bezier curve has 2 to 64 control points"),
-                }
-            }
-            F::Box => Value::Shape(Shape::Box([number(0)?, number(1)?, number(2)?])),
-            F::Sphere => Value::Shape(Shape::Sphere(number(0)?)),
-            F::Cylinder => Value::Shape(Shape::Cylinder(number(0)?, number(1)?)),
-            F::Normal | F::Uniform => {
-                Value::List([Value::Number(number(0)?), Value::Number(number(1)?)].into())
-            }
-            F::Gain | F::Neighbours => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
-        })
     }
 }
 

@@ -53,6 +53,8 @@ pub enum Reference {
     Part(u64),
     /// A port of a part.
     Port(u64, u8),
+    /// The joint that holds a part.
+    Joint(u64),
     /// An element.
     Element(u32),
     /// A step of the derivation.
@@ -95,6 +97,35 @@ impl Domain {
             Self::Items(items) => items.get(index).cloned(),
             Self::Range { low, .. } => {
                 (index < self.count()).then(|| Value::Number(libm::ceil(*low) + index as f64))
+            }
+        }
+    }
+
+    /// Whether a value is one of these.
+    #[must_use]
+    pub fn holds(&self, value: &Value) -> bool {
+        match (self, value) {
+            (Self::Range { low, high, whole }, Value::Number(x)) => {
+                low <= x && x <= high && (!whole || libm::floor(*x) == *x)
+            }
+            (Self::Items(items), value) => items.contains(value),
+            _ => false,
+        }
+    }
+
+    /// Whether every value of another domain is one of this one.
+    #[must_use]
+    pub fn holds_all(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Range { low, high, .. }, Self::Range { low: least, high: most, .. }) => {
+                low <= least && most <= high
+            }
+            (Self::Range { low, high, .. }, Self::Items(items)) => {
+                items.iter().all(|x| x.as_number().is_some_and(|x| *low <= x && x <= *high))
+            }
+            (Self::Items(all), other) => {
+                let countable = !matches!(other, Self::Range { whole: false, .. });
+                countable && other.count() <= 1000 && other.items().all(|x| all.contains(&x))
             }
         }
     }

@@ -66,6 +66,23 @@ pub enum ExprKind {
     Pattern(String),
     /// A term by name.
     Term(String),
+    /// The value of a task by name.
+    Task(String),
+    /// The value of a shared variable of an actuation.
+    Shared(String, String),
+    /// A port by name, and by number where several share the name: to compare with.
+    PortName(String),
+    /// A port of a part, by name and by number.
+    Port(Box<Expr>, String, Option<Box<Expr>>),
+    /// A value in a local slot, and what is computed with it.
+    Bind {
+        /// The local slot.
+        slot: usize,
+        /// What it holds.
+        value: Box<Expr>,
+        /// What reads it.
+        body: Box<Expr>,
+    },
     /// An attribute of a part, actuator, element or vector.
     Attribute(Box<Expr>, String),
     /// A quantity over time, at a time.
@@ -135,6 +152,7 @@ words! {
         Pi "pi" "The number 3.14159...";
         Cycle "cycle" "Where a pattern is in its cycle, from 0 to 1.";
         Time "t" "The time since the motion began.";
+        Period "period" "The period of the cyclic actuation.";
         Start "start" "The time at which the motion begins.";
         End "end" "The time at which the motion ends.";
         Duration "duration" "How long the motion lasts.";
@@ -169,7 +187,11 @@ words! {
         Length "length" "The length of a vector.";
         Horizontal "horizontal" "The length of a vector's part along the ground.";
         Height "height" "The vertical part of a vector.";
+        Vector "vector" "vector(x, y, z), with y up.";
         Angle "angle" "angle(a, b): the angle of the rotation from a to b.";
+        Heading "heading" "heading(rotation): where x points along the ground, seen from above; left of forward is positive.";
+        Bearing "bearing" "bearing(vector): where a vector points along the ground, seen from above; left of forward is positive.";
+        Wrap "wrap" "wrap(angle): the same direction within -180 deg .. 180 deg.";
         Count "count" "How many parts of a kind, or items of a list, there are.";
         Each "each" "each(list, n): every item n times in a row.";
         Repeat "repeat" "repeat(x, n): a list of n times x.";
@@ -179,10 +201,12 @@ words! {
         Box "box" "box(x, y, z): a box with these edges.";
         Sphere "sphere" "sphere(radius)";
         Cylinder "cylinder" "cylinder(radius, length), its axis along x.";
+        Disk "disk" "disk(radius, height), its axis upright.";
         Normal "normal" "normal(mean, standard deviation): a distribution.";
         Uniform "uniform" "uniform(low, high): a distribution.";
         Gain "gain" "gain(n): what the best value gained in the last n iterations.";
         Neighbours "neighbours" "The parts that are joined to a part.";
+        Images "images" "The images of a part under the symmetry, without itself.";
     }
 }
 
@@ -196,6 +220,8 @@ impl Expr {
             ExprKind::Attribute(a, _) | ExprKind::Negate(a) | ExprKind::Not(a) | ExprKind::Convert(a, _) => {
                 a.any(test)
             }
+            ExprKind::Port(a, _, b) => a.any(test) || b.as_ref().is_some_and(|b| b.any(test)),
+            ExprKind::Bind { value, body, .. } => value.any(test) || body.any(test),
             ExprKind::At(a, b)
             | ExprKind::Binary(a, _, b)
             | ExprKind::Apply(a, b)

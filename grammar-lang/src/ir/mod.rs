@@ -11,8 +11,14 @@ pub use ty::Ty;
 
 use crate::source::Span;
 
+/// The ports of every block that declares none.
+pub const BLOCK_PORTS: &[&str] = &["front", "back", "left", "right", "top", "bottom"];
+
+/// The ports of an actuator.
+pub const ACTUATOR_PORTS: &[&str] = &["base", "tip"];
+
 /// The version of this format.
-pub const VERSION: u32 = 1;
+pub const VERSION: u32 = 2;
 
 /// A whole grammar, checked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,18 +43,34 @@ pub struct RuleSet {
     pub rules: Vec<Rule>,
     /// What every design must fulfil.
     pub requirements: Vec<Requirement>,
+    /// What a design should fulfil.
+    pub preferences: Vec<Preference>,
+    /// Hand-picked derivations.
+    pub examples: IndexMap<String, Example>,
     /// Actuations by name.
     pub actuations: IndexMap<String, Actuation>,
+    /// What one body is asked to do. A grammar that names no tasks has one,
+    /// called [`RuleSet::ONLY_TASK`].
+    pub tasks: IndexMap<String, Task>,
+    /// Named terms.
+    pub terms: IndexMap<String, Term>,
+    /// What the search wants: an expression over the tasks' values and the design.
+    pub objective: Objective,
+    /// How it searches.
+    pub search: Search,
+    /// The example that the search starts from, instead of the initial design.
+    pub from: Option<String>,
+}
+
+/// What a body is asked to do, with an actuation and an inner search of its own.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Task {
     /// Which actuation drives which actuator.
     pub actuated: IndexMap<String, String>,
     /// The simulation model.
     pub model: Model,
-    /// Named terms.
-    pub terms: IndexMap<String, Term>,
-    /// What the search wants.
+    /// What the inner search wants: an expression over the recorded motion.
     pub objective: Objective,
-    /// How it searches.
-    pub search: Search,
 }
 
 /// A parameter with its value.
@@ -58,7 +80,7 @@ pub struct Param {
     pub ty: Ty,
     /// The values it may take: low and high, in SI units.
     pub domain: Option<(f64, f64)>,
-    /// Its value in SI units; a Bool is 0 or 1.
+    /// Its value in SI units; a Bool is 0 or 1, a value of an enumeration its place.
     pub value: f64,
     /// Where it is declared.
     pub span: Span,
@@ -74,6 +96,8 @@ pub enum Shape {
     Sphere(f64),
     /// Radius, then length along x.
     Cylinder(f64, f64),
+    /// Radius, then height along y.
+    Disk(f64, f64),
 }
 
 /// A passive part.
@@ -87,8 +111,23 @@ pub struct Part {
     pub friction: f64,
     /// `#rrggbb`
     pub colour: String,
+    /// Its ports, if they are not the six that every block has.
+    pub ports: Vec<Port>,
     /// Where it is declared.
     pub span: Span,
+}
+
+/// A port that a part declares.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Port {
+    /// Its name; several may share one.
+    pub name: String,
+    /// Its number among those that share the name.
+    pub index: f64,
+    /// Its place in the part's frame, m.
+    pub at: [f64; 3],
+    /// The unit vector that points outwards.
+    pub facing: [f64; 3],
 }
 
 /// An actuator: a row of equal segments joined by driven hinges.
@@ -139,6 +178,8 @@ pub enum Symmetry {
     None,
     /// In the plane through the core's centre with this normal: 0, 1, 2 for x, y, z.
     Mirror(usize),
+    /// Rotated so many times in all, about this axis through the core's centre.
+    Radial(usize, usize),
 }
 
 /// A part of the initial design.
@@ -146,10 +187,24 @@ pub enum Symmetry {
 pub struct Placed {
     /// What rules call it.
     pub name: String,
-    /// The passive part that it is.
-    pub kind: String,
+    /// What it is: a kind with its parameters.
+    pub what: Expr,
+    /// What holds it; nothing holds the core.
+    pub on: Option<Holding>,
     /// Where this is said.
     pub span: Span,
+}
+
+/// How a part is held.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Holding {
+    /// The port that holds it.
+    pub port: Expr,
+    /// By how much it is turned about that port's normal.
+    pub turned: Option<Expr>,
+    /// The port of its own that it is held by; if none is named, `back`, `base`
+    /// or the first one that it has.
+    pub by: Option<String>,
 }
 
 /// A rule of the grammar.
@@ -157,8 +212,8 @@ pub struct Placed {
 pub struct Rule {
     /// Its name.
     pub name: String,
-    /// What it needs.
-    pub pattern: Pattern,
+    /// What it needs, in order; each takes the next local slots.
+    pub matches: Vec<Match>,
     /// What it draws, in order; each takes the next local slot.
     pub choices: Vec<Choice>,
     /// Conditions, each with the number of local slots that it needs to be bound.
@@ -173,26 +228,45 @@ pub struct Rule {
     pub span: Span,
 }
 
-/// What a rule matches.
+/// One thing that a rule matches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Match {
+    /// What it is.
+    pub what: Matched,
+    /// A condition on it and on what was matched before it.
+    pub condition: Option<Expr>,
+}
+
+/// What is matched. Two matches of a rule never bind the same part, port or step.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Pattern {
-    /// Nothing: it applies once.
-    Nothing,
-    /// A part of a kind (local 0), with a free port (local 1) if asked for.
+pub enum Matched {
+    /// A part of a kind, in the next slot.
     Part {
         /// Which parts.
         kind: Group,
-        /// Whether a free port is bound to local 1.
+        /// Whether one of its free ports takes the slot after it.
         port: bool,
-        /// A condition on it.
-        condition: Option<Expr>,
+        /// The slot of the part that it must be joined to.
+        joined_to: Option<usize>,
     },
-    /// A step of the derivation (local 0).
-    Step {
-        /// A condition on it.
-        condition: Option<Expr>,
+    /// A port, in the next slot.
+    Port {
+        /// The slot of the part whose port it is; any part's if none.
+        of: Option<usize>,
     },
+    /// A joint, in the next slot.
+    Joint,
+    /// A step of the derivation, in the next slot.
+    Step,
+}
+
+impl Match {
+    /// How many local slots it takes.
+    #[must_use]
+    pub fn slots(&self) -> usize {
+        if matches!(self.what, Matched::Part { port: true, .. }) { 2 } else { 1 }
+    }
 }
 
 /// A choice of a rule.
@@ -200,8 +274,26 @@ pub enum Pattern {
 pub struct Choice {
     /// Its name.
     pub name: String,
-    /// The values to draw from, uniformly.
+    /// The values to draw from.
     pub domain: Expr,
+    /// How they are distributed; evenly if nothing is said.
+    pub spread: Spread,
+}
+
+/// How a choice is distributed over its domain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Spread {
+    /// Evenly.
+    Even,
+    /// There is only one value: a `let` of the rule.
+    Fixed,
+    /// As a normal distribution that is cut at the ends: mean, standard deviation.
+    Normal(Expr, Expr),
+    /// Evenly within these ends, and within the domain.
+    Uniform(Expr, Expr),
+    /// By a list of weights, one for each value.
+    Weights(Expr),
 }
 
 /// A condition of a rule.
@@ -219,12 +311,21 @@ pub struct Guard {
 pub enum Effect {
     /// Attaches a part to a port.
     Attach {
-        /// What: a kind, or a kind with parameters.
+        /// What: a kind, or a kind with parameters. It takes the next local slot.
         what: Expr,
-        /// Where.
-        port: Expr,
-        /// Turned by how much about the port's normal.
-        turned: Option<Expr>,
+        /// Where and how.
+        on: Holding,
+    },
+    /// Takes a part away, with all that hangs on it.
+    Remove(Expr),
+    /// Puts a part in the place of another.
+    Replace {
+        /// The part that goes.
+        part: Expr,
+        /// What comes: it takes the next local slot.
+        with: Expr,
+        /// The neighbours at its base or back, and at its tip or front.
+        between: Option<(Expr, Expr)>,
     },
     /// Sets an attribute of a part.
     Set {
@@ -252,6 +353,66 @@ pub struct Requirement {
     pub span: Span,
 }
 
+/// What a design should fulfil: a penalty if it does not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Preference {
+    /// Its name, or the text of its condition.
+    pub name: String,
+    /// What should hold.
+    pub condition: Expr,
+    /// What the objective loses if it does not.
+    pub weight: Expr,
+    /// Why.
+    pub because: Option<String>,
+    /// Where it is said.
+    pub span: Span,
+}
+
+/// A hand-picked derivation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Example {
+    /// What it does and expects, in order. Step number `i` (from 0) fills two
+    /// local slots: `2 i` with the step itself, `2 i + 1` with the first part
+    /// that it made (or the step again, if it made none).
+    pub clauses: Vec<ExampleClause>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A clause of an example.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum ExampleClause {
+    /// A rule applied with chosen values.
+    Step {
+        /// What the example calls it.
+        name: String,
+        /// What is applied.
+        application: Application,
+    },
+    /// A rule that must not be applicable with these values.
+    Refuse {
+        /// What must not be applicable.
+        application: Application,
+        /// The requirement that must stop it.
+        by: Option<String>,
+    },
+    /// What must hold of the design so far.
+    Expect(Expr),
+}
+
+/// A rule with a value for each of its locals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Application {
+    /// The rule.
+    pub rule: String,
+    /// A value for each thing that it matches and chooses, by local slot;
+    /// none for what follows from the others.
+    pub values: Vec<Option<Expr>>,
+    /// Where it is said.
+    pub span: Span,
+}
+
 /// A parameterised curve for actuators.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuation {
@@ -273,8 +434,8 @@ pub struct Actuation {
 pub struct Variable {
     /// Its name.
     pub name: String,
-    /// Whether the design has one, not each actuator.
-    pub shared: bool,
+    /// Who has one.
+    pub owner: Owner,
     /// How many there are, if it is a list.
     pub size: Option<usize>,
     /// Its type (of one item).
@@ -283,6 +444,18 @@ pub struct Variable {
     pub domain: (f64, f64),
     /// How it is mutated.
     pub mutation: Mutation,
+}
+
+/// Who has a varied quantity of its own. Images always follow their originals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Owner {
+    /// The whole body.
+    Body,
+    /// Each actuator.
+    Actuator,
+    /// All actuators for which this number is the same.
+    Group(Expr),
 }
 
 /// How a varied quantity is mutated.
@@ -394,6 +567,9 @@ pub struct Schedule {
 }
 
 impl RuleSet {
+    /// The name of the task of a grammar that names none.
+    pub const ONLY_TASK: &str = "";
+
     /// Whether `kind` names an actuator (else a passive part).
     #[must_use]
     pub fn is_actuator(&self, kind: &str) -> bool {

@@ -36,8 +36,14 @@ pub enum Ty {
     Part,
     /// An actuator of the design.
     Actuator,
-    /// A free port of a part.
+    /// A port of a part.
     Port,
+    /// A joint between two parts.
+    Joint,
+    /// A value of an enumeration.
+    Enum(String),
+    /// A record: named fields in order.
+    Record(String, Vec<(String, Ty)>),
     /// A rigid piece of the simulated body.
     Element,
     /// A step of the derivation.
@@ -112,6 +118,8 @@ impl fmt::Display for Ty {
             Self::Part => f.write_str("part"),
             Self::Actuator => f.write_str("actuator"),
             Self::Port => f.write_str("port"),
+            Self::Joint => f.write_str("joint"),
+            Self::Enum(name) | Self::Record(name, _) => f.write_str(name),
             Self::Element => f.write_str("element"),
             Self::Step => f.write_str("step"),
             Self::Kind => f.write_str("kind of part"),

@@ -1,23 +1,28 @@
 //! Which kinds of parts a rule set can ever make.
 
-use crate::ir::{self, ExprKind, Group, RuleSet};
+use crate::ir::{Effect, Expr, ExprKind, Group, RuleSet};
 
 /// The kinds of parts that can ever be in a design.
 pub(super) fn possible_kinds(ruleset: &RuleSet) -> Vec<String> {
-    let mut kinds: Vec<String> = ruleset.begin.iter().map(|p| p.kind.clone()).collect();
-    for rule in &ruleset.rules {
-        for effect in &rule.effects {
-            let ir::Effect::Attach { what, .. } = effect else { continue };
-            for expr in rule.choices.iter().map(|c| &c.domain).chain([what]) {
-                expr.any(&mut |e| {
-                    if let ExprKind::Kind(name, _) = &e.kind
-                        && !kinds.contains(name)
-                    {
-                        kinds.push(name.clone());
-                    }
-                    false
-                });
+    let mut kinds: Vec<String> = Vec::new();
+    let mut gather = |expr: &Expr| {
+        expr.any(&mut |e| {
+            if let ExprKind::Kind(name, _) = &e.kind
+                && !kinds.contains(name)
+            {
+                kinds.push(name.clone());
             }
+            false
+        });
+    };
+    ruleset.begin.iter().for_each(|p| gather(&p.what));
+    for rule in &ruleset.rules {
+        let makes = |e: &&Effect| matches!(e, Effect::Attach { .. } | Effect::Replace { .. });
+        for effect in rule.effects.iter().filter(makes) {
+            if let Effect::Attach { what, .. } | Effect::Replace { with: what, .. } = effect {
+                gather(what);
+            }
+            rule.choices.iter().for_each(|c| gather(&c.domain));
         }
     }
     kinds

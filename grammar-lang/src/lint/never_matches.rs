@@ -3,11 +3,12 @@
 
 use super::kinds::{can_hold, possible_kinds};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, ExprKind, Group, Operator, Pattern, RuleSet};
+use crate::ir::{Effect, Expr, ExprKind, Group, Matched, Operator, RuleSet};
 
 pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
     let kinds = possible_kinds(ruleset);
-    let grows = ruleset.rules.iter().any(|r| r.effects.iter().any(|e| matches!(e, Effect::Attach { .. })));
+    let grows = ruleset.rules.iter().any(|r| r.effects.iter().any(|e| matches!(e, Effect::Attach { .. })))
+        || ruleset.begin.len() > 1;
     let name = |group: &Group| match group {
         Group::Part => "part".to_owned(),
         Group::Block => "block".to_owned(),
@@ -15,36 +16,24 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
         Group::Kind(kind) => kind.clone(),
     };
     for rule in &ruleset.rules {
-        let reason = match &rule.pattern {
-            Pattern::Nothing => None,
-            Pattern::Part { kind, condition, .. } => {
-                if can_hold(kind, &kinds, ruleset) {
-                    condition.as_ref().and_then(|c| {
-                        // `where p is KIND`, alone or joined by `and`.
-                        let mut impossible = None;
-                        let mut open = vec![c];
-                        while let Some(e) = open.pop() {
-                            match &e.kind {
-                                ExprKind::Binary(a, Operator::And, b) => open.extend([&**a, &**b]),
-                                ExprKind::Binary(a, Operator::Is, b) => {
-                                    if let (ExprKind::Local(0), ExprKind::Group(group)) = (&a.kind, &b.kind)
-                                        && !can_hold(group, &kinds, ruleset)
-                                    {
-                                        impossible = Some(name(group));
-                                    }
-                                }
-                                _ => {}
-                            }
-                        }
-                        impossible
-                    })
-                } else {
-                    Some(name(kind))
+        let mut slot = 0;
+        let mut reason = None;
+        for matched in &rule.matches {
+            let impossible = match &matched.what {
+                Matched::Part { kind, .. } if !can_hold(kind, &kinds, ruleset) => {
+                    Some(format!("no design ever has a `{}`", name(kind)))
                 }
-                .map(|kind| format!("no design ever has a `{kind}`"))
-            }
-            Pattern::Step { .. } => (!grows).then(|| "no rule ever adds a part".to_owned()),
-        };
+                Matched::Part { .. } => matched
+                    .condition
+                    .as_ref()
+                    .and_then(|c| impossible_kind(c, slot, &kinds, ruleset))
+                    .map(|group| format!("no design ever has a `{}`", name(group))),
+                Matched::Joint | Matched::Step if !grows => Some("no rule ever adds a part".to_owned()),
+                _ => None,
+            };
+            slot += matched.slots();
+            reason = reason.or(impossible);
+        }
         if let Some(reason) = reason {
             findings.push(
                 Diagnostic::new(
@@ -57,4 +46,29 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
             );
         }
     }
+}
+
+/// The kind that `where p is KIND` asks for, alone or joined by `and`, if no design ever has it.
+fn impossible_kind<'r>(
+    condition: &'r Expr,
+    slot: usize,
+    kinds: &[String],
+    ruleset: &RuleSet,
+) -> Option<&'r Group> {
+    let mut open = vec![condition];
+    while let Some(e) = open.pop() {
+        match &e.kind {
+            ExprKind::Binary(a, Operator::And, b) => open.extend([&**a, &**b]),
+            ExprKind::Binary(a, Operator::Is, b) => {
+                if let (ExprKind::Local(local), ExprKind::Group(group)) = (&a.kind, &b.kind)
+                    && *local == slot
+                    && !can_hold(group, kinds, ruleset)
+                {
+                    return Some(group);
+                }
+            }
+            _ => {}
+        }
+    }
+    None
 }

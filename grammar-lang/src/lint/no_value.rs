@@ -12,13 +12,15 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
         exprs.extend(rule.guards.iter().map(|g| &g.condition));
         for effect in &rule.effects {
             match effect {
-                Effect::Attach { what, port, turned } => exprs.extend([what, port].into_iter().chain(turned)),
+                Effect::Attach { what, on } => exprs.extend([what, &on.port].into_iter().chain(&on.turned)),
+                Effect::Replace { with, .. } => exprs.push(with),
                 Effect::Set { value, .. } => exprs.push(value),
-                Effect::Revert(_) => {}
+                Effect::Revert(_) | Effect::Remove(_) => {}
             }
         }
     }
     exprs.extend(ruleset.requirements.iter().map(|r| &r.condition));
+    exprs.extend(ruleset.preferences.iter().flat_map(|p| [&p.condition, &p.weight]));
     for actuation in ruleset.actuations.values() {
         exprs
             .extend(actuation.lets.iter().chain(&actuation.moving).map(|(_, e)| e).chain([&actuation.drive]));

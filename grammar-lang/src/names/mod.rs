@@ -1,4 +1,8 @@
-//! Modules and what their names mean: imports, scopes, cycles, duplicates.
+//! Modules and what their names mean: imports, scopes, cycles, duplicates, variants.
+
+mod variant;
+
+use std::collections::BTreeMap;
 
 use indexmap::IndexMap;
 
@@ -38,6 +42,14 @@ pub struct LoadedModule {
 pub struct Program {
     /// The modules.
     pub modules: Vec<LoadedModule>,
+    /// The name of the grammar or variant that is compiled; none in a module.
+    pub name: Option<Name>,
+    /// The modules that declare the grammar and its variants.
+    pub own: Vec<usize>,
+    /// The declarations that take part in it, imported ones first.
+    pub taking_part: Vec<Declaration>,
+    /// Declarations that a variant took out, and where it says so.
+    pub dropped: BTreeMap<Declaration, Span>,
 }
 
 impl Program {
@@ -47,11 +59,33 @@ impl Program {
         self.modules.get(declaration.module)?.tree.items.get(declaration.item)
     }
 
-    /// What a name means in a module.
+    fn item_mut(&mut self, declaration: Declaration) -> Option<&mut Item> {
+        self.modules.get_mut(declaration.module)?.tree.items.get_mut(declaration.item)
+    }
+
+    /// The module whose text a place belongs to: names mean there what they mean in
+    /// that text, even where a variant has put them into a declaration of another.
     #[must_use]
-    pub fn lookup(&self, module: usize, name: &str) -> Option<(Declaration, &Item)> {
-        let declaration = *self.modules.get(module)?.scope.get(name)?;
+    pub fn module_at(&self, place: Span) -> usize {
+        self.modules.iter().position(|m| m.file == place.file).unwrap_or(0)
+    }
+
+    /// What a name means at a place.
+    #[must_use]
+    pub fn lookup(&self, place: Span, name: &str) -> Option<(Declaration, &Item)> {
+        let declaration = *self.modules.get(self.module_at(place))?.scope.get(name)?;
         Some((declaration, self.item(declaration)?))
+    }
+
+    /// Every name that is known at a place.
+    pub fn scope_at(&self, place: Span) -> impl Iterator<Item = (&str, &Item)> {
+        let scope = self.modules.get(self.module_at(place)).map(|m| &m.scope);
+        scope.into_iter().flatten().filter_map(|(name, d)| Some((name.as_str(), self.item(*d)?)))
+    }
+
+    /// The declarations that take part in the grammar, with where they stand.
+    pub fn entries(&self) -> impl Iterator<Item = (Declaration, &Item)> {
+        self.taking_part.iter().filter_map(|d| Some((*d, self.item(*d)?)))
     }
 
     /// Whether an unknown name in a module is the echo of another error.
@@ -74,21 +108,44 @@ pub fn declared(item: &Item) -> Option<&Name> {
     match &item.kind {
         ItemKind::Param(p) => Some(&p.name),
         ItemKind::Part(b) | ItemKind::Actuator(b) | ItemKind::Model(b) | ItemKind::Search(b) => Some(&b.name),
-        ItemKind::Rule(n, _) | ItemKind::Pattern(n, _) | ItemKind::Term(n, ..) | ItemKind::Let(n, _) => {
-            Some(n)
-        }
-        ItemKind::Require { name, .. } => name.as_ref(),
+        ItemKind::Rule(n, _)
+        | ItemKind::Pattern(n, _)
+        | ItemKind::Term(n, ..)
+        | ItemKind::Let(n, ..)
+        | ItemKind::Enum(n, _)
+        | ItemKind::Record(n, _)
+        | ItemKind::Task(n, _)
+        | ItemKind::Example(n, _) => Some(n),
+        ItemKind::Require { name, .. } | ItemKind::Prefer { name, .. } => name.as_ref(),
         ItemKind::Actuation { name, .. } => Some(name),
         _ => None,
     }
 }
 
-/// Reads a grammar and all that it imports.
-pub fn load(world: &dyn World, sources: &mut SourceMap, entry: FileId) -> (Program, Vec<Diagnostic>) {
+/// The names of the grammar and the variants that a module declares.
+#[must_use]
+pub fn offers(module: &Module) -> Vec<String> {
+    variant::names_of(module.items.iter())
+}
+
+/// Reads a grammar and all that it imports; of several that a text declares, the wanted one.
+pub fn load(
+    world: &dyn World,
+    sources: &mut SourceMap,
+    entry: FileId,
+    wanted: Option<&str>,
+) -> (Program, Vec<Diagnostic>) {
     let mut loader =
         Loader { world, sources, program: Program::default(), open: Vec::new(), errors: Vec::new() };
     let name = loader.sources.get(entry).map_or_else(String::new, |s| s.name.clone());
     loader.module(name, entry);
+    variant::resolve(&mut loader, wanted);
+    if loader.program.taking_part.is_empty() {
+        // A module is checked for its own sake.
+        let count = loader.program.modules.first().map_or(0, |m| m.tree.items.len());
+        loader.program.own = vec![0];
+        loader.program.taking_part = (0..count).map(|item| Declaration { module: 0, item }).collect();
+    }
     (loader.program, loader.errors)
 }
 
@@ -168,7 +225,9 @@ impl Loader<'_> {
         }
     }
 
-    fn import(&mut self, into: usize, from: &str, module: &Name, names: Option<&[Name]>) {
+    /// The module that a `use` or a variant names, read if it has not been yet;
+    /// none, with a report, if it cannot be had.
+    fn module_of(&mut self, module: &Name, from: &str) -> Option<usize> {
         let source = match self.world.load(&module.text, from) {
             Ok(source) => source,
             Err(reason) => {
@@ -189,7 +248,7 @@ impl Loader<'_> {
                     .label(reason)
                     .help(help),
                 );
-                return self.lose(into, names);
+                return None;
             }
         };
         let known = self.program.modules.iter().position(|m| m.name == source.name);
@@ -210,15 +269,19 @@ impl Loader<'_> {
                 .label("this import closes the circle")
                 .help("move what both need into a third file"),
             );
-            return self.lose(into, names);
+            return None;
         }
-        let target = match known {
+        Some(match known {
             Some(known) => known,
             None => {
                 let file = self.sources.add(source.name.clone(), source.text);
                 self.module(source.name, file)
             }
-        };
+        })
+    }
+
+    fn import(&mut self, into: usize, from: &str, module: &Name, names: Option<&[Name]>) {
+        let Some(target) = self.module_of(module, from) else { return self.lose(into, names) };
         let Some(loaded) = self.program.modules.get(target) else { return };
         let own: Vec<(String, Declaration)> =
             loaded.scope.iter().filter(|(_, d)| d.module == target).map(|(n, d)| (n.clone(), *d)).collect();

@@ -55,10 +55,10 @@ pub enum ItemKind {
     Model(Block),
     /// `search NAME { fields }`
     Search(Block),
-    /// `search NAME`: the one that the grammar uses.
-    UseSearch(Name),
-    /// `symmetry none`, `symmetry mirror PLANE`
-    Symmetry(Name, Option<Name>),
+    /// `search NAME from EXAMPLE`: the one that the grammar uses.
+    UseSearch(Name, Option<Name>),
+    /// `symmetry none`, `symmetry mirror PLANE`, `symmetry radial N about AXIS`
+    Symmetry(Name, Option<Expr>, Option<Name>),
     /// `begin { place ... }`
     Begin(Vec<Place>),
     /// `rule NAME { clauses }`
@@ -98,8 +98,97 @@ pub enum ItemKind {
         /// The value.
         value: Expr,
     },
-    /// `let NAME = EXPR`
-    Let(Name, Expr),
+    /// `let NAME = EXPR`, or with parameters `let NAME(x : TYPE) = EXPR`
+    Let(Name, Option<Vec<Typed>>, Expr),
+    /// `enum NAME { names }`
+    Enum(Name, Vec<Name>),
+    /// `record NAME { field : TYPE, ... }`
+    Record(Name, Vec<Typed>),
+    /// `prefer NAME : EXPR weight EXPR because TEXT`
+    Prefer {
+        /// Its name, if it has one.
+        name: Option<Name>,
+        /// What should hold.
+        condition: Expr,
+        /// What it costs if it does not.
+        weight: Expr,
+        /// Why.
+        because: Option<String>,
+    },
+    /// `task NAME { actuate ... simulate ... maximize ... }`
+    Task(Name, Vec<Item>),
+    /// `example NAME { clauses }`
+    Example(Name, Vec<ExampleClause>),
+    /// `variant NAME of BASE { edits }`
+    Variant(Variant),
+}
+
+/// `NAME : TYPE`
+#[derive(Clone, Debug)]
+pub struct Typed {
+    /// The name.
+    pub name: Name,
+    /// Its type.
+    pub ty: Name,
+}
+
+/// A clause of an example.
+#[derive(Clone, Debug)]
+pub enum ExampleClause {
+    /// `step NAME = RULE(arguments)`
+    Step(Name, Application),
+    /// `refuse RULE(arguments) by REASON`
+    Refuse(Application, Option<Name>),
+    /// `expect CONDITION`
+    Expect(Expr),
+}
+
+/// A rule applied by name.
+#[derive(Clone, Debug)]
+pub struct Application {
+    /// The rule.
+    pub rule: Name,
+    /// A value for everything that it matches and chooses.
+    pub arguments: Vec<Argument>,
+    /// Its place.
+    pub span: Span,
+}
+
+/// A grammar as the difference from another.
+#[derive(Clone, Debug)]
+pub struct Variant {
+    /// Its name.
+    pub name: Name,
+    /// What it starts from: a grammar or variant of this file, or another file.
+    pub base: Name,
+    /// Whether the base is the path of a file.
+    pub from_file: bool,
+    /// The differences.
+    pub edits: Vec<Edit>,
+}
+
+/// A difference of a variant from its base.
+#[derive(Clone, Debug)]
+pub struct Edit {
+    /// What it does.
+    pub kind: EditKind,
+    /// Its place.
+    pub span: Span,
+}
+
+/// What an edit does.
+#[derive(Clone, Debug)]
+pub enum EditKind {
+    /// `set PATH = EXPR`
+    Set(Vec<Name>, Expr),
+    /// `narrow PATH in EXPR`
+    Narrow(Vec<Name>, Expr),
+    /// `drop PATH`
+    Drop(Vec<Name>),
+    /// `replace ITEM`
+    Replace(Box<Item>),
+    /// `add ITEM`
+    Add(Box<Item>),
 }
 
 /// A parameter of a grammar or of an actuator.
@@ -133,15 +222,36 @@ pub enum Field {
     Group(Block),
     /// `param ...`
     Param(Param),
+    /// `port ...`
+    Port(Box<Port>),
 }
 
-/// `place NAME : KIND`
+/// `port NAME[i in DOMAIN] at POINT facing DIRECTION`
+#[derive(Clone, Debug)]
+pub struct Port {
+    /// Its name.
+    pub name: Name,
+    /// The number of one of several, and the values that it takes.
+    pub index: Option<(Name, Expr)>,
+    /// Its place in the part's frame.
+    pub at: Expr,
+    /// Where it looks.
+    pub facing: Expr,
+}
+
+/// `place NAME : KIND to PORT turned ANGLE by PORT`
 #[derive(Clone, Debug)]
 pub struct Place {
     /// What rules call it.
     pub name: Name,
-    /// What it is.
-    pub kind: Name,
+    /// What it is, with its parameters.
+    pub what: Expr,
+    /// What holds it; nothing holds the core.
+    pub to: Option<Expr>,
+    /// By how much it is turned about the port.
+    pub turned: Option<Expr>,
+    /// The port of its own that it is held by.
+    pub by: Option<Name>,
 }
 
 /// A clause of a rule with its place.
@@ -158,19 +268,17 @@ pub struct RuleClause {
 pub enum RuleClauseKind {
     /// `match nothing`
     MatchNothing,
-    /// `match p : part with free port q where CONDITION`
+    /// `match p : part with free port q where CONDITION`, or a chain of joined parts.
     Match {
-        /// The name of what is matched.
-        name: Name,
-        /// Its kind.
-        kind: Name,
-        /// The name of its free port, if one is asked for.
-        port: Option<Name>,
+        /// What is matched; in a chain, each is joined to the one before.
+        links: Vec<Link>,
         /// A condition on it.
         condition: Option<Expr>,
     },
-    /// `choose n in DOMAIN`
-    Choose(Name, Expr),
+    /// `choose n in DOMAIN by DISTRIBUTION`
+    Choose(Name, Expr, Option<Expr>),
+    /// `let x = EXPR`
+    Let(Name, Expr),
     /// `when CONDITION` or, with `false`, `unless CONDITION`
     Guard(bool, Expr),
     /// `attach WHAT to PORT turned ANGLE`
@@ -181,13 +289,43 @@ pub enum RuleClauseKind {
         port: Expr,
         /// By how much it is turned about the port.
         turned: Option<Expr>,
+        /// The port of its own that it is held by.
+        by: Option<Name>,
+        /// What later effects of the rule call it.
+        product: Option<Name>,
     },
     /// `set TARGET = VALUE`
     Set(Expr, Expr),
+    /// `remove PART`
+    Remove(Expr),
+    /// `replace PART with KIND from PART to PART`
+    Replace {
+        /// The part that goes.
+        part: Expr,
+        /// What comes in its place.
+        with: Expr,
+        /// The neighbours that hold the new part and that it holds.
+        between: Option<(Expr, Expr)>,
+        /// What later effects of the rule call it.
+        product: Option<Name>,
+    },
     /// `revert STEP`
     Revert(Expr),
     /// `weight EXPR`
     Weight(Expr),
+}
+
+/// One thing that a rule matches.
+#[derive(Clone, Debug)]
+pub struct Link {
+    /// Its name.
+    pub name: Name,
+    /// Its kind; any part if nothing is said.
+    pub kind: Option<Name>,
+    /// Whose port it is.
+    pub owner: Option<Name>,
+    /// The name of its free port, if one is asked for.
+    pub port: Option<Name>,
 }
 
 /// The clauses of an actuation.
@@ -214,6 +352,8 @@ pub struct Variable {
     pub ty: Name,
     /// The values that it may take.
     pub domain: Option<Expr>,
+    /// Actuators for which this has the same value share one.
+    pub per: Option<Expr>,
     /// Probability and kernel of its mutation.
     pub mutate: Option<(Expr, Expr)>,
     /// Probability of flipping, for a Bool.
@@ -276,6 +416,10 @@ pub enum ExprKind {
     Binary(Box<Expr>, Operator, Box<Expr>),
     /// `if a then b else c`
     If(Box<Expr>, Box<Expr>, Box<Expr>),
+    /// `match x { a -> b, else -> c }`
+    Cases(Box<Expr>, Vec<(Expr, Expr)>, Option<Box<Expr>>),
+    /// A domain that a variant made narrower: the new one within the old one.
+    Narrowed(Box<Expr>, Box<Expr>),
     /// `forall`, `exists`, `sum over ...`
     Aggregate {
         /// What is done with the items.

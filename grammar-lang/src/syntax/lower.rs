@@ -3,8 +3,9 @@
 use pest::iterators::Pair;
 
 use super::ast::{
-    ActuationClause, Argument, Binder, Block, Expr, ExprKind, Field, Gather, Item, ItemKind, Name, Operator,
-    Param, Place, RuleClause, RuleClauseKind, Variable,
+    ActuationClause, Application, Argument, Binder, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field,
+    Gather, Item, ItemKind, Link, Name, Operator, Param, Place, Port, RuleClause, RuleClauseKind, Typed, Variable,
+    Variant,
 };
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -100,6 +101,26 @@ fn silent(rule: Rule) -> bool {
             | R::kw_if
             | R::kw_then
             | R::kw_else
+            | R::kw_add
+            | R::kw_enum
+            | R::kw_record
+            | R::kw_prefer
+            | R::kw_task
+            | R::kw_example
+            | R::kw_variant
+            | R::kw_narrow
+            | R::kw_drop
+            | R::kw_replace
+            | R::kw_remove
+            | R::kw_step
+            | R::kw_refuse
+            | R::kw_expect
+            | R::kw_from
+            | R::kw_about
+            | R::kw_facing
+            | R::kw_per
+            | R::kw_as
+            | R::arrow
             | R::EOI
     )
 }
@@ -146,14 +167,14 @@ impl<'a> Lowering<'a> {
         lines.join("\n")
     }
 
-    pub(super) fn item(&mut self, node: Node<'_>) -> Option<Item> {
+    pub(super) fn item(&mut self, node: Node<'a>) -> Option<Item> {
         let span = self.span(&node);
         let doc = self.doc(node.as_span().start());
         let kind = self.item_kind(children(node).next()?)?;
         Some(Item { kind, span, doc, damaged: false })
     }
 
-    fn item_kind(&mut self, node: Node<'_>) -> Option<ItemKind> {
+    fn item_kind(&mut self, node: Node<'a>) -> Option<ItemKind> {
         let rule = node.as_rule();
         if rule == Rule::objective_item {
             let mut inner = children(node);
@@ -180,12 +201,21 @@ impl<'a> Lowering<'a> {
                 if children(node.clone()).any(|p| p.as_rule() == Rule::brace_open) {
                     ItemKind::Search(self.block(node)?)
                 } else {
-                    ItemKind::UseSearch(self.name(&inner.next()?))
+                    let name = self.name(&inner.next()?);
+                    let from = inner.next().and_then(|from| parts(from).next());
+                    ItemKind::UseSearch(name, from.map(|n| self.name(&n)))
                 }
             }
             Rule::symmetry_item => {
                 let what = self.name(&inner.next()?);
-                ItemKind::Symmetry(what, inner.next().map(|n| self.name(&n)))
+                match inner.next() {
+                    Some(radial) if radial.as_rule() == Rule::radial_part => {
+                        let mut inner = parts(radial);
+                        let count = self.expr(inner.next()?)?;
+                        ItemKind::Symmetry(what, Some(count), inner.next().map(|n| self.name(&n)))
+                    }
+                    plane => ItemKind::Symmetry(what, None, plane.map(|n| self.name(&n))),
+                }
             }
             Rule::begin_item => ItemKind::Begin(inner.filter_map(|n| self.place(n)).collect()),
             Rule::rule_item => {
@@ -219,9 +249,152 @@ impl<'a> Lowering<'a> {
                 self.name(&inner.next()?),
                 self.expr(inner.next()?)?,
             ),
-            Rule::let_item => ItemKind::Let(self.name(&inner.next()?), self.expr(inner.next()?)?),
+            Rule::let_item => {
+                let name = self.name(&inner.next()?);
+                let mut value = inner.next()?;
+                let mut parameters = None;
+                if value.as_rule() == Rule::parameters {
+                    parameters = Some(parts(value).filter_map(|n| self.typed(n)).collect());
+                    value = inner.next()?;
+                }
+                ItemKind::Let(name, parameters, self.expr(value)?)
+            }
+            Rule::enum_item => {
+                let name = self.name(&inner.next()?);
+                ItemKind::Enum(name, parts(inner.next()?).map(|n| self.name(&n)).collect())
+            }
+            Rule::record_item => {
+                let name = self.name(&inner.next()?);
+                ItemKind::Record(name, inner.filter_map(|n| self.typed(n)).collect())
+            }
+            Rule::prefer_item => {
+                let mut name = None;
+                let mut because = None;
+                let mut values = Vec::new();
+                for part in inner {
+                    match part.as_rule() {
+                        Rule::name => name = Some(self.name(&part)),
+                        Rule::text => because = Some(unquote(&part)),
+                        _ => values.push(self.expr(part)?),
+                    }
+                }
+                let mut values = values.into_iter();
+                ItemKind::Prefer { name, condition: values.next()?, weight: values.next()?, because }
+            }
+            Rule::task_item => {
+                let name = self.name(&inner.next()?);
+                ItemKind::Task(name, inner.filter_map(|n| self.item(n)).collect())
+            }
+            Rule::example_item => {
+                let name = self.name(&inner.next()?);
+                ItemKind::Example(name, inner.filter_map(|n| self.example_clause(n)).collect())
+            }
+            Rule::variant_item => {
+                let name = self.name(&inner.next()?);
+                let base = inner.next()?;
+                let from_file = base.as_rule() == Rule::text;
+                let base = if from_file {
+                    Name { text: unquote(&base), span: self.span(&base) }
+                } else {
+                    self.name(&base)
+                };
+                let edits = inner.filter_map(|n| self.edit(n)).collect();
+                ItemKind::Variant(Variant { name, base, from_file, edits })
+            }
             _ => return None,
         })
+    }
+
+    fn typed(&mut self, node: Node<'_>) -> Option<Typed> {
+        let mut inner = parts(node);
+        Some(Typed { name: self.name(&inner.next()?), ty: self.name(&inner.next()?) })
+    }
+
+    pub(super) fn example_clause(&mut self, node: Node<'_>) -> Option<ExampleClause> {
+        let node = children(node).next()?;
+        let rule = node.as_rule();
+        let mut inner = parts(node.clone());
+        if rule == Rule::expect_clause {
+            return Some(ExampleClause::Expect(self.expr(inner.next()?)?));
+        }
+        let first = self.name(&inner.next()?);
+        let applied = if rule == Rule::step_clause { self.name(&inner.next()?) } else { first.clone() };
+        let call = inner.next()?;
+        let span = applied.span.join(self.span(&call));
+        let arguments = parts(call).filter_map(|a| self.argument(a)).collect();
+        let application = Application { rule: applied, arguments, span };
+        Some(if rule == Rule::step_clause {
+            ExampleClause::Step(first, application)
+        } else {
+            // `by` is no child that `parts` hides: the reason is the last name.
+            let reason = inner.find(|n| n.as_rule() == Rule::name);
+            ExampleClause::Refuse(application, reason.map(|n| self.name(&n)))
+        })
+    }
+
+    fn path(&mut self, node: Node<'_>) -> Vec<Name> {
+        parts(node).map(|n| self.name(&n)).collect()
+    }
+
+    pub(super) fn edit(&mut self, node: Node<'a>) -> Option<Edit> {
+        let span = self.span(&node);
+        let node = children(node).next()?;
+        let rule = node.as_rule();
+        let mut inner = parts(node);
+        let first = inner.next()?;
+        let kind = match rule {
+            Rule::set_edit => EditKind::Set(self.path(first), self.expr(inner.next()?)?),
+            Rule::narrow_edit => EditKind::Narrow(self.path(first), self.expr(inner.next()?)?),
+            Rule::drop_edit => EditKind::Drop(self.path(first)),
+            Rule::replace_edit => EditKind::Replace(Box::new(self.item(first)?)),
+            _ => EditKind::Add(Box::new(self.item(first)?)),
+        };
+        Some(Edit { kind, span })
+    }
+
+    fn port(&mut self, node: Node<'_>) -> Option<Port> {
+        let mut inner = parts(node);
+        let name = self.name(&inner.next()?);
+        let mut next = inner.next()?;
+        let mut index = None;
+        if next.as_rule() == Rule::port_index {
+            let mut inside = parts(next);
+            index = Some((self.name(&inside.next()?), self.expr(inside.next()?)?));
+            next = inner.next()?;
+        }
+        Some(Port { name, index, at: self.expr(next)?, facing: self.expr(inner.next()?)? })
+    }
+
+    /// Sorts the trailing parts of `attach` and `place`.
+    fn attachment(&mut self, nodes: impl Iterator<Item = Node<'a>>) -> Attachment {
+        let mut out = Attachment::default();
+        for node in nodes {
+            let rule = node.as_rule();
+            let Some(inner) = parts(node).next() else { continue };
+            match rule {
+                Rule::to_part => out.to = self.expr(inner),
+                Rule::turned_part => out.turned = self.expr(inner),
+                Rule::by_part => out.by = Some(self.name(&inner)),
+                _ => out.product = Some(self.name(&inner)),
+            }
+        }
+        out
+    }
+
+    fn link(&mut self, node: Node<'_>) -> Option<Link> {
+        let mut link: Option<Link> = None;
+        for part in parts(node) {
+            let rule = part.as_rule();
+            match (&mut link, rule) {
+                (None, _) => {
+                    link = Some(Link { name: self.name(&part), kind: None, owner: None, port: None });
+                }
+                (Some(link), Rule::owner) => link.owner = parts(part).next().map(|n| self.name(&n)),
+                (Some(link), Rule::free_port) => link.port = parts(part).next().map(|n| self.name(&n)),
+                (Some(link), _) => link.kind = Some(self.name(&part)),
+            }
+        }
+        link
     }
 
     fn param(&mut self, node: Node<'_>) -> Option<Param> {
@@ -252,6 +425,7 @@ impl<'a> Lowering<'a> {
         let node = children(node).next()?;
         Some(match node.as_rule() {
             Rule::param_item => Field::Param(self.param(node)?),
+            Rule::port_clause => Field::Port(Box::new(self.port(node)?)),
             Rule::group => Field::Group(self.block(node)?),
             _ => {
                 let mut inner = parts(node);
@@ -260,43 +434,64 @@ impl<'a> Lowering<'a> {
         })
     }
 
-    pub(super) fn place(&mut self, node: Node<'_>) -> Option<Place> {
+    pub(super) fn place(&mut self, node: Node<'a>) -> Option<Place> {
         let mut inner = parts(node);
-        Some(Place { name: self.name(&inner.next()?), kind: self.name(&inner.next()?) })
+        let (name, what) = (self.name(&inner.next()?), self.expr(inner.next()?)?);
+        let Attachment { to, turned, by, .. } = self.attachment(inner);
+        Some(Place { name, what, to, turned, by })
     }
 
-    pub(super) fn rule_clause(&mut self, node: Node<'_>) -> Option<RuleClause> {
+    pub(super) fn rule_clause(&mut self, node: Node<'a>) -> Option<RuleClause> {
         let span = self.span(&node);
         let node = children(node).next()?;
         let rule = node.as_rule();
         let mut inner = parts(node.clone());
         let kind = match rule {
             Rule::match_clause => {
-                let mut words = Vec::new();
-                let (mut port, mut condition) = (None, None);
+                let (mut links, mut condition) = (Vec::new(), None);
                 for part in inner {
                     match part.as_rule() {
                         Rule::kw_nothing => {
                             return Some(RuleClause { kind: RuleClauseKind::MatchNothing, span });
                         }
-                        Rule::free_port => port = parts(part).next().map(|n| self.name(&n)),
                         Rule::where_part => condition = parts(part).next().and_then(|e| self.expr(e)),
-                        _ => words.push(self.name(&part)),
+                        Rule::link => links.extend(self.link(part)),
+                        _ => {}
                     }
                 }
-                let mut words = words.into_iter();
-                RuleClauseKind::Match { name: words.next()?, kind: words.next()?, port, condition }
+                RuleClauseKind::Match { links, condition }
             }
-            Rule::choose_clause => {
-                RuleClauseKind::Choose(self.name(&inner.next()?), self.expr(inner.next()?)?)
-            }
+            Rule::choose_clause => RuleClauseKind::Choose(
+                self.name(&inner.next()?),
+                self.expr(inner.next()?)?,
+                inner.find(|n| n.as_rule() == Rule::expr).and_then(|e| self.expr(e)),
+            ),
+            Rule::let_item => match self.item_kind(node)? {
+                ItemKind::Let(name, None, value) => RuleClauseKind::Let(name, value),
+                _ => return self.no_function_here(span),
+            },
             Rule::when_clause => RuleClauseKind::Guard(true, self.expr(inner.next()?)?),
             Rule::unless_clause => RuleClauseKind::Guard(false, self.expr(inner.next()?)?),
-            Rule::attach_clause => RuleClauseKind::Attach {
-                what: self.expr(inner.next()?)?,
-                port: self.expr(inner.next()?)?,
-                turned: inner.next().and_then(|e| self.expr(e)),
-            },
+            Rule::attach_clause => {
+                let what = self.expr(inner.next()?)?;
+                let Attachment { to, turned, by, product } = self.attachment(inner);
+                RuleClauseKind::Attach { what, port: to?, turned, by, product }
+            }
+            Rule::remove_clause => RuleClauseKind::Remove(self.expr(inner.next()?)?),
+            Rule::replace_clause => {
+                let (part, with) = (self.expr(inner.next()?)?, self.expr(inner.next()?)?);
+                let (mut between, mut product) = (None, None);
+                for node in inner {
+                    let rule = node.as_rule();
+                    let mut inside = parts(node);
+                    if rule == Rule::between_part {
+                        between = Some((self.expr(inside.next()?)?, self.expr(inside.next()?)?));
+                    } else if rule == Rule::as_part {
+                        product = inside.next().map(|n| self.name(&n));
+                    }
+                }
+                RuleClauseKind::Replace { part, with, between, product }
+            }
             Rule::set_clause => RuleClauseKind::Set(self.expr(inner.next()?)?, self.expr(inner.next()?)?),
             Rule::revert_clause => RuleClauseKind::Revert(self.expr(inner.next()?)?),
             _ => RuleClauseKind::Weight(self.expr(inner.next()?)?),
@@ -304,26 +499,45 @@ impl<'a> Lowering<'a> {
         Some(RuleClause { kind, span })
     }
 
-    pub(super) fn actuation_clause(&mut self, node: Node<'_>) -> Option<ActuationClause> {
+    pub(super) fn actuation_clause(&mut self, node: Node<'a>) -> Option<ActuationClause> {
         let node = children(node).next()?;
         let rule = node.as_rule();
-        let mut inner = parts(node);
+        let mut inner = parts(node.clone());
         Some(match rule {
             Rule::shared_clause | Rule::vary_clause => ActuationClause::Variable(Box::new(
                 self.variable(rule == Rule::shared_clause, inner.next()?)?,
             )),
-            Rule::let_item => ActuationClause::Let(self.name(&inner.next()?), self.expr(inner.next()?)?),
+            Rule::let_item => match self.item_kind(node)? {
+                ItemKind::Let(name, None, value) => ActuationClause::Let(name, value),
+                ItemKind::Let(name, ..) => {
+                    self.no_function_here::<()>(name.span);
+                    return None;
+                }
+                _ => return None,
+            },
             _ => ActuationClause::Drive(self.name(&inner.next()?), self.expr(inner.next()?)?),
         })
     }
 
+    /// Reports a function where only a value can be named.
+    fn no_function_here<T>(&mut self, span: Span) -> Option<T> {
+        self.errors.push(
+            Diagnostic::new(Code::SYNTAX, span, "a function cannot be declared inside a block")
+                .label("only a value can be named here")
+                .help("declare it outside, at the start of a line"),
+        );
+        None
+    }
+
     fn variable(&mut self, shared: bool, node: Node<'_>) -> Option<Variable> {
         let mut words = Vec::new();
-        let (mut size, mut domain, mut mutate, mut flip, mut bound) = (None, None, None, None, None);
+        let (mut size, mut domain, mut per) = (None, None, None);
+        let (mut mutate, mut flip, mut bound) = (None, None, None);
         for part in parts(node) {
             match part.as_rule() {
                 Rule::array_size => size = parts(part).next().and_then(|e| self.expr(e)),
                 Rule::expr => domain = self.expr(part),
+                Rule::per_part => per = parts(part).next().and_then(|e| self.expr(e)),
                 Rule::mutate_part => {
                     let mut inner = parts(part);
                     mutate = Some((self.expr(inner.next()?)?, self.expr(inner.next()?)?));
@@ -335,7 +549,7 @@ impl<'a> Lowering<'a> {
         }
         let mut words = words.into_iter();
         let (name, ty) = (words.next()?, words.next()?);
-        Some(Variable { shared, name, size, ty, domain, mutate, flip, bound })
+        Some(Variable { shared, name, size, ty, domain, per, mutate, flip, bound })
     }
 
     fn too_deep(&mut self, span: Span) {
@@ -445,6 +659,22 @@ impl<'a> Lowering<'a> {
                 at(ExprKind::If(next()?, next()?, next()?))
             }
             Rule::quantifier | Rule::aggregate => self.aggregate(node, span),
+            Rule::cases => {
+                let mut inner = parts(node).filter(|n| n.as_rule() != Rule::kw_match);
+                let value = self.expr(inner.next()?)?;
+                let (mut arms, mut otherwise) = (Vec::new(), None);
+                for arm in inner {
+                    let is_else = children(arm.clone()).any(|n| n.as_rule() == Rule::kw_else);
+                    let mut inside = parts(arm);
+                    let first = self.expr(inside.next()?)?;
+                    if is_else {
+                        otherwise = Some(Box::new(first));
+                    } else {
+                        arms.push((first, self.expr(inside.next()?)?));
+                    }
+                }
+                at(ExprKind::Cases(Box::new(value), arms, otherwise))
+            }
             Rule::quantity => {
                 let mut inner = parts(node);
                 let number = inner.next()?;
@@ -552,6 +782,15 @@ impl<'a> Lowering<'a> {
     }
 }
 
+/// The trailing parts of `attach` and `place`.
+#[derive(Default)]
+struct Attachment {
+    to: Option<Expr>,
+    turned: Option<Expr>,
+    by: Option<Name>,
+    product: Option<Name>,
+}
+
 /// How deep an expression is, found without recursion.
 fn depth(expr: &Expr) -> usize {
     let mut deepest = 0;
@@ -571,6 +810,12 @@ fn depth(expr: &Expr) -> usize {
                 push(b);
             }
             ExprKind::If(a, b, c) => [a, b, c].into_iter().for_each(|e| push(e)),
+            ExprKind::Narrowed(a, b) => [a, b].into_iter().for_each(|e| push(e)),
+            ExprKind::Cases(value, arms, otherwise) => {
+                push(value);
+                arms.iter().flat_map(|(a, b)| [a, b]).for_each(&mut push);
+                otherwise.iter().for_each(|e| push(e));
+            }
             ExprKind::Call(f, arguments) => {
                 push(f);
                 arguments.iter().for_each(|a| push(&a.value));

@@ -35,4 +35,10 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "minimize",
     "search",
     "let",
+    "enum",
+    "record",
+    "prefer",
+    "task",
+    "example",
+    "variant",
 ];

@@ -2,17 +2,23 @@
 
 use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
+use pest::iterators::Pair;
 
 use super::ITEM_WORDS;
-use super::ast::{ActuationClause, Block, Field, Item, ItemKind, Module, Place, RuleClause};
+use super::ast::{Block, Item, ItemKind, Module};
 use super::lower::Lowering;
 use super::parse::{Rule, SgrParser};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest};
 use crate::source::{FileId, Span};
 
-const RULE_CLAUSES: &[&str] = &["match", "choose", "when", "unless", "attach", "set", "revert", "weight"];
+const RULE_CLAUSES: &[&str] = &[
+    "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "weight",
+];
+const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize"];
+const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect"];
+const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add"];
 const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive"];
-const LATER: &[&str] = &["variant", "example", "prefer", "task", "target", "cell", "lattice"];
+const LATER: &[&str] = &["target", "cell", "lattice"];
 
 /// Reports a run of junk, declaration by declaration.
 pub(super) fn junk(
@@ -30,7 +36,8 @@ pub(super) fn junk(
     let mut at = 0;
     for line in piece.split_inclusive('\n') {
         let word = word_at(line);
-        let clause = RULE_CLAUSES.contains(&word) || ACTUATION_CLAUSES.contains(&word);
+        let clause = [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, EDITS].iter().any(|c| c.contains(&word))
+            && !ITEM_WORDS.contains(&word);
         if at > 0 && depth == 0 && !word.is_empty() && !clause {
             starts.push(at);
         }
@@ -129,6 +136,9 @@ fn by_clause(
         "rule" => (RULE_CLAUSES, Rule::only_rule),
         "actuation" => (ACTUATION_CLAUSES, Rule::only_actuation),
         "begin" => (&["place"], Rule::only_begin),
+        "task" => (TASK_CLAUSES, Rule::only_task),
+        "example" => (EXAMPLE_CLAUSES, Rule::only_example),
+        "variant" => (EDITS, Rule::only_edit),
         "part" | "actuator" | "model" | "search" => (&[], Rule::only_field),
         _ => return None,
     };
@@ -156,10 +166,6 @@ fn by_clause(
             .help("add a `}` on a line of its own"),
         );
     }
-    let mut rule_clauses = Vec::new();
-    let mut actuation_clauses = Vec::new();
-    let mut places = Vec::new();
-    let mut fields = Vec::new();
     for (from, to) in clauses(piece, open + 1, body_end, words) {
         let clause = piece.get(from..to).unwrap_or("");
         match SgrParser::parse(entry, clause) {
@@ -170,12 +176,7 @@ fn by_clause(
                     continue;
                 };
                 let mut lowering = Lowering::new(clause, file, start + from);
-                match entry {
-                    Rule::only_rule => rule_clauses.extend(lowering.rule_clause(inner)),
-                    Rule::only_actuation => actuation_clauses.extend(lowering.actuation_clause(inner)),
-                    Rule::only_begin => places.extend(lowering.place(inner)),
-                    _ => fields.extend(lowering.field(inner)),
-                }
+                fill(&mut item, &mut lowering, inner);
                 errors.extend(lowering.finish());
             }
             // It only lacks the brace that has been reported.
@@ -205,25 +206,22 @@ fn by_clause(
         // Each piece reads well, yet the whole does not: let the parser say why.
         errors.push(explain(text, start, end, Rule::only_item, file));
     }
-    fill(&mut item, rule_clauses, actuation_clauses, places, fields);
     Some(item)
 }
 
-fn fill(
-    item: &mut Item,
-    rules: Vec<RuleClause>,
-    actuations: Vec<ActuationClause>,
-    begin: Vec<Place>,
-    values: Vec<Field>,
-) {
+/// Adds a clause that could be read to its declaration.
+fn fill<'a>(item: &mut Item, lowering: &mut Lowering<'a>, clause: Pair<'a, Rule>) {
     match &mut item.kind {
-        ItemKind::Rule(_, clauses) => *clauses = rules,
-        ItemKind::Actuation { clauses, .. } => *clauses = actuations,
-        ItemKind::Begin(places) => *places = begin,
+        ItemKind::Rule(_, clauses) => clauses.extend(lowering.rule_clause(clause)),
+        ItemKind::Actuation { clauses, .. } => clauses.extend(lowering.actuation_clause(clause)),
+        ItemKind::Begin(places) => places.extend(lowering.place(clause)),
+        ItemKind::Task(_, items) => items.extend(lowering.item(clause)),
+        ItemKind::Example(_, clauses) => clauses.extend(lowering.example_clause(clause)),
+        ItemKind::Variant(variant) => variant.edits.extend(lowering.edit(clause)),
         ItemKind::Part(Block { fields, .. })
         | ItemKind::Actuator(Block { fields, .. })
         | ItemKind::Model(Block { fields, .. })
-        | ItemKind::Search(Block { fields, .. }) => *fields = values,
+        | ItemKind::Search(Block { fields, .. }) => fields.extend(lowering.field(clause)),
         _ => {}
     }
 }
@@ -290,7 +288,7 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     }
     // Where a declaration may end, what else could go on is beside the point.
     if expected.contains(&"the end of the declaration") {
-        expected.retain(|e| !["`[`", "`(`", "`in`", "`..`"].contains(e));
+        expected.retain(|e| !["`[`", "`(`", "`in`", "`..`", "a value"].contains(e));
     }
     let wanted = match expected.as_slice() {
         [] => "something else".to_owned(),
@@ -341,6 +339,8 @@ fn describe(rule: Rule) -> Option<&'static str> {
         | Rule::set
         | Rule::list
         | Rule::condition
+        | Rule::cases
+        | Rule::kw_match
         | Rule::minus
         | Rule::aggregate
         | Rule::aggregate_word
@@ -380,14 +380,24 @@ fn describe(rule: Rule) -> Option<&'static str> {
         Rule::kw_in => "`in`",
         Rule::kw_for => "`for`",
         Rule::kw_with => "`with`",
-        Rule::kw_to => "`to`",
+        Rule::kw_to | Rule::to_part => "`to`",
         Rule::kw_by => "`by`",
         Rule::kw_of => "`of`",
         Rule::kw_over => "`over`",
         Rule::kw_because => "`because`",
         Rule::kw_then => "`then`",
         Rule::kw_else => "`else`",
-        Rule::kw_turned => "`turned`",
+        Rule::kw_turned | Rule::turned_part => "`turned`",
+        Rule::kw_from => "`from`",
+        Rule::kw_facing => "`facing`",
+        Rule::kw_weight => "`weight`",
+        Rule::arrow => "`->`",
+        Rule::path => "what is changed, such as `bender.bend`",
+        Rule::link => "a name",
+        Rule::item => "a declaration",
+        Rule::edit => "`set`, `narrow`, `drop`, `replace` or `add`",
+        Rule::task_clause => "`actuate`, `simulate`, `maximize` or `minimize`",
+        Rule::example_clause => "`step`, `refuse` or `expect`",
         Rule::kw_where | Rule::where_part => "`where`",
         Rule::kw_port => "`port`",
         Rule::kw_free => "`free`",

@@ -4,10 +4,19 @@ use super::expr::Context;
 use super::{Checker, signature};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{Expr, ExprKind, Function, Ty};
+use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::ItemKind;
 use crate::units::Dimension;
+
+/// A function that the grammar declares.
+struct Declared<'t> {
+    declaration: Declaration,
+    name: &'t ast::Name,
+    parameters: &'t [ast::Typed],
+    body: &'t ast::Expr,
+}
 
 impl Checker<'_> {
     pub(super) fn call(
@@ -22,16 +31,29 @@ impl Checker<'_> {
             let local = cx.locals.iter().any(|l| l.name == *name);
             if !local {
                 let program = self.program;
-                if let Some((declaration, item)) = program.lookup(cx.module, name) {
-                    if matches!(item.kind, ItemKind::Part(_) | ItemKind::Actuator(_)) {
-                        self.touched.insert(declaration);
-                        return self.kind_with(name, item, arguments, span, cx);
+                if let Some((declaration, item)) = program.lookup(callee.span, name) {
+                    match &item.kind {
+                        ItemKind::Part(_) | ItemKind::Actuator(_) => {
+                            self.touched.insert(declaration);
+                            return self.kind_with(name, item, arguments, span, cx);
+                        }
+                        ItemKind::Let(name, Some(parameters), body) => {
+                            self.touched.insert(declaration);
+                            let function = Declared { declaration, name, parameters, body };
+                            return self.own_function(&function, arguments, span, cx);
+                        }
+                        ItemKind::Record(name, _) => return self.record(name, callee.span, arguments, span, cx),
+                        _ => {}
                     }
                 } else if let Some(function) = Function::named(name) {
                     return self.function(function, arguments, span, cx);
-                } else if !cx.damaged && !self.program.is_lost(cx.module, name) {
+                } else if !cx.damaged && !self.is_lost(callee.span, name) {
+                    let own = program
+                        .scope_at(callee.span)
+                        .filter(|(_, i)| matches!(i.kind, ItemKind::Let(_, Some(_), _) | ItemKind::Actuator(_)))
+                        .map(|(n, _)| n);
                     let help =
-                        did_you_mean(name, Function::ALL.iter().map(|f| f.text())).unwrap_or_else(|| {
+                        did_you_mean(name, Function::ALL.iter().map(|f| f.text()).chain(own)).unwrap_or_else(|| {
                             format!(
                                 "functions are: {}",
                                 Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")
@@ -136,10 +158,134 @@ impl Checker<'_> {
                 continue;
             }
             let value = self.expect(&argument.value, cx, &ty.clone(), &format!("`{}`", key.text));
-            self.check_instance_domain(item, &key.text, &value, cx);
+            self.check_instance_domain(item, &key.text, &value);
             given.push((key.text.clone(), value));
         }
         Expr { kind: ExprKind::Kind(name.to_owned(), given), ty: Ty::Kind, span }
+    }
+
+    /// `limit(3 cm)`: a function that the grammar declares. Its body is checked
+    /// where it is called, because what it may read depends on the stage there.
+    fn own_function(
+        &mut self,
+        function: &Declared<'_>,
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
+        let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
+        let usage = || {
+            let words: Vec<&str> = function.parameters.iter().map(|p| p.name.text.as_str()).collect();
+            format!("{}({})", function.name.text, words.join(", "))
+        };
+        if arguments.len() != function.parameters.len() || arguments.iter().any(|a| a.name.is_some()) {
+            let message = format!("`{}` is called as `{}`", function.name.text, usage());
+            self.report(
+                Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)
+                    .label(format!("{} argument(s)", arguments.len()))
+                    .also(function.name.span, "declared here"),
+            );
+            return unknown;
+        }
+        if self.open_functions.contains(&function.declaration) {
+            self.circle(span);
+            return unknown;
+        }
+        if self.open_functions.len() >= super::DEEPEST {
+            self.too_large(span);
+            return unknown;
+        }
+        // The body sees its parameters and the names of its own text, not the locals of the caller.
+        let mut inner = Context::new(cx.stage, cx.damaged);
+        let hidden = |l: &super::expr::Local| super::expr::Local { name: String::new(), ..l.clone() };
+        inner.locals = cx.locals.iter().map(hidden).collect();
+        let mut bound = Vec::new();
+        for (parameter, argument) in function.parameters.iter().zip(arguments) {
+            let ty = self.type_named(&parameter.ty);
+            let what = format!("`{}` of `{}`", parameter.name.text, function.name.text);
+            let mut outside = cx.clone();
+            // Earlier arguments take slots of their own.
+            outside.locals.extend(inner.locals.iter().skip(cx.locals.len()).map(hidden));
+            let value = self.expect(&argument.value, &mut outside, &ty, &what);
+            bound.push((inner.locals.len(), value));
+            self.bind(&parameter.name, ty, &mut inner);
+        }
+        self.open_functions.push(function.declaration);
+        let body = self.infer(function.body, &mut inner);
+        self.open_functions.pop();
+        if super::nodes(&body) > super::LARGEST {
+            self.too_large(span);
+            return unknown;
+        }
+        let ty = body.ty.clone();
+        let whole = bound.into_iter().rev().fold(body, |body, (slot, value)| Expr {
+            ty: ty.clone(),
+            span,
+            kind: ExprKind::Bind { slot, value: Box::new(value), body: Box::new(body) },
+        });
+        Expr { span, ..whole }
+    }
+
+    fn too_large(&mut self, span: Span) {
+        self.report(
+            Diagnostic::new(Code::TOO_DEEP, span, "this is too large when all functions in it are written out")
+                .label("too many functions within functions"),
+        );
+    }
+
+    /// `grip(force = 2 N, width = 3 mm)`: a record with a value for each field.
+    fn record(
+        &mut self,
+        name: &ast::Name,
+        place: Span,
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
+        let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
+        let ty = self.type_named(&ast::Name { text: name.text.clone(), span: place });
+        let Ty::Record(_, fields) = &ty else { return unknown };
+        let mut values: Vec<Option<Expr>> = vec![None; fields.len()];
+        for argument in arguments {
+            let key = argument.name.as_ref();
+            let index = key.and_then(|k| fields.iter().position(|(n, _)| *n == k.text));
+            let (Some(key), Some(index)) = (key, index) else {
+                let place = key.map_or(argument.value.span, |k| k.span);
+                let names: Vec<&str> = fields.iter().map(|(n, _)| n.as_str()).collect();
+                let help = key.and_then(|k| did_you_mean(&k.text, names.iter().copied()));
+                let what = key.map_or("a field without a name".to_owned(), |k| format!("`{}`", k.text));
+                self.report(
+                    Diagnostic::new(Code::UNKNOWN_FIELD, place, format!("`{}` has no {what}", name.text))
+                        .label("not a field")
+                        .help(help.unwrap_or_else(|| format!("it has: {}", names.join(", ")))),
+                );
+                continue;
+            };
+            let Some((_, wanted)) = fields.get(index) else { continue };
+            let value = self.expect(&argument.value, cx, wanted, &format!("`{}`", key.text));
+            let Some(slot) = values.get_mut(index) else { continue };
+            if slot.replace(value).is_some() {
+                self.report(
+                    Diagnostic::new(Code::DUPLICATE, key.span, format!("`{}` is given twice", key.text))
+                        .label("again"),
+                );
+            }
+        }
+        let mut complete = Vec::new();
+        for (value, (field, _)) in values.into_iter().zip(fields) {
+            match value {
+                Some(value) => complete.push(value),
+                None => {
+                    self.report(
+                        Diagnostic::new(Code::MISSING_FIELD, span, format!("`{}` lacks `{field}`", name.text))
+                            .label("incomplete")
+                            .help(format!("add `{field} = ...`")),
+                    );
+                    return unknown;
+                }
+            }
+        }
+        Expr { kind: ExprKind::List(complete), ty, span }
     }
 
     fn function(
@@ -182,11 +328,13 @@ impl Checker<'_> {
             F::Floor | F::Ceil | F::Round | F::Fraction | F::Exp | F::Ln => vec![Ty::NUMBER],
             F::Sin | F::Cos | F::Tan => vec![Ty::Quantity(Dimension::ANGLE)],
             F::Angle => vec![Ty::Rotation, Ty::Rotation],
+            F::Heading => vec![Ty::Rotation],
+            F::Wrap => vec![Ty::Quantity(Dimension::ANGLE)],
             F::Box => vec![Ty::Quantity(Dimension::LENGTH); 3],
             F::Sphere => vec![Ty::Quantity(Dimension::LENGTH)],
-            F::Cylinder => vec![Ty::Quantity(Dimension::LENGTH); 2],
+            F::Cylinder | F::Disk => vec![Ty::Quantity(Dimension::LENGTH); 2],
             F::Gain => vec![Ty::Count],
-            F::Neighbours => vec![Ty::Part],
+            F::Neighbours | F::Images => vec![Ty::Part],
             _ => Vec::new(),
         };
         for (i, argument) in arguments.iter().enumerate() {
@@ -195,7 +343,7 @@ impl Checker<'_> {
                 None => self.infer(&argument.value, cx),
             });
         }
-        if matches!(function, F::Min | F::Max | F::Clamp | F::Normal | F::Uniform) {
+        if matches!(function, F::Min | F::Max | F::Clamp | F::Normal | F::Uniform | F::Vector) {
             // A literal 0 takes the dimension of its companions.
             let model =
                 checked.iter().map(|e| e.ty.clone()).find(|t| matches!(t, Ty::Quantity(d) if !d.is_number()));
@@ -237,7 +385,12 @@ impl Checker<'_> {
                 Ty::Vector(d) => Some(Ty::Quantity(*d)),
                 _ => None,
             },
-            F::Angle => Some(Ty::Quantity(Dimension::ANGLE)),
+            F::Angle | F::Heading | F::Wrap => Some(Ty::Quantity(Dimension::ANGLE)),
+            F::Bearing => match &first {
+                Ty::Vector(_) => Some(Ty::Quantity(Dimension::ANGLE)),
+                _ => None,
+            },
+            F::Vector => first.dimension().map(Ty::Vector),
             F::Each => match (&first, tys.get(1)) {
                 (Ty::List(_), Some(Ty::Count)) => Some(first.clone()),
                 _ => None,
@@ -251,9 +404,9 @@ impl Checker<'_> {
                 Ty::List(item) => item.dimension().map(Ty::Curve),
                 _ => None,
             },
-            F::Box | F::Sphere | F::Cylinder => Some(Ty::Shape),
+            F::Box | F::Sphere | F::Cylinder | F::Disk => Some(Ty::Shape),
             F::Normal | F::Uniform => first.dimension().map(Ty::Distribution),
-            F::Neighbours => Some(Ty::List(Box::new(Ty::Part))),
+            F::Neighbours | F::Images => Some(Ty::List(Box::new(Ty::Part))),
         };
         let Some(ty) = ty else {
             let have = tys.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");

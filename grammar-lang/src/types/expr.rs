@@ -2,6 +2,7 @@
 
 use super::{Checker, signature};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::eval::Value;
 use crate::ir::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Ty, Word};
 use crate::source::Span;
 use crate::syntax::ast;
@@ -20,8 +21,6 @@ pub(super) struct Local {
 /// Where an expression stands.
 #[derive(Clone, Debug)]
 pub(super) struct Context {
-    /// The module whose names it reads.
-    pub(super) module: usize,
     /// When it is evaluated.
     pub(super) stage: Stage,
     /// Names by slot.
@@ -31,12 +30,12 @@ pub(super) struct Context {
 }
 
 impl Context {
-    pub(super) fn new(module: usize, stage: Stage, damaged: bool) -> Self {
-        Self { module, stage, locals: Vec::new(), damaged }
+    pub(super) fn new(stage: Stage, damaged: bool) -> Self {
+        Self { stage, locals: Vec::new(), damaged }
     }
 }
 
-fn unknown(span: Span) -> Expr {
+pub(super) fn unknown(span: Span) -> Expr {
     Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span }
 }
 
@@ -95,7 +94,7 @@ impl Checker<'_> {
     }
 
     /// Makes two operands have one type; `None` if they cannot (reported).
-    fn unify(&mut self, mut a: Expr, mut b: Expr, what: &str) -> Option<(Expr, Expr, Ty)> {
+    pub(super) fn unify(&mut self, mut a: Expr, mut b: Expr, what: &str) -> Option<(Expr, Expr, Ty)> {
         if let (true, Ty::Quantity(d)) = (is_zero(&a), &b.ty) {
             a.ty = Ty::Quantity(*d);
         } else if let (true, Ty::Quantity(d)) = (is_zero(&b), &a.ty) {
@@ -204,9 +203,17 @@ impl Checker<'_> {
             ast::ExprKind::Bool(value) => make(ExprKind::Bool(*value), Ty::Bool),
             ast::ExprKind::Name(name) => self.name(name, span, cx),
             ast::ExprKind::Member(of, name) => self.member(of, name, span, cx),
+            ast::ExprKind::Cases(value, arms, otherwise) => {
+                self.cases(value, arms, otherwise.as_deref(), span, cx)
+            }
+            ast::ExprKind::Narrowed(new, old) => self.narrowed(new, old, cx),
             ast::ExprKind::Call(callee, arguments) => self.call(callee, arguments, span, cx),
             ast::ExprKind::Index(list, index) => {
                 let list = self.infer(list, cx);
+                if let ExprKind::Port(of, name, None) = list.kind {
+                    let index = self.expect(index, cx, &Ty::Count, "the number of a port");
+                    return make(ExprKind::Port(of, name, Some(Box::new(index))), Ty::Port);
+                }
                 let index = self.expect(index, cx, &Ty::Count, "an index");
                 match list.ty.clone() {
                     Ty::List(item) => make(ExprKind::Index(Box::new(list), Box::new(index)), *item),
@@ -299,7 +306,7 @@ impl Checker<'_> {
     /// A range whose ends are known must go upwards.
     fn check_order(&mut self, low: &Expr, high: &Expr, span: Span) {
         let known = |e: &Expr| {
-            !e.any(&mut |e| matches!(e.kind, ExprKind::Local(_) | ExprKind::Group(_) | ExprKind::Word(_)))
+            !e.any(&mut |e| matches!(e.kind, ExprKind::Local(_) | ExprKind::Group(_) | ExprKind::Word(_) | ExprKind::Bind { .. }))
         };
         if !known(low) || !known(high) || low.ty == Ty::Unknown || high.ty == Ty::Unknown {
             return;
@@ -356,12 +363,13 @@ impl Checker<'_> {
             let ty = cx.locals.get(slot).map_or(Ty::Unknown, |l| l.ty.clone());
             return make(ExprKind::Local(slot), ty);
         }
-        if let Some(word) = Word::named(name) {
+        let declared = self.program.lookup(span, name).is_some();
+        if let Some(word) = Word::named(name).filter(|w| !declared || cx.stage.sees_word(*w)) {
             if cx.stage.sees_word(word) {
                 return make(ExprKind::Word(word), signature::word(word));
             }
             let places: Vec<&str> = stages_of(word).unwrap_or(&[]).iter().map(|s| s.name()).collect();
-            return self.stage_error(span, name, cx.stage, &places.join(" or "));
+            return self.stage_error(span, name, cx.stage, &one_of(&places));
         }
         if let Some(group) = match name {
             "part" => Some(Group::Part),
@@ -374,14 +382,20 @@ impl Checker<'_> {
             }
             return make(ExprKind::Group(group), Ty::Group);
         }
-        if self.placed.iter().any(|p| p == name) {
+        if let Some((_, what)) = self.placed.iter().find(|(p, _)| p == name) {
+            let kind = match &what.kind {
+                ast::ExprKind::Call(callee, _) => &callee.kind,
+                kind => kind,
+            };
+            let active = matches!(kind, ast::ExprKind::Name(kind) if self.is_actuator(kind, what.span));
             if !cx.stage.sees_design() {
                 return self.stage_error(span, name, cx.stage, "rules and requirements");
             }
-            return make(ExprKind::Placed(name.to_owned()), Ty::Part);
+            let ty = if active { Ty::Actuator } else { Ty::Part };
+            return make(ExprKind::Placed(name.to_owned()), ty);
         }
         let program = self.program;
-        let Some((declaration, item)) = program.lookup(cx.module, name) else {
+        let Some((declaration, item)) = program.lookup(span, name) else {
             return self.unknown_name(name, span, cx);
         };
         self.touched.insert(declaration);
@@ -401,10 +415,32 @@ impl Checker<'_> {
                 let ty = self.type_named(ty);
                 return make(ExprKind::Term(name.to_owned()), ty);
             }
-            ItemKind::Let(_, value) => {
+            ItemKind::Let(_, None, value) => {
                 let value = self.inline(declaration, value);
                 return Expr { span, ..value };
             }
+            ItemKind::Let(_, Some(parameters), _) => {
+                let words: Vec<&str> = parameters.iter().map(|p| p.name.text.as_str()).collect();
+                let help = format!("call it: `{name}({})`", words.join(", "));
+                return self.wrong(span, format!("`{name}` is a function, not a value"), &help);
+            }
+            ItemKind::Enum(_, values) => {
+                let ty = Ty::Enum(name.to_owned());
+                let all = (0..values.len())
+                    .map(|i| Expr { kind: ExprKind::Number(i as f64), ty: ty.clone(), span })
+                    .collect();
+                return make(ExprKind::Set(all), Ty::Domain(Box::new(ty)));
+            }
+            ItemKind::Task(..) => {
+                return self.wrong(
+                    span,
+                    format!("`{name}` is a task, not a value"),
+                    &format!("ask for its value: `{name}.value`"),
+                );
+            }
+            ItemKind::Record(..) => "a record",
+            ItemKind::Example(..) => "an example",
+            ItemKind::Prefer { .. } => "a preference",
             ItemKind::Rule(..) => "a rule",
             ItemKind::Model(_) => "a model",
             ItemKind::Search(_) => "a search",
@@ -424,7 +460,16 @@ impl Checker<'_> {
     }
 
     fn unknown_name(&mut self, name: &str, span: Span, cx: &Context) -> Expr {
-        if cx.damaged || self.program.is_lost(cx.module, name) {
+        if cx.damaged || self.is_lost(span, name) {
+            return unknown(span);
+        }
+        if let Some(place) = self.dropped(span, name) {
+            self.report(
+                Diagnostic::new(Code::DROPPED, span, format!("`{name}` is used, but the variant drops it"))
+                    .label("still used here")
+                    .also(place, "dropped here")
+                    .help("drop or replace this, too"),
+            );
             return unknown(span);
         }
         let help = if units::parse(name).is_ok() {
@@ -435,14 +480,13 @@ impl Checker<'_> {
                 Function::named(name).map_or("", |f| signature::usage(f).0)
             )
         } else {
-            let scope = self.program.modules.get(cx.module);
             let candidates = cx
                 .locals
                 .iter()
                 .map(|l| l.name.as_str())
                 .chain(Word::ALL.iter().filter(|w| cx.stage.sees_word(**w)).map(|w| w.text()))
-                .chain(scope.iter().flat_map(|m| m.scope.keys().map(String::as_str)))
-                .chain(self.placed.iter().map(String::as_str))
+                .chain(self.program.scope_at(span).map(|(n, _)| n))
+                .chain(self.placed.iter().map(|(p, _)| p.as_str()))
                 .chain(["part", "block", "actuator"]);
             did_you_mean(name, candidates).unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
         };
@@ -454,25 +498,152 @@ impl Checker<'_> {
         unknown(span)
     }
 
+    /// Whether an unknown name is the echo of another error.
+    pub(super) fn is_lost(&self, place: Span, name: &str) -> bool {
+        self.program.is_lost(self.program.module_at(place), name)
+    }
+
+    /// Where a variant drops what a name means.
+    fn dropped(&self, place: Span, name: &str) -> Option<Span> {
+        let (declaration, _) = self.program.lookup(place, name)?;
+        self.program.dropped.get(&declaration).copied()
+    }
+
+    /// Names that are followed by a dot but are no values: enumerations, tasks, actuations.
+    fn qualified(&mut self, of: &ast::Expr, name: &Name, span: Span, cx: &Context) -> Option<Expr> {
+        let ast::ExprKind::Name(head) = &of.kind else { return None };
+        if cx.locals.iter().any(|l| l.name == *head) {
+            return None;
+        }
+        let program = self.program;
+        let (declaration, item) = program.lookup(of.span, head)?;
+        let (offers, what): (Vec<&str>, &str) = match &item.kind {
+            ItemKind::Enum(_, values) => {
+                self.touched.insert(declaration);
+                if let Some(index) = values.iter().position(|v| v.text == name.text) {
+                    let kind = ExprKind::Number(index as f64);
+                    return Some(Expr { kind, ty: Ty::Enum(head.clone()), span });
+                }
+                (values.iter().map(|v| v.text.as_str()).collect(), "value")
+            }
+            ItemKind::Task(..) => {
+                self.touched.insert(declaration);
+                if cx.stage != Stage::Outcome {
+                    return Some(self.stage_error(of.span, head, cx.stage, "the objective of the whole grammar"));
+                }
+                if name.text == "value" {
+                    return Some(Expr { kind: ExprKind::Task(head.clone()), ty: Ty::NUMBER, span });
+                }
+                (vec!["value"], "attribute")
+            }
+            ItemKind::Actuation { clauses, .. } => {
+                self.touched.insert(declaration);
+                if !cx.stage.sees_motion() {
+                    return Some(self.stage_error(of.span, head, cx.stage, "terms and objectives"));
+                }
+                let shared = clauses.iter().filter_map(|c| match c {
+                    ast::ActuationClause::Variable(v) if v.shared => Some(&**v),
+                    _ => None,
+                });
+                let shared: Vec<&ast::Variable> = shared.collect();
+                if let Some(variable) = shared.iter().find(|v| v.name.text == name.text) {
+                    let ty = self.type_named(&variable.ty);
+                    let ty = if variable.size.is_some() { Ty::List(Box::new(ty)) } else { ty };
+                    return Some(Expr { kind: ExprKind::Shared(head.clone(), name.text.clone()), ty, span });
+                }
+                (shared.iter().map(|v| v.name.text.as_str()).collect(), "shared variable")
+            }
+            _ => return None,
+        };
+        let help = did_you_mean(&name.text, offers.iter().copied())
+            .unwrap_or_else(|| format!("it has: {}", offers.join(", ")));
+        self.report(
+            Diagnostic::new(
+                Code::UNKNOWN_FIELD,
+                name.span,
+                format!("`{head}` has no {what} `{}`", name.text),
+            )
+            .label("not known")
+            .help(help),
+        );
+        Some(unknown(span))
+    }
+
+    /// A domain that a variant makes narrower must lie within the old one.
+    fn narrowed(&mut self, new: &ast::Expr, old: &ast::Expr, cx: &mut Context) -> Expr {
+        let span = new.span;
+        let (new, old) = (self.infer(new, cx), self.infer(old, cx));
+        let Some((new, old, _)) = self.unify(new, old, "`narrow`") else { return unknown(span) };
+        if new.any(&mut |e| e.ty == Ty::Unknown) || old.any(&mut |e| e.ty == Ty::Unknown) {
+            return new;
+        }
+        let value = |e: &Expr| crate::eval::evaluate(e, &self.constants, &mut Vec::new()).ok();
+        let wider = match (value(&new), value(&old)) {
+            (Some(Value::Domain(new)), Some(Value::Domain(old))) => !old.holds_all(&new),
+            _ => false,
+        };
+        if wider {
+            self.report(
+                Diagnostic::new(Code::NOT_NARROWER, new.span, "this is not within the domain that it narrows")
+                    .label("reaches further")
+                    .also(old.span, "the domain in the base")
+                    .help("write `set` instead of `narrow` if it is meant to reach further"),
+            );
+        }
+        new
+    }
+
+    /// A port by its name, if that is what an expression is.
+    pub(super) fn port_name(&self, tree: &ast::Expr) -> Option<Expr> {
+        let ast::ExprKind::Name(name) = &tree.kind else { return None };
+        let known = self.port_names().iter().any(|p| p == name);
+        known.then(|| Expr { kind: ExprKind::PortName(name.clone()), ty: Ty::Port, span: tree.span })
+    }
+
+    /// The names of all ports that parts of the program have.
+    fn port_names(&self) -> Vec<String> {
+        let declared = self.program.items().filter_map(|(_, item)| match &item.kind {
+            ItemKind::Part(block) => Some(block.fields.iter().filter_map(|f| match f {
+                ast::Field::Port(port) => Some(port.name.text.clone()),
+                _ => None,
+            })),
+            _ => None,
+        });
+        let built_in = crate::ir::BLOCK_PORTS.iter().chain(crate::ir::ACTUATOR_PORTS).map(|p| (*p).to_owned());
+        built_in.chain(declared.flatten()).collect()
+    }
+
     fn member(&mut self, of: &ast::Expr, name: &Name, span: Span, cx: &mut Context) -> Expr {
+        if let Some(value) = self.qualified(of, name, span, cx) {
+            return value;
+        }
         let of = self.infer(of, cx);
         let make =
             |of: Expr, ty| Expr { kind: ExprKind::Attribute(Box::new(of), name.text.clone()), ty, span };
         let candidates: Vec<String> = match of.ty.clone() {
             Ty::Unknown => return unknown(span),
-            ty @ (Ty::Part | Ty::Actuator) => {
-                if let Some((_, ty)) = signature::PART_ATTRIBUTES.iter().find(|(n, _)| *n == name.text) {
+            ty @ (Ty::Part | Ty::Actuator | Ty::Element | Ty::Port | Ty::Joint | Ty::Step) => {
+                if let Some((_, ty)) = signature::attributes(&ty).iter().find(|(n, _)| *n == name.text) {
                     return make(of, ty.clone());
                 }
-                if signature::element_attribute(&name.text).is_some() {
+                if cx.stage.sees_motion() {
+                    if let Some(ty) = signature::motion_attribute(&ty, &name.text) {
+                        return make(of, ty);
+                    }
+                } else if signature::motion_attribute(&ty, &name.text).is_some() {
                     return self.stage_error(
                         name.span,
                         &name.text,
                         cx.stage,
-                        "terms, as `e.position at end` for `e in elements`",
+                        "terms, as in `e.position at end` for `e in elements`",
                     );
                 }
-                let params = self.instance_params();
+                let of_part = matches!(ty, Ty::Part | Ty::Actuator);
+                if of_part && self.port_names().contains(&name.text) {
+                    let kind = ExprKind::Port(Box::new(of), name.text.clone(), None);
+                    return Expr { kind, ty: Ty::Port, span };
+                }
+                let params = if of_part { self.instance_params() } else { Vec::new() };
                 if ty == Ty::Actuator && params.is_empty() {
                     // A module on its own does not know which actuators it will meet.
                     return unknown(span);
@@ -488,14 +659,22 @@ impl Checker<'_> {
                         "match an actuator: `match a : actuator`",
                     );
                 }
+                let own = signature::attributes(&ty).iter().map(|(n, _)| *n);
+                let moving = signature::MOTION_ATTRIBUTES
+                    .iter()
+                    .copied()
+                    .filter(|n| cx.stage.sees_motion() && signature::motion_attribute(&ty, n).is_some());
+                let ports = if of_part { self.port_names() } else { Vec::new() };
                 let params = params.into_iter().map(|(n, _)| n).filter(|_| ty == Ty::Actuator);
-                signature::PART_ATTRIBUTES.iter().map(|(n, _)| (*n).to_owned()).chain(params).collect()
+                own.chain(moving).map(str::to_owned).chain(ports).chain(params).collect()
             }
-            Ty::Element => {
-                if let Some(ty) = signature::element_attribute(&name.text) {
-                    return make(of, ty);
+            Ty::Record(_, fields) => {
+                if let Some(index) = fields.iter().position(|(n, _)| *n == name.text) {
+                    let ty = fields.get(index).map_or(Ty::Unknown, |(_, ty)| ty.clone());
+                    let index = Expr { kind: ExprKind::Number(index as f64), ty: Ty::Count, span: name.span };
+                    return Expr { kind: ExprKind::Index(Box::new(of), Box::new(index)), ty, span };
                 }
-                vec!["position".to_owned(), "rotation".to_owned()]
+                fields.iter().map(|(n, _)| n.clone()).collect()
             }
             Ty::Vector(d) => {
                 if ["x", "y", "z"].contains(&name.text.as_str()) {
@@ -547,7 +726,17 @@ impl Checker<'_> {
                 return make(a, b, Ty::Bool);
             }
             O::Is | O::IsNot => {
-                let a = self.expect(a, cx, &Ty::Part, &format!("the left side of {symbol}"));
+                let a = self.infer(a, cx);
+                if a.ty == Ty::Port {
+                    return match self.port_name(b) {
+                        Some(port) => make(a, port, Ty::Bool),
+                        None => {
+                            let b = self.named_port(b, cx);
+                            make(a, b, Ty::Bool)
+                        }
+                    };
+                }
+                let a = self.fit(a, &Ty::Part, &format!("the left side of {symbol}"));
                 let b = self.infer(b, cx);
                 let b = as_group(&b).unwrap_or(b);
                 if !matches!(b.ty, Ty::Group | Ty::Part | Ty::Actuator | Ty::Unknown) {
@@ -610,6 +799,28 @@ impl Checker<'_> {
         }
     }
 
+    /// What a port is compared with, if it is no name of a port.
+    fn named_port(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
+        if let ast::ExprKind::Name(name) = &tree.kind {
+            let local = cx.locals.iter().any(|l| l.name == *name);
+            if !local && self.program.lookup(tree.span, name).is_none() {
+                self.unknown_port(&Name { text: name.clone(), span: tree.span });
+                return unknown(tree.span);
+            }
+        }
+        self.expect(tree, cx, &Ty::Port, "what a port is compared with")
+    }
+
+    pub(super) fn unknown_port(&mut self, name: &Name) {
+        let names = self.port_names();
+        let help = did_you_mean(&name.text, names.iter().map(String::as_str));
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("no part has a port `{}`", name.text))
+                .label("not a port")
+                .help(help.unwrap_or_else(|| format!("ports are: {}", names.join(", ")))),
+        );
+    }
+
     /// Adds a name that must not hide another.
     pub(super) fn bind(&mut self, name: &Name, ty: Ty, cx: &mut Context) {
         let taken = cx
@@ -618,11 +829,13 @@ impl Checker<'_> {
             .find(|l| l.name == name.text)
             .map(|l| Some(l.span))
             .or_else(|| {
-                let (_, item) = self.program.lookup(cx.module, &name.text)?;
+                let (_, item) = self.program.lookup(name.span, &name.text)?;
                 Some(crate::names::declared(item).map(|n| n.span))
             })
             .or_else(|| {
-                (Word::named(&name.text).is_some() || self.placed.contains(&name.text)).then_some(None)
+                let placed = self.placed.iter().any(|(p, _)| *p == name.text);
+                let word = Word::named(&name.text).is_some_and(|w| cx.stage.sees_word(w));
+                (word || placed).then_some(None)
             });
         if let Some(place) = taken {
             let mut error = Diagnostic::new(
@@ -652,11 +865,12 @@ impl Checker<'_> {
             let item = match &over.ty {
                 Ty::Group => match &over.kind {
                     ExprKind::Group(Group::Actuator) => Ty::Actuator,
-                    ExprKind::Group(Group::Kind(kind)) if self.is_actuator(kind, cx.module) => Ty::Actuator,
+                    ExprKind::Group(Group::Kind(kind)) if self.is_actuator(kind, over.span) => Ty::Actuator,
                     _ => Ty::Part,
                 },
                 Ty::List(item) => (**item).clone(),
                 Ty::Domain(item) if **item == Ty::Count => Ty::Count,
+                Ty::Domain(item) if matches!(over.kind, ExprKind::Set(_)) => (**item).clone(),
                 Ty::Unknown => Ty::Unknown,
                 other => {
                     let message = format!("{} is nothing to run over", article(other));
@@ -701,7 +915,7 @@ impl Checker<'_> {
 }
 
 /// A kind of part used as the collection of its parts.
-fn as_group(expr: &Expr) -> Option<Expr> {
+pub(super) fn as_group(expr: &Expr) -> Option<Expr> {
     match &expr.kind {
         ExprKind::Kind(name, params) if params.is_empty() => {
             Some(Expr { kind: ExprKind::Group(Group::Kind(name.clone())), ty: Ty::Group, span: expr.span })
@@ -724,8 +938,16 @@ fn product(a: &Ty, operator: Operator, b: &Ty) -> Option<Ty> {
     })
 }
 
+/// `a, b or c`
+fn one_of(words: &[&str]) -> String {
+    match words {
+        [head @ .., last] if !head.is_empty() => format!("{} or {last}", head.join(", ")),
+        other => other.concat(),
+    }
+}
+
 /// A type with its article.
-fn article(ty: &Ty) -> String {
+pub(super) fn article(ty: &Ty) -> String {
     let name = ty.to_string();
     let an = name.starts_with(['A', 'E', 'a', 'e']);
     format!("{} {name}", if an { "an" } else { "a" })

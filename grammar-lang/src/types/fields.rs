@@ -76,6 +76,20 @@ impl Checker<'_> {
                     }
                     continue;
                 }
+                Field::Port(port) => {
+                    if what != "a part" {
+                        self.report(
+                            Diagnostic::new(
+                                Code::UNKNOWN_FIELD,
+                                port.name.span,
+                                format!("{what} has no ports of its own"),
+                            )
+                            .label("not possible here")
+                            .help("only a passive part declares ports; an actuator has `base` and `tip`"),
+                        );
+                    }
+                    continue;
+                }
             };
             let group = matches!(field, Field::Group(_));
             let is_group = matches!(name.text.as_str(), "outer" | "inner");
@@ -109,7 +123,7 @@ impl Checker<'_> {
                 Field::Group(group) => {
                     groups.insert(&name.text, group);
                 }
-                Field::Param(_) => {}
+                Field::Param(_) | Field::Port(_) => {}
             }
         }
         Values { block, what, values, groups }
@@ -196,7 +210,7 @@ impl Checker<'_> {
         let sizes = match shape {
             Shape::Box(edges) => edges.to_vec(),
             Shape::Sphere(radius) => vec![radius],
-            Shape::Cylinder(radius, length) => vec![radius, length],
+            Shape::Cylinder(radius, length) | Shape::Disk(radius, length) => vec![radius, length],
         };
         let segment = name == "segment";
         if let Some(bad) = sizes.iter().find(|s| **s <= 0.0) {
@@ -211,8 +225,8 @@ impl Checker<'_> {
                 ("a segment is a cylinder", "write `segment = cylinder(radius, length)`")
             } else {
                 (
-                    "a passive part is a box or a sphere",
-                    "write `shape = box(x, y, z)` or `shape = sphere(radius)`",
+                    "a passive part is a box, a sphere or a disk",
+                    "write `box(x, y, z)`, `sphere(radius)` or `disk(radius, height)`",
                 )
             };
             self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("another shape").help(help));
@@ -242,18 +256,100 @@ impl Checker<'_> {
         text.to_string()
     }
 
-    pub(super) fn part(&mut self, block: &Block, module: usize, damaged: bool) -> Option<ir::Part> {
-        let cx = Context::new(module, Stage::Declaration, damaged);
+    pub(super) fn part(&mut self, block: &Block, damaged: bool) -> Option<ir::Part> {
+        let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a part", PART);
         let shape = self.shape(&from, "shape", "box(2 cm, 2 cm, 2 cm)", &cx);
         let mass = self.mass(&from, shape, &cx);
         let friction = self.number(&from, "friction", "Number", Sign::NotNegative, "0.8", &cx);
         let colour = self.colour(&from, &cx);
-        Some(ir::Part { shape: shape?, mass: mass?, friction: friction?, colour, span: block.name.span })
+        let ports = self.ports(block, &cx);
+        Some(ir::Part {
+            shape: shape?,
+            mass: mass?,
+            friction: friction?,
+            colour,
+            ports: ports?,
+            span: block.name.span,
+        })
     }
 
-    pub(super) fn actuator(&mut self, block: &Block, module: usize, damaged: bool) -> Option<ir::Actuator> {
-        let cx = Context::new(module, Stage::Declaration, damaged);
+    /// The ports that a part declares.
+    fn ports(&mut self, block: &Block, cx: &Context) -> Option<Vec<ir::Port>> {
+        let mut ports: Vec<ir::Port> = Vec::new();
+        let mut sound = true;
+        for field in &block.fields {
+            let Field::Port(port) = field else { continue };
+            if ports.iter().any(|p| p.name == port.name.text) {
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        port.name.span,
+                        format!("there are two ports `{}`", port.name.text),
+                    )
+                    .label("again")
+                    .help(format!("several of one name are written `port {}[i in 0 .. 7] ...`", port.name.text)),
+                );
+            }
+            match self.port(port, cx) {
+                Some(several) => ports.extend(several),
+                None => sound = false,
+            }
+        }
+        if ports.len() > 64 {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, block.name.span, "a part has at most 64 ports")
+                    .label(format!("this one has {}", ports.len())),
+            );
+            return None;
+        }
+        sound.then_some(ports)
+    }
+
+    fn port(&mut self, port: &ast::Port, cx: &Context) -> Option<Vec<ir::Port>> {
+        let mut cx = cx.clone();
+        let mut numbers = vec![0.0];
+        if let Some((name, domain)) = &port.index {
+            let ty = Ty::Domain(Box::new(Ty::Count));
+            let domain = self.expect(domain, &mut cx, &ty, "the numbers of the ports");
+            let Value::Domain(domain) = self.constant(&domain)? else { return None };
+            numbers = domain.items().take(65).filter_map(|v| v.as_number()).collect();
+            self.bind(name, Ty::Count, &mut cx);
+        }
+        let length = Ty::Vector(Dimension::LENGTH);
+        let at = self.expect(&port.at, &mut cx, &length, "the place of a port");
+        let facing = self.infer(&port.facing, &mut cx);
+        if !matches!(facing.ty, Ty::Vector(_) | Ty::Unknown) {
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, facing.span, "where a port looks must be a vector")
+                    .label(format!("this is a {}", facing.ty))
+                    .help("write for example `facing vector(0, 0, 1)`"),
+            );
+        }
+        if [&at, &facing].iter().any(|e| e.any(&mut |e| e.ty == Ty::Unknown)) {
+            return None;
+        }
+        let mut ports = Vec::new();
+        for index in numbers {
+            let mut locals = if port.index.is_some() { vec![Value::Number(index)] } else { Vec::new() };
+            let Value::Vector(at) = self.constant_with(&at, &mut locals)? else { return None };
+            let Value::Vector([x, y, z]) = self.constant_with(&facing, &mut locals)? else { return None };
+            let length = (x * x + y * y + z * z).sqrt();
+            if length <= 0.0 || !length.is_finite() {
+                self.report(
+                    Diagnostic::new(Code::BAD_VALUE, port.facing.span, "a port must look somewhere")
+                        .label("a vector without length"),
+                );
+                return None;
+            }
+            let facing = [x / length, y / length, z / length];
+            ports.push(ir::Port { name: port.name.text.clone(), index, at, facing });
+        }
+        Some(ports)
+    }
+
+    pub(super) fn actuator(&mut self, block: &Block, damaged: bool) -> Option<ir::Actuator> {
+        let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "an actuator", ACTUATOR);
         let segment = self.shape(&from, "segment", "cylinder(8 mm, 16 mm)", &cx);
         let mass = self.mass(&from, segment, &cx);
@@ -269,7 +365,7 @@ impl Checker<'_> {
         let damping =
             self.number(&from, "damping", "AngularDamping", Sign::NotNegative, "0.01 N*m*s/rad^2", &cx);
         let colour = self.colour(&from, &cx);
-        let params = self.actuator_params(block, module, damaged);
+        let params = self.actuator_params(block, damaged);
         Some(ir::Actuator {
             segment: segment?,
             mass: mass?,
@@ -312,13 +408,12 @@ impl Checker<'_> {
     fn actuator_params(
         &mut self,
         block: &Block,
-        module: usize,
         damaged: bool,
     ) -> IndexMap<String, ir::InstanceParam> {
         let mut params = IndexMap::new();
         for field in &block.fields {
             let Field::Param(param) = field else { continue };
-            let mut cx = Context::new(module, Stage::Declaration, damaged);
+            let mut cx = Context::new(Stage::Declaration, damaged);
             let ty = self.type_named(&param.ty);
             let domain = param.domain.as_ref().and_then(|d| {
                 let domain =
@@ -386,10 +481,9 @@ impl Checker<'_> {
         &mut self,
         block: &Block,
         duration: Option<f64>,
-        module: usize,
         damaged: bool,
     ) -> Option<ir::Model> {
-        let cx = Context::new(module, Stage::Declaration, damaged);
+        let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a model", MODEL);
         let mut get = |name: &str, dimension: &str, sign: Sign, example: &str| {
             self.number(&from, name, dimension, sign, example, &cx)
@@ -448,8 +542,8 @@ impl Checker<'_> {
         })
     }
 
-    pub(super) fn search(&mut self, block: &Block, module: usize, damaged: bool) -> Option<ir::Search> {
-        let cx = Context::new(module, Stage::Declaration, damaged);
+    pub(super) fn search(&mut self, block: &Block, damaged: bool) -> Option<ir::Search> {
+        let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a search", SEARCH);
         let keep = self.number(&from, "keep", "Number", Sign::NotNegative, "80 %", &cx);
         if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
@@ -478,8 +572,8 @@ impl Checker<'_> {
             }
             return None;
         };
-        let outer = self.schedule(outer, module, damaged);
-        let inner = from.groups.get("inner").map(|inner| self.schedule(inner, module, damaged));
+        let outer = self.schedule(outer, damaged);
+        let inner = from.groups.get("inner").map(|inner| self.schedule(inner, damaged));
         let inner = match inner {
             Some(inner) => Some(inner?),
             None => None,
@@ -487,14 +581,14 @@ impl Checker<'_> {
         Some(ir::Search { name: block.name.text.clone(), keep: keep?, outer: outer?, inner })
     }
 
-    fn schedule(&mut self, block: &Block, module: usize, damaged: bool) -> Option<ir::Schedule> {
+    fn schedule(&mut self, block: &Block, damaged: bool) -> Option<ir::Schedule> {
         let from = self.values(block, "a schedule", SCHEDULE);
         let mut get = |name: &str, ty: &Ty, example: &str| {
             let Some((_, tree)) = from.values.get(name) else {
                 self.missing(&from, name, example, damaged);
                 return None;
             };
-            let mut cx = Context::new(module, Stage::Schedule, damaged);
+            let mut cx = Context::new(Stage::Schedule, damaged);
             Some(self.expect(tree, &mut cx, ty, &format!("`{name}`")))
         };
         let iterations = get("iterations", &Ty::Count, "100");
@@ -511,6 +605,6 @@ fn volume(shape: Shape) -> f64 {
     match shape {
         Shape::Box([x, y, z]) => x * y * z,
         Shape::Sphere(r) => 4.0 / 3.0 * PI * r * r * r,
-        Shape::Cylinder(r, length) => PI * r * r * length,
+        Shape::Cylinder(r, length) | Shape::Disk(r, length) => PI * r * r * length,
     }
 }

@@ -1,84 +1,79 @@
 //! Checks the grammar as a whole and puts the typed rule set together.
 
-use indexmap::IndexMap;
+use indexmap::{IndexMap, IndexSet};
 
 use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
+use super::tasks::Actuated;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{self, Expr, ExprKind, RuleSet, Ty};
+use crate::ir::{self, Expr, RuleSet, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
-use crate::syntax::ast::{Item, ItemKind, Name};
+use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name, Place, Typed};
+
 use crate::units::Dimension;
 
-/// Declarations of which a grammar has one.
+/// What rules and their neighbours come to.
+struct Derived {
+    rules: Vec<ir::Rule>,
+    requirements: Vec<ir::Requirement>,
+    preferences: Vec<ir::Preference>,
+    examples: IndexMap<String, ir::Example>,
+    from: Option<String>,
+}
+
+/// Declarations of which a grammar, or a task, has one.
 #[derive(Default)]
-struct Singles<'t> {
-    grammar: Option<&'t Name>,
+pub(super) struct Singles<'t> {
     begin: Option<Vec<ir::Placed>>,
     symmetry: Option<ir::Symmetry>,
-    model: Option<ir::Model>,
-    objective: Option<ir::Objective>,
+    pub(super) model: Option<ir::Model>,
+    /// Whether more is better, the value, and whether the item is damaged.
+    pub(super) objective: Option<(bool, &'t Tree, bool)>,
     search: Option<ir::Search>,
-    actuated: IndexMap<String, (String, Span)>,
-    seen: IndexMap<&'static str, Span>,
+    from: Option<&'t Name>,
+    pub(super) actuated: Actuated,
+    pub(super) tasks: Vec<(&'t Name, &'t [Item])>,
+    pub(super) seen: IndexMap<&'static str, Span>,
 }
 
 impl<'a> Checker<'a> {
-    /// Checks everything that the first module says or uses.
+    /// Checks everything that the grammar says or uses.
     pub(super) fn grammar(&mut self) -> Option<RuleSet> {
         let program = self.program;
-        let entry = program.modules.first()?;
-        let items: Vec<(Declaration, &Item)> = program.items().filter(|(d, _)| d.module == 0).collect();
+        let items: Vec<(Declaration, &Item)> =
+            program.entries().filter(|(d, _)| program.own.contains(&d.module)).collect();
         for (declaration, item) in &items {
             if matches!(item.kind, ItemKind::Param(_)) {
                 self.param(*declaration);
             }
         }
         let mut singles = Singles::default();
-        for (declaration, item) in &items {
+        for (_, item) in &items {
             self.single(item, &mut singles);
-            self.check_own(*declaration, item);
         }
-        // Rules and requirements that are imported by name take part, too.
+        let rest = self.check_all();
+        // Rules, requirements and preferences that are imported by name take part, too.
         let mut rules = Vec::new();
         let mut requirements = Vec::new();
-        let imported =
-            entry.scope.values().filter(|d| d.module != 0).filter_map(|d| Some((*d, program.item(*d)?)));
-        for (declaration, item) in imported.chain(items.iter().copied()) {
+        let mut preferences = Vec::new();
+        for (_, item) in program.entries() {
             match &item.kind {
-                ItemKind::Rule(name, clauses) => {
-                    rules.extend(self.rule(name, clauses, declaration.module, item.damaged));
-                }
-                ItemKind::Require { name, condition, because } => {
-                    let mut cx = Context::new(declaration.module, Stage::Derivation, item.damaged);
-                    let text_of = condition;
-                    let condition = self.expect(condition, &mut cx, &Ty::Bool, "a requirement");
-                    let name = match name {
-                        Some(name) => name.text.clone(),
-                        // Without a name it is known by what it says.
-                        None => {
-                            self.sources.slice(text_of.span).split_whitespace().collect::<Vec<_>>().join(" ")
-                        }
-                    };
-                    requirements.push(ir::Requirement {
-                        name,
-                        condition,
-                        because: because.clone(),
-                        span: item.span,
-                    });
-                }
+                ItemKind::Rule(name, clauses) => rules.extend(self.rule(name, clauses, item.damaged)),
+                ItemKind::Require { .. } => requirements.extend(self.requirement(item)),
+                ItemKind::Prefer { .. } => preferences.extend(self.preference(item)),
                 _ => {}
             }
         }
-        let Some(name) = singles.grammar else {
-            // A module without `grammar` is only imported; it has been checked.
-            return None;
-        };
+        let examples = self.examples(&items, &rules, &requirements);
+        // A module without `grammar` is only imported; it has been checked.
+        let name = program.name.as_ref()?;
         let complete = self.complete(&singles, name.span);
-        let assembled = self.assemble(name, singles, rules, requirements);
+        let from = self.starting_example(&singles, &examples);
+        let assembled = self.assemble(name, singles, Derived { rules, requirements, preferences, examples, from });
         self.unknown_overrides(name.span);
+        self.unused(&items, &rest);
         let mut ruleset = assembled?;
         for (declaration, param) in self.params.clone() {
             let name = program.item(declaration).and_then(declared);
@@ -90,69 +85,244 @@ impl<'a> Checker<'a> {
         (complete && !self.errors.iter().any(Diagnostic::is_error)).then_some(ruleset)
     }
 
-    /// Checks a declaration of the first module for its own sake.
+    fn requirement(&mut self, item: &Item) -> Option<ir::Requirement> {
+        let ItemKind::Require { name, condition, because } = &item.kind else { return None };
+        let name = self.name_or_text(name.as_ref(), condition);
+        let mut cx = Context::new(Stage::Derivation, item.damaged);
+        let condition = self.expect(condition, &mut cx, &Ty::Bool, "a requirement");
+        Some(ir::Requirement { name, condition, because: because.clone(), span: item.span })
+    }
+
+    fn preference(&mut self, item: &Item) -> Option<ir::Preference> {
+        let ItemKind::Prefer { name, condition, weight, because } = &item.kind else { return None };
+        let name = self.name_or_text(name.as_ref(), condition);
+        let mut cx = Context::new(Stage::Derivation, item.damaged);
+        let condition = self.expect(condition, &mut cx, &Ty::Bool, "a preference");
+        let weight = self.expect(weight, &mut cx, &Ty::NUMBER, "the weight of a preference");
+        if let Some(x) = self.quiet_number(&weight)
+            && x < 0.0
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, weight.span, "the weight of a preference must not be below 0")
+                    .label("negative")
+                    .help("prefer the opposite: `prefer not (...)`"),
+            );
+        }
+        Some(ir::Preference { name, condition, weight, because: because.clone(), span: item.span })
+    }
+
+    /// What has no name is known by what it says.
+    fn name_or_text(&self, name: Option<&Name>, condition: &Tree) -> String {
+        match name {
+            Some(name) => name.text.clone(),
+            None => self.sources.slice(condition.span).split_whitespace().collect::<Vec<_>>().join(" "),
+        }
+    }
+
+    fn examples(
+        &mut self,
+        items: &[(Declaration, &Item)],
+        rules: &[ir::Rule],
+        requirements: &[ir::Requirement],
+    ) -> IndexMap<String, ir::Example> {
+        let program = self.program;
+        let is_actuator = |kind: &str| {
+            program.items().any(|(_, i)| matches!(&i.kind, ItemKind::Actuator(b) if b.name.text == kind))
+        };
+        let rules = super::examples::applicable(rules, &is_actuator);
+        let reasons: Vec<String> = requirements.iter().map(|r| r.name.clone()).collect();
+        let mut examples = IndexMap::new();
+        for (_, item) in items {
+            let ItemKind::Example(name, clauses) = &item.kind else { continue };
+            if let Some(example) = self.example(clauses, &rules, &reasons, name.span, item.damaged) {
+                examples.insert(name.text.clone(), example);
+            }
+        }
+        examples
+    }
+
+    /// The example that the search starts from.
+    fn starting_example(
+        &mut self,
+        singles: &Singles<'_>,
+        examples: &IndexMap<String, ir::Example>,
+    ) -> Option<String> {
+        let from = singles.from?;
+        if examples.contains_key(&from.text) {
+            return Some(from.text.clone());
+        }
+        let declared = self.program.lookup(from.span, &from.text);
+        if !declared.is_some_and(|(_, i)| matches!(i.kind, ItemKind::Example(..))) {
+            let help = did_you_mean(&from.text, examples.keys().map(String::as_str));
+            self.report(
+                Diagnostic::new(
+                    Code::UNKNOWN_NAME,
+                    from.span,
+                    format!("there is no example `{}` to start from", from.text),
+                )
+                .label("not declared")
+                .help(help.unwrap_or_else(|| "declare it with `example`".to_owned())),
+            );
+        }
+        None
+    }
+
+    /// Checks every declaration for its own sake, whether or not anything uses
+    /// it; gives what only such checks have read. The library has its own tests.
+    fn check_all(&mut self) -> IndexSet<Declaration> {
+        let program = self.program;
+        let before = self.touched.clone();
+        for (declaration, item) in program.items() {
+            let library = program.modules.get(declaration.module).is_some_and(|m| m.name.starts_with("std."));
+            let own = declaration.module == 0 || !library;
+            if own && !program.dropped.contains_key(&declaration) {
+                self.check_own(declaration, item);
+            }
+        }
+        std::mem::replace(&mut self.touched, before)
+    }
+
     fn check_own(&mut self, declaration: Declaration, item: &Item) {
-        let module = declaration.module;
         match &item.kind {
-            ItemKind::Part(block) => {
-                self.part(block, module, item.damaged);
-            }
-            ItemKind::Actuator(block) => {
-                self.actuator(block, module, item.damaged);
-            }
-            ItemKind::Model(block) => {
-                self.model(block, None, module, item.damaged);
-            }
-            ItemKind::Search(block) => {
-                self.search(block, module, item.damaged);
-            }
-            ItemKind::Pattern(_, value) => {
-                self.fixed_pattern(value, module, item.damaged);
-            }
-            ItemKind::Term(_, ty, value) => {
-                self.term(ty, value, module, item.damaged);
-            }
+            ItemKind::Part(block) => drop(self.part(block, item.damaged)),
+            ItemKind::Actuator(block) => drop(self.actuator(block, item.damaged)),
+            ItemKind::Model(block) => drop(self.model(block, None, item.damaged)),
+            ItemKind::Search(block) => drop(self.search(block, item.damaged)),
+            ItemKind::Pattern(_, value) => drop(self.fixed_pattern(value, item.damaged)),
+            ItemKind::Term(_, ty, value) => drop(self.term(ty, value, item.damaged)),
             ItemKind::Actuation { name, binder, kind, clauses } => {
-                self.actuation(name, binder, kind, clauses, module, item.damaged);
+                drop(self.actuation(name, binder, kind, clauses, item.damaged));
             }
-            ItemKind::Let(_, value) => {
-                self.inline(declaration, value);
+            ItemKind::Let(_, None, value) => drop(self.inline(declaration, value)),
+            ItemKind::Let(_, Some(parameters), value) => self.own_body(declaration, parameters, value),
+            ItemKind::Enum(name, values) => self.enumeration(name, values),
+            ItemKind::Record(name, fields) => {
+                self.distinct(fields.iter().map(|f| &f.name), "field");
+                self.type_named(name);
             }
             _ => {}
         }
     }
 
-    fn fixed_pattern(&mut self, value: &crate::syntax::ast::Expr, module: usize, damaged: bool) -> Expr {
-        let mut cx = Context::new(module, Stage::Pattern, damaged);
+    /// Checks the body of a function in every stage; it must fit one of them.
+    fn own_body(&mut self, declaration: Declaration, parameters: &[Typed], value: &Tree) {
+        self.distinct(parameters.iter().map(|p| &p.name), "parameter");
+        let known = std::mem::take(&mut self.errors);
+        let mut fewest: Option<Vec<Diagnostic>> = None;
+        for stage in [Stage::Declaration, Stage::Derivation, Stage::Score, Stage::Drive, Stage::Schedule, Stage::Weight] {
+            let mut cx = Context::new(stage, false);
+            for parameter in parameters {
+                let ty = self.type_named(&parameter.ty);
+                self.bind(&parameter.name, ty, &mut cx);
+            }
+            self.open_functions.push(declaration);
+            self.infer(value, &mut cx);
+            self.open_functions.pop();
+            let found = std::mem::take(&mut self.errors);
+            if fewest.as_ref().is_none_or(|f| found.len() < f.len()) {
+                fewest = Some(found);
+            }
+        }
+        self.errors = known;
+        for error in fewest.unwrap_or_default() {
+            self.report(error);
+        }
+    }
+
+    fn enumeration(&mut self, name: &Name, values: &[Name]) {
+        self.distinct(values.iter(), "value");
+        if values.is_empty() {
+            self.report(
+                Diagnostic::new(Code::EMPTY_DOMAIN, name.span, format!("`{}` has no values", name.text))
+                    .label("empty")
+                    .help("name at least one value"),
+            );
+        }
+    }
+
+    fn distinct<'n>(&mut self, names: impl Iterator<Item = &'n Name>, what: &str) {
+        let mut seen: IndexMap<&str, Span> = IndexMap::new();
+        for name in names {
+            if let Some(first) = seen.insert(&name.text, name.span) {
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        name.span,
+                        format!("there are two {what}s `{}`", name.text),
+                    )
+                    .label("again")
+                    .also(first, "the first one"),
+                );
+            }
+        }
+    }
+
+    /// Warns of declarations and imports of the first text that nothing uses.
+    fn unused(&mut self, items: &[(Declaration, &Item)], rest: &IndexSet<Declaration>) {
+        let broken = self.errors.iter().any(Diagnostic::is_error);
+        if broken {
+            // What an error hides might be the use.
+            return;
+        }
+        let program = self.program;
+        let mut idle: Vec<(&Name, String)> = Vec::new();
+        let used = |d: &Declaration, c: &Self| c.touched.contains(d) || rest.contains(d);
+        for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
+            let by_itself = matches!(
+                item.kind,
+                ItemKind::Rule(..) | ItemKind::Require { .. } | ItemKind::Prefer { .. } | ItemKind::Example(..) | ItemKind::Task(..)
+            );
+            if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
+                idle.push((name, format!("nothing uses `{}`", name.text)));
+            }
+        }
+        let imports = program.modules.first().into_iter().flat_map(|m| &m.tree.items).filter_map(|i| match &i.kind {
+            ItemKind::Use { names: Some(names), .. } => Some(names),
+            _ => None,
+        });
+        for name in imports.flatten() {
+            let Some((declaration, item)) = program.lookup(name.span, &name.text) else { continue };
+            let by_itself =
+                matches!(item.kind, ItemKind::Rule(..) | ItemKind::Require { .. } | ItemKind::Prefer { .. });
+            if !by_itself && !used(&declaration, self) {
+                idle.push((name, format!("`{}` is imported, but nothing uses it", name.text)));
+            }
+        }
+        for (name, message) in idle {
+            self.report(
+                Diagnostic::new(Code::UNUSED, name.span, message)
+                    .label("not used")
+                    .help("use it, or take it out"),
+            );
+        }
+    }
+
+    fn fixed_pattern(&mut self, value: &Tree, damaged: bool) -> Expr {
+        let mut cx = Context::new(Stage::Pattern, damaged);
         self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "a pattern")
     }
 
-    fn term(
-        &mut self,
-        ty: &Name,
-        value: &crate::syntax::ast::Expr,
-        module: usize,
-        damaged: bool,
-    ) -> (Ty, Expr) {
+    fn term(&mut self, ty: &Name, value: &Tree, damaged: bool) -> (Ty, Expr) {
         let ty = self.type_named(ty);
-        let mut cx = Context::new(module, Stage::Score, damaged);
+        let mut cx = Context::new(Stage::Score, damaged);
         let value = self.expect(value, &mut cx, &ty, "this term");
         (ty, value)
     }
 
     /// Takes in a declaration of which there is one.
-    fn single(&mut self, item: &'a Item, singles: &mut Singles<'a>) {
+    pub(super) fn single(&mut self, item: &'a Item, singles: &mut Singles<'a>) {
         let what = match &item.kind {
             ItemKind::Grammar(_) => "grammar",
             ItemKind::Begin(_) => "begin",
             ItemKind::Symmetry(..) => "symmetry",
             ItemKind::Simulate(..) => "simulate",
             ItemKind::Objective { .. } => "maximize",
-            ItemKind::UseSearch(_) => "search",
+            ItemKind::UseSearch(..) => "search",
             ItemKind::Actuate(..) => "actuate",
+            ItemKind::Task(..) => "task",
             _ => return,
         };
-        if what != "actuate"
+        if !matches!(what, "actuate" | "task")
             && let Some(first) = singles.seen.insert(what, item.span)
         {
             self.report(
@@ -164,70 +334,23 @@ impl<'a> Checker<'a> {
             return;
         }
         match &item.kind {
-            ItemKind::Grammar(name) => singles.grammar = Some(name),
-            ItemKind::Begin(places) => {
-                let mut placed = Vec::new();
-                for place in places {
-                    let fine = self.program.lookup(0, &place.kind.text).is_some_and(|(d, item)| {
-                        self.touched.insert(d);
-                        matches!(item.kind, ItemKind::Part(_))
-                    });
-                    if fine {
-                        let name = place.name.text.clone();
-                        placed.push(ir::Placed {
-                            name,
-                            kind: place.kind.text.clone(),
-                            span: place.kind.span,
-                        });
-                    } else if !self.program.is_lost(0, &place.kind.text) {
-                        let scope = self.program.modules.first();
-                        let parts = scope.iter().flat_map(|m| m.scope.iter()).filter(|(_, d)| {
-                            self.program.item(**d).is_some_and(|i| matches!(i.kind, ItemKind::Part(_)))
-                        });
-                        let help = did_you_mean(&place.kind.text, parts.map(|(n, _)| n.as_str()));
-                        self.report(
-                            Diagnostic::new(
-                                Code::UNKNOWN_NAME,
-                                place.kind.span,
-                                format!("there is no part `{}` to place", place.kind.text),
-                            )
-                            .label("not a passive part")
-                            .help(help.unwrap_or_else(|| {
-                                "declare it with `part`, or import it with `use`".to_owned()
-                            })),
-                        );
-                    }
-                }
-                if placed.len() > 1 {
-                    let span = places.get(1).map_or(item.span, |p| p.name.span);
-                    self.report(
-                        Diagnostic::new(Code::BAD_VALUE, span, "the initial design has one part: the core")
-                            .label("a second part")
-                            .help("let rules attach the others"),
-                    );
-                }
-                if places.is_empty() && !item.damaged {
-                    self.report(
-                        Diagnostic::new(Code::MISSING_ITEM, item.span, "the initial design is empty")
-                            .label("nothing to begin with")
-                            .help("write for example `place core : cube`"),
-                    );
-                }
-                singles.begin = Some(placed);
+            ItemKind::Begin(places) => singles.begin = self.begin(places, item),
+            ItemKind::Symmetry(kind, count, plane) => {
+                singles.symmetry = self.symmetry(kind, count.as_ref(), plane.as_ref());
             }
-            ItemKind::Symmetry(kind, plane) => singles.symmetry = self.symmetry(kind, plane.as_ref()),
             ItemKind::Simulate(model, duration) => singles.model = self.simulated(model, duration),
             ItemKind::Objective { maximize, value } => {
-                singles.objective = self.objective(*maximize, value, item.damaged)
+                singles.objective = Some((*maximize, value, item.damaged));
             }
-            ItemKind::UseSearch(name) => {
+            ItemKind::UseSearch(name, from) => {
+                singles.from = from.as_ref();
                 if let Some(ItemKind::Search(block)) =
                     self.named(name, "search", |k| matches!(k, ItemKind::Search(_)))
                 {
-                    let module = self.program.lookup(0, &name.text).map_or(0, |(d, _)| d.module);
-                    singles.search = self.search(block, module, false);
+                    singles.search = self.search(block, false);
                 }
             }
+            ItemKind::Task(name, items) => singles.tasks.push((name, items)),
             ItemKind::Actuate(kind, with) => {
                 let kind_ok = self.named(kind, "actuator", |k| matches!(k, ItemKind::Actuator(_))).is_some();
                 let with_ok =
@@ -251,37 +374,67 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The declaration of a certain kind that a name means.
-    fn named(&mut self, name: &Name, what: &str, fits: impl Fn(&ItemKind) -> bool) -> Option<&'a ItemKind> {
-        let program = self.program;
-        match program.lookup(0, &name.text) {
-            Some((declaration, item)) if fits(&item.kind) => {
-                self.touched.insert(declaration);
-                return Some(&item.kind);
+    /// The parts of the initial design: the core, and what it holds.
+    fn begin(&mut self, places: &[Place], item: &Item) -> Option<Vec<ir::Placed>> {
+        self.distinct(places.iter().map(|p| &p.name), "part");
+        let mut placed = Vec::new();
+        let mut sound = true;
+        for (i, place) in places.iter().enumerate() {
+            if let Some((_, other)) = self.program.lookup(place.name.span, &place.name.text) {
+                let mut error = Diagnostic::new(
+                    Code::DUPLICATE,
+                    place.name.span,
+                    format!("`{}` already means something else", place.name.text),
+                )
+                .label("hides another meaning")
+                .help("choose another name");
+                if let Some(other) = declared(other) {
+                    error = error.also(other.span, "the other meaning");
+                }
+                self.report(error);
             }
-            None if program.is_lost(0, &name.text) => return None,
-            _ => {}
+            let mut cx = Context::new(Stage::Derivation, item.damaged);
+            let what = self.expect(&place.what, &mut cx, &Ty::Kind, "what is placed");
+            sound &= what.ty == Ty::Kind;
+            let on = place
+                .to
+                .as_ref()
+                .map(|port| self.holding(port, place.turned.as_ref(), place.by.as_ref(), &mut cx));
+            match (i, &on) {
+                (0, Some(on)) => self.report(
+                    Diagnostic::new(Code::BAD_VALUE, on.port.span, "the first part is the core: nothing holds it")
+                        .label("held by this")
+                        .help("write it without `to`"),
+                ),
+                (1.., None) => self.report(
+                    Diagnostic::new(
+                        Code::MISSING_FIELD,
+                        place.name.span,
+                        format!("nothing holds `{}`", place.name.text),
+                    )
+                    .label("a second part")
+                    .help("say where it is attached, as in `to core.top`, or let rules attach it"),
+                ),
+                _ => {}
+            }
+            placed.push(ir::Placed { name: place.name.text.clone(), what, on, span: place.what.span });
         }
-        let scope = program.modules.first();
-        let others = scope
-            .iter()
-            .flat_map(|m| m.scope.iter())
-            .filter(|(_, d)| program.item(**d).is_some_and(|i| fits(&i.kind)))
-            .map(|(n, _)| n.as_str());
-        let help = did_you_mean(&name.text, others)
-            .unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
-        self.report(
-            Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("there is no {what} `{}`", name.text))
-                .label("not declared")
-                .help(help),
-        );
-        None
+        if places.is_empty() && !item.damaged {
+            self.report(
+                Diagnostic::new(Code::MISSING_ITEM, item.span, "the initial design is empty")
+                    .label("nothing to begin with")
+                    .help("write for example `place core : cube`"),
+            );
+        }
+        (sound && !placed.is_empty()).then_some(placed)
     }
 
-    fn symmetry(&mut self, kind: &Name, plane: Option<&Name>) -> Option<ir::Symmetry> {
-        let (span, message) = match (kind.text.as_str(), plane) {
-            ("none", None) => return Some(ir::Symmetry::None),
-            ("mirror", Some(plane)) => {
+    fn symmetry(&mut self, kind: &Name, count: Option<&Tree>, plane: Option<&Name>) -> Option<ir::Symmetry> {
+        const HELP: &str = "write `symmetry none`, `symmetry mirror xy` or `symmetry radial 3 about y` \
+                            (y is up, x is forward)";
+        let (span, message) = match (kind.text.as_str(), count, plane) {
+            ("none", None, None) => return Some(ir::Symmetry::None),
+            ("mirror", None, Some(plane)) => {
                 let normal = match plane.text.as_str() {
                     "xy" | "yx" => Some(2),
                     "yz" | "zy" => Some(0),
@@ -293,90 +446,43 @@ impl<'a> Checker<'a> {
                     None => (plane.span, format!("there is no plane `{}`", plane.text)),
                 }
             }
-            ("mirror", None) => (kind.span, "`mirror` needs a plane".to_owned()),
-            ("none", Some(plane)) => (plane.span, "`symmetry none` takes no plane".to_owned()),
-            (other, _) => (kind.span, format!("there is no symmetry `{other}`")),
+            ("radial", Some(count), Some(axis)) => {
+                let place = count.span;
+                let mut cx = Context::new(Stage::Declaration, false);
+                let count = self.expect(count, &mut cx, &Ty::Count, "how often the design is repeated");
+                let count = self.constant_number(&count)?;
+                let axis_index = ["x", "y", "z"].iter().position(|a| *a == axis.text);
+                match axis_index {
+                    Some(axis) if (2.0..=64.0).contains(&count) => {
+                        return Some(ir::Symmetry::Radial(count as usize, axis));
+                    }
+                    Some(_) => {
+                        self.report(
+                            Diagnostic::new(
+                                Code::OUT_OF_DOMAIN,
+                                place,
+                                "a radial symmetry repeats the design 2 to 64 times",
+                            )
+                            .label(format!("this is {count}")),
+                        );
+                        return None;
+                    }
+                    None => (axis.span, format!("there is no axis `{}`", axis.text)),
+                }
+            }
+            ("mirror", ..) => (kind.span, "`mirror` needs a plane".to_owned()),
+            ("radial", ..) => (kind.span, "`radial` needs a number and an axis".to_owned()),
+            ("none", _, Some(plane)) => (plane.span, "`symmetry none` takes nothing more".to_owned()),
+            (other, ..) => (kind.span, format!("there is no symmetry `{other}`")),
         };
-        self.report(
-            Diagnostic::new(Code::BAD_VALUE, span, message)
-                .label("not known")
-                .help("write `symmetry none`, or `symmetry mirror xy` (y is up, x is forward)"),
-        );
+        self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("not known").help(HELP));
         None
-    }
-
-    fn simulated(&mut self, name: &Name, duration: &crate::syntax::ast::Expr) -> Option<ir::Model> {
-        let mut cx = Context::new(0, Stage::Declaration, false);
-        let span = duration.span;
-        let duration = self.expect(duration, &mut cx, &Ty::Quantity(Dimension::TIME), "the simulated time");
-        let duration = self.constant_number(&duration);
-        if let Some(d) = duration
-            && !(d > 0.0 && d <= 3600.0)
-        {
-            self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, span, "the simulated time must lie within 0 s .. 1 h")
-                    .label("outside"),
-            );
-            return None;
-        }
-        let module = self.program.lookup(0, &name.text).map_or(0, |(d, _)| d.module);
-        match self.named(name, "model", |k| matches!(k, ItemKind::Model(_))) {
-            Some(ItemKind::Model(block)) => {
-                let block = block.clone();
-                self.model(&block, Some(duration?), module, false)
-            }
-            _ => None,
-        }
-    }
-
-    fn objective(
-        &mut self,
-        maximize: bool,
-        tree: &crate::syntax::ast::Expr,
-        damaged: bool,
-    ) -> Option<ir::Objective> {
-        let mut cx = Context::new(0, Stage::Score, damaged);
-        let value = self.infer(tree, &mut cx);
-        let unit = match &tree.kind {
-            crate::syntax::ast::ExprKind::Convert(_, unit) => unit.text.clone(),
-            _ => String::new(),
-        };
-        match value.ty.dimension() {
-            Some(d) if d.is_number() => Some(ir::Objective { maximize, value, unit }),
-            Some(d) => {
-                self.report(
-                    Diagnostic::new(
-                        Code::OBJECTIVE_UNIT,
-                        value.span,
-                        format!("the objective is a {d}; in which unit?"),
-                    )
-                    .label(format!("a {d}"))
-                    .help(format!(
-                        "write `in {}` after it: temperatures are numbers on this scale",
-                        crate::units::suggest(d)
-                    )),
-                );
-                None
-            }
-            None if value.ty == Ty::Unknown => None,
-            None => {
-                self.report(
-                    Diagnostic::new(
-                        Code::WRONG_TYPE,
-                        value.span,
-                        format!("the objective must be a number, but this is a {}", value.ty),
-                    )
-                    .label("not a number"),
-                );
-                None
-            }
-        }
     }
 
     /// Reports what a grammar lacks.
     fn complete(&mut self, singles: &Singles<'_>, span: Span) -> bool {
-        let broken =
-            self.program.modules.first().is_some_and(|m| m.tree.broken.iter().any(|b| !b.is_empty()));
+        let broken = self.program.modules.iter().any(|m| m.tree.broken.iter().any(|b| !b.is_empty()));
+        let tasks = !singles.tasks.is_empty();
         let wanted = [
             ("begin", "begin { place core : cube }"),
             ("simulate", "simulate hinge_model for 20 s"),
@@ -385,6 +491,10 @@ impl<'a> Checker<'a> {
         ];
         let mut complete = true;
         for (what, example) in wanted {
+            // Tasks say for themselves how they are simulated.
+            if what == "simulate" && tasks {
+                continue;
+            }
             if !singles.seen.contains_key(what) {
                 complete = false;
                 if !broken {
@@ -402,11 +512,13 @@ impl<'a> Checker<'a> {
     fn assemble(
         &mut self,
         name: &Name,
-        singles: Singles<'_>,
-        rules: Vec<ir::Rule>,
-        requirements: Vec<ir::Requirement>,
+        singles: Singles<'a>,
+        derived: Derived,
     ) -> Option<RuleSet> {
         let program = self.program;
+        let tasks = self.tasks(&singles);
+        // What drives what is checked even where the tasks are not complete.
+        let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
         let mut terms: IndexMap<String, ir::Term> = IndexMap::new();
         let mut patterns = IndexMap::new();
         let mut parts = IndexMap::new();
@@ -433,27 +545,26 @@ impl<'a> Checker<'a> {
                     .help("rename one of them"),
                 );
             }
-            let module = declaration.module;
             let key = own.text.clone();
             match &item.kind {
-                ItemKind::Part(block) => match self.part(block, module, item.damaged) {
+                ItemKind::Part(block) => match self.part(block, item.damaged) {
                     Some(part) => drop(parts.insert(key, part)),
                     None => sound = false,
                 },
-                ItemKind::Actuator(block) => match self.actuator(block, module, item.damaged) {
+                ItemKind::Actuator(block) => match self.actuator(block, item.damaged) {
                     Some(actuator) => drop(actuators.insert(key, actuator)),
                     None => sound = false,
                 },
                 ItemKind::Pattern(_, value) => {
-                    let value = self.fixed_pattern(value, module, item.damaged);
+                    let value = self.fixed_pattern(value, item.damaged);
                     patterns.insert(key, value);
                 }
                 ItemKind::Term(_, ty, value) => {
-                    let (ty, value) = self.term(ty, value, module, item.damaged);
+                    let (ty, value) = self.term(ty, value, item.damaged);
                     terms.insert(key, ir::Term { ty, value, span: own.span });
                 }
                 ItemKind::Actuation { name, binder, kind, clauses } => {
-                    match self.actuation(name, binder, kind, clauses, module, item.damaged) {
+                    match self.actuation(name, binder, kind, clauses, item.damaged) {
                         Some(actuation) => drop(actuations.insert(key, actuation)),
                         None => sound = false,
                     }
@@ -461,23 +572,15 @@ impl<'a> Checker<'a> {
                 _ => {}
             }
         }
-        for (kind, (with, span)) in &singles.actuated {
-            let (Some(actuator), Some(actuation)) = (actuators.get(kind), actuations.get(with)) else {
-                continue;
-            };
-            self.check_attributes(kind, actuator, actuation, *span);
+        let actuated: Vec<&Actuated> = match &tasks {
+            Some((tasks, _)) => tasks.values().map(|(_, actuated)| actuated).collect(),
+            None => own_actuated.iter().collect(),
+        };
+        for actuated in actuated {
+            self.check_actuated(actuated, &actuators, &actuations);
         }
-        let actuated: IndexMap<String, String> =
-            singles.actuated.into_iter().map(|(k, (w, _))| (k, w)).collect();
-        for (kind, actuator) in &actuators {
-            if !actuated.contains_key(kind) {
-                self.report(
-                    Diagnostic::new(Code::NOT_ACTUATED, actuator.span, format!("nothing drives `{kind}`"))
-                        .label("an actuator without an actuation")
-                        .help(format!("write for example `actuate {kind} with bezier_pac`")),
-                );
-            }
-        }
+        let (tasks, objective) = tasks?;
+        self.check_periods(&tasks, &actuations, &terms);
         if !sound {
             return None;
         }
@@ -490,45 +593,17 @@ impl<'a> Checker<'a> {
             patterns,
             symmetry: singles.symmetry.unwrap_or(ir::Symmetry::None),
             begin: singles.begin?,
-            rules,
-            requirements,
+            rules: derived.rules,
+            requirements: derived.requirements,
+            preferences: derived.preferences,
+            examples: derived.examples,
             actuations,
-            actuated,
-            model: singles.model?,
+            tasks: tasks.into_iter().map(|(name, (task, _))| (name, task)).collect(),
             terms,
-            objective: singles.objective?,
+            objective,
             search: singles.search?,
+            from: derived.from,
         })
-    }
-
-    /// An actuation may read only what the actuator that it drives has.
-    fn check_attributes(
-        &mut self,
-        kind: &str,
-        actuator: &ir::Actuator,
-        actuation: &ir::Actuation,
-        span: Span,
-    ) {
-        let exprs = actuation.lets.iter().chain(&actuation.moving).map(|(_, e)| e).chain([&actuation.drive]);
-        for expr in exprs {
-            expr.any(&mut |e| {
-                if let ExprKind::Attribute(of, name) = &e.kind {
-                    let own = matches!(of.kind, ExprKind::Local(0));
-                    if own && name != "turn" && name != "image" && !actuator.params.contains_key(name) {
-                        self.report(
-                            Diagnostic::new(
-                                Code::UNKNOWN_FIELD,
-                                span,
-                                format!("this actuation reads `{name}`, which `{kind}` does not have"),
-                            )
-                            .label("does not fit")
-                            .also(e.span, "read here"),
-                        );
-                    }
-                }
-                false
-            });
-        }
     }
 
     fn unknown_overrides(&mut self, span: Span) {

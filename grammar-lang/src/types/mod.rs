@@ -1,12 +1,15 @@
 //! Checks a program and lowers it to the typed rule set.
 
 mod call;
+mod cases;
+mod examples;
 mod expr;
 mod fields;
 mod items;
 mod rules;
 mod signature;
 mod stage;
+mod tasks;
 
 use std::collections::BTreeMap;
 
@@ -16,9 +19,9 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::eval::{self, Scope, Value};
 use crate::ir::{self, Expr, RuleSet, Ty};
 use crate::names::{Declaration, Program};
-use crate::source::SourceMap;
+use crate::source::{SourceMap, Span};
 use crate::syntax::ast;
-use crate::syntax::ast::{ItemKind, Name};
+use crate::syntax::ast::{Item, ItemKind, Name};
 use crate::units::Dimension;
 use expr::Context;
 use stage::Stage;
@@ -48,15 +51,13 @@ pub fn check(
     overrides: &[(String, String)],
 ) -> (Option<RuleSet>, Vec<Diagnostic>) {
     let placed = program
-        .modules
-        .first()
-        .into_iter()
-        .flat_map(|m| &m.tree.items)
-        .filter_map(|item| match &item.kind {
-            ItemKind::Begin(places) => Some(places.iter().map(|p| p.name.text.clone())),
+        .entries()
+        .filter_map(|(_, item)| match &item.kind {
+            ItemKind::Begin(places) => Some(places),
             _ => None,
         })
         .flatten()
+        .map(|place| (place.name.text.clone(), place.what.clone()))
         .collect();
     let mut checker = Checker {
         program,
@@ -67,6 +68,7 @@ pub fn check(
         touched: IndexSet::new(),
         params: BTreeMap::new(),
         inlined: BTreeMap::new(),
+        open_functions: Vec::new(),
         constants: Constants::default(),
     };
     let ruleset = checker.grammar();
@@ -103,8 +105,8 @@ struct Checker<'a> {
     program: &'a Program,
     sources: &'a SourceMap,
     overrides: &'a [(String, String)],
-    /// What `begin` calls its parts.
-    placed: Vec<String>,
+    /// What `begin` calls its parts, and what they are.
+    placed: Vec<(String, ast::Expr)>,
     errors: Vec<Diagnostic>,
     /// Declarations that something reads, in the order of reading.
     touched: IndexSet<Declaration>,
@@ -112,16 +114,23 @@ struct Checker<'a> {
     params: BTreeMap<Declaration, CheckedParam>,
     /// Named constants that have been checked; `None` while they are.
     inlined: BTreeMap<Declaration, Option<Expr>>,
+    /// Functions whose bodies are being checked, outermost first.
+    open_functions: Vec<Declaration>,
     constants: Constants,
 }
 
 impl Checker<'_> {
     /// The value of an expression that must be known before anything runs.
     fn constant(&mut self, expr: &Expr) -> Option<Value> {
+        self.constant_with(expr, &mut Vec::new())
+    }
+
+    /// The same with values for the first locals.
+    fn constant_with(&mut self, expr: &Expr, locals: &mut Vec<Value>) -> Option<Value> {
         if expr.any(&mut |e| e.ty == Ty::Unknown) {
             return None;
         }
-        match eval::evaluate(expr, &self.constants, &mut Vec::new()) {
+        match eval::evaluate(expr, &self.constants, locals) {
             Ok(value) => Some(value),
             Err(error) => {
                 self.report(
@@ -186,7 +195,7 @@ impl Checker<'_> {
             return unknown;
         }
         self.inlined.insert(declaration, None);
-        let mut cx = Context::new(declaration.module, Stage::Declaration, false);
+        let mut cx = Context::new(Stage::Declaration, false);
         let mut expr = self.infer(value, &mut cx);
         // A constant is worked out once, or constants of constants would grow without bound.
         if expr.ty.dimension().is_some() {
@@ -205,7 +214,7 @@ impl Checker<'_> {
         expr
     }
 
-    fn circle(&mut self, span: crate::source::Span) {
+    fn circle(&mut self, span: Span) {
         self.report(
             Diagnostic::new(Code::BAD_VALUE, span, "this is defined by itself")
                 .label("its value depends on its own value")
@@ -227,7 +236,7 @@ impl Checker<'_> {
             None => {}
         }
         self.params.insert(declaration, CheckedParam::Open);
-        let checked = self.check_param(param, declaration.module);
+        let checked = self.check_param(param);
         let state = match &checked {
             Some(checked) => {
                 self.constants.params.insert(param.name.text.clone(), value_of(checked));
@@ -239,20 +248,20 @@ impl Checker<'_> {
         checked
     }
 
-    fn check_param(&mut self, param: &ast::Param, module: usize) -> Option<ir::Param> {
+    fn check_param(&mut self, param: &ast::Param) -> Option<ir::Param> {
         let ty = self.type_named(&param.ty);
-        if ty.dimension().is_none() && !matches!(ty, Ty::Bool | Ty::Unknown) {
+        if ty.dimension().is_none() && !matches!(ty, Ty::Bool | Ty::Enum(_) | Ty::Unknown) {
             self.report(
                 Diagnostic::new(
                     Code::WRONG_TYPE,
                     param.ty.span,
-                    "a parameter is a quantity, a Count or a Bool",
+                    "a parameter is a quantity, a Count, a Bool or a value of an enumeration",
                 )
                 .label(format!("this is {ty}")),
             );
             return None;
         }
-        let mut cx = Context::new(module, Stage::Declaration, false);
+        let mut cx = Context::new(Stage::Declaration, false);
         let domain = param.domain.as_ref().and_then(|d| {
             let domain =
                 self.expect(d, &mut cx, &Ty::Domain(Box::new(ty.clone())), "the domain of a parameter");
@@ -313,6 +322,9 @@ impl Checker<'_> {
             (Ty::Bool, "true") => Some(1.0),
             (Ty::Bool, "false") => Some(0.0),
             (Ty::Bool, _) => None,
+            (Ty::Enum(name), text) => {
+                self.variants_of(name, param.ty.span).iter().position(|v| v == text).map(|i| i as f64)
+            }
             _ => {
                 let split = trimmed
                     .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+')))
@@ -339,6 +351,7 @@ impl Checker<'_> {
         if value.is_none() {
             let example = match ty {
                 Ty::Bool => "true".to_owned(),
+                Ty::Enum(name) => self.variants_of(name, param.ty.span).join("|"),
                 Ty::Count => "3".to_owned(),
                 ty => format!("\"1 {}\"", ty.dimension().map(crate::units::suggest).unwrap_or_default()),
             };
@@ -357,28 +370,78 @@ impl Checker<'_> {
 
     /// The type that a declaration names.
     fn type_named(&mut self, name: &Name) -> Ty {
-        let ty = match name.text.as_str() {
-            "Count" => Some(Ty::Count),
-            "Bool" => Some(Ty::Bool),
-            "Text" => Some(Ty::Text),
-            "Pattern" => Some(Ty::Pattern),
-            other => Dimension::named(other).map(Ty::Quantity),
-        };
-        ty.unwrap_or_else(|| {
-            let names = || Dimension::names().chain(["Count", "Bool", "Text", "Pattern"]);
-            let help = did_you_mean(&name.text, names())
-                .unwrap_or_else(|| format!("types are: {}", names().collect::<Vec<_>>().join(", ")));
-            self.report(
-                Diagnostic::new(Code::UNKNOWN_TYPE, name.span, format!("unknown type `{}`", name.text))
-                    .label("no type of this name")
-                    .help(help),
-            );
-            Ty::Unknown
-        })
+        const OTHERS: &[(&str, Ty)] = &[
+            ("Count", Ty::Count),
+            ("Bool", Ty::Bool),
+            ("Text", Ty::Text),
+            ("Pattern", Ty::Pattern),
+            ("Position", Ty::Vector(Dimension::LENGTH)),
+            ("Rotation", Ty::Rotation),
+            ("part", Ty::Part),
+            ("block", Ty::Part),
+            ("actuator", Ty::Actuator),
+            ("element", Ty::Element),
+            ("port", Ty::Port),
+            ("step", Ty::Step),
+        ];
+        if let Some((_, ty)) = OTHERS.iter().find(|(n, _)| *n == name.text) {
+            return ty.clone();
+        }
+        if let Some(dimension) = Dimension::named(&name.text) {
+            return Ty::Quantity(dimension);
+        }
+        let program = self.program;
+        match program.lookup(name.span, &name.text) {
+            Some((declaration, Item { kind: ItemKind::Enum(..), .. })) => {
+                self.touched.insert(declaration);
+                return Ty::Enum(name.text.clone());
+            }
+            Some((declaration, Item { kind: ItemKind::Record(_, fields), .. })) => {
+                self.touched.insert(declaration);
+                if self.open_functions.contains(&declaration) {
+                    self.circle(name.span);
+                    return Ty::Unknown;
+                }
+                self.open_functions.push(declaration);
+                let fields = fields.iter().map(|f| (f.name.text.clone(), self.type_named(&f.ty))).collect();
+                self.open_functions.pop();
+                return Ty::Record(name.text.clone(), fields);
+            }
+            None if program.is_lost(program.module_at(name.span), &name.text) => return Ty::Unknown,
+            _ => {}
+        }
+        let own = program
+            .scope_at(name.span)
+            .filter(|(_, i)| matches!(i.kind, ItemKind::Enum(..) | ItemKind::Record(..)))
+            .map(|(n, _)| n);
+        let mut names: Vec<&str> = Dimension::names().collect();
+        names.extend(OTHERS.iter().map(|(n, _)| *n));
+        names.extend(own);
+        let help = did_you_mean(&name.text, names.iter().copied())
+            .unwrap_or_else(|| format!("types are: {}", names.join(", ")));
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_TYPE, name.span, format!("unknown type `{}`", name.text))
+                .label("no type of this name")
+                .help(help),
+        );
+        Ty::Unknown
     }
 
-    fn is_actuator(&self, kind: &str, module: usize) -> bool {
-        self.program.lookup(module, kind).is_some_and(|(_, item)| matches!(item.kind, ItemKind::Actuator(_)))
+    /// The values of an enumeration that is known at a place.
+    fn variants_of(&self, name: &str, place: Span) -> Vec<String> {
+        // Its name may be unknown where a value of it is: then it is looked for everywhere.
+        let here = self.program.lookup(place, name).map(|(_, i)| i);
+        let anywhere = || {
+            self.program.items().map(|(_, i)| i).find(|i| matches!(&i.kind, ItemKind::Enum(n, _) if n.text == name))
+        };
+        match here.filter(|i| matches!(i.kind, ItemKind::Enum(..))).or_else(anywhere).map(|i| &i.kind) {
+            Some(ItemKind::Enum(_, values)) => values.iter().map(|v| v.text.clone()).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    fn is_actuator(&self, kind: &str, place: Span) -> bool {
+        self.program.lookup(place, kind).is_some_and(|(_, item)| matches!(item.kind, ItemKind::Actuator(_)))
     }
 
     /// Every parameter that some actuator of the program has.
@@ -407,7 +470,7 @@ impl Checker<'_> {
     }
 
     /// A parameter of a part that is known beforehand must lie in its domain.
-    fn check_instance_domain(&mut self, item: &ast::Item, name: &str, value: &Expr, cx: &Context) {
+    fn check_instance_domain(&mut self, item: &ast::Item, name: &str, value: &Expr) {
         let ItemKind::Actuator(block) = &item.kind else { return };
         let Some(param) = block.fields.iter().find_map(|f| match f {
             ast::Field::Param(p) if p.name.text == name => Some(p),
@@ -418,7 +481,7 @@ impl Checker<'_> {
         let Some(domain) = &param.domain else { return };
         let Some(value_now) = self.quiet_number(value) else { return };
         let ty = value.ty.clone();
-        let mut inner = Context::new(cx.module, Stage::Declaration, false);
+        let mut inner = Context::new(Stage::Declaration, false);
         let domain = self.expect(domain, &mut inner, &Ty::Domain(Box::new(ty.clone())), "a domain");
         if let Some((low, high)) = self.constant_range(&domain)
             && (value_now < low || value_now > high)

@@ -5,6 +5,7 @@ use super::expr::Context;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Expr, ExprKind, Group, Ty};
+use crate::source::Span;
 use crate::syntax::ast::{self, ActuationClause, Name, RuleClause, RuleClauseKind};
 use crate::units::Dimension;
 
@@ -23,56 +24,37 @@ impl Checker<'_> {
         &mut self,
         name: &Name,
         clauses: &[RuleClause],
-        module: usize,
         damaged: bool,
     ) -> Option<ir::Rule> {
-        let mut cx = Context::new(module, Stage::Derivation, damaged);
+        let mut cx = Context::new(Stage::Derivation, damaged);
         let found = self.errors.len();
-        let mut matched = None;
+        let mut matches = Some(Vec::new());
+        let mut nothing: Option<Span> = None;
         for clause in clauses {
-            let pattern = match &clause.kind {
-                RuleClauseKind::MatchNothing => Some(ir::Pattern::Nothing),
-                RuleClauseKind::Match { name, kind, port, condition } => {
-                    self.pattern(name, kind, port.as_ref(), condition.as_ref(), &mut cx)
+            let more = match &clause.kind {
+                RuleClauseKind::MatchNothing => {
+                    nothing = Some(clause.span);
+                    continue;
+                }
+                RuleClauseKind::Match { links, condition } => {
+                    self.matches(links, condition.as_ref(), &mut cx)
                 }
                 _ => continue,
             };
-            match matched {
-                None => matched = Some((pattern, clause.span)),
-                Some((_, first)) => self.report(
-                    Diagnostic::new(Code::DUPLICATE, clause.span, "a rule has one `match`")
+            if let Some(nothing) = nothing {
+                self.report(
+                    Diagnostic::new(Code::DUPLICATE, clause.span, "a rule that matches nothing matches nothing")
                         .label("another match")
-                        .also(first, "the first one")
-                        .help("split the rule in two"),
-                ),
+                        .also(nothing, "nothing is matched here")
+                        .help("remove one of them"),
+                );
             }
+            matches = matches.zip(more).map(|(mut all, more)| {
+                all.extend(more);
+                all
+            });
         }
-        let pattern = matched.map_or(Some(ir::Pattern::Nothing), |(pattern, _)| pattern);
-        let mut choices = Vec::new();
-        for clause in clauses {
-            let RuleClauseKind::Choose(name, domain) = &clause.kind else { continue };
-            let domain = self.infer(domain, &mut cx);
-            let ty = match &domain.ty {
-                Ty::Domain(item) => (**item).clone(),
-                Ty::List(item) => (**item).clone(),
-                Ty::Unknown => Ty::Unknown,
-                other => {
-                    let other = other.clone();
-                    self.report(
-                        Diagnostic::new(
-                            Code::WRONG_TYPE,
-                            domain.span,
-                            format!("nothing can be chosen from a {other}"),
-                        )
-                        .label("not a domain")
-                        .help("write a range `a .. b` or a set `{ a, b }`"),
-                    );
-                    Ty::Unknown
-                }
-            };
-            self.bind(name, ty, &mut cx);
-            choices.push(ir::Choice { name: name.text.clone(), domain });
-        }
+        let choices = self.choices(clauses, &mut cx);
         let bound = cx.locals.len();
         let mut guards = Vec::new();
         let mut effects = Vec::new();
@@ -81,7 +63,10 @@ impl Checker<'_> {
             match &clause.kind {
                 RuleClauseKind::Guard(positive, condition) => {
                     let what = if *positive { "what follows `when`" } else { "what follows `unless`" };
-                    let condition = self.expect(condition, &mut cx, &Ty::Bool, what);
+                    // A guard is asked before the effects: it does not see what they make.
+                    let mut before = cx.clone();
+                    before.locals.truncate(bound);
+                    let condition = self.expect(condition, &mut before, &Ty::Bool, what);
                     let needs = highest_local(&condition, bound);
                     let condition = if *positive {
                         condition
@@ -90,21 +75,8 @@ impl Checker<'_> {
                     };
                     guards.push(ir::Guard { needs, condition });
                 }
-                RuleClauseKind::Attach { what, port, turned } => {
-                    let what = self.expect(what, &mut cx, &Ty::Kind, "what is attached");
-                    let port = self.expect(port, &mut cx, &Ty::Port, "where it is attached");
-                    let turned = turned.as_ref().map(|t| {
-                        self.expect(t, &mut cx, &Ty::Quantity(Dimension::ANGLE), "what follows `turned`")
-                    });
-                    effects.push(ir::Effect::Attach { what, port, turned });
-                }
-                RuleClauseKind::Set(target, value) => effects.extend(self.set(target, value, &mut cx)),
-                RuleClauseKind::Revert(step) => {
-                    let step = self.expect(step, &mut cx, &Ty::Step, "what is reverted");
-                    effects.push(ir::Effect::Revert(step));
-                }
                 RuleClauseKind::Weight(value) => {
-                    let mut cx = Context::new(module, Stage::Weight, damaged);
+                    let mut cx = Context::new(Stage::Weight, damaged);
                     let value = self.expect(value, &mut cx, &Ty::NUMBER, "a weight");
                     if weight.replace(value).is_some() {
                         self.report(
@@ -114,63 +86,275 @@ impl Checker<'_> {
                         );
                     }
                 }
-                _ => {}
+                kind => effects.extend(self.effect(kind, &mut cx)),
             }
         }
         if effects.is_empty() && !damaged && self.errors.len() == found {
             self.report(
                 Diagnostic::new(Code::NO_EFFECT, name.span, format!("the rule `{}` does nothing", name.text))
                     .label("without an effect")
-                    .help("say what it does: `attach`, `set` or `revert`"),
+                    .help("say what it does: `attach`, `set`, `remove`, `replace` or `revert`"),
             );
         }
         let weight = weight.unwrap_or(Expr { kind: ExprKind::Number(1.0), ty: Ty::NUMBER, span: name.span });
         Some(ir::Rule {
             name: name.text.clone(),
-            pattern: pattern?,
+            matches: matches?,
             choices,
             guards,
             effects,
             weight,
-            locals: cx.locals.into_iter().map(|l| l.name).collect(),
+            locals: cx.locals.into_iter().take(bound).map(|l| l.name).collect(),
             span: name.span,
         })
     }
 
-    fn pattern(
+    /// The choices of a rule, and its `let`s: choices with one value.
+    fn choices(&mut self, clauses: &[RuleClause], cx: &mut Context) -> Vec<ir::Choice> {
+        let mut choices = Vec::new();
+        for clause in clauses {
+            let mut drawing = Context { stage: Stage::Choice, ..cx.clone() };
+            match &clause.kind {
+                RuleClauseKind::Choose(name, domain, spread) => {
+                    let domain = self.infer(domain, &mut drawing);
+                    let ty = self.chosen_from(&domain);
+                    let spread = match spread {
+                        Some(spread) => self.spread(spread, &ty, &mut drawing),
+                        None => ir::Spread::Even,
+                    };
+                    self.bind(name, ty, cx);
+                    choices.push(ir::Choice { name: name.text.clone(), domain, spread });
+                }
+                RuleClauseKind::Let(name, value) => {
+                    let value = self.infer(value, &mut drawing);
+                    let (ty, span) = (value.ty.clone(), value.span);
+                    let kind = ExprKind::Set(vec![value]);
+                    let domain = Expr { kind, ty: Ty::Domain(Box::new(ty.clone())), span };
+                    self.bind(name, ty, cx);
+                    choices.push(ir::Choice { name: name.text.clone(), domain, spread: ir::Spread::Fixed });
+                }
+                _ => {}
+            }
+        }
+        choices
+    }
+
+    fn chosen_from(&mut self, domain: &Expr) -> Ty {
+        match &domain.ty {
+            Ty::Domain(item) | Ty::List(item) => (**item).clone(),
+            Ty::Group => match &domain.kind {
+                ExprKind::Group(Group::Actuator) => Ty::Actuator,
+                ExprKind::Group(Group::Kind(kind)) if self.is_actuator(kind, domain.span) => Ty::Actuator,
+                _ => Ty::Part,
+            },
+            Ty::Unknown => Ty::Unknown,
+            other => {
+                let other = other.clone();
+                self.report(
+                    Diagnostic::new(
+                        Code::WRONG_TYPE,
+                        domain.span,
+                        format!("nothing can be chosen from a {other}"),
+                    )
+                    .label("not a domain")
+                    .help("write a range `a .. b` or a set `{ a, b }`"),
+                );
+                Ty::Unknown
+            }
+        }
+    }
+
+    /// `by normal(...)`, `by uniform(...)` or `by [weights]`.
+    fn spread(&mut self, tree: &ast::Expr, ty: &Ty, cx: &mut Context) -> ir::Spread {
+        let spread = self.infer(tree, cx);
+        let numbers = Ty::List(Box::new(Ty::NUMBER));
+        if spread.ty.fits(&numbers) {
+            return ir::Spread::Weights(spread);
+        }
+        let Some(dimension) = ty.dimension() else {
+            if *ty != Ty::Unknown {
+                self.fit(spread, &numbers, "what follows `by`");
+            }
+            return ir::Spread::Even;
+        };
+        let spread = self.fit(spread, &Ty::Distribution(dimension), "what follows `by`");
+        match spread.kind {
+            ExprKind::Call(function, arguments) if spread.ty != Ty::Unknown => {
+                let Ok([a, b]) = <[Expr; 2]>::try_from(arguments) else { return ir::Spread::Even };
+                if function == ir::Function::Normal {
+                    ir::Spread::Normal(a, b)
+                } else {
+                    ir::Spread::Uniform(a, b)
+                }
+            }
+            _ => ir::Spread::Even,
+        }
+    }
+
+    fn effect(&mut self, clause: &RuleClauseKind, cx: &mut Context) -> Option<ir::Effect> {
+        match clause {
+            RuleClauseKind::Attach { what, port, turned, by, product } => {
+                let what = self.expect(what, cx, &Ty::Kind, "what is attached");
+                let on = self.holding(port, turned.as_ref(), by.as_ref(), cx);
+                self.product(product.as_ref(), &what, cx);
+                Some(ir::Effect::Attach { what, on })
+            }
+            RuleClauseKind::Set(target, value) => self.set(target, value, cx),
+            RuleClauseKind::Remove(part) => {
+                let part = self.expect(part, cx, &Ty::Part, "what is removed");
+                Some(ir::Effect::Remove(part))
+            }
+            RuleClauseKind::Replace { part, with, between, product } => {
+                let part = self.expect(part, cx, &Ty::Part, "what is replaced");
+                let with = self.expect(with, cx, &Ty::Kind, "what takes its place");
+                let between = between.as_ref().map(|(a, b)| {
+                    let mut end = |e| self.expect(e, cx, &Ty::Part, "a neighbour");
+                    (end(a), end(b))
+                });
+                self.product(product.as_ref(), &with, cx);
+                Some(ir::Effect::Replace { part, with, between })
+            }
+            RuleClauseKind::Revert(step) => {
+                let step = self.expect(step, cx, &Ty::Step, "what is reverted");
+                Some(ir::Effect::Revert(step))
+            }
+            _ => None,
+        }
+    }
+
+    /// Where and how something is held.
+    pub(super) fn holding(
         &mut self,
-        name: &Name,
-        kind: &Name,
-        port: Option<&Name>,
+        port: &ast::Expr,
+        turned: Option<&ast::Expr>,
+        by: Option<&Name>,
+        cx: &mut Context,
+    ) -> ir::Holding {
+        let port = self.expect(port, cx, &Ty::Port, "where it is attached");
+        let angle = Ty::Quantity(Dimension::ANGLE);
+        let turned = turned.map(|t| self.expect(t, cx, &angle, "what follows `turned`"));
+        let by = by.and_then(|name| {
+            let tree = ast::Expr { kind: ast::ExprKind::Name(name.text.clone()), span: name.span };
+            if self.port_name(&tree).is_none() {
+                self.unknown_port(name);
+                return None;
+            }
+            Some(name.text.clone())
+        });
+        ir::Holding { port, turned, by }
+    }
+
+    /// A part that an effect makes takes a local slot, with or without a name.
+    fn product(&mut self, name: Option<&Name>, what: &Expr, cx: &mut Context) {
+        let active = matches!(&what.kind, ExprKind::Kind(kind, _) if self.is_actuator(kind, what.span));
+        let ty = if active { Ty::Actuator } else { Ty::Part };
+        match name {
+            Some(name) => self.bind(name, ty, cx),
+            None => cx.locals.push(super::expr::Local { name: String::new(), ty, span: what.span }),
+        }
+    }
+
+    /// The matches of one clause: several if it is a chain.
+    fn matches(
+        &mut self,
+        links: &[ast::Link],
         condition: Option<&ast::Expr>,
         cx: &mut Context,
-    ) -> Option<ir::Pattern> {
-        let step = kind.text == "step";
-        let group = if step { None } else { self.group_named(kind, cx) };
+    ) -> Option<Vec<ir::Match>> {
+        let mut out = Vec::new();
+        let mut before: Option<usize> = None;
+        let mut sound = true;
+        for link in links {
+            let chained = links.len() > 1;
+            let slot = cx.locals.len();
+            match self.matched(link, before, chained, cx) {
+                Some(what) => out.push(ir::Match { what, condition: None }),
+                None => sound = false,
+            }
+            before = chained.then_some(slot);
+        }
+        let condition = condition.map(|c| self.expect(c, cx, &Ty::Bool, "what follows `where`"));
+        if let Some(last) = out.last_mut() {
+            last.condition = condition;
+        }
+        sound.then_some(out)
+    }
+
+    fn matched(
+        &mut self,
+        link: &ast::Link,
+        joined_to: Option<usize>,
+        chained: bool,
+        cx: &mut Context,
+    ) -> Option<ir::Matched> {
+        let kind = link.kind.as_ref();
+        let word = kind.map_or("part", |k| k.text.as_str());
+        let other = match word {
+            "step" => Some((ir::Matched::Step, Ty::Step)),
+            "joint" => Some((ir::Matched::Joint, Ty::Joint)),
+            "port" => {
+                let of = link.owner.as_ref().and_then(|owner| self.local_part(owner, cx));
+                Some((ir::Matched::Port { of }, Ty::Port))
+            }
+            _ => None,
+        };
+        let stray = match (&other, &link.port, &link.owner) {
+            (Some(_), Some(port), _) => Some((port.span, format!("a {word} has no ports"))),
+            (Some(_), _, Some(owner)) if word != "port" => {
+                Some((owner.span, format!("a {word} belongs to no part")))
+            }
+            (None, _, Some(owner)) => Some((owner.span, "only a port belongs to a part".to_owned())),
+            (Some(_), ..) if chained => {
+                Some((link.name.span, format!("a {word} cannot be joined to parts")))
+            }
+            _ => None,
+        };
+        if let Some((span, message)) = stray {
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, span, message).label("not possible").help("match a part"),
+            );
+            self.bind(&link.name, Ty::Unknown, cx);
+            return None;
+        }
+        if let Some((matched, ty)) = other {
+            self.bind(&link.name, ty, cx);
+            return Some(matched);
+        }
+        let group = match kind {
+            Some(kind) => self.group_named(kind, cx),
+            None => Some(Group::Part),
+        };
         let ty = match &group {
-            _ if step => Ty::Step,
             Some(Group::Actuator) => Ty::Actuator,
-            Some(Group::Kind(kind)) if self.is_actuator(kind, cx.module) => Ty::Actuator,
+            Some(Group::Kind(name)) if self.is_actuator(name, link.name.span) => Ty::Actuator,
             Some(_) => Ty::Part,
             None => Ty::Unknown,
         };
-        self.bind(name, ty, cx);
-        if let Some(port) = port {
-            if step {
-                self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, port.span, "a step has no ports")
-                        .label("not possible")
-                        .help("match a part"),
-                );
-                return None;
-            }
+        self.bind(&link.name, ty, cx);
+        if let Some(port) = &link.port {
             self.bind(port, Ty::Port, cx);
         }
-        let condition = condition.map(|c| self.expect(c, cx, &Ty::Bool, "what follows `where`"));
-        if step {
-            return Some(ir::Pattern::Step { condition });
+        Some(ir::Matched::Part { kind: group?, port: link.port.is_some(), joined_to })
+    }
+
+    /// The slot of a part that was matched before.
+    fn local_part(&mut self, owner: &Name, cx: &Context) -> Option<usize> {
+        let slot = cx.locals.iter().position(|l| l.name == owner.text);
+        let fits = slot.and_then(|s| cx.locals.get(s)).is_some_and(|l| l.ty.fits(&Ty::Part));
+        if !fits && !cx.damaged {
+            let parts = cx.locals.iter().filter(|l| l.ty.fits(&Ty::Part)).map(|l| l.name.as_str());
+            self.report(
+                Diagnostic::new(
+                    Code::UNKNOWN_NAME,
+                    owner.span,
+                    format!("`{}` is no part that this rule has matched", owner.text),
+                )
+                .label("not matched before")
+                .help(did_you_mean(&owner.text, parts).unwrap_or_else(|| "match the part first".to_owned())),
+            );
+            return None;
         }
-        Some(ir::Pattern::Part { kind: group?, port: port.is_some(), condition })
+        slot
     }
 
     fn set(&mut self, target: &ast::Expr, value: &ast::Expr, cx: &mut Context) -> Option<ir::Effect> {
@@ -182,18 +366,27 @@ impl Checker<'_> {
             );
             return None;
         };
-        if attribute.text == "image" {
+        let read_only = super::signature::attributes(&Ty::Part).iter().any(|(n, _)| *n == attribute.text);
+        if read_only && attribute.text != "turn" {
             self.report(
                 Diagnostic::new(
                     Code::WRONG_TYPE,
                     attribute.span,
-                    "`image` follows from the symmetry and cannot be set",
+                    format!("`{}` follows from the design and cannot be set", attribute.text),
                 )
                 .label("read only"),
             );
             return None;
         }
         let whole = self.infer(target, cx);
+        if whole.ty == Ty::Port {
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, target.span, "a port cannot be set")
+                    .label("read only")
+                    .help("write for example `set p.turn = 90 deg`"),
+            );
+            return None;
+        }
         let part = self.infer(of, cx);
         let value = self.expect(value, cx, &whole.ty.clone(), &format!("`{}`", attribute.text));
         Some(ir::Effect::Set { part, attribute: attribute.text.clone(), value })
@@ -205,14 +398,13 @@ impl Checker<'_> {
         binder: &Name,
         kind: &Name,
         clauses: &[ActuationClause],
-        module: usize,
         damaged: bool,
     ) -> Option<ir::Actuation> {
-        let mut cx = Context::new(module, Stage::Drive, damaged);
+        let mut cx = Context::new(Stage::Drive, damaged);
         let group = self.group_named(kind, &mut cx);
         let fine = match &group {
             Some(Group::Actuator) | None => true,
-            Some(Group::Kind(kind)) => self.is_actuator(kind, module),
+            Some(Group::Kind(kind_name)) => self.is_actuator(kind_name, kind.span),
             _ => false,
         };
         if !fine {
@@ -293,10 +485,42 @@ impl Checker<'_> {
         Some(ir::Actuation { variables, lets, moving, drive: drive?, span: name.span })
     }
 
+    /// Who has a variable of its own.
+    fn owner(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Owner> {
+        let Some(per) = &variable.per else {
+            return Some(if variable.shared { ir::Owner::Body } else { ir::Owner::Actuator });
+        };
+        if variable.shared {
+            self.report(
+                Diagnostic::new(Code::DUPLICATE, per.span, "a shared variable is there once for the whole body")
+                    .label("which one counts?")
+                    .help("write `vary` instead of `shared`, or take `per` out"),
+            );
+            return None;
+        }
+        // Only the actuator itself is known: its variables are what is being declared.
+        let mut cx = Context { stage: Stage::Derivation, ..cx.clone() };
+        cx.locals.truncate(1);
+        let value = self.infer(per, &mut cx);
+        match value.ty {
+            Ty::Count | Ty::Quantity(_) | Ty::Enum(_) | Ty::Bool => Some(ir::Owner::Group(value)),
+            Ty::Unknown => None,
+            ref other => {
+                self.report(
+                    Diagnostic::new(Code::WRONG_TYPE, per.span, "actuators are grouped by a number")
+                        .label(format!("this is a {other}"))
+                        .help("write for example `per a.channel`"),
+                );
+                None
+            }
+        }
+    }
+
     fn variable(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Variable> {
         let name = &variable.name;
-        let mut constant = Context::new(cx.module, Stage::Declaration, cx.damaged);
+        let mut constant = Context::new(Stage::Declaration, cx.damaged);
         let ty = self.type_named(&variable.ty);
+        let owner = self.owner(variable, cx);
         let size = match &variable.size {
             None => None,
             Some(size) => {
@@ -345,7 +569,7 @@ impl Checker<'_> {
                 return None;
             }
         };
-        let mut mutating = Context::new(cx.module, Stage::Mutation, cx.damaged);
+        let mut mutating = Context::new(Stage::Mutation, cx.damaged);
         let chance = |checker: &mut Self, tree: &ast::Expr, cx: &mut Context| {
             let expr = checker.expect(tree, cx, &Ty::NUMBER, "a probability");
             if let Some(p) = checker.quiet_number(&expr)
@@ -420,7 +644,7 @@ impl Checker<'_> {
         };
         Some(ir::Variable {
             name: name.text.clone(),
-            shared: variable.shared,
+            owner: owner?,
             size,
             ty,
             domain,

@@ -7,25 +7,48 @@ use crate::units::Dimension;
 pub(super) fn word(word: Word) -> Ty {
     match word {
         Word::Pi | Word::Cycle | Word::Temperature | Word::Best => Ty::NUMBER,
-        Word::Time | Word::Start | Word::End | Word::Duration => Ty::Quantity(Dimension::TIME),
+        Word::Time | Word::Start | Word::End | Word::Duration | Word::Period => Ty::Quantity(Dimension::TIME),
         Word::Elements => Ty::List(Box::new(Ty::Element)),
         Word::Iteration | Word::Idle => Ty::Count,
         Word::Connected | Word::NoOverlap => Ty::Bool,
     }
 }
 
-/// The attributes that every part has.
-pub(super) const PART_ATTRIBUTES: &[(&str, Ty)] =
-    &[("turn", Ty::Quantity(Dimension::ANGLE)), ("image", Ty::Count)];
+/// The attributes of a thing that the design has, with their types.
+pub(super) fn attributes(of: &Ty) -> &'static [(&'static str, Ty)] {
+    const PART: &[(&str, Ty)] = &[
+        ("turn", Ty::Quantity(Dimension::ANGLE)),
+        ("image", Ty::Count),
+        ("depth", Ty::Count),
+        ("mass", Ty::Quantity(Dimension::MASS)),
+        ("holder", Ty::Part),
+        ("twin", Ty::Part),
+    ];
+    match of {
+        Ty::Part | Ty::Actuator => PART,
+        Ty::Port => &[("part", Ty::Part), ("index", Ty::Count), ("free", Ty::Bool)],
+        Ty::Joint => &[("holder", Ty::Part), ("held", Ty::Part), ("port", Ty::Port)],
+        Ty::Step => &[("rule", Ty::Text), ("number", Ty::Count)],
+        _ => &[],
+    }
+}
 
-/// The attributes of an element.
-pub(super) fn element_attribute(name: &str) -> Option<Ty> {
-    match name {
-        "position" => Some(Ty::Track(Box::new(Ty::Vector(Dimension::LENGTH)))),
-        "rotation" => Some(Ty::Track(Box::new(Ty::Rotation))),
+/// What the recorded motion adds to the attributes of a thing.
+pub(super) fn motion_attribute(of: &Ty, name: &str) -> Option<Ty> {
+    let track = |ty| Some(Ty::Track(Box::new(ty)));
+    match (of, name) {
+        (Ty::Element | Ty::Part | Ty::Actuator, "position") => track(Ty::Vector(Dimension::LENGTH)),
+        (Ty::Element | Ty::Part | Ty::Actuator, "rotation") => track(Ty::Rotation),
+        (Ty::Element, "lowest") => track(Ty::Quantity(Dimension::LENGTH)),
+        (Ty::Element, "size") => Some(Ty::Quantity(Dimension::LENGTH)),
+        (Ty::Element, "part") => Some(Ty::Part),
+        (Ty::Actuator, "work") => Dimension::named("Energy").map(Ty::Quantity),
         _ => None,
     }
 }
+
+/// The names that [`motion_attribute`] knows.
+pub(super) const MOTION_ATTRIBUTES: &[&str] = &["position", "rotation", "lowest", "size", "part", "work"];
 
 /// What a function takes: how people write it, and how many arguments.
 pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusive<usize>) {
@@ -49,7 +72,11 @@ pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusi
         F::Length => ("length(vector)", 1..=1),
         F::Horizontal => ("horizontal(vector)", 1..=1),
         F::Height => ("height(vector)", 1..=1),
+        F::Vector => ("vector(x, y, z)", 3..=3),
         F::Angle => ("angle(rotation, rotation)", 2..=2),
+        F::Heading => ("heading(rotation)", 1..=1),
+        F::Bearing => ("bearing(vector)", 1..=1),
+        F::Wrap => ("wrap(angle)", 1..=1),
         F::Count => ("count(kind)", 1..=1),
         F::Each => ("each(list, n)", 2..=2),
         F::Repeat => ("repeat(x, n)", 2..=2),
@@ -59,9 +86,11 @@ pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusi
         F::Box => ("box(x, y, z)", 3..=3),
         F::Sphere => ("sphere(radius)", 1..=1),
         F::Cylinder => ("cylinder(radius, length)", 2..=2),
+        F::Disk => ("disk(radius, height)", 2..=2),
         F::Normal => ("normal(mean, deviation)", 2..=2),
         F::Uniform => ("uniform(low, high)", 2..=2),
         F::Gain => ("gain(iterations)", 1..=1),
         F::Neighbours => ("neighbours(part)", 1..=1),
+        F::Images => ("images(part)", 1..=1),
     }
 }

@@ -11,6 +11,8 @@ pub(super) enum Stage {
     Pattern,
     /// On the design so far: guards, choices, effects, requirements.
     Derivation,
+    /// When a rule draws its choices.
+    Choice,
     /// When a rule is drawn.
     Weight,
     /// For an actuator at a time.
@@ -21,6 +23,8 @@ pub(super) enum Stage {
     Schedule,
     /// On the recorded motion.
     Score,
+    /// On the values of several tasks.
+    Outcome,
 }
 
 impl Stage {
@@ -30,11 +34,13 @@ impl Stage {
             Self::Declaration => "a declaration",
             Self::Pattern => "a pattern",
             Self::Derivation => "the derivation of a design",
+            Self::Choice => "a choice of a rule",
             Self::Weight => "a rule's weight",
             Self::Drive => "an actuation",
             Self::Mutation => "a mutation",
             Self::Schedule => "a search schedule",
             Self::Score => "a term or an objective",
+            Self::Outcome => "an objective over tasks",
         }
     }
 
@@ -52,7 +58,7 @@ impl Stage {
     pub(super) fn sees_function(self, function: Function) -> bool {
         match function {
             Function::Gain => self == Self::Schedule,
-            Function::Neighbours => self.sees_design(),
+            Function::Neighbours | Function::Images => self.sees_design(),
             _ => true,
         }
     }
@@ -70,10 +76,10 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
         Word::Pi => return None,
         Word::Cycle => &[S::Pattern],
         Word::Time => &[S::Drive],
-        Word::Start | Word::End | Word::Duration | Word::Elements => &[S::Score],
-        Word::Temperature => &[S::Weight, S::Mutation],
+        Word::Start | Word::End | Word::Duration | Word::Elements | Word::Period => &[S::Score],
+        Word::Temperature => &[S::Choice, S::Weight, S::Mutation],
         Word::Iteration => &[S::Schedule, S::Mutation],
         Word::Best | Word::Idle => &[S::Schedule],
-        Word::Connected | Word::NoOverlap => &[S::Derivation, S::Weight],
+        Word::Connected | Word::NoOverlap => &[S::Derivation, S::Choice, S::Weight],
     })
 }

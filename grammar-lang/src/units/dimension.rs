@@ -42,6 +42,8 @@ impl Dimension {
     pub const NUMBER: Self = Self([0; 5]);
     /// Length.
     pub const LENGTH: Self = Self([1, 0, 0, 0, 0]);
+    /// Mass.
+    pub const MASS: Self = Self([0, 1, 0, 0, 0]);
     /// Time.
     pub const TIME: Self = Self([0, 0, 1, 0, 0]);
     /// Angle.

@@ -1,0 +1,636 @@
+//! Variants: a grammar as the difference from another.
+//!
+//! The edits change the trees of the declarations that they name, in place, so
+//! that everything that uses those declarations sees the change. Names inside an
+//! edit keep the meaning that they have in the text that it stands in.
+
+use std::collections::BTreeMap;
+use std::mem::discriminant;
+
+use super::{Declaration, Loader, declared};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::source::Span;
+use crate::syntax::ast::{
+    Block, Edit, EditKind, Expr, ExprKind, Field, Item, ItemKind, Name, RuleClause, RuleClauseKind, Variant,
+};
+
+/// Finds what is compiled: a grammar of the first text, or a variant of it. Then
+/// applies the edits of the variants, from the one nearest to the grammar outwards.
+pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
+    let mut chain: Vec<(usize, Variant)> = Vec::new();
+    let Some(mut place) = first(loader, wanted) else { return };
+    let grammar = loop {
+        match loader.program.item(place).map(|i| i.kind.clone()) {
+            Some(ItemKind::Grammar(name)) => break (place, name),
+            Some(ItemKind::Variant(variant)) => {
+                let base = base_of(loader, place, &variant);
+                let circle = chain.iter().any(|(m, v)| *m == place.module && v.name == variant.name);
+                if circle {
+                    loader.errors.push(
+                        Diagnostic::new(
+                            Code::VARIANT_CYCLE,
+                            variant.base.span,
+                            format!("`{}` is a variant of itself", variant.name.text),
+                        )
+                        .label("this base leads back to it")
+                        .help("let one of the variants start from a grammar"),
+                    );
+                    return;
+                }
+                chain.push((place.module, variant));
+                match base {
+                    Some(base) => place = base,
+                    None => return,
+                }
+            }
+            _ => return,
+        }
+    };
+    let (place, name) = grammar;
+    loader.program.name = Some(chain.first().map_or(name, |(_, v)| v.name.clone()));
+    let module = place.module;
+    loader.program.own = chain.iter().map(|(m, _)| *m).chain([module]).collect();
+    take_part(loader, module);
+    let mut base = module;
+    for (module, variant) in chain.into_iter().rev() {
+        inherit(loader, module, base);
+        apply(loader, module, &variant);
+        base = module;
+    }
+}
+
+/// What the first text offers to compile.
+fn first(loader: &mut Loader<'_>, wanted: Option<&str>) -> Option<Declaration> {
+    let tree = &loader.program.modules.first()?.tree;
+    let find = |test: &dyn Fn(&ItemKind) -> bool| {
+        tree.items
+            .iter()
+            .rposition(|i| test(&i.kind))
+            .map(|item| Declaration { module: 0, item })
+    };
+    match wanted {
+        None => find(&|k| matches!(k, ItemKind::Grammar(_)))
+            .or_else(|| find(&|k| matches!(k, ItemKind::Variant(_)))),
+        Some(wanted) => {
+            let found = find(&|k| match k {
+                ItemKind::Grammar(name) => name.text == wanted,
+                ItemKind::Variant(variant) => variant.name.text == wanted,
+                _ => false,
+            });
+            if found.is_none() {
+                let names = names_of(tree.items.iter());
+                let file = loader.program.modules.first()?.file;
+                let error = Diagnostic::new(
+                    Code::UNKNOWN_NAME,
+                    Span { file, start: 0, end: 0 },
+                    format!("this file declares no grammar or variant `{wanted}`"),
+                )
+                .help_if(did_you_mean(wanted, names.iter().map(String::as_str)).or_else(|| {
+                    (!names.is_empty()).then(|| format!("it declares: {}", names.join(", ")))
+                }));
+                loader.errors.push(error);
+            }
+            found
+        }
+    }
+}
+
+/// The names of the grammars and variants among some items.
+pub(super) fn names_of<'a>(items: impl Iterator<Item = &'a Item>) -> Vec<String> {
+    items
+        .filter_map(|i| match &i.kind {
+            ItemKind::Grammar(name) => Some(name.text.clone()),
+            ItemKind::Variant(variant) => Some(variant.name.text.clone()),
+            _ => None,
+        })
+        .collect()
+}
+
+fn base_of(loader: &mut Loader<'_>, place: Declaration, variant: &Variant) -> Option<Declaration> {
+    let module = if variant.from_file {
+        let from = loader.program.modules.get(place.module)?.name.clone();
+        loader.open.push(place.module);
+        let found = loader.module_of(&variant.base, &from);
+        loader.open.pop();
+        found?
+    } else {
+        place.module
+    };
+    let items = &loader.program.modules.get(module)?.tree.items;
+    let item = if variant.from_file {
+        let grammar = items.iter().rposition(|i| matches!(i.kind, ItemKind::Grammar(_)));
+        grammar.or_else(|| items.iter().rposition(|i| matches!(i.kind, ItemKind::Variant(_))))
+    } else {
+        items.iter().position(|i| match &i.kind {
+            ItemKind::Grammar(name) => name.text == variant.base.text,
+            ItemKind::Variant(other) => other.name.text == variant.base.text,
+            _ => false,
+        })
+    };
+    if item.is_none() && !loader.program.is_lost(module, &variant.base.text) {
+        let names = names_of(items.iter());
+        let (message, help) = if variant.from_file {
+            ("this file declares no grammar to start from".to_owned(), None)
+        } else {
+            (
+                format!("there is no grammar `{}` to start from", variant.base.text),
+                did_you_mean(&variant.base.text, names.iter().map(String::as_str)),
+            )
+        };
+        loader.errors.push(
+            Diagnostic::new(Code::NO_BASE, variant.base.span, message)
+                .label("not a grammar or variant")
+                .help(help.unwrap_or_else(|| {
+                    "name a grammar or variant of this file, or a file: `of \"./codesign.sgr\"`".to_owned()
+                })),
+        );
+    }
+    item.map(|item| Declaration { module, item })
+}
+
+/// Everything that a grammar's text declares or imports takes part in it.
+fn take_part(loader: &mut Loader<'_>, module: usize) {
+    let Some(loaded) = loader.program.modules.get(module) else { return };
+    let own = (0..loaded.tree.items.len()).map(|item| Declaration { module, item });
+    let imported = loaded.scope.values().copied().filter(|d| d.module != module);
+    let all: Vec<Declaration> = imported.chain(own).collect();
+    let is_variant = |d: &Declaration| {
+        loader.program.item(*d).is_some_and(|i| matches!(i.kind, ItemKind::Variant(_)))
+    };
+    loader.program.taking_part = all.into_iter().filter(|d| !is_variant(d)).collect();
+}
+
+/// A variant knows every name that its base knows.
+fn inherit(loader: &mut Loader<'_>, module: usize, base: usize) {
+    if module == base {
+        return;
+    }
+    let Some(from) = loader.program.modules.get(base) else { return };
+    let (scope, lost, leaky) = (from.scope.clone(), from.lost.clone(), from.leaky);
+    for (name, declaration) in scope {
+        let Some(into) = loader.program.modules.get(module) else { return };
+        match into.scope.get(&name).copied() {
+            None => {
+                if let Some(into) = loader.program.modules.get_mut(module) {
+                    into.scope.insert(name, declaration);
+                }
+            }
+            Some(own) if own != declaration => {
+                let span = |d| loader.program.item(d).and_then(declared).map(|n| n.span);
+                if let (Some(here), Some(there)) = (span(own), span(declaration)) {
+                    loader.errors.push(
+                        Diagnostic::new(
+                            Code::DUPLICATE,
+                            here,
+                            format!("`{name}` already means something else in the base"),
+                        )
+                        .label("another meaning")
+                        .also(there, "the meaning in the base")
+                        .help("choose another name"),
+                    );
+                }
+            }
+            Some(_) => {}
+        }
+    }
+    if let Some(into) = loader.program.modules.get_mut(module) {
+        into.lost.extend(lost);
+        into.leaky |= leaky;
+    }
+}
+
+/// Applies the edits of one variant: each to its base as it was, at most one for each target.
+fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
+    let mut seen: BTreeMap<String, Span> = BTreeMap::new();
+    for edit in &variant.edits {
+        let (key, span) = target_of(edit);
+        if let Some(first) = seen.insert(key.clone(), span) {
+            loader.errors.push(
+                Diagnostic::new(Code::DUPLICATE, span, format!("`{key}` is changed twice by this variant"))
+                    .label("changed again")
+                    .also(first, "first changed here")
+                    .help("keep one of them"),
+            );
+            continue;
+        }
+        match &edit.kind {
+            EditKind::Set(path, value) => change(loader, module, path, Change::Set(value)),
+            EditKind::Narrow(path, value) => change(loader, module, path, Change::Narrow(value)),
+            EditKind::Drop(path) => drop_path(loader, module, path),
+            EditKind::Replace(item) => replace(loader, module, item),
+            EditKind::Add(item) => add(loader, module, item),
+        }
+    }
+}
+
+/// What an edit is about, for messages, and where it says so.
+fn target_of(edit: &Edit) -> (String, Span) {
+    let path = |path: &[Name]| {
+        let text: Vec<&str> = path.iter().map(|n| n.text.as_str()).collect();
+        let span = path.iter().map(|n| n.span).reduce(Span::join).unwrap_or(edit.span);
+        (text.join("."), span)
+    };
+    match &edit.kind {
+        EditKind::Set(p, _) | EditKind::Narrow(p, _) | EditKind::Drop(p) => path(p),
+        EditKind::Replace(item) | EditKind::Add(item) => match (declared(item), &item.kind) {
+            (Some(name), _) => (name.text.clone(), name.span),
+            (None, ItemKind::Actuate(kind, _)) => (format!("actuate {}", kind.text), kind.span),
+            // Two requirements without names are two targets.
+            (None, ItemKind::Require { .. } | ItemKind::Prefer { .. }) => {
+                (format!("at {}", item.span.start), item.span)
+            }
+            (None, kind) => (word_of(kind).to_owned(), item.span),
+        },
+    }
+}
+
+/// The word that opens a declaration of which a grammar has one.
+fn word_of(kind: &ItemKind) -> &'static str {
+    match kind {
+        ItemKind::Symmetry(..) => "symmetry",
+        ItemKind::Begin(_) => "begin",
+        ItemKind::Simulate(..) => "simulate",
+        ItemKind::Objective { .. } => "maximize",
+        ItemKind::UseSearch(..) => "search",
+        ItemKind::Actuate(..) => "actuate",
+        ItemKind::Use { .. } => "use",
+        ItemKind::Grammar(_) => "grammar",
+        _ => "declaration",
+    }
+}
+
+enum Change<'a> {
+    Set(&'a Expr),
+    Narrow(&'a Expr),
+}
+
+impl Change<'_> {
+    fn expr(&self) -> &Expr {
+        match self {
+            Self::Set(e) | Self::Narrow(e) => e,
+        }
+    }
+
+    /// Gives an expression its new form.
+    fn make(&self, old: &Expr) -> Expr {
+        match self {
+            Self::Set(new) => (*new).clone(),
+            Self::Narrow(new) => Expr {
+                kind: ExprKind::Narrowed(Box::new((*new).clone()), Box::new(old.clone())),
+                span: new.span,
+            },
+        }
+    }
+
+    fn word(&self) -> &'static str {
+        match self {
+            Self::Set(_) => "set",
+            Self::Narrow(_) => "narrow",
+        }
+    }
+}
+
+/// Finds the declaration that the first word of a path names.
+fn find(loader: &mut Loader<'_>, module: usize, name: &Name) -> Option<Declaration> {
+    let loaded = loader.program.modules.get(module)?;
+    if let Some(found) = loaded.scope.get(&name.text) {
+        return Some(*found);
+    }
+    if !loader.program.is_lost(module, &name.text) {
+        let help = did_you_mean(&name.text, loaded.scope.keys().map(String::as_str));
+        loader.errors.push(
+            Diagnostic::new(
+                Code::NOTHING_TO_CHANGE,
+                name.span,
+                format!("the base has no `{}` to change", name.text),
+            )
+            .label("not declared there")
+            .help(help.unwrap_or_else(|| "a variant changes what its base declares or imports".to_owned())),
+        );
+    }
+    None
+}
+
+fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<'_>) {
+    let Some((head, rest)) = path.split_first() else { return };
+    let Some(declaration) = find(loader, module, head) else { return };
+    let Some(item) = loader.program.item_mut(declaration) else { return };
+    let outcome = change_item(item, rest, &change);
+    if let Err(offers) = outcome {
+        let last = path.last().unwrap_or(head);
+        let whole: Vec<&str> = path.iter().map(|n| n.text.as_str()).collect();
+        let help = did_you_mean(&last.text, offers.iter().map(String::as_str)).unwrap_or_else(|| {
+            if offers.is_empty() {
+                format!("`{}` as a whole can be replaced: `replace ...`", head.text)
+            } else {
+                let offers: Vec<String> = offers.iter().map(|o| format!("{}.{o}", head.text)).collect();
+                format!("what can be changed: {}", offers.join(", "))
+            }
+        });
+        loader.errors.push(
+            Diagnostic::new(
+                Code::NOTHING_TO_CHANGE,
+                last.span,
+                format!("there is no `{}` to {}", whole.join("."), change.word()),
+            )
+            .label("not there")
+            .help(help),
+        );
+    }
+}
+
+/// Changes a part of a declaration; if there is no such part, says which there are.
+fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<(), Vec<String>> {
+    match (&mut item.kind, rest) {
+        (ItemKind::Param(param), []) => {
+            match change {
+                Change::Set(value) => param.default = Some((*value).clone()),
+                Change::Narrow(value) => {
+                    param.domain =
+                        Some(param.domain.as_ref().map_or((*value).clone(), |old| change.make(old)));
+                }
+            }
+            Ok(())
+        }
+        (
+            ItemKind::Let(_, None, value)
+            | ItemKind::Pattern(_, value)
+            | ItemKind::Term(_, _, value)
+            | ItemKind::Require { condition: value, .. },
+            [],
+        ) => {
+            *value = change.make(value);
+            Ok(())
+        }
+        (ItemKind::Prefer { weight, .. }, [field]) if field.text == "weight" => {
+            *weight = change.make(weight);
+            Ok(())
+        }
+        (ItemKind::Prefer { condition, .. }, []) => {
+            *condition = change.make(condition);
+            Ok(())
+        }
+        (ItemKind::Rule(_, clauses), [field]) => change_rule(clauses, field, change),
+        (
+            ItemKind::Part(block) | ItemKind::Actuator(block) | ItemKind::Model(block) | ItemKind::Search(block),
+            rest,
+        ) => change_block(block, rest, change),
+        (ItemKind::Actuation { clauses, .. }, [field]) => {
+            let mut names = Vec::new();
+            for clause in clauses {
+                match clause {
+                    crate::syntax::ast::ActuationClause::Variable(v) => {
+                        if v.name.text == field.text {
+                            v.domain = Some(match &v.domain {
+                                Some(old) => change.make(old),
+                                None => change.expr().clone(),
+                            });
+                            return Ok(());
+                        }
+                        names.push(v.name.text.clone());
+                    }
+                    crate::syntax::ast::ActuationClause::Let(name, value) => {
+                        if name.text == field.text {
+                            *value = change.make(value);
+                            return Ok(());
+                        }
+                        names.push(name.text.clone());
+                    }
+                    crate::syntax::ast::ActuationClause::Drive(..) => {}
+                }
+            }
+            Err(names)
+        }
+        (ItemKind::Rule(_, clauses), _) => Err(choices_of(clauses)),
+        _ => Err(Vec::new()),
+    }
+}
+
+fn choices_of(clauses: &[RuleClause]) -> Vec<String> {
+    let choices = clauses.iter().filter_map(|c| match &c.kind {
+        RuleClauseKind::Choose(name, ..) => Some(name.text.clone()),
+        _ => None,
+    });
+    choices.chain(["weight".to_owned()]).collect()
+}
+
+fn change_rule(clauses: &mut Vec<RuleClause>, field: &Name, change: &Change<'_>) -> Result<(), Vec<String>> {
+    for clause in clauses.iter_mut() {
+        match &mut clause.kind {
+            RuleClauseKind::Choose(name, domain, _) if name.text == field.text => {
+                *domain = change.make(domain);
+                return Ok(());
+            }
+            RuleClauseKind::Weight(weight) if field.text == "weight" => {
+                *weight = change.make(weight);
+                return Ok(());
+            }
+            _ => {}
+        }
+    }
+    if field.text == "weight" {
+        let kind = RuleClauseKind::Weight(change.expr().clone());
+        clauses.push(RuleClause { kind, span: change.expr().span });
+        return Ok(());
+    }
+    Err(choices_of(clauses))
+}
+
+fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result<(), Vec<String>> {
+    let Some((field, rest)) = rest.split_first() else { return Err(fields_of(block)) };
+    for known in &mut block.fields {
+        match known {
+            Field::Value(name, value) if name.text == field.text && rest.is_empty() => {
+                *value = change.make(value);
+                return Ok(());
+            }
+            Field::Group(group) if group.name.text == field.text => {
+                return change_block(group, rest, change).map_err(|offers| {
+                    offers.into_iter().map(|o| format!("{}.{o}", field.text)).collect()
+                });
+            }
+            Field::Param(param) if param.name.text == field.text && rest.is_empty() => {
+                match change {
+                    Change::Set(value) => param.default = Some((*value).clone()),
+                    Change::Narrow(value) => {
+                        param.domain =
+                            Some(param.domain.as_ref().map_or((*value).clone(), |old| change.make(old)));
+                    }
+                }
+                return Ok(());
+            }
+            _ => {}
+        }
+    }
+    // Of mass and density each stands for the other; a colour may be left out.
+    let other = match field.text.as_str() {
+        "mass" => Some("density"),
+        "density" => Some("mass"),
+        _ => None,
+    };
+    let stands = block.fields.iter().position(|f| match f {
+        Field::Value(name, _) => Some(name.text.as_str()) == other,
+        _ => false,
+    });
+    if let (Some(place), Change::Set(value), []) = (stands, change, rest) {
+        block.fields.remove(place);
+        block.fields.push(Field::Value(field.clone(), (*value).clone()));
+        return Ok(());
+    }
+    if let (true, Change::Set(value), []) = (field.text == "colour", change, rest) {
+        block.fields.push(Field::Value(field.clone(), (*value).clone()));
+        return Ok(());
+    }
+    Err(fields_of(block))
+}
+
+fn fields_of(block: &Block) -> Vec<String> {
+    block
+        .fields
+        .iter()
+        .map(|f| match f {
+            Field::Value(name, _) => name.text.clone(),
+            Field::Group(group) => group.name.text.clone(),
+            Field::Param(param) => param.name.text.clone(),
+            Field::Port(port) => port.name.text.clone(),
+        })
+        .collect()
+}
+
+fn drop_path(loader: &mut Loader<'_>, module: usize, path: &[Name]) {
+    let Some((head, rest)) = path.split_first() else { return };
+    let Some(declaration) = find(loader, module, head) else { return };
+    if let Some(field) = rest.first() {
+        loader.errors.push(
+            Diagnostic::new(Code::NOTHING_TO_CHANGE, field.span, "only a whole declaration can be dropped")
+                .label("a part of one")
+                .help(format!("write `replace` and `{}` as it should be", head.text)),
+        );
+        return;
+    }
+    loader.program.taking_part.retain(|d| *d != declaration);
+    loader.program.dropped.insert(declaration, head.span);
+}
+
+/// The declaration of the grammar that has the same role as an item.
+fn same_role(loader: &Loader<'_>, item: &Item) -> Option<Declaration> {
+    loader.program.taking_part.iter().copied().find(|d| {
+        loader.program.item(*d).is_some_and(|other| match (&other.kind, &item.kind) {
+            (ItemKind::Actuate(a, _), ItemKind::Actuate(b, _)) => a.text == b.text,
+            (ItemKind::Require { .. } | ItemKind::Prefer { .. } | ItemKind::Use { .. }, _) => false,
+            (a, b) => discriminant(a) == discriminant(b) && declared(other).is_none(),
+        })
+    })
+}
+
+fn replace(loader: &mut Loader<'_>, module: usize, item: &Item) {
+    if misplaced(loader, item) {
+        return;
+    }
+    let declaration = match declared(item) {
+        Some(name) => {
+            let Some(found) = find(loader, module, name) else { return };
+            let (span, text) = (name.span, name.text.clone());
+            if let Some(old) = loader.program.item(found)
+                && discriminant(&old.kind) != discriminant(&item.kind)
+            {
+                let place = declared(old).map(|n| n.span);
+                let mut error = Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    span,
+                    format!("`{text}` is another kind of declaration in the base"),
+                )
+                .label("not what it replaces")
+                .help("give it another name and `add` it");
+                if let Some(place) = place {
+                    error = error.also(place, "the one in the base");
+                }
+                loader.errors.push(error);
+                return;
+            }
+            found
+        }
+        None => match same_role(loader, item) {
+            Some(found) => found,
+            None => {
+                loader.errors.push(
+                    Diagnostic::new(
+                        Code::NOTHING_TO_CHANGE,
+                        item.span,
+                        format!("the base has no `{}` to replace", word_of(&item.kind)),
+                    )
+                    .label("nothing to replace")
+                    .help("write `add` instead of `replace`"),
+                );
+                return;
+            }
+        },
+    };
+    if let Some(old) = loader.program.item_mut(declaration) {
+        *old = item.clone();
+    }
+    if !loader.program.taking_part.contains(&declaration) {
+        loader.program.taking_part.push(declaration);
+    }
+}
+
+fn add(loader: &mut Loader<'_>, module: usize, item: &Item) {
+    if misplaced(loader, item) {
+        return;
+    }
+    if let Some(old) = same_role(loader, item)
+        && declared(item).is_none()
+    {
+        let place = loader.program.item(old).map(|i| i.span);
+        let mut error = Diagnostic::new(
+            Code::DUPLICATE,
+            item.span,
+            format!("the base already has a `{}`", word_of(&item.kind)),
+        )
+        .label("another one")
+        .help("write `replace` instead of `add`");
+        if let Some(place) = place {
+            error = error.also(place, "the one in the base");
+        }
+        loader.errors.push(error);
+        return;
+    }
+    let Some(loaded) = loader.program.modules.get_mut(module) else { return };
+    let declaration = Declaration { module, item: loaded.tree.items.len() };
+    loaded.tree.items.push(item.clone());
+    if let Some(name) = declared(item).cloned() {
+        if let Some(first) = loaded.scope.get(&name.text).copied() {
+            let place = loader.program.item(first).and_then(declared).map(|n| n.span);
+            let mut error = Diagnostic::new(
+                Code::DUPLICATE,
+                name.span,
+                format!("the base already declares `{}`", name.text),
+            )
+            .label("declared again here")
+            .help("write `replace` instead of `add`, or choose another name");
+            if let Some(place) = place {
+                error = error.also(place, "declared in the base here");
+            }
+            loader.errors.push(error);
+            return;
+        }
+        loaded.scope.insert(name.text, declaration);
+    }
+    loader.program.taking_part.push(declaration);
+}
+
+/// Declarations that belong outside a variant.
+fn misplaced(loader: &mut Loader<'_>, item: &Item) -> bool {
+    let help = match &item.kind {
+        ItemKind::Use { .. } => "write the `use` above the variant",
+        ItemKind::Grammar(_) => "a variant is named by its own first line",
+        ItemKind::Variant(_) => "declare it beside this one, and start it from this one",
+        _ => return false,
+    };
+    loader.errors.push(
+        Diagnostic::new(Code::BAD_VALUE, item.span, "this cannot stand inside a variant")
+            .label("not a part of a grammar")
+            .help(help),
+    );
+    true
+}

@@ -1,0 +1,219 @@
+//! Checks examples: rules applied by name, with a value for everything they bind.
+
+use indexmap::IndexMap;
+
+use super::Checker;
+use super::expr::{Context, Local};
+use super::stage::Stage;
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::ir::{self, Effect, Expr, ExprKind, Matched, Spread, Ty};
+use crate::syntax::ast::{self, Application, ExampleClause};
+
+/// A rule with the types of what it binds.
+pub(super) struct Applicable<'r> {
+    /// The rule.
+    pub(super) rule: &'r ir::Rule,
+    types: Vec<Ty>,
+}
+
+/// What example clauses can apply: the rules of the grammar by name.
+pub(super) fn applicable<'r>(rules: &'r [ir::Rule], is_actuator: &dyn Fn(&str) -> bool) -> Vec<Applicable<'r>> {
+    rules.iter().map(|rule| Applicable { rule, types: types_of(rule, is_actuator) }).collect()
+}
+
+fn types_of(rule: &ir::Rule, is_actuator: &dyn Fn(&str) -> bool) -> Vec<Ty> {
+    let mut types = Vec::new();
+    for matched in &rule.matches {
+        match &matched.what {
+            Matched::Part { kind, port, .. } => {
+                types.push(match kind {
+                    ir::Group::Actuator => Ty::Actuator,
+                    ir::Group::Kind(kind) if is_actuator(kind) => Ty::Actuator,
+                    _ => Ty::Part,
+                });
+                if *port {
+                    types.push(Ty::Port);
+                }
+            }
+            Matched::Port { .. } => types.push(Ty::Port),
+            Matched::Joint => types.push(Ty::Joint),
+            Matched::Step => types.push(Ty::Step),
+        }
+    }
+    for choice in &rule.choices {
+        types.push(match &choice.domain.ty {
+            Ty::Domain(item) | Ty::List(item) => (**item).clone(),
+            Ty::Group => Ty::Part,
+            _ => Ty::Unknown,
+        });
+    }
+    types
+}
+
+impl Checker<'_> {
+    pub(super) fn example(
+        &mut self,
+        clauses: &[ExampleClause],
+        rules: &[Applicable<'_>],
+        reasons: &[String],
+        span: crate::source::Span,
+        damaged: bool,
+    ) -> Option<ir::Example> {
+        let mut cx = Context::new(Stage::Derivation, damaged);
+        let mut out = Vec::new();
+        let found = self.errors.len();
+        for clause in clauses {
+            match clause {
+                ExampleClause::Expect(condition) => {
+                    let condition = self.expect(condition, &mut cx, &Ty::Bool, "what follows `expect`");
+                    out.push(ir::ExampleClause::Expect(condition));
+                }
+                ExampleClause::Refuse(application, by) => {
+                    if let Some(by) = by
+                        && !reasons.contains(&by.text)
+                    {
+                        let help = did_you_mean(&by.text, reasons.iter().map(String::as_str));
+                        self.report(
+                            Diagnostic::new(
+                                Code::UNKNOWN_NAME,
+                                by.span,
+                                format!("there is no requirement `{}`", by.text),
+                            )
+                            .label("not declared")
+                            .help(help.unwrap_or_else(|| "name a `require` of this grammar".to_owned())),
+                        );
+                    }
+                    if let Some((application, _)) = self.application(application, rules, &mut cx) {
+                        let by = by.as_ref().map(|b| b.text.clone());
+                        out.push(ir::ExampleClause::Refuse { application, by });
+                    }
+                }
+                ExampleClause::Step(name, application) => {
+                    let checked = self.application(application, rules, &mut cx);
+                    let ty = checked.as_ref().map_or(Ty::Unknown, |(_, ty)| ty.clone());
+                    cx.locals.push(Local { name: String::new(), ty: Ty::Step, span: name.span });
+                    self.bind(name, ty, &mut cx);
+                    if let Some((application, _)) = checked {
+                        out.push(ir::ExampleClause::Step { name: name.text.clone(), application });
+                    }
+                }
+            }
+        }
+        (self.errors.len() == found).then_some(ir::Example { clauses: out, span })
+    }
+
+    /// A rule with a value for each of its locals, and the type of what it makes first.
+    fn application(
+        &mut self,
+        application: &Application,
+        rules: &[Applicable<'_>],
+        cx: &mut Context,
+    ) -> Option<(ir::Application, Ty)> {
+        let name = &application.rule;
+        let Some(known) = rules.iter().find(|r| r.rule.name == name.text) else {
+            if !self.is_lost(name.span, &name.text) {
+                let help = did_you_mean(&name.text, rules.iter().map(|r| r.rule.name.as_str()));
+                self.report(
+                    Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("there is no rule `{}`", name.text))
+                        .label("not a rule of this grammar")
+                        .help(help.unwrap_or_else(|| "declare it with `rule`, or import it".to_owned())),
+                );
+            }
+            return None;
+        };
+        let rule = known.rule;
+        let fixed = |slot: usize| {
+            let first = rule.locals.len() - rule.choices.len();
+            slot.checked_sub(first).and_then(|i| rule.choices.get(i)).is_some_and(|c| c.spread == Spread::Fixed)
+        };
+        let settable: Vec<&str> =
+            rule.locals.iter().enumerate().filter(|(i, _)| !fixed(*i)).map(|(_, n)| n.as_str()).collect();
+        let mut values: IndexMap<usize, Expr> = IndexMap::new();
+        for argument in &application.arguments {
+            let key = argument.name.as_ref();
+            let slot = key.and_then(|k| rule.locals.iter().position(|l| *l == k.text)).filter(|s| !fixed(*s));
+            let (Some(key), Some(slot)) = (key, slot) else {
+                let span = key.map_or(argument.value.span, |k| k.span);
+                let what = key.map_or("values are given by name".to_owned(), |k| {
+                    format!("`{}` matches and chooses no `{}`", name.text, k.text)
+                });
+                let help = key
+                    .and_then(|k| did_you_mean(&k.text, settable.iter().copied()))
+                    .unwrap_or_else(|| format!("it takes: {}", settable.join(", ")));
+                self.report(
+                    Diagnostic::new(Code::WRONG_ARGUMENTS, span, what).label("which one?").help(help),
+                );
+                continue;
+            };
+            let wanted = known.types.get(slot).cloned().unwrap_or(Ty::Unknown);
+            let value = self.argument(&argument.value, &wanted, &key.text, cx);
+            if values.insert(slot, value).is_some() {
+                self.report(
+                    Diagnostic::new(Code::DUPLICATE, key.span, format!("`{}` is given twice", key.text))
+                        .label("again"),
+                );
+            }
+        }
+        let missing: Vec<&str> = (0..rule.locals.len())
+            .filter(|slot| !fixed(*slot) && !values.contains_key(slot))
+            .filter_map(|slot| rule.locals.get(slot).map(String::as_str))
+            .collect();
+        if !missing.is_empty() && !cx.damaged {
+            self.report(
+                Diagnostic::new(
+                    Code::WRONG_ARGUMENTS,
+                    application.span,
+                    format!("`{}` needs a value for {}", name.text, missing.join(", ")),
+                )
+                .label("incomplete")
+                .help("an example leaves nothing to chance: give everything that the rule matches and chooses"),
+            );
+            return None;
+        }
+        let by_slot = (0..rule.locals.len()).map(|slot| values.swap_remove(&slot)).collect();
+        let made = self.made(rule, &by_slot);
+        Some((ir::Application { rule: name.text.clone(), values: by_slot, span: application.span }, made))
+    }
+
+    /// A value of an application. The name of a step stands for the step or for what it made.
+    fn argument(&mut self, tree: &ast::Expr, wanted: &Ty, name: &str, cx: &mut Context) -> Expr {
+        if let (Ty::Step, ast::ExprKind::Name(word)) = (wanted, &tree.kind)
+            && let Some(slot) = cx.locals.iter().position(|l| l.name == *word)
+        {
+            return Expr { kind: ExprKind::Local(slot.saturating_sub(1)), ty: Ty::Step, span: tree.span };
+        }
+        if *wanted == Ty::Port
+            && let Some(port) = self.port_name(tree)
+        {
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, port.span, "whose port is this?")
+                    .label("a port belongs to a part")
+                    .help("write for example `core.left`"),
+            );
+            return super::expr::unknown(tree.span);
+        }
+        let value = self.infer(tree, cx);
+        if value.ty == Ty::Part && *wanted == Ty::Actuator {
+            // Which kind of part a step makes may depend on its values.
+            return value;
+        }
+        self.fit(value, wanted, &format!("`{name}`"))
+    }
+
+    /// The type of the first part that a rule makes with these values.
+    fn made(&self, rule: &ir::Rule, values: &Vec<Option<Expr>>) -> Ty {
+        let what = rule.effects.iter().find_map(|e| match e {
+            Effect::Attach { what, .. } => Some(what),
+            Effect::Replace { with, .. } => Some(with),
+            _ => None,
+        });
+        let mut what = what;
+        if let Some(ExprKind::Local(slot)) = what.map(|w| &w.kind) {
+            what = values.get(*slot).and_then(Option::as_ref);
+        }
+        match what.map(|w| (&w.kind, w.span)) {
+            Some((ExprKind::Kind(kind, _), span)) if self.is_actuator(kind, span) => Ty::Actuator,
+            _ => Ty::Part,
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! Checks what a body is asked to do: tasks, objectives, the simulated time.
+
+use indexmap::IndexMap;
+
+use super::Checker;
+use super::expr::Context;
+use super::items::Singles;
+use super::stage::Stage;
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::ir::{self, Expr, ExprKind, RuleSet, Ty};
+use crate::names::declared;
+use crate::source::Span;
+use crate::syntax::ast::{self, Item, ItemKind, Name};
+
+/// Which actuation drives which actuator, and where that is said.
+pub(super) type Actuated = IndexMap<String, (String, Span)>;
+
+impl<'a> Checker<'a> {
+    /// The tasks of a grammar and what is wanted of all together.
+    pub(super) fn tasks(
+        &mut self,
+        singles: &Singles<'a>,
+    ) -> Option<(IndexMap<String, (ir::Task, Actuated)>, ir::Objective)> {
+        let stage = if singles.tasks.is_empty() { Stage::Score } else { Stage::Outcome };
+        let objective = match singles.objective {
+            Some((maximize, value, damaged)) => self.objective(maximize, value, stage, damaged),
+            None => None,
+        };
+        let mut tasks = IndexMap::new();
+        if singles.tasks.is_empty() {
+            let mut objective = objective?;
+            let actuated = singles.actuated.clone();
+            let task = ir::Task {
+                actuated: names_only(&actuated),
+                model: singles.model.clone()?,
+                objective: objective.clone(),
+            };
+            tasks.insert(RuleSet::ONLY_TASK.to_owned(), (task, actuated));
+            objective.value.kind = ExprKind::Task(RuleSet::ONLY_TASK.to_owned());
+            return Some((tasks, objective));
+        }
+        let mut sound = true;
+        for (name, items) in &singles.tasks {
+            match self.task(name, items, singles) {
+                Some(task) => drop(tasks.insert(name.text.clone(), task)),
+                None => sound = false,
+            }
+        }
+        for (name, _) in &singles.tasks {
+            let used = objective.as_ref().is_some_and(|o| {
+                o.value.any(&mut |e| matches!(&e.kind, ExprKind::Task(task) if *task == name.text))
+            });
+            if objective.is_some() && !used {
+                self.report(
+                    Diagnostic::new(
+                        Code::UNUSED,
+                        name.span,
+                        format!("the value of the task `{}` does not count", name.text),
+                    )
+                    .label("searched for, but not wanted")
+                    .help(format!("use `{}.value` in the objective, or remove the task", name.text)),
+                );
+            }
+        }
+        sound.then_some((tasks, objective?))
+    }
+
+    /// One task; what it does not say, the grammar says for all.
+    fn task(&mut self, name: &Name, items: &'a [Item], singles: &Singles<'a>) -> Option<(ir::Task, Actuated)> {
+        let mut own = Singles::default();
+        for item in items {
+            self.single(item, &mut own);
+        }
+        let mut actuated = own.actuated;
+        for (kind, with) in &singles.actuated {
+            actuated.entry(kind.clone()).or_insert_with(|| with.clone());
+        }
+        let objective = match own.objective {
+            Some((maximize, value, damaged)) => self.objective(maximize, value, Stage::Score, damaged),
+            None => {
+                self.report(
+                    Diagnostic::new(
+                        Code::MISSING_ITEM,
+                        name.span,
+                        format!("the task `{}` says nothing about what is wanted", name.text),
+                    )
+                    .label("without an objective")
+                    .help("add for example: maximize travel in cm"),
+                );
+                None
+            }
+        };
+        let model = own.model.or_else(|| singles.model.clone());
+        if model.is_none() && !own.seen.contains_key("simulate") && !singles.seen.contains_key("simulate") {
+            self.report(
+                Diagnostic::new(
+                    Code::MISSING_ITEM,
+                    name.span,
+                    format!("the task `{}` is not simulated", name.text),
+                )
+                .label("without `simulate`")
+                .help("add for example: simulate hinge_model for 20 s"),
+            );
+        }
+        let task = ir::Task { actuated: names_only(&actuated), model: model?, objective: objective? };
+        Some((task, actuated))
+    }
+
+    pub(super) fn simulated(&mut self, name: &Name, duration: &ast::Expr) -> Option<ir::Model> {
+        let mut cx = Context::new(Stage::Declaration, false);
+        let span = duration.span;
+        let time = Ty::Quantity(crate::units::Dimension::TIME);
+        let duration = self.expect(duration, &mut cx, &time, "the simulated time");
+        let duration = self.constant_number(&duration);
+        if let Some(d) = duration
+            && !(d > 0.0 && d <= 3600.0)
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, span, "the simulated time must lie within 0 s .. 1 h")
+                    .label("outside"),
+            );
+            return None;
+        }
+        match self.named(name, "model", |k| matches!(k, ItemKind::Model(_))) {
+            Some(ItemKind::Model(block)) => self.model(block, Some(duration?), false),
+            _ => None,
+        }
+    }
+
+    fn objective(
+        &mut self,
+        maximize: bool,
+        tree: &ast::Expr,
+        stage: Stage,
+        damaged: bool,
+    ) -> Option<ir::Objective> {
+        let mut cx = Context::new(stage, damaged);
+        let value = self.infer(tree, &mut cx);
+        let unit = match &tree.kind {
+            ast::ExprKind::Convert(_, unit) => unit.text.clone(),
+            _ => String::new(),
+        };
+        match value.ty.dimension() {
+            Some(d) if d.is_number() => Some(ir::Objective { maximize, value, unit }),
+            Some(d) => {
+                self.report(
+                    Diagnostic::new(
+                        Code::OBJECTIVE_UNIT,
+                        value.span,
+                        format!("the objective is a {d}; in which unit?"),
+                    )
+                    .label(format!("a {d}"))
+                    .help(format!(
+                        "write `in {}` after it: temperatures are numbers on this scale",
+                        crate::units::suggest(d)
+                    )),
+                );
+                None
+            }
+            None if value.ty == Ty::Unknown => None,
+            None => {
+                self.report(
+                    Diagnostic::new(
+                        Code::WRONG_TYPE,
+                        value.span,
+                        format!("the objective must be a number, but this is a {}", value.ty),
+                    )
+                    .label("not a number"),
+                );
+                None
+            }
+        }
+    }
+
+    /// Checks that every actuator is driven by an actuation that fits it.
+    pub(super) fn check_actuated(
+        &mut self,
+        actuated: &Actuated,
+        actuators: &IndexMap<String, ir::Actuator>,
+        actuations: &IndexMap<String, ir::Actuation>,
+    ) {
+        for (kind, actuator) in actuators {
+            match actuated.get(kind) {
+                None => self.report(
+                    Diagnostic::new(Code::NOT_ACTUATED, actuator.span, format!("nothing drives `{kind}`"))
+                        .label("an actuator without an actuation")
+                        .help(format!("write for example `actuate {kind} with bezier_pac`")),
+                ),
+                Some((with, span)) => {
+                    if let Some(actuation) = actuations.get(with) {
+                        self.check_attributes(kind, actuator, actuation, *span);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Checks that a task whose objective reads the period has one.
+    pub(super) fn check_periods(
+        &mut self,
+        tasks: &IndexMap<String, (ir::Task, Actuated)>,
+        actuations: &IndexMap<String, ir::Actuation>,
+        terms: &IndexMap<String, ir::Term>,
+    ) {
+        for (task, actuated) in tasks.values() {
+            let has_period = |with: &str| {
+                actuations.get(with).is_some_and(|a| {
+                    let shared = a.variables.iter().any(|v| v.name == "period" && v.owner == ir::Owner::Body);
+                    shared || a.lets.iter().any(|(n, _)| n == "period")
+                })
+            };
+            if let Some(place) = period_in(&task.objective.value, terms)
+                && !actuated.values().any(|(with, _)| has_period(with))
+            {
+                self.report(
+                    Diagnostic::new(
+                        Code::NO_PERIOD,
+                        place,
+                        "this reads `period`, but no actuation of this grammar has one",
+                    )
+                    .label("the period of what?")
+                    .also(task.objective.value.span, "needed by this objective")
+                    .help("declare `shared period : Time in ...` or `let period = ...` in the actuation"),
+                );
+            }
+        }
+    }
+
+    /// An actuation may read only what the actuator that it drives has.
+    fn check_attributes(
+        &mut self,
+        kind: &str,
+        actuator: &ir::Actuator,
+        actuation: &ir::Actuation,
+        span: Span,
+    ) {
+        let groups = actuation.variables.iter().filter_map(|v| match &v.owner {
+            ir::Owner::Group(expr) => Some(expr),
+            _ => None,
+        });
+        let exprs = actuation.lets.iter().chain(&actuation.moving).map(|(_, e)| e);
+        for expr in exprs.chain([&actuation.drive]).chain(groups) {
+            expr.any(&mut |e| {
+                if let ExprKind::Attribute(of, name) = &e.kind {
+                    let own = matches!(of.kind, ExprKind::Local(0));
+                    let everyone = super::signature::attributes(&Ty::Actuator).iter().any(|(n, _)| n == name);
+                    if own && !everyone && !actuator.params.contains_key(name) {
+                        self.report(
+                            Diagnostic::new(
+                                Code::UNKNOWN_FIELD,
+                                span,
+                                format!("this actuation reads `{name}`, which `{kind}` does not have"),
+                            )
+                            .label("does not fit")
+                            .also(e.span, "read here")
+                            .help(format!("add `param {name} : ...` to `{kind}`")),
+                        );
+                    }
+                }
+                false
+            });
+        }
+    }
+
+    /// The declaration of a certain kind that a name means.
+    pub(super) fn named(
+        &mut self,
+        name: &Name,
+        what: &str,
+        fits: impl Fn(&ItemKind) -> bool,
+    ) -> Option<&'a ItemKind> {
+        let program = self.program;
+        match program.lookup(name.span, &name.text) {
+            Some((declaration, item)) if fits(&item.kind) => {
+                self.touched.insert(declaration);
+                return Some(&item.kind);
+            }
+            None if self.is_lost(name.span, &name.text) => return None,
+            _ => {}
+        }
+        let others = program.scope_at(name.span).filter(|(_, i)| fits(&i.kind)).map(|(n, _)| n);
+        let help = did_you_mean(&name.text, others)
+            .unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
+        let other = program.lookup(name.span, &name.text).and_then(|(_, i)| declared(i));
+        let mut error =
+            Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("there is no {what} `{}`", name.text))
+                .label("not declared")
+                .help(help);
+        if let Some(other) = other {
+            error = error.also(other.span, "this is something else");
+        }
+        self.report(error);
+        None
+    }
+}
+
+fn names_only(actuated: &Actuated) -> IndexMap<String, String> {
+    actuated.iter().map(|(kind, (with, _))| (kind.clone(), with.clone())).collect()
+}
+
+/// Where an expression, or a term that it uses, reads the period.
+fn period_in(expr: &Expr, terms: &IndexMap<String, ir::Term>) -> Option<Span> {
+    let mut open = vec![expr];
+    let mut seen: Vec<&str> = Vec::new();
+    let mut found = None;
+    while let Some(expr) = open.pop() {
+        expr.any(&mut |e| {
+            match &e.kind {
+                ExprKind::Word(ir::Word::Period) => found = Some(e.span),
+                ExprKind::Term(name) => {
+                    if let Some((name, term)) = terms.get_key_value(name)
+                        && !seen.contains(&name.as_str())
+                    {
+                        seen.push(name);
+                        open.push(&term.value);
+                    }
+                }
+                _ => {}
+            }
+            false
+        });
+    }
+    found
+}

@@ -1,0 +1,133 @@
+//! Examples: derivations that a grammar writes down by hand.
+
+use grammar_lang::diagnostics::{Code, Diagnostic};
+use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
+use grammar_lang::ir::{Application, Example, ExampleClause, Rule, RuleSet, Spread};
+use grammar_lang::source::Span;
+
+use super::choosing::domain_of;
+use super::{Blocked, Derivation, DesignScope};
+
+/// Derives an example and checks what it expects.
+///
+/// # Errors
+///
+/// The first clause that does not hold, and why.
+pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Derivation, Box<Diagnostic>> {
+    let mut derivation = Derivation::begin(rules);
+    let mut locals: Vec<Value> = Vec::new();
+    let fail = |span: Span, message: String, reason: String| {
+        Box::new(
+            Diagnostic::new(Code::EXAMPLE_FAILS, span, format!("the example `{name}` fails: {message}"))
+                .label(reason),
+        )
+    };
+    let no_value =
+        |e: EvalError| fail(e.span, "an expression has no value".to_owned(), e.reason);
+    for clause in &example.clauses {
+        match clause {
+            ExampleClause::Expect(condition) => {
+                let scope = DesignScope::new(rules, &derivation);
+                match evaluate(condition, &scope, &mut locals.clone()).map_err(no_value)? {
+                    Value::Bool(true) => {}
+                    _ => return Err(fail(condition.span, "an expectation does not hold".into(), "false here".into())),
+                }
+            }
+            ExampleClause::Step { name, application } => {
+                let step = apply(rules, &derivation, application, &locals).map_err(no_value)?;
+                let step = step.map_err(|reason| {
+                    fail(application.span, format!("`{name}` cannot be done"), reason.1)
+                })?;
+                let id = step.steps.last().map_or(0, |s| s.id);
+                derivation = step;
+                let product = derivation.design.parts.keys().find(|p| *p >> 8 == id);
+                locals.push(Value::Reference(Reference::Step(id)));
+                let made = product.map_or(Reference::Step(id), |p| Reference::Part(*p));
+                locals.push(Value::Reference(made));
+            }
+            ExampleClause::Refuse { application, by } => {
+                let outcome = apply(rules, &derivation, application, &locals).map_err(no_value)?;
+                let Err((blocked, reason)) = outcome else {
+                    let message = format!("`{}` should be refused", application.rule);
+                    return Err(fail(application.span, message, "but it can be done".into()));
+                };
+                let stopped = blocked.map_or(String::new(), |b| b.text(rules));
+                if let Some(by) = by.as_ref().filter(|by| **by != stopped) {
+                    let message = format!("`{}` should be refused by `{by}`", application.rule);
+                    return Err(fail(application.span, message, format!("but {reason}")));
+                }
+            }
+        }
+    }
+    Ok(derivation)
+}
+
+/// The outcome of a rule that is applied with chosen values: the reason in words, and as
+/// a table has it.
+type Outcome = Result<Derivation, (Option<Blocked>, String)>;
+
+fn apply(
+    rules: &RuleSet,
+    derivation: &Derivation,
+    application: &Application,
+    names: &[Value],
+) -> Result<Outcome, EvalError> {
+    let Some(rule) = rules.rules.iter().find(|r| r.name == application.rule) else {
+        return Ok(Err((None, "there is no such rule".to_owned())));
+    };
+    let locals = match values(rules, derivation, rule, application, names)? {
+        Ok(locals) => locals,
+        Err(reason) => return Ok(Err((Some(Blocked::NoMatch), reason))),
+    };
+    Ok(match derivation.apply(rules, rule, &locals)? {
+        Ok(next) => Ok(next),
+        Err(blocked) => {
+            let reason = blocked.sentence(rules);
+            Err((Some(blocked), reason))
+        }
+    })
+}
+
+/// The values of all locals of a rule, if the rule could have drawn them.
+fn values(
+    rules: &RuleSet,
+    derivation: &Derivation,
+    rule: &Rule,
+    application: &Application,
+    names: &[Value],
+) -> Result<Result<Vec<Value>, String>, EvalError> {
+    let scope = DesignScope::new(rules, derivation);
+    let matched: usize = rule.matches.iter().map(grammar_lang::ir::Match::slots).sum();
+    let mut locals: Vec<Value> = Vec::new();
+    for (slot, given) in application.values.iter().enumerate() {
+        let called = rule.locals.get(slot).map_or("", String::as_str);
+        let choice = slot.checked_sub(matched).and_then(|i| rule.choices.get(i));
+        let value = match (given, choice) {
+            (Some(given), _) => evaluate(given, &scope, &mut names.to_vec())?,
+            (None, Some(choice)) => {
+                let only = domain_of(evaluate(&choice.domain, &scope, &mut locals.clone())?).item(0);
+                only.unwrap_or(Value::Bool(false))
+            }
+            (None, None) => return Ok(Err(format!("`{called}` has no value"))),
+        };
+        if let Some(choice) = choice.filter(|c| c.spread != Spread::Fixed) {
+            let domain = domain_of(evaluate(&choice.domain, &scope, &mut locals.clone())?);
+            if !domain.holds(&value) {
+                return Ok(Err(format!("`{called}` cannot be chosen like this: outside its domain")));
+            }
+        }
+        locals.push(value);
+        if slot + 1 == matched && !derivation.matches(rules, rule)?.contains(&locals) {
+            return Ok(Err("the rule does not match there".to_owned()));
+        }
+    }
+    if matched == 0 && derivation.matches(rules, rule)?.is_empty() {
+        return Ok(Err("a guard of the rule forbids it".to_owned()));
+    }
+    for guard in rule.guards.iter().filter(|g| g.needs > matched) {
+        if evaluate(&guard.condition, &scope, &mut locals.clone())? != Value::Bool(true) {
+            return Ok(Err("a guard of the rule forbids it".to_owned()));
+        }
+    }
+    Ok(Ok(locals))
+}

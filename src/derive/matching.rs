@@ -1,0 +1,116 @@
+//! What the patterns of a rule match.
+
+use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
+use grammar_lang::ir::{Match, Matched, Rule, RuleSet};
+
+use super::{Derivation, DesignScope};
+
+/// So many matches of one rule are listed at most: whatever lies beyond is not drawn.
+const MOST: usize = 200_000;
+
+impl Derivation {
+    /// Everything that a rule's patterns match together, as values of its first locals.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when a condition has no value.
+    pub fn matches(&self, rules: &RuleSet, rule: &Rule) -> Result<Vec<Vec<Value>>, EvalError> {
+        let mut search = Search { derivation: self, rules, rule, found: Vec::new() };
+        let mut bound = Vec::new();
+        if search.holds(None, 0, 0, &mut bound)? {
+            search.extend(&rule.matches, &mut bound)?;
+        }
+        Ok(search.found)
+    }
+}
+
+struct Search<'a> {
+    derivation: &'a Derivation,
+    rules: &'a RuleSet,
+    rule: &'a Rule,
+    found: Vec<Vec<Value>>,
+}
+
+impl Search<'_> {
+    /// Binds the next pattern to each of its candidates in turn.
+    fn extend(&mut self, open: &[Match], bound: &mut Vec<Value>) -> Result<(), EvalError> {
+        let Some((next, rest)) = open.split_first() else {
+            self.found.push(bound.clone());
+            return Ok(());
+        };
+        let before = bound.len();
+        for candidate in self.candidates(next, bound) {
+            let twice = candidate.iter().any(|c| bound.contains(c));
+            if twice || self.found.len() >= MOST {
+                continue;
+            }
+            bound.extend(candidate);
+            if self.holds(Some(next), before + 1, bound.len(), bound)? {
+                self.extend(rest, bound)?;
+            }
+            bound.truncate(before);
+        }
+        Ok(())
+    }
+
+    /// Whether the condition of a pattern holds, and every guard whose last local
+    /// is one of those from number `from` to number `to`.
+    fn holds(
+        &self,
+        matched: Option<&Match>,
+        from: usize,
+        to: usize,
+        bound: &mut Vec<Value>,
+    ) -> Result<bool, EvalError> {
+        let scope = DesignScope::new(self.rules, self.derivation);
+        let guards = self.rule.guards.iter().filter(|g| (from..=to).contains(&g.needs));
+        let conditions = matched.and_then(|m| m.condition.as_ref()).into_iter();
+        for condition in conditions.chain(guards.map(|g| &g.condition)) {
+            if evaluate(condition, &scope, bound)? != Value::Bool(true) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    fn candidates(&self, matched: &Match, bound: &[Value]) -> Vec<Vec<Value>> {
+        let design = &self.derivation.design;
+        let of = |r| Value::Reference(r);
+        let part_in = |slot: &usize| match bound.get(*slot) {
+            Some(Value::Reference(Reference::Part(id))) => Some(*id),
+            _ => None,
+        };
+        match &matched.what {
+            Matched::Step => self.derivation.steps.iter().map(|s| vec![of(Reference::Step(s.id))]).collect(),
+            Matched::Joint => design
+                .parts
+                .iter()
+                .filter(|(_, p)| p.held_by.is_some())
+                .map(|(id, _)| vec![of(Reference::Joint(*id))])
+                .collect(),
+            Matched::Port { of: owner } => {
+                let parts: Vec<u64> = match owner {
+                    Some(slot) => part_in(slot).into_iter().collect(),
+                    None => design.parts.keys().copied().collect(),
+                };
+                let ports = parts.into_iter().flat_map(|id| (0..design.port_count(self.rules, id)).map(move |p| (id, p)));
+                ports.map(|(id, p)| vec![of(Reference::Port(id, p))]).collect()
+            }
+            Matched::Part { kind, port, joined_to } => {
+                let parts: Vec<u64> = match joined_to {
+                    Some(slot) => part_in(slot).map_or(Vec::new(), |id| design.neighbours(id)),
+                    None => design.parts.keys().copied().collect(),
+                };
+                let parts = parts.into_iter().filter(|id| design.belongs(self.rules, *id, kind));
+                if *port {
+                    parts
+                        .flat_map(|id| design.free_ports(self.rules, id).into_iter().map(move |p| (id, p)))
+                        .map(|(id, p)| vec![of(Reference::Part(id)), of(Reference::Port(id, p))])
+                        .collect()
+                } else {
+                    parts.map(|id| vec![of(Reference::Part(id))]).collect()
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,314 @@
+//! Changes of a design: attaching, setting, removing, replacing, with all images.
+
+use grammar_lang::eval::Value;
+use grammar_lang::ir::RuleSet;
+use indexmap::IndexMap;
+use nalgebra::Isometry3;
+
+use super::port::{self, ends, ports};
+use super::{Attachment, Design, Part, PartId, Refusal, symmetry};
+
+impl Design {
+    /// Attaches a part and its images; `step` numbers the step that does. Gives the part.
+    ///
+    /// # Errors
+    ///
+    /// A [`Refusal`]; the design is then to be thrown away.
+    pub fn attach(&mut self, rules: &RuleSet, attachment: &Attachment, step: u64) -> Result<PartId, Refusal> {
+        let place = (attachment.part, attachment.port);
+        if !self.parts.contains_key(&place.0) {
+            return Err(Refusal::Gone);
+        }
+        let images = symmetry::images(rules.symmetry);
+        let mut places = Vec::with_capacity(images.len());
+        for (k, image) in images.iter().enumerate() {
+            places.push(symmetry::image_port(self, rules, (k + 1, image), place.0, place.1)?);
+        }
+        let original = self.add(rules, attachment, step, None)?;
+        if places.contains(&place) {
+            // Where the symmetry leaves the place alone, the application is its own
+            // image, or it cannot have one.
+            let alone = places.iter().all(|p| *p == place)
+                && self.parts.get(&original).is_some_and(|p| images.iter().all(|i| i.keeps(rules, p)));
+            return if alone { Ok(original) } else { Err(Refusal::Asymmetric) };
+        }
+        for (k, (part, port)) in places.into_iter().enumerate() {
+            let image = Attachment { part, port, ..attachment.clone() };
+            self.add(rules, &image, step, Some((original, k + 1)))?;
+        }
+        self.check_symmetry(rules)?;
+        Ok(original)
+    }
+
+    fn add(
+        &mut self,
+        rules: &RuleSet,
+        attachment: &Attachment,
+        step: u64,
+        image_of: Option<(PartId, usize)>,
+    ) -> Result<PartId, Refusal> {
+        if !self.is_free(rules, attachment.part, attachment.port) {
+            return Err(Refusal::PortTaken);
+        }
+        let id = self.next_id(step);
+        let mut part = Part {
+            kind: attachment.kind.clone(),
+            params: params(rules, &attachment.kind, &attachment.params)?,
+            turn: normal_turn(attachment.turn),
+            held_by: Some((attachment.part, attachment.port)),
+            holding: ends(rules, &attachment.kind).0,
+            image_of: image_of.map(|(original, _)| original),
+            image: image_of.map_or(0, |(_, k)| k as u8),
+            step,
+            pose: Isometry3::identity(),
+        };
+        if let Some(by) = &attachment.by {
+            let found = ports(rules, &part).iter().position(|p| p.name == *by);
+            part.holding = found.ok_or_else(|| Refusal::NoPort(by.clone()))? as u8;
+        }
+        self.parts.insert(id, part);
+        self.place_all(rules)?;
+        Ok(id)
+    }
+
+    fn next_id(&self, step: u64) -> PartId {
+        let last = self.parts.keys().filter(|id| **id >> 8 == step).max();
+        last.map_or(step << 8, |id| id + 1)
+    }
+
+    /// Sets `turn` or a parameter of a part and of its images.
+    ///
+    /// # Errors
+    ///
+    /// A [`Refusal`]; the design is then to be thrown away.
+    pub fn set(
+        &mut self,
+        rules: &RuleSet,
+        id: PartId,
+        attribute: &str,
+        value: &Value,
+    ) -> Result<(), Refusal> {
+        if !self.parts.contains_key(&id) {
+            return Err(Refusal::Gone);
+        }
+        for id in self.orbit(id) {
+            let part = self.parts.get_mut(&id).ok_or(Refusal::Gone)?;
+            if attribute == "turn" {
+                part.turn = normal_turn(value.as_number().ok_or(Refusal::Gone)?);
+            } else {
+                in_domain(rules, &part.kind, attribute, value)?;
+                part.params.insert(attribute.to_owned(), value.clone());
+            }
+        }
+        self.place_all(rules)?;
+        self.check_symmetry(rules)
+    }
+
+    /// Takes away a part, its images, and all that hangs on them.
+    ///
+    /// # Errors
+    ///
+    /// A [`Refusal`]: parts of the initial design stay.
+    pub fn remove(&mut self, id: PartId) -> Result<(), Refusal> {
+        if !self.parts.contains_key(&id) {
+            return Err(Refusal::Gone);
+        }
+        let mut going = self.orbit(id);
+        let mut next = 0;
+        while let Some(id) = going.get(next).copied() {
+            next += 1;
+            let held = self.parts.iter().filter(|(_, p)| p.held_by.is_some_and(|(h, _)| h == id));
+            going.extend(held.map(|(i, _)| *i));
+        }
+        for id in going {
+            if self.parts.get(&id).is_some_and(|p| p.step == 0) {
+                return Err(Refusal::Fixed);
+            }
+            self.parts.shift_remove(&id);
+        }
+        Ok(())
+    }
+
+    /// Puts a part of a kind in the place of another, and of each of its images.
+    /// What hung on the old one hangs on the new one: at the far end what was at
+    /// the far end, elsewhere at the port of the same name. `between` names the
+    /// neighbours at the near and the far end. Gives the new part.
+    ///
+    /// # Errors
+    ///
+    /// A [`Refusal`]; the design is then to be thrown away.
+    pub fn replace(
+        &mut self,
+        rules: &RuleSet,
+        id: PartId,
+        (kind, given): (&str, &[(String, Value)]),
+        between: Option<(PartId, PartId)>,
+        step: u64,
+    ) -> Result<PartId, Refusal> {
+        let original = self.parts.get(&id).ok_or(Refusal::Gone)?.image_of.unwrap_or(id);
+        let mine = self.parts.get(&id).map_or(0, |p| p.image as usize);
+        let order = symmetry::images(rules.symmetry).len() + 1;
+        let mut made: Option<PartId> = None;
+        for old in self.orbit(original) {
+            let part = self.parts.get(&old).ok_or(Refusal::Gone)?;
+            if part.step == 0 {
+                return Err(Refusal::Fixed);
+            }
+            // The neighbours were named for one of the images: the others have their images.
+            let shift = (part.image as usize + order - mine % order) % order;
+            let between = between.map(|(a, b)| (self.image(rules, a, shift), self.image(rules, b, shift)));
+            let id = self.replace_one(rules, old, (kind, given), between, step)?;
+            if let Some(part) = self.parts.get_mut(&id) {
+                part.image_of = made;
+            }
+            made = made.or(Some(id));
+        }
+        self.place_all(rules)?;
+        self.check_symmetry(rules)?;
+        made.ok_or(Refusal::Gone)
+    }
+
+    fn replace_one(
+        &mut self,
+        rules: &RuleSet,
+        old: PartId,
+        (kind, given): (&str, &[(String, Value)]),
+        between: Option<(PartId, PartId)>,
+        step: u64,
+    ) -> Result<PartId, Refusal> {
+        let index = self.parts.get_index_of(&old).ok_or(Refusal::Gone)?;
+        let id = self.next_id(step);
+        let (near, far) = ends(rules, kind);
+        let before = self.parts.shift_remove(&old).ok_or(Refusal::Gone)?;
+        let holder = before.held_by.map(|(h, _)| h);
+        let mut part = Part {
+            kind: kind.to_owned(),
+            params: params(rules, kind, given)?,
+            holding: near,
+            step,
+            ..before.clone()
+        };
+        if let Some((a, b)) = between
+            && holder != Some(a)
+        {
+            // The side that holds the core stays: the new part is held by its far end.
+            if holder != Some(b) {
+                return Err(Refusal::NotJoined);
+            }
+            part.holding = far.ok_or_else(|| Refusal::NoPort("front".to_owned()))?;
+        }
+        let (old_ports, new_ports) = (ports(rules, &before), ports(rules, &part));
+        let mut taken = vec![part.holding];
+        let children: Vec<(PartId, u8)> = self
+            .parts
+            .iter()
+            .filter_map(|(i, p)| p.held_by.filter(|(h, _)| *h == old).map(|(_, port)| (*i, port)))
+            .collect();
+        for (child, port) in children {
+            let name = old_ports.get(port as usize).map_or("", |p| p.name.as_str());
+            let to = match between {
+                Some((a, _)) if a == child => Some(near),
+                Some((_, b)) if b == child => far,
+                _ if matches!(name, "front" | "tip") => far,
+                _ if matches!(name, "back" | "base") => Some(near),
+                _ => new_ports.iter().position(|p| p.name == name).map(|p| p as u8),
+            };
+            let to = to.ok_or_else(|| Refusal::NoPort(name.to_owned()))?;
+            if taken.contains(&to) {
+                return Err(Refusal::PortTaken);
+            }
+            taken.push(to);
+            if let Some(child) = self.parts.get_mut(&child) {
+                child.held_by = Some((id, to));
+            }
+        }
+        self.parts.shift_insert(index, id, part);
+        Ok(id)
+    }
+
+    /// Checks that every part without images is its own image.
+    fn check_symmetry(&self, rules: &RuleSet) -> Result<(), Refusal> {
+        let images = symmetry::images(rules.symmetry);
+        if images.is_empty() {
+            return Ok(());
+        }
+        let sound = self.parts.iter().all(|(id, part)| {
+            self.orbit(*id).len() > 1 || images.iter().all(|image| image.keeps(rules, part))
+        });
+        if sound { Ok(()) } else { Err(Refusal::Asymmetric) }
+    }
+
+    /// Finds every pose anew and checks that images still are images.
+    pub(super) fn place_all(&mut self, rules: &RuleSet) -> Result<(), Refusal> {
+        let images = symmetry::images(rules.symmetry);
+        for i in 0..self.parts.len() {
+            let Some((_, part)) = self.parts.get_index(i) else { continue };
+            let held = match part.held_by {
+                None => Isometry3::identity(),
+                Some((holder, port)) => {
+                    let holder = self.parts.get(&holder).ok_or(Refusal::Gone)?;
+                    port::pose_at(rules, holder, port, part).ok_or(Refusal::Gone)?
+                }
+            };
+            let image = (part.image as usize).checked_sub(1).and_then(|k| images.get(k));
+            let pose = match (part.image_of, image) {
+                (Some(original), Some(image)) => {
+                    let original = self.parts.get(&original).ok_or(Refusal::Gone)?;
+                    let pose = image.pose(&original.pose);
+                    // An image must still sit where it is held.
+                    let (have, want) = (port::base(rules, part, &pose), port::base(rules, part, &held));
+                    if (have - want).norm() > symmetry::SAME {
+                        return Err(Refusal::Asymmetric);
+                    }
+                    pose
+                }
+                _ => held,
+            };
+            if let Some((_, part)) = self.parts.get_index_mut(i) {
+                part.pose = pose;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// An angle within one turn.
+fn normal_turn(turn: f64) -> f64 {
+    let full = 2.0 * std::f64::consts::PI;
+    let turn = turn - full * libm::floor(turn / full);
+    // A whole turn that rounding left just below is none.
+    if full - turn < 1e-9 { 0.0 } else { turn }
+}
+
+fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) -> Result<(), Refusal> {
+    let declared = rules.actuators.get(kind).and_then(|a| a.params.get(name));
+    let declared = declared.ok_or_else(|| Refusal::BadParameter(name.to_owned()))?;
+    match (declared.domain, value) {
+        (Some((low, high)), Value::Number(x)) if *x < low || *x > high => {
+            Err(Refusal::BadParameter(name.to_owned()))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// The parameters of a new part: those given, and defaults for the others.
+pub(super) fn params(
+    rules: &RuleSet,
+    kind: &str,
+    given: &[(String, Value)],
+) -> Result<IndexMap<String, Value>, Refusal> {
+    let mut out = IndexMap::new();
+    let Some(actuator) = rules.actuators.get(kind) else { return Ok(out) };
+    for (name, declared) in &actuator.params {
+        let given = given.iter().find(|(n, _)| n == name).map(|(_, v)| v.clone());
+        let value = match (given, &declared.default) {
+            (Some(value), _) => value,
+            (None, Some(default)) => grammar_lang::eval::evaluate(default, rules, &mut Vec::new())
+                .map_err(|_| Refusal::BadParameter(name.clone()))?,
+            (None, None) => return Err(Refusal::BadParameter(name.clone())),
+        };
+        in_domain(rules, kind, name, &value)?;
+        out.insert(name.clone(), value);
+    }
+    Ok(out)
+}
