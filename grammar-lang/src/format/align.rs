@@ -72,13 +72,15 @@ fn settle(layout: &mut Layout, table: &Table, rows: &[&Row<'_>]) {
     let fits = |layout: &Layout, row: &Row<'_>| {
         width(layout, row) <= table.width && !layout.is_broken(row.line.first..row.line.end)
     };
-    // A row that takes several lines follows the first column and widens none.
+    // A row that takes several lines follows the first column and widens none. A
+    // list that is opened in it stays with the word before.
     let (flat, tall): (Vec<&Row<'_>>, Vec<&Row<'_>>) = rows.iter().partition(|row| fits(layout, row));
+    let followers: Vec<&Row<'_>> = tall.into_iter().filter(|row| !opens_list(layout, row)).collect();
     for columns in (0..=table.columns.len()).rev() {
         for column in 0..table.columns.len() {
             let target = flat.iter().filter_map(|row| place(layout, row, column)).max().unwrap_or(0);
-            let tall = tall.iter().filter(|_| column == 0);
-            for row in flat.iter().chain(tall) {
+            let followers = followers.iter().filter(|_| column == 0);
+            for row in flat.iter().chain(followers) {
                 let Some((token, at)) =
                     row.cells.get(column).copied().flatten().zip(place(layout, row, column))
                 else {
@@ -92,6 +94,12 @@ fn settle(layout: &mut Layout, table: &Table, rows: &[&Row<'_>]) {
             return;
         }
     }
+}
+
+/// Whether the first column of a row begins with a bracket.
+fn opens_list(layout: &Layout, row: &Row<'_>) -> bool {
+    let token = row.cells.first().copied().flatten();
+    token.and_then(|t| layout.gaps.get(t)).is_some_and(|g| g.close.is_some())
 }
 
 /// Where a row stands before it is padded for a column.

@@ -138,8 +138,13 @@ impl Layout {
         self.by_rank(stretch, stretch.start, indent, limit)
     }
 
+    /// Breaks inside a bracket, or inside the bracket that is all there is in it.
     fn list(&self, open: usize, stretch: &Range<usize>) -> Option<Cut> {
         let close = self.gaps.get(open)?.close?;
+        let only = self.gaps.get(open + 1)?.close.is_some_and(|c| c + 1 == close);
+        if only && !self.is_hard(open + 1) && !self.is_hard(close) {
+            return self.list(open + 1, stretch);
+        }
         (close < stretch.end).then_some(Cut::List(open, close))
     }
 

@@ -93,11 +93,17 @@ impl<'a> Printer<'a> {
     }
 }
 
-/// Joins the rows, with the comments after them in columns: one column for rows
-/// that stand in equally far, without a blank line between.
+/// Whether the comments of two rows that follow one upon the other share a
+/// column: not across blank lines, nor in and out of blocks.
+fn together(a: &Row<'_>, b: &Row<'_>) -> bool {
+    let apart = |row: &Row<'_>| row.text.is_empty() || row.text.ends_with('{') || row.text.starts_with('}');
+    a.indent == b.indent && !apart(a) && !apart(b)
+}
+
+/// Joins the rows, with the comments after them in columns.
 fn text(rows: &[Row<'_>]) -> String {
     let mut out = String::new();
-    for run in rows.chunk_by(|a, b| a.text.is_empty() == b.text.is_empty() && a.indent == b.indent) {
+    for run in rows.chunk_by(together) {
         let width = |row: &Row<'_>| row.indent + row.text.chars().count();
         let commented = run.iter().filter(|row| row.comment.is_some());
         let column = commented.map(width).max().unwrap_or(0) + BEFORE_COMMENT;
