@@ -49,8 +49,8 @@ Examples:
   sgc view runs/codesign-3
 
 Exit codes: 0 done; 1 the input has errors, no feasible design was found, or
-`fmt --check` found a file to lay out; 2 usage or files; 75 stopped early with the best so far saved; 101 a bug in sgc;
-130 interrupted with nothing saved.";
+`fmt --check` names a file; 2 usage or files; 75 stopped early with the best so
+far saved; 101 a bug in sgc; 130 interrupted with nothing saved.";
 
 #[derive(Subcommand)]
 enum Command {

@@ -1,7 +1,7 @@
 //! Which tokens stand on a line together: a line of its own for every pair of
 //! the table, interrupted by the lines inside it.
 
-use super::table::{LINES, STEP};
+use super::table::{FIRST_WORDS, LINES, STEP};
 use crate::syntax::Tree;
 
 /// Tokens that stand on one line if there is room.
@@ -57,13 +57,28 @@ pub(super) fn lines(tree: &Tree<'_>) -> Vec<Line> {
 
 fn owners(tree: &Tree<'_>) -> Vec<Owner> {
     let mut owners: Vec<Owner> = Vec::new();
-    let mut ends: Vec<usize> = Vec::new();
+    // Those around the pair at hand, as (first token, one past the last), and where the last one ended.
+    let mut around: Vec<(usize, usize)> = Vec::new();
+    let mut ended = 0;
     for (node, pair) in tree.nodes().iter().enumerate() {
-        let Some((_, keyword)) = LINES.iter().find(|(name, _)| *name == &*pair.rule) else { continue };
-        ends.retain(|end| *end > pair.first);
-        let (first, end, level) = (pair.first, pair.end, ends.len());
-        owners.push(Owner { node, first, end, level, keyword: *keyword });
-        ends.push(end);
+        let (first, end) = (pair.first, pair.end);
+        if first == end || !LINES.iter().any(|ending| pair.rule.ends_with(ending)) {
+            continue;
+        }
+        while let Some((_, last)) = around.pop_if(|(_, last)| *last <= first) {
+            ended = last;
+        }
+        // A declaration in the middle of a line, after a word, goes on in that line.
+        let before = first.checked_sub(1).and_then(|i| tree.tokens.get(i));
+        let begins = ended == first || before.is_none_or(|t| t.text == "{");
+        if begins && around.last().is_none_or(|(outer, _)| *outer != first) {
+            owners.push(Owner { node, first, end, level: around.len(), keyword: first_word(&pair.rule) });
+            around.push((first, end));
+        }
     }
     owners
+}
+
+fn first_word(rule: &str) -> usize {
+    FIRST_WORDS.iter().find(|(name, _)| *name == rule).map_or(0, |(_, width)| *width)
 }

@@ -8,10 +8,12 @@ const TABLE_WIDTH: usize = 120;
 /// How far the inside of a block, and the rest of a broken line, stands in.
 pub(super) const STEP: usize = 2;
 
-/// Pairs that stand on a line of their own, with the width of the column of
-/// their first words; 0 if the first words make no column.
-pub(super) const LINES: &[(&str, usize)] =
-    &[("item", 0), ("field_clause", 0), ("place_clause", 0), ("rule_clause", 8), ("actuation_clause", 7)];
+/// How the names of pairs end that stand on a line of their own in a text or a
+/// block: declarations and clauses.
+pub(super) const LINES: &[&str] = &["item", "_clause"];
+
+/// Lines whose first word is padded to a column, and how wide that is.
+pub(super) const FIRST_WORDS: &[(&str, usize)] = &[("rule_clause", 8), ("actuation_clause", 7)];
 
 /// Lines that are aligned with each other where they follow one upon the other.
 pub(super) struct Table {

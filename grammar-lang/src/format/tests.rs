@@ -204,7 +204,7 @@ fn the_table_names_pairs_of_the_grammar() {
     let grammar = include_str!("../syntax/grammar.pest");
     let defined: Vec<&str> = grammar.lines().filter_map(|l| l.split(" =").next()).map(str::trim).collect();
     let tables = table::TABLES.iter().flat_map(|t| t.rows.iter().chain(t.columns.iter().copied().flatten()));
-    let lines = table::LINES.iter().map(|(name, _)| name);
+    let lines = table::FIRST_WORDS.iter().map(|(name, _)| name);
     let signs = table::PREFIXES.iter().chain(table::SUFFIXES).map(|(name, _)| name);
     for name in tables.chain(lines).chain(signs).chain(table::BREAK_BEFORE) {
         assert!(defined.contains(name), "{name}");
