@@ -72,12 +72,10 @@ impl Layout {
     fn fill(&mut self, inside: Range<usize>, indent: usize, limit: usize) {
         let bracket = self.gaps.get(inside.start).and_then(|g| g.bracket);
         let kept = bracket.is_some_and(|b| self.has_last_comma(b));
-        let starts_item = |i: &usize| {
-            self.gaps.get(*i).is_some_and(|g| g.may_break && g.bracket == bracket)
-                && self.gaps.get(*i).map(|g| g.pair) == self.gaps.get(inside.start).map(|g| g.pair)
-        };
+        let pair = self.gaps.get(inside.start).map(|g| g.pair);
+        let starts_item = |g: &Gap| g.may_break && g.bracket == bracket && Some(g.pair) == pair;
         let starts: Vec<usize> =
-            (inside.start + 1..inside.end).filter(|i| starts_item(i) || self.is_hard(*i)).collect();
+            (inside.start + 1..inside.end).filter(|i| self.gaps.get(*i).is_some_and(starts_item)).collect();
         let mut column = indent;
         self.breaks.insert(inside.start, indent);
         let mut from = inside.start;

@@ -124,7 +124,8 @@ rule r { # after the brace
   when a # left
     # before the operator
     and b # right
-  attach f(n) to q ## not documentation
+  attach f({ 1, # inside an inner set
+    2 }, n) to q ## not documentation
 
   # before the end
 } # after the end
