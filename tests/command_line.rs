@@ -234,7 +234,7 @@ fn help_names_every_command_that_works() {
     let output = sgc(&["--help"]);
     assert_eq!(code(&output), 0);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    for command in ["check", "compile", "derive", "run", "eval", "view"] {
+    for command in ["check", "fmt", "compile", "derive", "run", "eval", "view"] {
         assert!(text.contains(&format!("\n  {command} ")), "{text}");
     }
 }
@@ -246,7 +246,11 @@ fn a_value_that_does_not_exist_while_running_is_told_with_its_place() {
     let text = std::fs::read_to_string(&grammar).unwrap();
     for (from, to, says) in [
         ("maximize travel - fall in cm", "maximize travel / (fall - fall)", "divides by zero"),
-        ("require whole         : connected", "require whole : 1 / (count(part) - 3) < 2", "divides by zero"),
+        (
+            "require whole          : connected",
+            "require whole : 1 / (count(part) - 3) < 2",
+            "divides by zero",
+        ),
     ] {
         assert!(text.contains(from), "{from}");
         std::fs::write(&grammar, text.replace(from, to)).unwrap();

@@ -8,6 +8,7 @@ mod cases;
 mod command_line;
 mod derivation;
 mod docs;
+mod format;
 mod grammars;
 mod library;
 mod search;

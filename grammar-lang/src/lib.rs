@@ -5,6 +5,7 @@
 
 pub mod diagnostics;
 pub mod eval;
+pub mod format;
 pub mod ir;
 mod lint;
 pub mod names;

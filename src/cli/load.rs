@@ -22,21 +22,25 @@ pub(super) struct Checked {
     pub(super) sources: SourceMap,
 }
 
-/// Reads and checks a file; `-` is standard input.
-/// Of several grammars and variants that it declares, `wanted` is checked.
+/// The name and the text of a file; `-` is standard input.
+pub(super) fn text(path: &Path) -> Result<(String, String), Fault> {
+    let fault = |e: String| Fault::usage(format!("cannot read {}: {e}", path.display()));
+    if path == Path::new("-") {
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| fault(e.to_string()))?;
+        return Ok(("<stdin>".to_owned(), String::from_utf8_lossy(&bytes).into_owned()));
+    }
+    Ok((path.to_string_lossy().into_owned(), read_text(path).map_err(fault)?))
+}
+
+/// Reads and checks a file; `-` is standard input. Of several grammars and variants that
+/// it declares, `wanted` is checked.
 pub(super) fn check(
     path: &Path,
     overrides: &[(String, String)],
     wanted: Option<&str>,
 ) -> Result<Checked, Fault> {
-    let fault = |e: String| Fault::usage(format!("cannot read {}: {e}", path.display()));
-    let (name, text) = if path == Path::new("-") {
-        let mut bytes = Vec::new();
-        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| fault(e.to_string()))?;
-        ("<stdin>".to_owned(), String::from_utf8_lossy(&bytes).into_owned())
-    } else {
-        (path.to_string_lossy().into_owned(), read_text(path).map_err(fault)?)
-    };
+    let (name, text) = text(path)?;
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, overrides, wanted);

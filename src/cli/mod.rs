@@ -4,6 +4,7 @@ mod check;
 mod compile;
 mod derive;
 mod eval;
+mod fmt;
 mod load;
 mod output;
 mod progress;
@@ -19,7 +20,7 @@ use output::Fault;
 pub mod exit {
     /// Done.
     pub const DONE: u8 = 0;
-    /// The input has errors, or no feasible design was found.
+    /// The input has errors or is not laid out, or no feasible design was found.
     pub const INPUT: u8 = 1;
     /// Usage, configuration, files.
     pub const USAGE: u8 = 2;
@@ -47,13 +48,14 @@ Examples:
   sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
   sgc view runs/codesign-3
 
-Exit codes: 0 done; 1 the input has errors, or no feasible design was found;
-2 usage or files; 75 stopped early with the best so far saved; 101 a bug in sgc;
-130 interrupted with nothing saved.";
+Exit codes: 0 done; 1 the input has errors, no feasible design was found, or
+`fmt --check` names a file; 2 usage or files; 75 stopped early with the best so
+far saved; 101 a bug in sgc; 130 interrupted with nothing saved.";
 
 #[derive(Subcommand)]
 enum Command {
     Check(check::Check),
+    Fmt(fmt::Fmt),
     Compile(compile::Compile),
     Derive(derive::Derive),
     Run(run::Run),
@@ -75,6 +77,7 @@ pub fn main() -> ExitCode {
     };
     let done = match arguments.command {
         Command::Check(command) => command.run(),
+        Command::Fmt(command) => command.run(),
         Command::Compile(command) => command.run(),
         Command::Derive(command) => command.run(),
         Command::Run(command) => command.run(),

@@ -60,6 +60,26 @@ pub struct RunFolder {
 ///
 /// A sentence with the path and the system's reason.
 pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
+    write_with(path, text, None)
+}
+
+/// Replaces the text of a file that exists, as [`write_whole`] does; who may read
+/// and write it stays as it is.
+///
+/// # Errors
+///
+/// A sentence with the path and the reason: also if the file may not be written.
+pub fn rewrite(path: &Path, text: &str) -> Result<(), String> {
+    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
+    let permissions = fs::metadata(path).map_err(|e| fault(&e))?.permissions();
+    // A rename would replace even a file that may not be written.
+    if permissions.readonly() {
+        return Err(fault(&"it is read-only"));
+    }
+    write_with(path, text, Some(permissions))
+}
+
+fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> Result<(), String> {
     let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
     // A link is followed; a device or pipe is no file to be replaced.
     let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
@@ -73,6 +93,9 @@ pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.tempfile_in(parent).map_err(|e| fault(&e))?;
     file.write_all(text.as_bytes()).map_err(|e| fault(&e))?;
+    if let Some(permissions) = permissions {
+        file.as_file().set_permissions(permissions).map_err(|e| fault(&e))?;
+    }
     file.as_file().sync_all().map_err(|e| fault(&e))?;
     file.persist(path).map_err(|e| fault(&e.error))?;
     Ok(())

@@ -4,9 +4,12 @@ pub mod ast;
 mod lower;
 mod parse;
 mod recover;
+mod tokens;
 
 use crate::diagnostics::Diagnostic;
 use crate::source::{FileId, SourceMap};
+
+pub(crate) use tokens::{Node, Tree, tokens};
 
 /// Reads a text: always a tree, and every error that its form has.
 pub fn parse(sources: &SourceMap, file: FileId) -> (ast::Module, Vec<Diagnostic>) {

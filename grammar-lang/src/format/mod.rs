@@ -1,0 +1,77 @@
+//! The one layout of a text: lines, columns and spaces; never words.
+//!
+//! A text is read as tokens with the pairs of the grammar around them
+//! (`lines` says which stand on a line together, `gaps` what may stand between
+//! two of them), padded into columns (`align`), broken where it is too wide
+//! (`layout`) and written (`print`). What is particular to the language is in
+//! `table`.
+
+mod align;
+mod gaps;
+mod layout;
+mod lines;
+mod print;
+mod table;
+#[cfg(test)]
+mod tests;
+mod trivia;
+
+use std::collections::BTreeMap;
+
+use crate::diagnostics::Diagnostic;
+use crate::source::{FileId, SourceMap};
+use crate::syntax::{self, Tree};
+use layout::Layout;
+
+/// Why a text is left as it is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unformatted {
+    /// It has these errors.
+    Errors(Vec<Diagnostic>),
+    /// Its layout would have changed what it says: a bug of this module.
+    Altered,
+}
+
+/// Lays out a text. Only white space differs from the text as it was.
+///
+/// # Errors
+///
+/// The text has errors, or would say something else.
+pub fn format(sources: &SourceMap, file: FileId) -> Result<String, Unformatted> {
+    let (_, found) = syntax::parse(sources, file);
+    if found.iter().any(Diagnostic::is_error) {
+        return Err(Unformatted::Errors(found));
+    }
+    let text = sources.get(file).map_or("", |s| s.text.as_str());
+    let tree = syntax::tokens(text).ok_or(Unformatted::Altered)?;
+    let formatted = lay_out(text, &tree);
+    match syntax::tokens(&formatted) {
+        Some(after) if same(&tree, &after) => Ok(formatted),
+        _ => Err(Unformatted::Altered),
+    }
+}
+
+fn lay_out(text: &str, tree: &Tree<'_>) -> String {
+    let trivia = trivia::trivia(text, tree);
+    let lines = lines::lines(tree);
+    let mut layout = Layout { gaps: gaps::gaps(tree, &trivia), breaks: BTreeMap::new() };
+    let limits = align::align(tree, &trivia, &lines, &mut layout);
+    for (line, limit) in lines.iter().zip(limits) {
+        layout.plan(line.first..line.end, line.indent, line.indent, limit);
+    }
+    print::print(tree, &trivia, &lines, &layout)
+}
+
+/// Whether two texts have the same tokens in the same pairs, with the same
+/// comments at the same places.
+fn same(a: &Tree<'_>, b: &Tree<'_>) -> bool {
+    let words = |tree: &Tree<'_>| -> Vec<String> { tree.tokens.iter().map(|t| t.text.to_owned()).collect() };
+    let pairs = |tree: &Tree<'_>| -> Vec<(String, usize, usize)> {
+        tree.nodes().iter().map(|n| (n.rule.to_string(), n.first, n.end)).collect()
+    };
+    let comments = |tree: &Tree<'_>| -> Vec<(String, usize)> {
+        let place = |start| tree.tokens.partition_point(|t| t.start < start);
+        tree.comments.iter().map(|c| (c.text.to_owned(), place(c.start))).collect()
+    };
+    words(a) == words(b) && pairs(a) == pairs(b) && comments(a) == comments(b)
+}

@@ -1,0 +1,154 @@
+//! The tokens of a text, and the pairs of the grammar that hold them, for a
+//! layer that cares for the form of a text and not for its meaning.
+
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+use pest::Parser;
+use pest::iterators::Pair;
+
+use super::parse::{Rule, SgrParser};
+
+/// A stretch of a text that is never divided: a word, a number, a sign, a text in quotes, a comment.
+pub(crate) struct Token<'a> {
+    /// How it is written.
+    pub(crate) text: &'a str,
+    /// Where it begins, in bytes.
+    pub(crate) start: usize,
+    /// The innermost pair that holds it.
+    pub(crate) node: usize,
+}
+
+/// A pair of the grammar: a stretch of tokens with a name.
+pub(crate) struct Node {
+    /// The name in `grammar.pest`.
+    pub(crate) rule: Rc<str>,
+    /// The pair around it; the root is its own parent.
+    pub(crate) parent: usize,
+    /// How many pairs are around it.
+    pub(crate) depth: usize,
+    /// Its first token.
+    pub(crate) first: usize,
+    /// One past its last token.
+    pub(crate) end: usize,
+}
+
+/// A text as tokens and comments in the order of the text, and pairs, outer before inner.
+pub(crate) struct Tree<'a> {
+    pub(crate) tokens: Vec<Token<'a>>,
+    pub(crate) comments: Vec<Token<'a>>,
+    nodes: Vec<Node>,
+}
+
+/// Pairs whose inside is not to be taken apart.
+const WHOLE: &[Rule] = &[Rule::text];
+
+/// Reads a text; `None` if it is not one that the grammar describes.
+pub(crate) fn tokens(text: &str) -> Option<Tree<'_>> {
+    let file = SgrParser::parse(Rule::file, text).ok()?.next()?;
+    let mut walk = Walk {
+        text,
+        names: BTreeMap::new(),
+        tree: Tree { tokens: Vec::new(), comments: Vec::new(), nodes: Vec::new() },
+    };
+    walk.pair(file, 0, 0);
+    Some(walk.tree)
+}
+
+impl Tree<'_> {
+    /// Every pair, outer before inner.
+    pub(crate) fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// The names of the pairs that begin with a token, inner before outer.
+    pub(crate) fn beginning_with(&self, token: usize) -> impl Iterator<Item = &str> {
+        self.around(token).take_while(move |n| n.first == token).map(|n| &*n.rule)
+    }
+
+    /// The name of the pair that a token is a direct part of: the one around
+    /// the token's own pair, or, for a sign without a pair of its own, the
+    /// innermost.
+    pub(crate) fn holder(&self, token: usize) -> usize {
+        let Some(own) = self.tokens.get(token).map(|t| t.node) else { return 0 };
+        match self.nodes.get(own) {
+            Some(node) if node.end - node.first == 1 => node.parent,
+            _ => own,
+        }
+    }
+
+    /// The innermost pair that holds both a token and the one before it.
+    pub(crate) fn meeting(&self, token: usize) -> usize {
+        let of = |token: usize| self.tokens.get(token).map_or(0, |t| t.node);
+        let (mut a, mut b) = (of(token.saturating_sub(1)), of(token));
+        while a != b {
+            let (Some(of_a), Some(of_b)) = (self.nodes.get(a), self.nodes.get(b)) else { return 0 };
+            if of_a.depth >= of_b.depth {
+                a = of_a.parent;
+            }
+            if of_b.depth >= of_a.depth {
+                b = of_b.parent;
+            }
+        }
+        a
+    }
+
+    /// The pairs around a token, from the inside out.
+    fn around(&self, token: usize) -> impl Iterator<Item = &Node> {
+        let innermost = self.tokens.get(token).and_then(|t| self.nodes.get(t.node));
+        std::iter::successors(innermost, |n| (n.depth > 0).then(|| self.nodes.get(n.parent)).flatten())
+    }
+}
+
+struct Walk<'a> {
+    text: &'a str,
+    names: BTreeMap<Rule, Rc<str>>,
+    tree: Tree<'a>,
+}
+
+impl<'a> Walk<'a> {
+    fn pair(&mut self, pair: Pair<'a, Rule>, parent: usize, depth: usize) {
+        let (rule, span) = (pair.as_rule(), pair.as_span());
+        if rule == Rule::COMMENT {
+            let text = span.as_str().trim_end();
+            self.tree.comments.push(Token { text, start: span.start(), node: parent });
+            return;
+        }
+        let name = Rc::clone(self.names.entry(rule).or_insert_with(|| format!("{rule:?}").into()));
+        let id = self.tree.nodes.len();
+        let first = self.tree.tokens.len();
+        self.tree.nodes.push(Node { rule: name, parent, depth, first, end: first });
+        let mut at = span.start();
+        if WHOLE.contains(&rule) {
+            self.tree.tokens.push(Token { text: span.as_str(), start: at, node: id });
+            at = span.end();
+        } else {
+            for child in pair.into_inner() {
+                let inside = child.as_span();
+                self.between(at, inside.start(), id);
+                self.pair(child, id, depth + 1);
+                at = inside.end();
+            }
+        }
+        self.between(at, span.end(), id);
+        let end = self.tree.tokens.len();
+        if let Some(node) = self.tree.nodes.get_mut(id) {
+            node.end = end;
+        }
+    }
+
+    /// Text that no inner pair claims: the whole of a pair without inner ones,
+    /// or a sign that the grammar writes in quotes among other pairs.
+    fn between(&mut self, from: usize, to: usize, node: usize) {
+        let space = |c: char| c.is_whitespace() || c == '\u{FEFF}';
+        let stretch = self.text.get(from..to).unwrap_or("");
+        let mut at = from;
+        for piece in stretch.split_inclusive(space) {
+            let text = piece.trim_matches(space);
+            if !text.is_empty() {
+                self.tree.tokens.push(Token { text, start: at, node });
+            }
+            at += piece.len();
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! `sgc fmt`: the one layout of every file.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::format::{Unformatted, format};
+use grammar_lang::source::SourceMap;
+
+use super::output::{self, Fault};
+use super::{exit, load};
+use crate::results::folder::rewrite;
+
+/// Lay out grammars: lines, columns and spaces, never words
+#[derive(Args)]
+pub(super) struct Fmt {
+    /// The grammars or modules; `-` reads standard input and writes standard output
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Change nothing: name the files that would change, and exit with 1 if there are any
+    #[arg(long)]
+    check: bool,
+}
+
+/// What became of a file.
+enum Done {
+    /// It was laid out already, or is now.
+    Well,
+    /// It has errors, or would change.
+    Not,
+}
+
+impl Fmt {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let mut code = exit::DONE;
+        for file in &self.files {
+            // The other files are laid out all the same; the worst exit code counts.
+            code = code.max(match self.file(file) {
+                Ok(Done::Well) => exit::DONE,
+                Ok(Done::Not) => exit::INPUT,
+                Err(fault) => {
+                    output::note(&format!("error: {}", fault.message));
+                    fault.code
+                }
+            });
+        }
+        Ok(code)
+    }
+
+    fn file(&self, path: &Path) -> Result<Done, Fault> {
+        let (name, text) = load::text(path)?;
+        let mut sources = SourceMap::default();
+        let file = sources.add(name.clone(), text.clone());
+        let formatted = match format(&sources, file) {
+            Ok(formatted) => formatted,
+            Err(Unformatted::Errors(found)) => {
+                let text = render(&found, &sources, Format::Full, output::colour_err());
+                output::note(text.trim_end());
+                output::note(&format!("{name}: not laid out, because it has errors"));
+                return Ok(Done::Not);
+            }
+            Err(Unformatted::Altered) => {
+                return Err(Fault::input(format!(
+                    "{name} is left as it is: laid out, it would say something else; this is a bug in sgc"
+                )));
+            }
+        };
+        let same = formatted == text;
+        if self.check {
+            if !same {
+                output::data(&format!("{name}\n"))?;
+            }
+            return Ok(if same { Done::Well } else { Done::Not });
+        }
+        if path == Path::new("-") {
+            output::data(&formatted)?;
+        } else if !same {
+            rewrite(path, &formatted).map_err(Fault::usage)?;
+            output::note(&format!("{name}: laid out"));
+        }
+        Ok(Done::Well)
+    }
+}
