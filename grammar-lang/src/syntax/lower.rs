@@ -338,7 +338,6 @@ impl<'a> Lowering<'a> {
 
     pub(super) fn edit(&mut self, node: Node<'a>) -> Option<Edit> {
         let span = self.span(&node);
-        let node = children(node).next()?;
         let rule = node.as_rule();
         let mut inner = parts(node);
         let first = inner.next()?;
