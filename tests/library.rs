@@ -9,6 +9,7 @@ use nalgebra::Isometry3;
 use sgc::derive::Derivation;
 use sgc::derive::random::Stream;
 use sgc::design::Body;
+use sgc::design::assembly::Element;
 use sgc::drive::Drive;
 use sgc::simulate::Motion;
 use sgc::simulate::motion::Placement;
@@ -71,14 +72,16 @@ fn engine(rules: &RuleSet) -> String {
             .map(|i| ((i / elements) as f64, (i % elements) as f64))
             .map(|(frame, element)| Isometry3::translation(frame * (1.0 + element), rise * frame, 0.0))
             .collect();
-        let placements: Vec<_> =
-            (0..elements).map(|body| Placement { body, local: Isometry3::identity() }).collect();
+        let placement =
+            |(body, e): (usize, &Element)| Placement { body, local: Isometry3::identity(), shape: e.shape };
+        let placements: Vec<_> = body.assembly.elements.iter().enumerate().map(placement).collect();
         let motion = Motion {
             interval: 10.0,
             duration: 20.0,
             bodies: elements,
             poses,
             bends: Vec::new(),
+            work: Vec::new(),
             placements: placements.into(),
         };
         sgc::score::score(rules, &derivation, &motion).unwrap()

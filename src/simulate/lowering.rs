@@ -11,6 +11,7 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::check;
+use super::extent;
 use super::motion::Placement;
 use super::{Settings, Unfit};
 use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
@@ -60,6 +61,7 @@ impl Lowered {
         check::settings(settings)?;
         check::assembly(assembly)?;
         let groups = Groups::of(assembly)?;
+        let lowest = |element: &Element| extent::lowest(&element.shape, &element.pose);
         let lift = -assembly.elements.iter().map(lowest).fold(f64::INFINITY, f64::min);
         let order = groups.depth_first();
         let mut place = vec![0; order.len()];
@@ -86,7 +88,9 @@ impl Lowered {
 
     /// Where each element sits, for a recorded motion.
     pub(super) fn placements(&self) -> Arc<[Placement]> {
-        self.pieces.iter().map(|piece| Placement { body: piece.body, local: piece.local }).collect()
+        let placement =
+            |piece: &Piece| Placement { body: piece.body, local: piece.local, shape: piece.shape };
+        self.pieces.iter().map(placement).collect()
     }
 
     /// Number of hinges between two bodies.
@@ -204,17 +208,4 @@ fn principal(element: &Element) -> Vector3<f64> {
             Vector3::new(0.5 * mass * radius * radius, across, across)
         }
     }
-}
-
-/// Height of the lowest point of an element at rest, m.
-fn lowest(element: &Element) -> f64 {
-    let up = element.pose.rotation.inverse() * Vector3::y();
-    let reach = match element.shape {
-        Shape::Box { half } => half.dot(&up.abs()),
-        Shape::Ball { radius } => radius,
-        Shape::Cylinder { radius, half_length } => {
-            half_length * up.x.abs() + radius * (1.0 - up.x * up.x).max(0.0).sqrt()
-        }
-    };
-    element.pose.translation.vector.y - reach
 }

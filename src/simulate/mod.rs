@@ -8,6 +8,7 @@
 
 pub mod articulated;
 mod check;
+mod extent;
 mod lowering;
 pub mod motion;
 pub mod rapier;

@@ -4,6 +4,9 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
+use super::extent;
+use crate::design::assembly::Shape;
+
 /// Target bend angles of every actuator, sampled at equal intervals and
 /// interpolated linearly in between; the last sample holds on.
 #[derive(Clone, Debug, PartialEq)]
@@ -33,13 +36,15 @@ impl Targets {
     }
 }
 
-/// Where an element sits: fixed to one body of the solver.
+/// Where an element sits, fixed to one body of the solver, and its shape.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Placement {
     /// Index of the body.
     pub body: usize,
     /// Pose of the element in the body's frame.
     pub local: Isometry3<f64>,
+    /// Geometry of the element.
+    pub shape: Shape,
 }
 
 /// A recorded motion: the pose of every body at equal intervals, from which
@@ -57,6 +62,11 @@ pub struct Motion {
     pub poses: Vec<Isometry3<f64>>,
     /// Actual total bend angle of every actuator, `[frame * actuators + actuator]`, rad.
     pub bends: Vec<f64>,
+    /// The mechanical work that the servos of every actuator did over the whole
+    /// motion, J: torque times turn, hinge by hinge and step by step, where it is
+    /// positive. A servo that is bent back gets nothing for it: an actuator that
+    /// yields does not fill its battery again.
+    pub work: Vec<f64>,
     /// Where each element of the assembly sits.
     pub placements: Arc<[Placement]>,
 }
@@ -101,5 +111,21 @@ impl Motion {
             Isometry3::from_parts(position.into(), from.rotation.nlerp(&to.rotation, part))
         };
         Some(body * placement.local)
+    }
+
+    /// The height in m of the lowest point of an element at time `t`; `None`
+    /// for an element that does not exist.
+    #[must_use]
+    pub fn lowest(&self, element: usize, t: f64) -> Option<f64> {
+        let shape = &self.placements.get(element)?.shape;
+        Some(extent::lowest(shape, &self.pose(element, t)?))
+    }
+
+    /// The longest extent of an element in m: the longest edge of a box, the
+    /// diameter of a ball, the larger of a cylinder's length and diameter;
+    /// `None` for an element that does not exist.
+    #[must_use]
+    pub fn size(&self, element: usize) -> Option<f64> {
+        self.placements.get(element).map(|placement| extent::longest(&placement.shape))
     }
 }

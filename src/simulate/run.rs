@@ -24,6 +24,10 @@ pub(super) trait Stepper: Send {
     fn pose(&self, body: usize) -> Isometry3<f64>;
     /// The angle of a hinge, rad.
     fn angle(&self, hinge: usize) -> f64;
+    /// The mechanical work of a hinge's servo in the last step, J: the torque
+    /// that acted times the turn of the hinge; negative where the servo is
+    /// turned against its torque.
+    fn work(&self, hinge: usize) -> f64;
 }
 
 /// One body, ready to run.
@@ -35,6 +39,7 @@ pub(super) struct Run<S> {
     schedule: Schedule,
     placements: Arc<[Placement]>,
     bodies: usize,
+    actuators: usize,
 }
 
 impl<S: Stepper> Run<S> {
@@ -48,6 +53,7 @@ impl<S: Stepper> Run<S> {
             schedule: Schedule::new(settings),
             placements: lowered.placements(),
             bodies: lowered.bodies.len(),
+            actuators: lowered.actuators,
         }
     }
 
@@ -63,12 +69,13 @@ impl<S: Stepper> Run<S> {
             bodies: self.bodies,
             poses: Vec::with_capacity(frames * self.bodies),
             bends: Vec::new(),
+            work: vec![0.0; self.actuators],
             placements: Arc::clone(&self.placements),
         };
         let mut frame = 0;
         for now in 0..=steps {
             if now > 0 {
-                self.step(drive, now as f64 * step)?;
+                self.step(drive, now as f64 * step, &mut motion.work)?;
             }
             while frame < frames && self.schedule.step_of(frame) == now {
                 self.record(&mut motion);
@@ -78,14 +85,20 @@ impl<S: Stepper> Run<S> {
         Ok(motion)
     }
 
-    fn step(&mut self, drive: &Targets, t: f64) -> Result<(), Invalid> {
+    fn step(&mut self, drive: &Targets, t: f64, work: &mut [f64]) -> Result<(), Invalid> {
         for (hinge, servo) in self.servos.iter_mut().enumerate() {
             if !servo.follow(drive, t, self.schedule.step) {
                 return Err(Invalid::NotFinite);
             }
             self.stepper.aim(hinge, servo.target);
         }
-        self.stepper.step()
+        self.stepper.step()?;
+        for (hinge, servo) in self.servos.iter().enumerate() {
+            if let Some(sum) = work.get_mut(servo.actuator) {
+                *sum += self.stepper.work(hinge).max(0.0);
+            }
+        }
+        Ok(())
     }
 
     fn record(&self, motion: &mut Motion) {

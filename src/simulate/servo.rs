@@ -6,7 +6,8 @@ use crate::design::assembly::Hinge;
 /// The moving target of one hinge.
 #[derive(Clone, Debug)]
 pub(super) struct Servo {
-    actuator: usize,
+    /// Which actuator it belongs to.
+    pub(super) actuator: usize,
     share: f64,
     bending_rate: f64,
     relaxing_rate: f64,

@@ -17,6 +17,12 @@ const PIECES: usize = 4;
 const PIECE: f64 = 0.02;
 const CUBE: Vector3<f64> = Vector3::new(0.015, 0.015, 0.015);
 
+/// Elements at their bodies and places in them.
+fn placed(elements: &[Element], places: Vec<(usize, Isometry3<f64>)>) -> Arc<[Placement]> {
+    let placement = |(element, (body, local)): (&Element, _)| Placement { body, local, shape: element.shape };
+    elements.iter().zip(places).map(placement).collect()
+}
+
 /// The bend of one of the two legs at a time, rad.
 fn bend(leg: usize, t: f64) -> f64 {
     0.75 + 0.6 * libm::sin(TAU * t / 3.5 + 1.4 * leg as f64)
@@ -82,16 +88,16 @@ pub(super) fn walker() -> Scene {
     };
     let cube = || element(Shape::Box { half: CUBE }, "#4d7ea8", None, "cube");
     let mut elements = vec![element(Shape::Box { half: CUBE }, "#e0a83c", None, "core")];
-    let mut placements = vec![Placement { body: 0, local: Isometry3::identity() }];
+    let mut places = vec![(0, Isometry3::identity())];
     for leg in 0..2 {
         for piece in 0..PIECES {
             let shape = Shape::Cylinder { radius: 0.011, half_length: PIECE / 2.0 };
             let colour = ["#c65d4b", "#5b9a68"][leg];
             elements.push(element(shape, colour, Some(leg), "actuator"));
-            placements.push(Placement { body: 1 + PIECES * leg + piece, local: Isometry3::identity() });
+            places.push((1 + PIECES * leg + piece, Isometry3::identity()));
         }
         elements.push(cube());
-        placements.push(Placement { body: PIECES * (leg + 1), local: foot(leg) });
+        places.push((PIECES * (leg + 1), foot(leg)));
     }
     let motion = Motion {
         interval,
@@ -99,7 +105,8 @@ pub(super) fn walker() -> Scene {
         bodies: 1 + 2 * PIECES,
         poses: times.clone().flat_map(stand).collect(),
         bends: times.flat_map(|t| [bend(0, t - 0.12), bend(1, t - 0.12)]).collect(),
-        placements: Arc::from(placements),
+        work: Vec::new(),
+        placements: placed(&elements, places),
     };
     let curve = |leg: usize| Curve {
         name: ["front leg", "hind leg"][leg].to_owned(),
@@ -151,8 +158,6 @@ fn large() -> Scene {
         .map(|(f, b)| pose(f, b))
         .collect();
     (scene.motion.bodies, scene.motion.interval, scene.motion.duration) = (bodies, 0.05, 30.0);
-    scene.motion.placements =
-        (0..bodies).map(|body| Placement { body, local: Isometry3::identity() }).collect();
     scene.motion.bends = (0..frames * 8).map(|i| wave(i % 8, 1.5, (i / 8) as f64 / 20.0)).collect();
     scene.elements = (0..bodies)
         .map(|body| Element {
@@ -162,6 +167,8 @@ fn large() -> Scene {
             label: "part".to_owned(),
         })
         .collect();
+    let places = (0..bodies).map(|body| (body, Isometry3::identity())).collect();
+    scene.motion.placements = placed(&scene.elements, places);
     let targets = scene.curves[0].targets.clone();
     scene.curves = (1..=8)
         .map(|i| Curve { name: format!("actuator {i}"), interval: 0.05, targets: targets.clone() })

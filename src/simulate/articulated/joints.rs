@@ -41,6 +41,8 @@ struct Drive<S> {
     most: S,
     /// The sign of its impulse if it is at its limit, else zero.
     strained: S,
+    /// The impulse that acted when the step was last solved.
+    given: S,
     /// Impulses that held the hard limits in the last step.
     hold: (S, S),
 }
@@ -102,6 +104,8 @@ impl<S: Scalar> Joints<S> {
         let mut changed = false;
         for (body, servo) in self.drives.iter_mut().enumerate().skip(1) {
             let impulse = servo.drive - servo.yielding * speeds[dof_of(body)];
+            // Before the flag changes: what it says now is what was solved with.
+            servo.given = if servo.strained == S::ZERO { impulse } else { servo.strained * servo.most };
             if servo.strained == S::ZERO {
                 if impulse.abs() > servo.most * S::of(1.0 + TOLERANCE) {
                     servo.strained = if impulse > S::ZERO { S::ONE } else { -S::ONE };
@@ -113,6 +117,12 @@ impl<S: Scalar> Joints<S> {
             }
         }
         changed
+    }
+
+    /// The impulse of a body's servo in the step that was solved last.
+    #[inline(always)]
+    pub(super) fn impulse(&self, body: usize) -> S {
+        self.drives[body].given
     }
 
     /// Makes rows for the hinges that come near a hard limit; `free` are the

@@ -28,7 +28,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 
 use self::scalar::Scalar;
 use self::solver::Solver;
-use self::tree::LENGTH;
+use self::tree::{LENGTH, TORQUE, dof_of};
 use super::lowering::Lowered;
 use super::run::{Run, Stepper};
 use super::{Invalid, Model, Settings, Simulation, Unfit};
@@ -74,5 +74,12 @@ impl<S: Scalar> Stepper for Solver<S> {
 
     fn angle(&self, hinge: usize) -> f64 {
         self.state.angles[hinge + 1].to_f64()
+    }
+
+    fn work(&self, hinge: usize) -> f64 {
+        // The hinge has turned by its speed times the step, so impulse times
+        // speed is torque times turn.
+        let impulse = self.joints.impulse(hinge + 1).to_f64();
+        impulse * self.state.speeds[dof_of(hinge + 1)].to_f64() / TORQUE
     }
 }

@@ -61,7 +61,7 @@ pub(super) struct Solver<S> {
     /// The mass matrix.
     h: Vec<S>,
     factor: Factor<S>,
-    joints: Joints<S>,
+    pub(super) joints: Joints<S>,
     touches: Vec<Touch<S>>,
     rows: Rows<S>,
     /// Impulse of each slot and the step in which it was given.

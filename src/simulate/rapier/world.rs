@@ -29,6 +29,8 @@ pub(super) struct World {
     joints: Vec<ImpulseJointHandle>,
     /// Angle of each hinge without jumps at half a turn, rad.
     angles: Vec<f64>,
+    /// Work of each hinge's motor in the last step, J.
+    work: Vec<f64>,
 }
 
 impl World {
@@ -41,6 +43,7 @@ impl World {
             bodies: Vec::new(),
             joints: Vec::new(),
             angles: Vec::new(),
+            work: Vec::new(),
         };
         own.build();
         own
@@ -69,6 +72,7 @@ impl World {
             self.joints.push(world.impulse_joints.insert(parent, child, joint, true));
         }
         self.angles = vec![0.0; self.joints.len()];
+        self.work = vec![0.0; self.joints.len()];
     }
 
     fn body(&self, body: usize) -> &RigidBody {
@@ -84,6 +88,29 @@ impl World {
         let angle = 2.0 * libm::atan2(relative.imag().dot(&spec.axis), relative.w);
         let turns = ((angle - self.angles[hinge]) / std::f64::consts::TAU).round();
         angle - turns * std::f64::consts::TAU
+    }
+
+    /// The mean torque of a hinge's motor over the last step, in which the
+    /// hinge turned by an angle, N m.
+    ///
+    /// rapier tells the impulse of the last substep only (that on the parent).
+    /// A motor that is not at its limit had, on average, as much more or less as
+    /// its angle and speed differed from those of the end.
+    fn torque(&self, hinge: usize, turned: f64) -> f64 {
+        let own = &self.lowered.bodies[hinge + 1];
+        let joint = self.world.impulse_joints.get(self.joints[hinge]);
+        let (Some(joint), Some(spec)) = (joint, &own.hinge) else { return 0.0 };
+        let step = self.settings.step;
+        let impulse = f64::from(joint.data.motors[JointAxis::AngX as usize].impulse);
+        let last = -impulse * substeps(&self.settings) as f64 / step / TORQUE;
+        if last.abs() > 0.999 * spec.torque {
+            return last;
+        }
+        let (parent, child) = (self.body(own.parent), self.body(hinge + 1));
+        let axis = parent.rotation() * vector(spec.axis.into_inner());
+        let speed = f64::from((child.angvel() - parent.angvel()).dot(axis));
+        let change = spec.stiffness * turned / 2.0 + spec.damping * (speed - turned / step);
+        (last + change).clamp(-spec.torque, spec.torque)
     }
 
     /// Refuses numbers that are not finite, and elements beyond the limit.
@@ -123,7 +150,10 @@ impl Stepper for World {
         self.world.step();
         self.check()?;
         for hinge in 0..self.joints.len() {
-            self.angles[hinge] = self.turn(hinge);
+            let angle = self.turn(hinge);
+            let turned = angle - self.angles[hinge];
+            self.work[hinge] = self.torque(hinge, turned) * turned;
+            self.angles[hinge] = angle;
         }
         Ok(())
     }
@@ -139,16 +169,25 @@ impl Stepper for World {
     fn angle(&self, hinge: usize) -> f64 {
         self.angles[hinge]
     }
+
+    fn work(&self, hinge: usize) -> f64 {
+        self.work[hinge]
+    }
 }
 
 fn vector(v: Vector3<f64>) -> Vector {
     Vector::new(v.x as f32, v.y as f32, v.z as f32)
 }
 
+/// How many substeps a step is cut into.
+fn substeps(settings: &Settings) -> usize {
+    (settings.step / SUBSTEP - 1e-6).ceil().max(1.0) as usize
+}
+
 fn parameters(settings: &Settings) -> IntegrationParameters {
     IntegrationParameters {
         dt: settings.step as f32,
-        num_solver_iterations: (settings.step / SUBSTEP - 1e-6).ceil().max(1.0) as usize,
+        num_solver_iterations: substeps(settings),
         num_internal_pgs_iterations: settings.iterations,
         friction_model: FrictionModel::Coulomb,
         contact_recycling: false,

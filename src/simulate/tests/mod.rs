@@ -3,6 +3,7 @@
 pub(crate) mod bodies;
 mod report;
 mod truth;
+mod work;
 
 use super::Settings;
 

@@ -7,17 +7,17 @@ use super::settings;
 use crate::design::assembly::{Assembly, Hinge, JointKind, Shape};
 use crate::simulate::{Invalid, MODELS, Motion, Settings, Targets, model};
 
-fn run(name: &str, body: &Assembly, settings: &Settings, drive: &Targets) -> Motion {
+pub(super) fn run(name: &str, body: &Assembly, settings: &Settings, drive: &Targets) -> Motion {
     let mut simulation = model(name).unwrap().prepare(body, settings).unwrap();
     simulation.run(std::slice::from_ref(drive)).remove(0).unwrap()
 }
 
 /// For a time in s.
-fn during(duration: f64) -> Settings {
+pub(super) fn during(duration: f64) -> Settings {
     Settings { duration, ..settings() }
 }
 
-fn place(motion: &Motion, element: usize, t: f64) -> Vector3<f64> {
+pub(super) fn place(motion: &Motion, element: usize, t: f64) -> Vector3<f64> {
     motion.pose(element, t).unwrap().translation.vector
 }
 
@@ -30,7 +30,7 @@ fn the_registry_names_its_solvers() {
 }
 
 /// A heavy block with an arm of light links and a heavy tip over thin air.
-fn crane(links: usize, pitch: f64, tip: f64, stiffness: f64) -> Assembly {
+pub(super) fn crane(links: usize, pitch: f64, tip: f64, stiffness: f64) -> Assembly {
     let mut body = Builder::default();
     let mut base = cube(Vector3::new(-0.05, 0.05, 0.0));
     base.shape = Shape::Box { half: Vector3::repeat(0.05) };
@@ -120,6 +120,7 @@ fn a_run_is_the_same_every_time_and_in_any_company() {
             let first = together[place].as_ref().unwrap();
             assert_eq!(first.poses, alone.poses, "{name}, drive {place}");
             assert_eq!(first.bends, alone.bends, "{name}, drive {place}");
+            assert_eq!(first.work, alone.work, "{name}, drive {place}");
         }
     }
 }
