@@ -10,5 +10,6 @@ mod derivation;
 mod docs;
 mod grammars;
 mod library;
+mod new;
 mod search;
 mod support;

@@ -5,6 +5,7 @@ mod compile;
 mod derive;
 mod eval;
 mod load;
+mod new;
 mod output;
 mod progress;
 mod run;
@@ -43,6 +44,7 @@ struct Arguments {
 
 const AFTER: &str = "\
 Examples:
+  sgc new walker
   sgc check grammars/codesign.sgr
   sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
   sgc view runs/codesign-3
@@ -53,6 +55,7 @@ Exit codes: 0 done; 1 the input has errors, or no feasible design was found;
 
 #[derive(Subcommand)]
 enum Command {
+    New(new::New),
     Check(check::Check),
     Compile(compile::Compile),
     Derive(derive::Derive),
@@ -74,6 +77,7 @@ pub fn main() -> ExitCode {
         }
     };
     let done = match arguments.command {
+        Command::New(command) => command.run(),
         Command::Check(command) => command.run(),
         Command::Compile(command) => command.run(),
         Command::Derive(command) => command.run(),
