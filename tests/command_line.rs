@@ -229,14 +229,32 @@ fn interrupting_a_run_keeps_the_best_so_far() {
     assert!(!out.join("result.json").exists(), "the run is not complete");
 }
 
+const COMMANDS: &[&str] = &["new", "check", "compile", "derive", "run", "eval", "view", "completions"];
+
+#[test]
+fn every_shell_can_complete_every_command() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = sgc(&["completions", shell]);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        let script = String::from_utf8_lossy(&output.stdout).into_owned();
+        for word in COMMANDS.iter().chain(&["max-evals"]) {
+            assert!(script.contains(word), "{shell}: no {word}");
+        }
+    }
+    let output = sgc(&["completions", "tcsh"]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("bash"), "{}", errors(&output));
+}
+
 #[test]
 fn help_names_every_command_that_works() {
     let output = sgc(&["--help"]);
     assert_eq!(code(&output), 0);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    for command in ["new", "check", "compile", "derive", "run", "eval", "view"] {
+    for command in COMMANDS {
         assert!(text.contains(&format!("\n  {command} ")), "{text}");
     }
+    assert!(text.contains("sgc completions bash"), "{text}");
 }
 
 #[test]

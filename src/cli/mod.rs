@@ -2,6 +2,7 @@
 
 mod check;
 mod compile;
+mod completions;
 mod derive;
 mod eval;
 mod load;
@@ -49,6 +50,9 @@ Examples:
   sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
   sgc view runs/codesign-3
 
+To have the shell complete commands and options (other shells: sgc help completions):
+  sgc completions bash > ~/.local/share/bash-completion/completions/sgc
+
 Exit codes: 0 done; 1 the input has errors, or no feasible design was found;
 2 usage or files; 75 stopped early with the best so far saved; 101 a bug in sgc;
 130 interrupted with nothing saved.";
@@ -62,6 +66,7 @@ enum Command {
     Run(run::Run),
     Eval(eval::Eval),
     View(view::View),
+    Completions(completions::Completions),
 }
 
 /// Runs the program with the process's arguments.
@@ -84,6 +89,7 @@ pub fn main() -> ExitCode {
         Command::Run(command) => command.run(),
         Command::Eval(command) => command.run(),
         Command::View(command) => command.run(),
+        Command::Completions(command) => command.run(),
     };
     match done {
         Ok(code) => ExitCode::from(code),
