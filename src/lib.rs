@@ -3,6 +3,7 @@
 pub mod cli;
 pub mod derive;
 pub mod design;
+pub mod document;
 pub mod drive;
 pub mod results;
 pub mod score;

@@ -229,7 +229,7 @@ fn interrupting_a_run_keeps_the_best_so_far() {
     assert!(!out.join("result.json").exists(), "the run is not complete");
 }
 
-const COMMANDS: &[&str] = &["new", "check", "compile", "derive", "run", "eval", "view", "completions"];
+const COMMANDS: &[&str] = &["new", "check", "compile", "derive", "run", "eval", "view", "doc", "completions"];
 
 #[test]
 fn every_shell_can_complete_every_command() {
@@ -317,4 +317,36 @@ fn a_grammar_that_can_do_nothing_says_so() {
     let output = sgc(&["run", &grammar, "--max-evals", "30", "--out", &out]);
     assert_eq!(code(&output), 1, "{}", errors(&output));
     assert!(errors(&output).contains("no rule could ever be applied"), "{}", errors(&output));
+}
+
+#[test]
+fn doc_writes_a_page_where_it_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let text = |name: &str| std::fs::read_to_string(at(name)).unwrap();
+    let path = |name: &str| at(name).to_string_lossy().into_owned();
+    std::fs::copy(root().join("grammars/codesign.sgr"), at("mine.sgr")).unwrap();
+    for arguments in [
+        vec!["doc".to_owned(), path("mine.sgr")],
+        vec!["doc".to_owned(), path("mine.sgr"), "--out".to_owned(), path("other.html")],
+        vec!["doc".to_owned(), "std".to_owned(), "--out".to_owned(), path("pages")],
+        vec!["doc".to_owned(), "std.blocks".to_owned(), "--out".to_owned(), path("pages")],
+    ] {
+        let output = sgc(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+        assert!(String::from_utf8_lossy(&output.stdout).ends_with(".html\n"));
+    }
+    assert_eq!(text("mine.html"), text("other.html"));
+    assert!(text("mine.html").contains("add_actuator"));
+    assert!(
+        text("pages/std.html").contains("bezier_pac")
+            && !text("pages/std.blocks.html").contains("bezier_pac")
+    );
+
+    std::fs::write(at("bad.sgr"), "grammar bad\nlet a = 3 gg\n").unwrap();
+    let output = sgc(&["doc", &path("bad.sgr")]);
+    assert_eq!(code(&output), 1);
+    assert!(errors(&output).contains("E0303") && !at("bad.html").exists(), "{}", errors(&output));
+    assert_eq!(code(&sgc(&["doc", &path("nowhere.sgr")])), 2);
+    assert_eq!(code(&sgc(&["doc", "std", "--out", &path("mine.sgr")])), 2, "a file is no folder");
 }

@@ -4,6 +4,7 @@ mod check;
 mod compile;
 mod completions;
 mod derive;
+mod doc;
 mod eval;
 mod load;
 mod new;
@@ -66,6 +67,7 @@ enum Command {
     Run(run::Run),
     Eval(eval::Eval),
     View(view::View),
+    Doc(doc::Doc),
     Completions(completions::Completions),
 }
 
@@ -89,6 +91,7 @@ pub fn main() -> ExitCode {
         Command::Run(command) => command.run(),
         Command::Eval(command) => command.run(),
         Command::View(command) => command.run(),
+        Command::Doc(command) => command.run(),
         Command::Completions(command) => command.run(),
     };
     match done {

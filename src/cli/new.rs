@@ -4,11 +4,10 @@ use std::fs;
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use grammar_lang::source::SourceMap;
-use grammar_lang::syntax::{self, ast::ItemKind};
 
 use super::exit;
 use super::output::{self, Fault};
+use crate::document::is_name;
 use crate::results::folder::write_whole;
 
 /// Begin a grammar: write NAME.sgr from a template
@@ -43,15 +42,6 @@ impl Template {
             Self::Worm => include_str!("templates/worm.sgr"),
         }
     }
-}
-
-/// Whether a grammar can have a name. The parser says, so that this holds for every reserved word.
-fn is_name(name: &str) -> bool {
-    let mut sources = SourceMap::default();
-    let file = sources.add("name", format!("grammar {name}\n"));
-    let (tree, errors) = syntax::parse(&sources, file);
-    let named = |item: &syntax::ast::Item| matches!(&item.kind, ItemKind::Grammar(n) if n.text == name);
-    errors.is_empty() && tree.items.len() == 1 && tree.items.iter().all(named)
 }
 
 /// A name near to one that cannot be: without folder and ending, other signs as `_`.
