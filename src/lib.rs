@@ -9,4 +9,5 @@ pub mod results;
 pub mod score;
 pub mod search;
 pub mod simulate;
+pub mod testing;
 pub mod world;

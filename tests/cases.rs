@@ -69,13 +69,9 @@ fn each_case_raises_what_it_says_where_it_says() {
 #[test]
 fn findings_read_well() {
     for path in cases() {
-        let text = std::fs::read_to_string(&path).unwrap();
-        let (found, sources) = check(&path.to_string_lossy(), &text);
-        let folder = path.parent().unwrap().to_string_lossy().into_owned() + "/";
-        let full = render(&found, &sources, Format::Full, false).replace(&folder, "");
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
-            insta::assert_snapshot!(format!("case-{name}"), full);
+            insta::assert_snapshot!(format!("case-{name}"), sgc::testing::findings(&path));
         });
     }
 }

@@ -6,8 +6,6 @@ use clap::Args;
 
 use super::output::{self, Fault};
 use super::{exit, load};
-use crate::derive::Derivation;
-use crate::derive::random::Stream;
 use crate::results::describe;
 
 /// Apply rules at random and print the design, without simulating it
@@ -30,17 +28,9 @@ pub(super) struct Derive {
 impl Derive {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let (rules, sources) = load::grammar(&self.file, &self.params)?;
-        let mut derivation = Derivation::begin(&rules);
-        let mut random = Stream::named(self.seed, "derive");
-        for _ in 0..self.steps {
-            let step = derivation
-                .advance(&rules, &mut random, 0.0)
-                .map_err(|e| Fault::input(load::no_value(&e, &sources)))?;
-            if let Some(next) = step.result {
-                derivation = next;
-            }
-        }
-        output::data(&describe::derivation(&rules, &derivation))?;
+        let text = describe::derived(&rules, self.seed, self.steps)
+            .map_err(|e| Fault::input(load::no_value(&e, &sources)))?;
+        output::data(&text)?;
         Ok(exit::DONE)
     }
 }
