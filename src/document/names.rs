@@ -50,14 +50,16 @@ impl<'a> Names<'a> {
 
     /// What a word means in a module.
     pub(super) fn meaning(&self, module: &Module, word: &str) -> Meaning {
-        let Some((declaration, item)) = module.program.lookup(0, word) else {
+        let known = module.own().and_then(|own| own.scope.get(word)).copied();
+        let Some(declaration) = known else {
             return if self.is_reserved(word) { Meaning::Reserved } else { Meaning::Other };
         };
         let home = module.program.modules.get(declaration.module).map_or("", |m| m.name.as_str());
         if self.modules.iter().any(|m| m.name == home) {
             return Meaning::Here(self.anchor(home, word));
         }
-        let about = prose::first_sentence(&item.doc);
+        let about =
+            module.program.item(declaration).map_or_else(String::new, |i| prose::first_sentence(&i.doc));
         Meaning::Elsewhere(if about.is_empty() {
             format!("from {home}")
         } else {

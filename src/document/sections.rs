@@ -4,6 +4,7 @@ use grammar_lang::names::declared;
 use grammar_lang::syntax::ast::{Item, ItemKind};
 
 use super::Module;
+use super::lex::{Kind, pieces};
 
 /// The words that open declarations, and what several of them are called. A
 /// word that is not here heads its group itself.
@@ -32,6 +33,9 @@ const TITLES: &[(&str, &str)] = &[
 /// The words whose declarations say how a grammar is run.
 const SETTINGS: &[&str] = &["symmetry", "begin", "actuate", "simulate", "maximize", "minimize"];
 const SETTINGS_TITLE: &str = "Settings";
+
+/// The words after which a name may be left out.
+const MAYBE_NAMED: &[&str] = &["require", "prefer", "search"];
 
 /// A declaration with what the page says of it.
 pub(super) struct Entry<'a> {
@@ -76,7 +80,17 @@ pub(super) fn groups(module: &Module) -> Vec<Group<'_>> {
 fn entry<'a>(module: &'a Module, item: &'a Item) -> Entry<'a> {
     let source = source(module.text(), item.span.range());
     let word = source.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or("");
-    Entry { word, name: declared(item).map(|name| name.text.as_str()), doc: &item.doc, source }
+    let name = declared(item).map(|name| name.text.as_str()).or_else(|| second_word(word, source));
+    Entry { word, name, doc: &item.doc, source }
+}
+
+/// The name of a declaration that others cannot import, or of a kind that is not known here.
+fn second_word<'a>(word: &str, source: &'a str) -> Option<&'a str> {
+    if SETTINGS.contains(&word) || MAYBE_NAMED.contains(&word) {
+        return None;
+    }
+    let mut pieces = pieces(source).into_iter().filter(|piece| piece.kind != Kind::Space).skip(1);
+    pieces.next().filter(|piece| piece.kind == Kind::Word).map(|piece| piece.text)
 }
 
 fn title(entry: &Entry<'_>) -> String {

@@ -115,6 +115,16 @@ fn a_comment_at_the_head_is_about_the_text_and_what_comes_next_keeps_its_own() {
     assert_eq!(page.matches("About x.").count(), 1, "{page}");
 }
 
+#[test]
+fn what_has_no_name_is_shown_among_its_kind() {
+    let page = body("grammar g\nsymmetry none\nsearch s\nmaximize 1\nrequire 1 < 2\n");
+    let settings = page.split("<h3>Settings</h3>").nth(1).unwrap();
+    for word in ["symmetry", "search", "maximize"] {
+        assert!(settings.contains(&format!("<pre><code><b>{word}</b>")), "{word}: {settings}");
+    }
+    assert!(page.contains("<h3>Requirements</h3>\n<article>\n<pre>"), "{page}");
+}
+
 /// Broken, empty or strange texts still give a page.
 #[test]
 fn any_text_gives_a_page() {
