@@ -3,9 +3,11 @@
 pub mod cli;
 pub mod derive;
 pub mod design;
+pub mod document;
 pub mod drive;
 pub mod results;
 pub mod score;
 pub mod search;
 pub mod simulate;
+pub mod testing;
 pub mod world;

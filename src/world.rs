@@ -19,6 +19,14 @@ pub const LIBRARY: &[(&str, &str)] = &[
 #[derive(Debug, Default)]
 pub struct Files;
 
+/// The standard library and files named from a folder: what is found in them
+/// has the same name on every machine.
+#[derive(Debug, Default)]
+pub struct Folder {
+    /// The folder.
+    pub path: PathBuf,
+}
+
 /// A frozen set of texts, such as the sources kept in a run folder, or edited
 /// copies in a test. What it lacks is looked up in the standard library.
 #[derive(Debug, Default)]
@@ -68,6 +76,16 @@ pub fn read_text(path: &Path) -> Result<String, String> {
 
 impl World for Files {
     fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+        Folder::default().load(module, from)
+    }
+
+    fn library(&self) -> Vec<String> {
+        library_names()
+    }
+}
+
+impl World for Folder {
+    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
         if let Some(source) = from_library(module) {
             return Ok(source);
         }
@@ -78,7 +96,7 @@ impl World for Files {
             return Err("the standard library imports no files".to_owned());
         }
         let path = beside(from, module);
-        let text = read_text(&path)?;
+        let text = read_text(&self.path.join(&path))?;
         Ok(Source { name: path.to_string_lossy().into_owned(), text })
     }
 

@@ -69,13 +69,9 @@ fn each_case_raises_what_it_says_where_it_says() {
 #[test]
 fn findings_read_well() {
     for path in cases() {
-        let text = std::fs::read_to_string(&path).unwrap();
-        let (found, sources) = check(&path.to_string_lossy(), &text);
-        let folder = path.parent().unwrap().to_string_lossy().into_owned() + "/";
-        let full = render(&found, &sources, Format::Full, false).replace(&folder, "");
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
-            insta::assert_snapshot!(format!("case-{name}"), full);
+            insta::assert_snapshot!(format!("case-{name}"), sgc::testing::findings(&path));
         });
     }
 }
@@ -116,7 +112,8 @@ fn a_parameter_that_does_not_exist_or_fit_is_refused() {
         let mut sources = SourceMap::default();
         let path = root().join("grammars/codesign.sgr");
         let entry = sources.add(path.to_string_lossy(), std::fs::read_to_string(&path).unwrap());
-        let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[(name.into(), value.into())], None);
+        let compiled =
+            grammar_lang::compile(&Files, &mut sources, entry, &[(name.into(), value.into())], None);
         let codes: Vec<_> = compiled.diagnostics.iter().map(|d| d.code.id).collect();
         assert_eq!(codes, [code], "-p {name}={value}");
         assert!(compiled.ruleset.is_none());

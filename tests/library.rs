@@ -86,8 +86,13 @@ fn engine(rules: &RuleSet) -> String {
             work: Vec::new(),
             placements: placements.into(),
         };
-        let recording =
-            Recording { derivation: &derivation, body: &body, motion: &motion, drive: &drive, parameters: &second };
+        let recording = Recording {
+            derivation: &derivation,
+            body: &body,
+            motion: &motion,
+            drive: &drive,
+            parameters: &second,
+        };
         sgc::score::score(rules, task, recording).unwrap()
     });
     let places = [0.0, 0.1, 0.3, 0.6].map(grammar_lang::eval::Value::Number);

@@ -11,5 +11,6 @@ mod docs;
 mod format;
 mod grammars;
 mod library;
+mod new;
 mod search;
 mod support;

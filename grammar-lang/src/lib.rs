@@ -11,6 +11,7 @@ mod lint;
 pub mod names;
 pub mod source;
 pub mod syntax;
+pub mod testing;
 pub mod types;
 pub mod units;
 

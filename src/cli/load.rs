@@ -11,6 +11,7 @@ use grammar_lang::source::SourceMap;
 use super::exit;
 use super::output::{self, Fault};
 use crate::derive::check_start;
+pub(super) use crate::results::describe::no_value;
 use crate::world::{Files, read_text};
 
 /// What checking a file gave.
@@ -73,12 +74,4 @@ pub(super) fn grammar(
             path.display()
         ))),
     }
-}
-
-/// Says where and why an expression has no value.
-pub(super) fn no_value(error: &grammar_lang::eval::EvalError, sources: &SourceMap) -> String {
-    let (line, column) = sources.line_column(error.span);
-    let name = sources.get(error.span.file).map_or("", |s| s.name.as_str());
-    let text = sources.slice(error.span);
-    format!("{name}:{line}:{column}: `{text}` has no value: {}", error.reason)
 }

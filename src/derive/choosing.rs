@@ -100,8 +100,8 @@ impl Drawing<'_> {
             domain if domain.count() > TRIES => {
                 for _ in 0..TRIES {
                     let Some(value) = domain.item(random.below(domain.count())) else { continue };
-                    let kept = matches!(weighing, Weighing::Even)
-                        || random.unit() < weighing.weight(0, &value);
+                    let kept =
+                        matches!(weighing, Weighing::Even) || random.unit() < weighing.weight(0, &value);
                     if kept && self.fits(value, locals)? {
                         return Ok(true);
                     }
@@ -152,8 +152,7 @@ impl Drawing<'_> {
         domain: &Domain,
         locals: &mut Vec<Value>,
     ) -> Result<Weighing, EvalError> {
-        let mut number =
-            |e: &Expr| evaluate(e, &self.scope, locals).map(|v| v.as_number().unwrap_or(0.0));
+        let mut number = |e: &Expr| evaluate(e, &self.scope, locals).map(|v| v.as_number().unwrap_or(0.0));
         Ok(match &choice.spread {
             Spread::Even | Spread::Fixed => Weighing::Even,
             Spread::Normal(mean, deviation) => Weighing::Normal(number(mean)?, number(deviation)?),
@@ -162,8 +161,12 @@ impl Drawing<'_> {
                 let weights = evaluate(list, &self.scope, locals)?;
                 let weights: Vec<f64> = weights.items().iter().filter_map(Value::as_number).collect();
                 if weights.len() != domain.count() {
-                    let reason =
-                        format!("{} weights for {} values of `{}`", weights.len(), domain.count(), choice.name);
+                    let reason = format!(
+                        "{} weights for {} values of `{}`",
+                        weights.len(),
+                        domain.count(),
+                        choice.name
+                    );
                     return Err(EvalError { span: list.span, reason });
                 }
                 Weighing::Weights(weights)

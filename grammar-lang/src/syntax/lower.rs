@@ -3,9 +3,9 @@
 use pest::iterators::Pair;
 
 use super::ast::{
-    ActuationClause, Application, Argument, Binder, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field,
-    Gather, Item, ItemKind, Link, Name, Operator, Param, Place, Port, RuleClause, RuleClauseKind, Typed, Variable,
-    Variant,
+    ActuationClause, Application, Argument, Binder, Block, Edit, EditKind, ExampleClause, Expr, ExprKind,
+    Field, Gather, Item, ItemKind, Link, Name, Operator, Param, Place, Port, RuleClause, RuleClauseKind,
+    Typed, Variable, Variant,
 };
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};

@@ -11,9 +11,8 @@ use super::parse::{Rule, SgrParser};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest};
 use crate::source::{FileId, Span};
 
-const RULE_CLAUSES: &[&str] = &[
-    "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "weight",
-];
+const RULE_CLAUSES: &[&str] =
+    &["match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "weight"];
 const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize"];
 const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect"];
 const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add"];
@@ -36,8 +35,9 @@ pub(super) fn junk(
     let mut at = 0;
     for line in piece.split_inclusive('\n') {
         let word = word_at(line);
-        let clause = [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, EDITS].iter().any(|c| c.contains(&word))
-            && !ITEM_WORDS.contains(&word);
+        let clause =
+            [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, EDITS].iter().any(|c| c.contains(&word))
+                && !ITEM_WORDS.contains(&word);
         if at > 0 && depth == 0 && !word.is_empty() && !clause {
             starts.push(at);
         }

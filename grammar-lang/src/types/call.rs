@@ -42,7 +42,9 @@ impl Checker<'_> {
                             let function = Declared { declaration, name, parameters, body };
                             return self.own_function(&function, arguments, span, cx);
                         }
-                        ItemKind::Record(name, _) => return self.record(name, callee.span, arguments, span, cx),
+                        ItemKind::Record(name, _) => {
+                            return self.record(name, callee.span, arguments, span, cx);
+                        }
                         _ => {}
                     }
                 } else if let Some(function) = Function::named(name) {
@@ -50,10 +52,12 @@ impl Checker<'_> {
                 } else if !cx.damaged && !self.is_lost(callee.span, name) {
                     let own = program
                         .scope_at(callee.span)
-                        .filter(|(_, i)| matches!(i.kind, ItemKind::Let(_, Some(_), _) | ItemKind::Actuator(_)))
+                        .filter(|(_, i)| {
+                            matches!(i.kind, ItemKind::Let(_, Some(_), _) | ItemKind::Actuator(_))
+                        })
                         .map(|(n, _)| n);
-                    let help =
-                        did_you_mean(name, Function::ALL.iter().map(|f| f.text()).chain(own)).unwrap_or_else(|| {
+                    let help = did_you_mean(name, Function::ALL.iter().map(|f| f.text()).chain(own))
+                        .unwrap_or_else(|| {
                             format!(
                                 "functions are: {}",
                                 Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")
@@ -228,8 +232,12 @@ impl Checker<'_> {
 
     fn too_large(&mut self, span: Span) {
         self.report(
-            Diagnostic::new(Code::TOO_DEEP, span, "this is too large when all functions in it are written out")
-                .label("too many functions within functions"),
+            Diagnostic::new(
+                Code::TOO_DEEP,
+                span,
+                "this is too large when all functions in it are written out",
+            )
+            .label("too many functions within functions"),
         );
     }
 
@@ -277,9 +285,13 @@ impl Checker<'_> {
                 Some(value) => complete.push(value),
                 None => {
                     self.report(
-                        Diagnostic::new(Code::MISSING_FIELD, span, format!("`{}` lacks `{field}`", name.text))
-                            .label("incomplete")
-                            .help(format!("add `{field} = ...`")),
+                        Diagnostic::new(
+                            Code::MISSING_FIELD,
+                            span,
+                            format!("`{}` lacks `{field}`", name.text),
+                        )
+                        .label("incomplete")
+                        .help(format!("add `{field} = ...`")),
                     );
                     return unknown;
                 }

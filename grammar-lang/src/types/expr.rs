@@ -306,7 +306,12 @@ impl Checker<'_> {
     /// A range whose ends are known must go upwards.
     fn check_order(&mut self, low: &Expr, high: &Expr, span: Span) {
         let known = |e: &Expr| {
-            !e.any(&mut |e| matches!(e.kind, ExprKind::Local(_) | ExprKind::Group(_) | ExprKind::Word(_) | ExprKind::Bind { .. }))
+            !e.any(&mut |e| {
+                matches!(
+                    e.kind,
+                    ExprKind::Local(_) | ExprKind::Group(_) | ExprKind::Word(_) | ExprKind::Bind { .. }
+                )
+            })
         };
         if !known(low) || !known(high) || low.ty == Ty::Unknown || high.ty == Ty::Unknown {
             return;
@@ -529,7 +534,12 @@ impl Checker<'_> {
             ItemKind::Task(..) => {
                 self.touched.insert(declaration);
                 if cx.stage != Stage::Outcome {
-                    return Some(self.stage_error(of.span, head, cx.stage, "the objective of the whole grammar"));
+                    return Some(self.stage_error(
+                        of.span,
+                        head,
+                        cx.stage,
+                        "the objective of the whole grammar",
+                    ));
                 }
                 if name.text == "value" {
                     return Some(Expr { kind: ExprKind::Task(head.clone()), ty: Ty::NUMBER, span });
@@ -584,10 +594,14 @@ impl Checker<'_> {
         };
         if wider {
             self.report(
-                Diagnostic::new(Code::NOT_NARROWER, new.span, "this is not within the domain that it narrows")
-                    .label("reaches further")
-                    .also(old.span, "the domain in the base")
-                    .help("write `set` instead of `narrow` if it is meant to reach further"),
+                Diagnostic::new(
+                    Code::NOT_NARROWER,
+                    new.span,
+                    "this is not within the domain that it narrows",
+                )
+                .label("reaches further")
+                .also(old.span, "the domain in the base")
+                .help("write `set` instead of `narrow` if it is meant to reach further"),
             );
         }
         new
@@ -609,7 +623,8 @@ impl Checker<'_> {
             })),
             _ => None,
         });
-        let built_in = crate::ir::BLOCK_PORTS.iter().chain(crate::ir::ACTUATOR_PORTS).map(|p| (*p).to_owned());
+        let built_in =
+            crate::ir::BLOCK_PORTS.iter().chain(crate::ir::ACTUATOR_PORTS).map(|p| (*p).to_owned());
         built_in.chain(declared.flatten()).collect()
     }
 

@@ -288,7 +288,10 @@ impl Checker<'_> {
                         format!("there are two ports `{}`", port.name.text),
                     )
                     .label("again")
-                    .help(format!("several of one name are written `port {}[i in 0 .. 7] ...`", port.name.text)),
+                    .help(format!(
+                        "several of one name are written `port {}[i in 0 .. 7] ...`",
+                        port.name.text
+                    )),
                 );
             }
             match self.port(port, cx) {
@@ -405,11 +408,7 @@ impl Checker<'_> {
         Some((low, high))
     }
 
-    fn actuator_params(
-        &mut self,
-        block: &Block,
-        damaged: bool,
-    ) -> IndexMap<String, ir::InstanceParam> {
+    fn actuator_params(&mut self, block: &Block, damaged: bool) -> IndexMap<String, ir::InstanceParam> {
         let mut params = IndexMap::new();
         for field in &block.fields {
             let Field::Param(param) = field else { continue };
@@ -477,12 +476,7 @@ impl Checker<'_> {
         params
     }
 
-    pub(super) fn model(
-        &mut self,
-        block: &Block,
-        duration: Option<f64>,
-        damaged: bool,
-    ) -> Option<ir::Model> {
+    pub(super) fn model(&mut self, block: &Block, duration: Option<f64>, damaged: bool) -> Option<ir::Model> {
         let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a model", MODEL);
         let mut get = |name: &str, dimension: &str, sign: Sign, example: &str| {

@@ -432,7 +432,10 @@ impl Checker<'_> {
         // Its name may be unknown where a value of it is: then it is looked for everywhere.
         let here = self.program.lookup(place, name).map(|(_, i)| i);
         let anywhere = || {
-            self.program.items().map(|(_, i)| i).find(|i| matches!(&i.kind, ItemKind::Enum(n, _) if n.text == name))
+            self.program
+                .items()
+                .map(|(_, i)| i)
+                .find(|i| matches!(&i.kind, ItemKind::Enum(n, _) if n.text == name))
         };
         match here.filter(|i| matches!(i.kind, ItemKind::Enum(..))).or_else(anywhere).map(|i| &i.kind) {
             Some(ItemKind::Enum(_, values)) => values.iter().map(|v| v.text.clone()).collect(),

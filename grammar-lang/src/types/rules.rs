@@ -20,12 +20,7 @@ impl Checker<'_> {
         }
     }
 
-    pub(super) fn rule(
-        &mut self,
-        name: &Name,
-        clauses: &[RuleClause],
-        damaged: bool,
-    ) -> Option<ir::Rule> {
+    pub(super) fn rule(&mut self, name: &Name, clauses: &[RuleClause], damaged: bool) -> Option<ir::Rule> {
         let mut cx = Context::new(Stage::Derivation, damaged);
         let found = self.errors.len();
         let mut matches = Some(Vec::new());
@@ -43,10 +38,14 @@ impl Checker<'_> {
             };
             if let Some(nothing) = nothing {
                 self.report(
-                    Diagnostic::new(Code::DUPLICATE, clause.span, "a rule that matches nothing matches nothing")
-                        .label("another match")
-                        .also(nothing, "nothing is matched here")
-                        .help("remove one of them"),
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        clause.span,
+                        "a rule that matches nothing matches nothing",
+                    )
+                    .label("another match")
+                    .also(nothing, "nothing is matched here")
+                    .help("remove one of them"),
                 );
             }
             matches = matches.zip(more).map(|(mut all, more)| {
@@ -304,9 +303,7 @@ impl Checker<'_> {
                 Some((owner.span, format!("a {word} belongs to no part")))
             }
             (None, _, Some(owner)) => Some((owner.span, "only a port belongs to a part".to_owned())),
-            (Some(_), ..) if chained => {
-                Some((link.name.span, format!("a {word} cannot be joined to parts")))
-            }
+            (Some(_), ..) if chained => Some((link.name.span, format!("a {word} cannot be joined to parts"))),
             _ => None,
         };
         if let Some((span, message)) = stray {
@@ -492,9 +489,13 @@ impl Checker<'_> {
         };
         if variable.shared {
             self.report(
-                Diagnostic::new(Code::DUPLICATE, per.span, "a shared variable is there once for the whole body")
-                    .label("which one counts?")
-                    .help("write `vary` instead of `shared`, or take `per` out"),
+                Diagnostic::new(
+                    Code::DUPLICATE,
+                    per.span,
+                    "a shared variable is there once for the whole body",
+                )
+                .label("which one counts?")
+                .help("write `vary` instead of `shared`, or take `per` out"),
             );
             return None;
         }

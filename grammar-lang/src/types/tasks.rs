@@ -66,7 +66,12 @@ impl<'a> Checker<'a> {
     }
 
     /// One task; what it does not say, the grammar says for all.
-    fn task(&mut self, name: &Name, items: &'a [Item], singles: &Singles<'a>) -> Option<(ir::Task, Actuated)> {
+    fn task(
+        &mut self,
+        name: &Name,
+        items: &'a [Item],
+        singles: &Singles<'a>,
+    ) -> Option<(ir::Task, Actuated)> {
         let mut own = Singles::default();
         for item in items {
             self.single(item, &mut own);
