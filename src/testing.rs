@@ -69,6 +69,12 @@ fn of(path: &Path, say: impl Fn(&Checked) -> String) -> String {
     Checked::read(path).map_or_else(|reason| reason, |checked| say(&checked))
 }
 
+/// What a grammar comes to, much as a grammar is written: variants, imports and parameters
+/// resolved, numbers in units that people use. Findings if there are errors.
+pub fn resolved(path: impl AsRef<Path>) -> String {
+    of(path.as_ref(), |checked| checked.with_rules(grammar_lang::ir::resolved))
+}
+
 /// A grammar as `sgc fmt` would lay it out; findings if it cannot be read.
 pub fn formatted(path: impl AsRef<Path>) -> String {
     of(path.as_ref(), |checked| match checked.sources.iter().next() {

@@ -2,7 +2,7 @@
 
 use sgc::testing;
 
-use crate::support::{grammar, root};
+use crate::support::{GRAMMARS, grammar, root};
 
 #[test]
 fn every_grammar_and_library_file_is_free_of_findings() {
@@ -30,8 +30,16 @@ fn the_typed_rule_set_of_codesign() {
 }
 
 #[test]
+fn what_every_grammar_comes_to() {
+    for path in GRAMMARS {
+        let name = path.trim_start_matches("grammars/").trim_end_matches(".sgr");
+        insta::assert_snapshot!(format!("resolved-{name}"), testing::resolved(root().join(path)));
+    }
+}
+
+#[test]
 fn the_typed_rule_set_survives_being_saved() {
-    for path in ["grammars/codesign.sgr", "grammars/morphology.sgr"] {
+    for path in GRAMMARS {
         let rules = grammar(path);
         let text = serde_json::to_string(&rules).unwrap();
         let again: grammar_lang::ir::RuleSet = serde_json::from_str(&text).unwrap();
