@@ -5,6 +5,7 @@
 
 mod architecture;
 mod cases;
+mod catalogue;
 mod command_line;
 mod derivation;
 mod docs;
