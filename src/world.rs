@@ -19,6 +19,37 @@ pub const LIBRARY: &[(&str, &str)] = &[
 #[derive(Debug, Default)]
 pub struct Files;
 
+/// The files around the grammar as they would be after some edits.
+#[derive(Clone, Debug, Default)]
+pub struct Edited {
+    texts: BTreeMap<PathBuf, String>,
+}
+
+impl Edited {
+    /// The one path by which a file is known, whatever it was called.
+    #[must_use]
+    pub fn key(name: &str) -> PathBuf {
+        std::fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name))
+    }
+
+    /// Changes a text.
+    pub fn set(&mut self, key: &Path, text: String) {
+        self.texts.insert(key.to_owned(), text);
+    }
+
+    /// The text with this name, if it was changed.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&str> {
+        self.at(&Self::key(name))
+    }
+
+    /// The text with this key, if it was changed.
+    #[must_use]
+    pub fn at(&self, key: &Path) -> Option<&str> {
+        self.texts.get(key).map(String::as_str)
+    }
+}
+
 /// A frozen set of texts, such as the sources kept in a run folder, or edited
 /// copies in a test. What it lacks is looked up in the standard library.
 #[derive(Debug, Default)]
@@ -80,6 +111,22 @@ impl World for Files {
         let path = beside(from, module);
         let text = read_text(&path)?;
         Ok(Source { name: path.to_string_lossy().into_owned(), text })
+    }
+
+    fn library(&self) -> Vec<String> {
+        library_names()
+    }
+}
+
+impl World for Edited {
+    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+        let source = Files.load(module, from)?;
+        match self.get(&source.name) {
+            Some(text) if from_library(&source.name).is_none() => {
+                Ok(Source { text: text.to_owned(), ..source })
+            }
+            _ => Ok(source),
+        }
     }
 
     fn library(&self) -> Vec<String> {

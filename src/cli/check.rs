@@ -4,10 +4,12 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::diagnostics::render::{Format, more, render, sarif};
 
+use super::load::{self, Checked, Text};
 use super::output::{self, Fault};
-use super::{exit, load};
+use super::{exit, mend};
+use crate::world::Edited;
 
 /// Check grammars: names, types, units, domains, and the initial design
 #[derive(Args)]
@@ -18,6 +20,10 @@ pub(super) struct Check {
     /// How findings are written
     #[arg(long, value_enum, default_value = "full")]
     format: Style,
+    /// Mend what can be mended for certain, in these files and those that they import by path;
+    /// for `-`, print the mended text
+    #[arg(long)]
+    fix: bool,
     /// Set a parameter of the grammars
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
@@ -31,43 +37,95 @@ enum Style {
     Concise,
     /// One JSON object a line
     Json,
+    /// One SARIF 2.1.0 document, for editors and code-hosting sites
+    Sarif,
+}
+
+impl From<Style> for Format {
+    fn from(style: Style) -> Self {
+        match style {
+            Style::Full => Self::Full,
+            Style::Concise => Self::Concise,
+            Style::Json => Self::Json,
+            Style::Sarif => Self::Sarif,
+        }
+    }
 }
 
 impl Check {
     pub(super) fn run(self) -> Result<u8, Fault> {
-        let format = match self.format {
-            Style::Full => Format::Full,
-            Style::Concise => Format::Concise,
-            Style::Json => Format::Json,
-        };
-        let mut errors = 0;
         let mut unreadable = None;
+        let mut texts = Vec::new();
         for file in &self.files {
-            let checked = match load::check(file, &self.params) {
-                Ok(checked) => checked,
+            match load::read(file) {
+                Ok(text) => texts.push(text),
                 // The other files are checked all the same.
                 Err(fault) => {
                     output::note(&format!("error: {}", fault.message));
                     unreadable = Some(fault.code);
-                    continue;
                 }
-            };
-            output::data(&render(&checked.diagnostics, &checked.sources, format, output::colour_out()))?;
-            let found = checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count();
-            errors += found;
-            let summary = match (found, &checked.rules) {
-                (0, Some(rules)) => format!(
-                    "grammar {}: {} rules, {} requirements, no errors",
-                    rules.name,
-                    rules.rules.len(),
-                    rules.requirements.len()
-                ),
-                (0, None) if !checked.is_grammar => "a module, no errors".to_owned(),
-                (1, _) => "1 error".to_owned(),
-                (n, _) => format!("{n} errors"),
-            };
-            output::note(&format!("{}: {summary}", file.display()));
+            }
         }
-        Ok(if errors > 0 { exit::INPUT } else { unreadable.unwrap_or(exit::DONE) })
+        let world = if self.fix { mend::mend(&texts, &self.params)? } else { Edited::default() };
+        let mut checked = Vec::new();
+        for Text { path, name, text } in &texts {
+            let text = world.get(name).unwrap_or(text);
+            let found = load::check(&world, name, text, &self.params);
+            self.tell(&found)?;
+            output::note(&format!("{}: {}", path.display(), summary(&found)));
+            checked.push(found);
+        }
+        self.tell_all(&checked)?;
+        let sound = checked.iter().all(|c| errors(c) == 0);
+        Ok(if sound { unreadable.unwrap_or(exit::DONE) } else { exit::INPUT })
+    }
+
+    /// Writes the findings of one file, where each file is written on its own.
+    fn tell(&self, found: &Checked) -> Result<(), Fault> {
+        match self.format.into() {
+            Format::Sarif => Ok(()),
+            format => self.write(|colour| render(&found.diagnostics, &found.sources, format, colour)),
+        }
+    }
+
+    /// Writes what is written once for all files.
+    fn tell_all(&self, checked: &[Checked]) -> Result<(), Fault> {
+        let findings: Vec<_> = checked.iter().map(|c| (c.diagnostics.as_slice(), &c.sources)).collect();
+        match self.format.into() {
+            Format::Full => self.write(|_| more(checked.iter().flat_map(|c| &c.diagnostics))),
+            Format::Sarif => self.write(|_| sarif::render(&findings)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Writes to standard output, unless that is where a mended text goes.
+    fn write(&self, text: impl Fn(bool) -> String) -> Result<(), Fault> {
+        if self.fix && self.files.iter().any(|f| f.as_os_str() == "-") {
+            let text = text(output::colour_err());
+            if !text.is_empty() {
+                output::note(text.trim_end());
+            }
+            return Ok(());
+        }
+        output::data(&text(output::colour_out()))
+    }
+}
+
+fn errors(checked: &Checked) -> usize {
+    checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count()
+}
+
+/// What the check of a file comes down to.
+fn summary(checked: &Checked) -> String {
+    match (errors(checked), &checked.rules) {
+        (0, Some(rules)) => format!(
+            "grammar {}: {} rules, {} requirements, no errors",
+            rules.name,
+            rules.rules.len(),
+            rules.requirements.len()
+        ),
+        (0, None) if !checked.is_grammar => "a module, no errors".to_owned(),
+        (1, _) => "1 error".to_owned(),
+        (n, _) => format!("{n} errors"),
     }
 }

@@ -1,17 +1,20 @@
 //! Reads a grammar for a command.
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::diagnostics::render::{Format, more, render};
 use grammar_lang::ir::RuleSet;
-use grammar_lang::source::SourceMap;
+use grammar_lang::source::{SourceMap, World};
 
 use super::exit;
 use super::output::{self, Fault};
 use crate::derive::check_start;
 use crate::world::{Files, read_text};
+
+/// What messages call standard input.
+pub(super) const STDIN: &str = "<stdin>";
 
 /// What checking a file gave.
 pub(super) struct Checked {
@@ -21,32 +24,47 @@ pub(super) struct Checked {
     pub(super) sources: SourceMap,
 }
 
-/// Reads and checks a file; `-` is standard input.
-pub(super) fn check(path: &Path, overrides: &[(String, String)]) -> Result<Checked, Fault> {
+/// A text that is to be checked.
+pub(super) struct Text {
+    /// As it was written on the command line.
+    pub(super) path: PathBuf,
+    /// What messages call it.
+    pub(super) name: String,
+    pub(super) text: String,
+}
+
+/// Reads a file; `-` is standard input.
+pub(super) fn read(path: &Path) -> Result<Text, Fault> {
     let fault = |e: String| Fault::usage(format!("cannot read {}: {e}", path.display()));
     let (name, text) = if path == Path::new("-") {
         let mut bytes = Vec::new();
         std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| fault(e.to_string()))?;
-        ("<stdin>".to_owned(), String::from_utf8_lossy(&bytes).into_owned())
+        (STDIN.to_owned(), String::from_utf8_lossy(&bytes).into_owned())
     } else {
         (path.to_string_lossy().into_owned(), read_text(path).map_err(fault)?)
     };
+    Ok(Text { path: path.to_owned(), name, text })
+}
+
+/// Checks a text in a world.
+pub(super) fn check(world: &dyn World, name: &str, text: &str, overrides: &[(String, String)]) -> Checked {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
-    let compiled = grammar_lang::compile(&Files, &mut sources, entry, overrides);
+    let compiled = grammar_lang::compile(world, &mut sources, entry, overrides);
     let mut diagnostics = compiled.diagnostics;
     diagnostics.extend(compiled.ruleset.as_ref().and_then(check_start));
     let sound = !diagnostics.iter().any(Diagnostic::is_error);
     let rules = compiled.ruleset.filter(|_| sound);
-    Ok(Checked { rules, is_grammar: compiled.is_grammar, diagnostics, sources })
+    Checked { rules, is_grammar: compiled.is_grammar, diagnostics, sources }
 }
 
 /// Reads a grammar that is to be run: findings go to standard error.
 pub(super) fn grammar(path: &Path, overrides: &[(String, String)]) -> Result<(RuleSet, SourceMap), Fault> {
-    let checked = check(path, overrides)?;
+    let text = read(path)?;
+    let checked = check(&Files, &text.name, &text.text, overrides);
     if !checked.diagnostics.is_empty() {
         let text = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());
-        output::note(text.trim_end());
+        output::note((text + &more(&checked.diagnostics)).trim_end());
     }
     match checked.rules {
         Some(rules) => Ok((rules, checked.sources)),

@@ -4,7 +4,9 @@ mod check;
 mod compile;
 mod derive;
 mod eval;
+mod explain;
 mod load;
+mod mend;
 mod output;
 mod progress;
 mod run;
@@ -54,6 +56,7 @@ Exit codes: 0 done; 1 the input has errors, or no feasible design was found;
 #[derive(Subcommand)]
 enum Command {
     Check(check::Check),
+    Explain(explain::Explain),
     Compile(compile::Compile),
     Derive(derive::Derive),
     Run(run::Run),
@@ -75,6 +78,7 @@ pub fn main() -> ExitCode {
     };
     let done = match arguments.command {
         Command::Check(command) => command.run(),
+        Command::Explain(command) => command.run(),
         Command::Compile(command) => command.run(),
         Command::Derive(command) => command.run(),
         Command::Run(command) => command.run(),
