@@ -1,6 +1,7 @@
 //! Where modules come from: the standard library inside the program, and files.
 
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
 use grammar_lang::source::{Source, World};
@@ -97,6 +98,16 @@ pub fn read_text(path: &Path) -> Result<String, String> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
+/// Why an imported file cannot be read, in words.
+fn unreadable(error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        ErrorKind::PermissionDenied => "it is there, but may not be read".to_owned(),
+        ErrorKind::IsADirectory => "this is a folder, not a file".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
 impl World for Files {
     fn load(&self, module: &str, from: &str) -> Result<Source, String> {
         if let Some(source) = from_library(module) {
@@ -109,7 +120,8 @@ impl World for Files {
             return Err("the standard library imports no files".to_owned());
         }
         let path = beside(from, module);
-        let text = read_text(&path)?;
+        let bytes = std::fs::read(&path).map_err(|e| unreadable(&e))?;
+        let text = String::from_utf8_lossy(&bytes).into_owned();
         Ok(Source { name: path.to_string_lossy().into_owned(), text })
     }
 

@@ -2,7 +2,7 @@
 
 use super::expr::Context;
 use super::{Checker, signature};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{Expr, ExprKind, Function, Ty};
 use crate::source::Span;
 use crate::syntax::ast;
@@ -30,13 +30,13 @@ impl Checker<'_> {
                 } else if let Some(function) = Function::named(name) {
                     return self.function(function, arguments, span, cx);
                 } else if !cx.damaged && !self.program.is_lost(cx.module, name) {
-                    let help =
-                        did_you_mean(name, Function::ALL.iter().map(|f| f.text())).unwrap_or_else(|| {
-                            format!(
-                                "functions are: {}",
-                                Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")
-                            )
-                        });
+                    let callable = self.callable(cx);
+                    let help = did_you_mean(name, callable.iter().copied()).unwrap_or_else(|| {
+                        format!(
+                            "functions are: {}",
+                            Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")
+                        )
+                    });
                     self.report(
                         Diagnostic::new(
                             Code::UNKNOWN_NAME,
@@ -44,7 +44,8 @@ impl Checker<'_> {
                             format!("unknown function `{name}`"),
                         )
                         .label("not declared")
-                        .help(help),
+                        .help(help)
+                        .fix_if(respell(callee.span, name, callable)),
                     );
                     return unknown;
                 } else {
@@ -79,6 +80,16 @@ impl Checker<'_> {
         };
         let place = self.expect(value, cx, &Ty::NUMBER, "the place in a cycle");
         Expr { kind: ExprKind::Apply(Box::new(curve), Box::new(place)), ty, span }
+    }
+
+    /// Everything that can be called: functions, and the parts and patterns of the module.
+    fn callable(&self, cx: &Context) -> Vec<&str> {
+        let scope = self.program.modules.get(cx.module);
+        let own = scope.iter().flat_map(|m| m.scope.iter()).filter(|(_, d)| {
+            let kind = self.program.item(**d).map(|i| &i.kind);
+            matches!(kind, Some(ItemKind::Part(_) | ItemKind::Actuator(_) | ItemKind::Pattern(..)))
+        });
+        Function::ALL.iter().map(|f| f.text()).chain(own.map(|(n, _)| n.as_str())).collect()
     }
 
     /// `bender(segments = n)`: a kind with parameters.
@@ -124,7 +135,12 @@ impl Checker<'_> {
                         format!("`{name}` has no parameter `{}`", key.text),
                     )
                     .label("not a parameter")
-                    .help_if(help),
+                    .help_if(help)
+                    .fix_if(respell(
+                        key.span,
+                        &key.text,
+                        params.iter().map(|(n, _)| n.as_str()),
+                    )),
                 );
                 continue;
             };

@@ -1,7 +1,7 @@
 //! Checks expressions: names, stages, types and dimensions.
 
 use super::{Checker, signature};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Ty, Word};
 use crate::source::Span;
 use crate::syntax::ast;
@@ -88,8 +88,12 @@ impl Checker<'_> {
             expr.ty = Ty::Quantity(dimension);
             return expr;
         }
-        let error = mismatch(&expr, wanted, what);
-        self.report(error);
+        let fix =
+            wanted.dimension().filter(|_| *wanted != Ty::Count).and_then(|want| match bare_number(&expr) {
+                Some(x) => self.missing_unit(&expr, x, want, None),
+                None => self.mended_quantity(&expr, want),
+            });
+        self.report(mismatch(&expr, wanted, what).fix_if(fix));
         expr.ty = Ty::Unknown;
         expr
     }
@@ -120,7 +124,11 @@ impl Checker<'_> {
                 )
                 .label("without a unit")
                 .also(other.span, article(&other.ty))
-                .help(format!("write `{x} {}`", units::suggest(want)))
+                .help(match self.unit_beside(want, Some(other)) {
+                    Some(unit) => format!("write `{x} {unit}`"),
+                    None => format!("write `{x} {}`", units::suggest(want)),
+                })
+                .fix_if(self.missing_unit(number, x, want, Some(other)))
             }
             _ => {
                 let code = if numbers.0.is_some() && numbers.1.is_some() {
@@ -147,7 +155,8 @@ impl Checker<'_> {
         match units::parse(&unit.text) {
             Ok(unit) => Some(unit),
             Err(UnitError::Unknown(word)) => {
-                let help = did_you_mean(&word, units::unit_names()).unwrap_or_else(|| {
+                let meant = super::mend::unit_meant(&word).map(|m| format!("did you mean `{m}`?"));
+                let help = meant.or_else(|| did_you_mean(&word, units::unit_names())).unwrap_or_else(|| {
                     if unit.text.contains('*') || unit.text.contains('/') {
                         "to calculate with a name, put spaces around `*` and `/`".to_owned()
                     } else {
@@ -157,7 +166,8 @@ impl Checker<'_> {
                 self.report(
                     Diagnostic::new(Code::UNKNOWN_UNIT, unit.span, format!("unknown unit `{word}`"))
                         .label("no unit of this name")
-                        .help(help),
+                        .help(help)
+                        .fix_if(self.mended_unit(unit, &word)),
                 );
                 None
             }
@@ -309,7 +319,8 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(Code::EMPTY_DOMAIN, span, "this range is inverted: it holds no value")
                     .label("the first end is above the second")
-                    .help("write the smaller end first"),
+                    .help("write the smaller end first")
+                    .fix_if(self.swapped(low.span, high.span)),
             );
         }
     }
@@ -427,6 +438,7 @@ impl Checker<'_> {
         if cx.damaged || self.program.is_lost(cx.module, name) {
             return unknown(span);
         }
+        let mut fix = None;
         let help = if units::parse(name).is_ok() {
             format!("`{name}` is a unit: write a number before it")
         } else if Function::named(name).is_some() {
@@ -444,12 +456,15 @@ impl Checker<'_> {
                 .chain(scope.iter().flat_map(|m| m.scope.keys().map(String::as_str)))
                 .chain(self.placed.iter().map(String::as_str))
                 .chain(["part", "block", "actuator"]);
+            let candidates: Vec<&str> = candidates.collect();
+            fix = respell(span, name, candidates.iter().copied());
             did_you_mean(name, candidates).unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
         };
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, span, format!("unknown name `{name}`"))
                 .label("not declared")
-                .help(help),
+                .help(help)
+                .fix_if(fix),
         );
         unknown(span)
     }
@@ -515,7 +530,8 @@ impl Checker<'_> {
                 format!("{} has no `{}`", article(&of.ty), name.text),
             )
             .label("not an attribute")
-            .help_if(help),
+            .help_if(help)
+            .fix_if(respell(name.span, &name.text, candidates.iter().map(String::as_str))),
         );
         unknown(span)
     }

@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, ExprKind, RuleSet, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
@@ -184,7 +184,8 @@ impl<'a> Checker<'a> {
                         let parts = scope.iter().flat_map(|m| m.scope.iter()).filter(|(_, d)| {
                             self.program.item(**d).is_some_and(|i| matches!(i.kind, ItemKind::Part(_)))
                         });
-                        let help = did_you_mean(&place.kind.text, parts.map(|(n, _)| n.as_str()));
+                        let parts: Vec<&str> = parts.map(|(n, _)| n.as_str()).collect();
+                        let help = did_you_mean(&place.kind.text, parts.iter().copied());
                         self.report(
                             Diagnostic::new(
                                 Code::UNKNOWN_NAME,
@@ -194,7 +195,12 @@ impl<'a> Checker<'a> {
                             .label("not a passive part")
                             .help(help.unwrap_or_else(|| {
                                 "declare it with `part`, or import it with `use`".to_owned()
-                            })),
+                            }))
+                            .fix_if(respell(
+                                place.kind.span,
+                                &place.kind.text,
+                                parts,
+                            )),
                         );
                     }
                 }
@@ -268,12 +274,14 @@ impl<'a> Checker<'a> {
             .flat_map(|m| m.scope.iter())
             .filter(|(_, d)| program.item(**d).is_some_and(|i| fits(&i.kind)))
             .map(|(n, _)| n.as_str());
-        let help = did_you_mean(&name.text, others)
+        let others: Vec<&str> = others.collect();
+        let help = did_you_mean(&name.text, others.iter().copied())
             .unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("there is no {what} `{}`", name.text))
                 .label("not declared")
-                .help(help),
+                .help(help)
+                .fix_if(respell(name.span, &name.text, others)),
         );
         None
     }
@@ -300,7 +308,8 @@ impl<'a> Checker<'a> {
         self.report(
             Diagnostic::new(Code::BAD_VALUE, span, message)
                 .label("not known")
-                .help("write `symmetry none`, or `symmetry mirror xy` (y is up, x is forward)"),
+                .help("write `symmetry none`, or `symmetry mirror xy` (y is up, x is forward)")
+                .fix_if(respell(span, &kind.text, ["none", "mirror"]).filter(|_| span == kind.span)),
         );
         None
     }
