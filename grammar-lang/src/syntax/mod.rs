@@ -4,6 +4,8 @@ pub mod ast;
 mod lower;
 mod parse;
 mod recover;
+mod slip;
+mod strange;
 
 use crate::diagnostics::Diagnostic;
 use crate::source::{FileId, SourceMap};

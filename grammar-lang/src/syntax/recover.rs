@@ -7,7 +7,8 @@ use super::ITEM_WORDS;
 use super::ast::{ActuationClause, Block, Field, Item, ItemKind, Module, Place, RuleClause};
 use super::lower::Lowering;
 use super::parse::{Rule, SgrParser};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest};
+use super::slip::Stop;
+use crate::diagnostics::{Code, Diagnostic, Edit, Fix, apply, did_you_mean, nearest, respell};
 use crate::source::{FileId, Span};
 
 const RULE_CLAUSES: &[&str] = &["match", "choose", "when", "unless", "attach", "set", "revert", "weight"];
@@ -95,7 +96,8 @@ fn chunk(
                 .label("unknown word")
                 .help(did_you_mean(first, ITEM_WORDS.iter().copied()).unwrap_or_else(|| {
                     format!("a declaration starts with one of: {}", ITEM_WORDS.join(", "))
-                })),
+                }))
+                .fix_if(respell(span, first, ITEM_WORDS.iter().copied())),
             );
         }
         // What it was meant to declare is known all the same.
@@ -132,6 +134,12 @@ fn by_clause(
         "part" | "actuator" | "model" | "search" => (&[], Rule::only_field),
         _ => return None,
     };
+    if let Some(second) = doubled_brace(piece, open) {
+        let (error, clean) = two_braces(text, start, end, second, file);
+        errors.push(error);
+        return whole(&clean, start, end, file, errors)
+            .or_else(|| by_clause(&clean, start, end, file, first, errors));
+    }
     // The header must stand on its own: it does if it does with an empty block.
     let header = format!("{}{{}}", piece.get(..open)?);
     let pair = SgrParser::parse(Rule::only_item, &header).ok()?.next()?;
@@ -145,15 +153,13 @@ fn by_clause(
     let body_end = close.unwrap_or(piece.len());
     if close.is_none() {
         let last = piece.trim_end().len();
+        let end = Span::new(file, start + last, start + last);
         errors.push(
-            Diagnostic::new(
-                Code::UNCLOSED,
-                Span::new(file, start + last, start + last),
-                format!("`{first}` is not closed: a `}}` is missing"),
-            )
-            .label("expected `}` here")
-            .also(Span::new(file, start + open, start + open + 1), "this `{` is open")
-            .help("add a `}` on a line of its own"),
+            Diagnostic::new(Code::UNCLOSED, end, format!("`{first}` is not closed: a `}}` is missing"))
+                .label("expected `}` here")
+                .also(Span::new(file, start + open, start + open + 1), "this `{` is open")
+                .help("add a `}` on a line of its own")
+                .fix(Fix::replace(end, "\n}", "add a `}` on a line of its own")),
         );
     }
     let mut rule_clauses = Vec::new();
@@ -197,7 +203,11 @@ fn by_clause(
                     "unexpected text after the closing `}`",
                 )
                 .label(format!("`{first}` ended before this"))
-                .help("is there a `}` too many?"),
+                .help("is there a `}` too many?")
+                .fix_if(
+                    (extra == "}")
+                        .then(|| Fix::replace(Span::new(file, from, from + 1), "", "remove a `}` too many")),
+                ),
             );
         }
     }
@@ -207,6 +217,44 @@ fn by_clause(
     }
     fill(&mut item, rule_clauses, actuation_clauses, places, fields);
     Some(item)
+}
+
+/// The `{` that follows the one at `open` at once, as no clause begins with it.
+fn doubled_brace(piece: &str, open: usize) -> Option<usize> {
+    let inside = piece.get(open + 1..)?;
+    let next = inside.trim_start();
+    next.starts_with('{').then_some(piece.len() - next.len())
+}
+
+/// Says that a block is opened twice; and the text as it would be, at the same places, without the
+/// second `{` and its end.
+fn two_braces(text: &str, start: usize, end: usize, second: usize, file: FileId) -> (Diagnostic, String) {
+    let piece = text.get(start..end).unwrap_or("");
+    let brace = |place: usize| Span::new(file, start + place, start + place + 1);
+    let mut fix = Fix::replace(brace(second), "", "remove the second `{`");
+    let after =
+        matching_close(piece, second).and_then(|close| piece.get(close + 1..)).unwrap_or("").trim_start();
+    if after.starts_with('}') {
+        fix = fix.and(brace(piece.len() - after.len()), "");
+    }
+    let blanks: Vec<_> =
+        fix.edits.iter().map(|e| Edit { replacement: " ".to_owned(), ..e.clone() }).collect();
+    let clean = apply(text, &blanks).unwrap_or_default();
+    let error = Diagnostic::new(Code::SYNTAX, brace(second), "a block is opened with one `{`")
+        .label("a second one")
+        .help("remove it, and its `}` if it has one")
+        .fix(fix);
+    (error, clean)
+}
+
+/// Reads an item that is sound after all.
+fn whole(text: &str, start: usize, end: usize, file: FileId, errors: &mut Vec<Diagnostic>) -> Option<Item> {
+    let piece = text.get(start..end)?;
+    let pair = SgrParser::parse(Rule::only_item, piece).ok()?.next()?;
+    let mut lowering = Lowering::new(piece, file, start);
+    let item = lowering.item(pair.into_inner().next()?);
+    errors.extend(lowering.finish());
+    item
 }
 
 fn fill(
@@ -241,16 +289,18 @@ fn clause_error(
     let piece = text.get(start..end).unwrap_or("");
     let first = word_at(piece);
     if !words.is_empty() && !words.contains(&first) && !first.is_empty() {
+        let span = Span::new(file, start, start + first.len());
         return Diagnostic::new(
             Code::UNKNOWN_KEYWORD,
-            Span::new(file, start, start + first.len()),
+            span,
             format!("`{first}` does not start a clause of `{block}`"),
         )
         .label("unknown word")
         .help(
             did_you_mean(first, words.iter().copied())
                 .unwrap_or_else(|| format!("a clause of `{block}` starts with one of: {}", words.join(", "))),
-        );
+        )
+        .fix_if(respell(span, first, words.iter().copied()));
     }
     explain(text, start, end, entry, file)
 }
@@ -292,6 +342,10 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     if expected.contains(&"the end of the declaration") {
         expected.retain(|e| !["`[`", "`(`", "`in`", "`..`"].contains(e));
     }
+    // Where a bracket is open, it is more likely to be closed than to be followed by another.
+    if expected.iter().any(|e| ["`)`", "`]`"].contains(e)) {
+        expected.retain(|e| !["`[`", "`(`", "`in`", "`..`"].contains(e));
+    }
     let wanted = match expected.as_slice() {
         [] => "something else".to_owned(),
         [one] => (*one).to_owned(),
@@ -313,12 +367,14 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
         .is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found));
     let help = if wanted.contains("a name") && reserved {
         Some(format!("`{found}` is a word of the language: choose another name"))
-    } else if found == "==" && expected.contains(&"`=`") || found == "=" && in_expression {
-        Some("`==` compares two values, `=` gives a value to a name".to_owned())
     } else {
         None
     };
-    Diagnostic::new(Code::SYNTAX, span, message).label("not expected here").help_if(help)
+    if in_expression && !expected.contains(&"an operator") {
+        expected.push("an operator");
+    }
+    let error = Diagnostic::new(Code::SYNTAX, span, message).label("not expected here").help_if(help);
+    Stop { piece, start, place, found, expected: &expected, file }.explain(error)
 }
 
 /// The words that people use for what the grammar expects.
@@ -477,6 +533,7 @@ fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, us
                 && (word == "param"
                     || after.starts_with('=')
                     || after.starts_with('{')
+                    || after.starts_with(':')
                     || !starts.is_empty() && !word.is_empty() && after.is_empty())
         } else {
             // Continuation lines start with an operator or a word such as `because`.
