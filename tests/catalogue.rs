@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::diagnostics::{CODES, Code, Diagnostic};
+use grammar_lang::diagnostics::{CODES, Code, Diagnostic, apply};
 use grammar_lang::source::SourceMap;
 use sgc::derive::check_start;
 use sgc::world::Frozen;
@@ -75,4 +75,23 @@ fn every_mended_example_raises_nothing() {
         let (found, _) = check(&files(block), &parameters(block));
         assert!(found.is_empty(), "{}: {found:#?}", code.id);
     }
+}
+
+#[test]
+fn a_fix_of_a_failing_example_mends_it() {
+    let mut mended = 0;
+    for code in CODES {
+        let block = example(code, "fails");
+        let mut files = files(block);
+        let (found, sources) = check(&files, &parameters(block));
+        let Some(fix) = found.first().and_then(|d| d.fix.clone()) else { continue };
+        let file = fix.edits.first().expect("an edit").span.file;
+        let source = sources.get(file).expect("a file");
+        let text = apply(&source.text, &fix.edits).expect("edits that fit");
+        files.insert(source.name.clone(), text);
+        let (left, _) = check(&files, &parameters(block));
+        assert!(left.is_empty(), "{} {}: {left:#?}", code.id, fix.message);
+        mended += 1;
+    }
+    assert!(mended >= 8, "only {mended} pages show a finding that can be mended at once");
 }

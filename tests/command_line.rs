@@ -234,7 +234,7 @@ fn help_names_every_command_that_works() {
     let output = sgc(&["--help"]);
     assert_eq!(code(&output), 0);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    for command in ["check", "compile", "derive", "run", "eval", "view"] {
+    for command in ["check", "explain", "compile", "derive", "run", "eval", "view"] {
         assert!(text.contains(&format!("\n  {command} ")), "{text}");
     }
 }

@@ -11,5 +11,6 @@ mod derivation;
 mod docs;
 mod grammars;
 mod library;
+mod mending;
 mod search;
 mod support;

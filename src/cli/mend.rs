@@ -95,7 +95,7 @@ impl Session<'_> {
         let (good, bad): (Vec<&Offer>, Vec<&Offer>) =
             together.into_iter().partition(|o| self.trial(&[*o]).1.errors <= state.errors);
         for offer in bad {
-            output::note(&format!("not mended {}: it would lead to more errors", offer.told));
+            output::note(&format!("not mended {}: more errors would be found afterwards", offer.told));
             self.refused.insert(offer.mark.clone());
         }
         // Those that do no harm alone may do so together: then the first goes first.
