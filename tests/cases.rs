@@ -2,7 +2,7 @@
 //! raise and where; the full text of the findings is a snapshot.
 
 use grammar_lang::diagnostics::render::{Format, render};
-use grammar_lang::diagnostics::{CODES, Diagnostic};
+use grammar_lang::diagnostics::{CODES, Diagnostic, apply};
 use grammar_lang::source::SourceMap;
 use sgc::derive::check_start;
 use sgc::world::Files;
@@ -130,8 +130,8 @@ proptest::proptest! {
         check("any", &text);
     }
 
-    /// A real grammar with a piece cut out, doubled or replaced never panics, and its
-    /// findings can be drawn.
+    /// A real grammar with a piece cut out, doubled or replaced never panics, its findings can be
+    /// drawn, and each fix that is offered can be applied.
     #[test]
     fn mutated_grammars_never_panic(from in 0usize..2600, length in 0usize..60, insert in "[ -~\n]{0,12}") {
         let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
@@ -141,5 +141,9 @@ proptest::proptest! {
         let (found, sources) = check("mutated", &mutated);
         let text = render(&found, &sources, Format::Full, false);
         proptest::prop_assert_eq!(text.is_empty(), found.is_empty());
+        for fix in found.iter().filter_map(|d| d.fix.as_ref()) {
+            let file = sources.get(fix.edits[0].span.file).unwrap();
+            proptest::prop_assert!(apply(&file.text, &fix.edits).is_some(), "{:?}", fix);
+        }
     }
 }

@@ -46,6 +46,7 @@ struct Arguments {
 const AFTER: &str = "\
 Examples:
   sgc check grammars/codesign.sgr
+  sgc explain E0302
   sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
   sgc view runs/codesign-3
 
