@@ -152,7 +152,7 @@ fn by_clause(
     let close = matching_close(piece, open);
     let body_end = close.unwrap_or(piece.len());
     if close.is_none() {
-        let last = piece.trim_end().len();
+        let last = last_line_end(piece);
         let end = Span::new(file, start + last, start + last);
         errors.push(
             Diagnostic::new(Code::UNCLOSED, end, format!("`{first}` is not closed: a `}}` is missing"))
@@ -217,6 +217,18 @@ fn by_clause(
     }
     fill(&mut item, rule_clauses, actuation_clauses, places, fields);
     Some(item)
+}
+
+/// Where the last line ends that is more than a comment: comments below it belong to what follows.
+fn last_line_end(piece: &str) -> usize {
+    let mut end = piece.trim_end().len();
+    while let Some(start) = piece.get(..end).and_then(|p| p.rfind('\n')) {
+        if !piece.get(start..end).is_some_and(|line| line.trim_start().starts_with('#')) {
+            break;
+        }
+        end = piece.get(..start).map_or(0, |p| p.trim_end().len());
+    }
+    end
 }
 
 /// The `{` that follows the one at `open` at once, as no clause begins with it.

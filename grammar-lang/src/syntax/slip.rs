@@ -11,6 +11,8 @@ const LOOK_ALIKE: &[(&str, &str)] = &[
     ("×", "*"),
     ("·", "*"),
     ("÷", "/"),
+    ("=<", "<="),
+    ("=>", ">="),
     ("≤", "<="),
     ("≥", ">="),
     ("≠", "!="),
@@ -109,6 +111,7 @@ impl Stop<'_> {
         };
         let words = "`==` compares two values, `=` gives a value to a name";
         let condition = ["require", "when", "unless"].iter().any(|w| self.piece.starts_with(w));
+        let alone = !self.rest().get(1..).unwrap_or("").starts_with(['=', '<', '>', '~']);
         match self.found {
             "==" if self.expects("`=`") => Some((words.to_owned(), replace(2, "="))),
             // The parser has taken the first of two for the sign that it was looking for.
@@ -117,7 +120,7 @@ impl Stop<'_> {
                 Some(Fix::replace(first, "=", "write `=` instead of `==`"))
             })),
             "=" if self.expects("an operator") => {
-                Some((words.to_owned(), replace(1, "==").filter(|_| condition)))
+                Some((words.to_owned(), replace(1, "==").filter(|_| condition && alone)))
             }
             ":" if self.expects("`=`") => Some((
                 "`=` gives a value to a name, `:` says of which kind it is".to_owned(),

@@ -134,7 +134,23 @@ pub fn unit_names() -> impl Iterator<Item = &'static str> {
 /// The unit that a message suggests for a quantity of this dimension.
 #[must_use]
 pub fn suggest(dimension: Dimension) -> String {
-    for usual in ["mm", "g", "s", "deg", "mA", "N", "N*m/rad", "g/cm^3", "deg/s", "mm/s", "kPa"] {
+    let usual = [
+        "mm",
+        "g",
+        "s",
+        "deg",
+        "mA",
+        "N",
+        "N*m/rad",
+        "N*m/rad^2",
+        "N*m*s/rad^2",
+        "g/cm^3",
+        "deg/s",
+        "mm/s",
+        "kPa",
+        "Hz",
+    ];
+    for usual in usual {
         if parse(usual).is_ok_and(|u| u.dimension == dimension) {
             return usual.to_owned();
         }
