@@ -30,17 +30,23 @@ pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str
     nearest(word, candidates).map(|c| format!("did you mean `{c}`?"))
 }
 
-/// The word that `word` was certainly meant to be: no other candidate is as near, the word is long
-/// enough to be recognised, and the two differ in letters, not in a number (`leg_1` is no slip for
-/// `leg_2`).
+/// The word that `word` was certainly meant to be: no other candidate is as near, the two are at
+/// most two slips apart, the word is long enough to be recognised, and it is no sibling of the other.
 #[must_use]
 pub fn sure<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let found = nearest(word, candidates.iter().copied())?;
     let near = distance(word, found);
     let alone = candidates.iter().all(|c| *c == found || distance(word, c) > near);
+    (alone && near <= 2 && word.chars().count() >= 3 && !siblings(word, found)).then_some(found)
+}
+
+/// Whether two names are told apart on purpose: by a number, as `leg_1` and `leg_2`, or by an
+/// initial, as `leg_l` and `leg_r`.
+fn siblings(a: &str, b: &str) -> bool {
     let digits = |text: &str| text.chars().filter(|c| c.is_numeric()).collect::<String>();
-    (alone && word.chars().count() >= 3 && digits(word) == digits(found)).then_some(found)
+    let initials = a.split('_').zip(b.split('_')).any(|(a, b)| a != b && a.len().min(b.len()) <= 1);
+    digits(a) != digits(b) || a.contains('_') && initials
 }
 
 /// The fix that replaces a misspelt word, where it is certain what was meant.
@@ -61,6 +67,8 @@ mod tests {
         assert_eq!(nearest("cubs", ["cube", "cubo"]), Some("cube"));
         assert_eq!(sure("cubs", ["cube", "cubo"]), None, "two are as near");
         assert_eq!(sure("leg_2", ["leg_1"]), None, "another number is no slip");
+        assert_eq!(sure("leg_l", ["leg_r"]), None, "another initial is no slip");
+        assert_eq!(sure("leg_lenght", ["leg_length"]), Some("leg_length"));
         assert_eq!(sure("p", ["q"]), None, "too short to be recognised");
         assert_eq!(sure("brick", ["cube"]), None);
     }

@@ -1,6 +1,7 @@
 //! From text to syntax tree. The only place that names pest.
 
 pub mod ast;
+mod braces;
 mod lower;
 mod parse;
 mod recover;

@@ -5,10 +5,11 @@ use pest::error::{ErrorVariant, InputLocation};
 
 use super::ITEM_WORDS;
 use super::ast::{ActuationClause, Block, Field, Item, ItemKind, Module, Place, RuleClause};
+use super::braces::{bare, doubled_brace, find_bare, last_line_end, matching_close, two_braces};
 use super::lower::Lowering;
 use super::parse::{Rule, SgrParser};
 use super::slip::Stop;
-use crate::diagnostics::{Code, Diagnostic, Edit, Fix, apply, did_you_mean, nearest, respell};
+use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, nearest, respell};
 use crate::source::{FileId, Span};
 
 const RULE_CLAUSES: &[&str] = &["match", "choose", "when", "unless", "attach", "set", "revert", "weight"];
@@ -217,46 +218,6 @@ fn by_clause(
     }
     fill(&mut item, rule_clauses, actuation_clauses, places, fields);
     Some(item)
-}
-
-/// Where the last line ends that is more than a comment: comments below it belong to what follows.
-fn last_line_end(piece: &str) -> usize {
-    let mut end = piece.trim_end().len();
-    while let Some(start) = piece.get(..end).and_then(|p| p.rfind('\n')) {
-        if !piece.get(start..end).is_some_and(|line| line.trim_start().starts_with('#')) {
-            break;
-        }
-        end = piece.get(..start).map_or(0, |p| p.trim_end().len());
-    }
-    end
-}
-
-/// The `{` that follows the one at `open` at once, as no clause begins with it.
-fn doubled_brace(piece: &str, open: usize) -> Option<usize> {
-    let inside = piece.get(open + 1..)?;
-    let next = inside.trim_start();
-    next.starts_with('{').then_some(piece.len() - next.len())
-}
-
-/// Says that a block is opened twice; and the text as it would be, at the same places, without the
-/// second `{` and its end.
-fn two_braces(text: &str, start: usize, end: usize, second: usize, file: FileId) -> (Diagnostic, String) {
-    let piece = text.get(start..end).unwrap_or("");
-    let brace = |place: usize| Span::new(file, start + place, start + place + 1);
-    let mut fix = Fix::replace(brace(second), "", "remove the second `{`");
-    let after =
-        matching_close(piece, second).and_then(|close| piece.get(close + 1..)).unwrap_or("").trim_start();
-    if after.starts_with('}') {
-        fix = fix.and(brace(piece.len() - after.len()), "");
-    }
-    let blanks: Vec<_> =
-        fix.edits.iter().map(|e| Edit { replacement: " ".to_owned(), ..e.clone() }).collect();
-    let clean = apply(text, &blanks).unwrap_or_default();
-    let error = Diagnostic::new(Code::SYNTAX, brace(second), "a block is opened with one `{`")
-        .label("a second one")
-        .help("remove it, and its `}` if it has one")
-        .fix(fix);
-    (error, clean)
 }
 
 /// Reads an item that is sound after all.
@@ -487,43 +448,6 @@ fn token_at(text: &str) -> &str {
         .and_then(|t| text.get(..t.len()))
         .or_else(|| text.chars().next().and_then(|c| text.get(..c.len_utf8())))
         .unwrap_or("")
-}
-
-/// Walks over text outside comments and quotes.
-fn bare(text: &str) -> impl Iterator<Item = (usize, char)> {
-    let mut quoted = false;
-    let mut comment = false;
-    text.char_indices().filter(move |(_, c)| {
-        match c {
-            '\n' => (quoted, comment) = (false, false),
-            '"' if !comment => quoted = !quoted,
-            '#' if !quoted => comment = true,
-            _ => {}
-        }
-        !quoted && !comment
-    })
-}
-
-fn find_bare(text: &str, wanted: char) -> Option<usize> {
-    bare(text).find(|(_, c)| *c == wanted).map(|(i, _)| i)
-}
-
-/// The `}` that closes the `{` at `open`.
-fn matching_close(text: &str, open: usize) -> Option<usize> {
-    let mut depth = 0usize;
-    for (place, c) in bare(text).filter(|(i, _)| *i >= open) {
-        match c {
-            '{' => depth += 1,
-            '}' => {
-                depth = depth.saturating_sub(1);
-                if depth == 0 {
-                    return Some(place);
-                }
-            }
-            _ => {}
-        }
-    }
-    None
 }
 
 /// Splits the inside of a block at the lines that start a clause: with one of

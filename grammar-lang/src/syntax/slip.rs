@@ -17,7 +17,7 @@ const LOOK_ALIKE: &[(&str, &str)] = &[
     ("≥", ">="),
     ("≠", "!="),
     ("…", ".."),
-    ("°", " deg"),
+    ("°", "deg"),
     ("&&", "and"),
     ("||", "or"),
 ];
@@ -72,9 +72,14 @@ impl Stop<'_> {
 
     fn look_alike(&self) -> Option<(String, Option<Fix>)> {
         let (sign, meant) = LOOK_ALIKE.iter().find(|(sign, _)| self.rest().starts_with(sign))?;
-        let (sign, word) = (*sign, meant.trim());
-        let message = format!("write `{word}` instead of `{sign}`");
-        Some((message.clone(), Some(Fix::replace(self.span(sign.len()), *meant, message))))
+        let message = format!("write `{meant}` instead of `{sign}`");
+        // A word stands apart from its neighbours, a sign need not.
+        let word = meant.starts_with(char::is_alphabetic);
+        let after = self.rest().get(sign.len()..).unwrap_or("");
+        let before = if word && !self.before().ends_with([' ', '\t']) { " " } else { "" };
+        let after = if word && after.starts_with(char::is_alphanumeric) { " " } else { "" };
+        let fix = Fix::replace(self.span(sign.len()), format!("{before}{meant}{after}"), message.clone());
+        Some((message, Some(fix)))
     }
 
     /// Curly quotes around a text.
