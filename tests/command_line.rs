@@ -229,8 +229,20 @@ fn interrupting_a_run_keeps_the_best_so_far() {
     assert!(!out.join("result.json").exists(), "the run is not complete");
 }
 
-const COMMANDS: &[&str] =
-    &["new", "check", "fmt", "test", "compile", "derive", "run", "eval", "view", "doc", "completions"];
+const COMMANDS: &[&str] = &[
+    "new",
+    "check",
+    "explain",
+    "fmt",
+    "test",
+    "compile",
+    "derive",
+    "run",
+    "eval",
+    "view",
+    "doc",
+    "completions",
+];
 
 #[test]
 fn every_shell_can_complete_every_command() {

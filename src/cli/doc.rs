@@ -32,7 +32,8 @@ fn library(name: &str) -> Vec<Source> {
 
 /// A file that has no errors: what is broken cannot be told in full.
 fn sound(file: &Path) -> Result<Source, Fault> {
-    let checked = load::check(file, &[], None)?;
+    let text = load::read(file)?;
+    let checked = load::check(&Files, &text.name, &text.text, &[], None);
     if checked.diagnostics.iter().any(Diagnostic::is_error) {
         let text = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());
         output::note(text.trim_end());

@@ -6,8 +6,10 @@ mod completions;
 mod derive;
 mod doc;
 mod eval;
+mod explain;
 mod fmt;
 mod load;
+mod mend;
 mod new;
 mod output;
 mod progress;
@@ -50,6 +52,7 @@ const AFTER: &str = "\
 Examples:
   sgc new walker
   sgc check grammars/codesign.sgr
+  sgc explain E0302
   sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
   sgc view runs/codesign-3
 
@@ -66,6 +69,7 @@ enum Command {
     Check(check::Check),
     Fmt(fmt::Fmt),
     Test(test::Test),
+    Explain(explain::Explain),
     Compile(compile::Compile),
     Derive(derive::Derive),
     Run(run::Run),
@@ -92,6 +96,7 @@ pub fn main() -> ExitCode {
         Command::Check(command) => command.run(),
         Command::Fmt(command) => command.run(),
         Command::Test(command) => command.run(),
+        Command::Explain(command) => command.run(),
         Command::Compile(command) => command.run(),
         Command::Derive(command) => command.run(),
         Command::Run(command) => command.run(),

@@ -8,6 +8,7 @@ use grammar_lang::diagnostics::render::{Format, render};
 use super::output::{self, Fault};
 use super::{exit, load};
 use crate::derive::run_example;
+use crate::world::Files;
 
 /// Derive the examples of grammars and check what they expect
 #[derive(Args)]
@@ -50,7 +51,8 @@ impl Test {
 
     /// Tests the grammar of a file and each of its variants.
     fn file(&self, file: &Path, tally: &mut Tally) -> Result<(), Fault> {
-        let offers = load::check(file, &self.params, None)?.offers;
+        let text = load::read(file)?;
+        let offers = load::check(&Files, &text.name, &text.text, &self.params, None).offers;
         let several = offers.len() > 1;
         let wanted: Vec<Option<&str>> =
             if several { offers.iter().map(|o| Some(o.as_str())).collect() } else { vec![None] };

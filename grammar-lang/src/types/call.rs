@@ -2,7 +2,7 @@
 
 use super::expr::Context;
 use super::{Checker, signature};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{Expr, ExprKind, Function, Ty};
 use crate::names::Declaration;
 use crate::source::Span;
@@ -50,19 +50,13 @@ impl Checker<'_> {
                 } else if let Some(function) = Function::named(name) {
                     return self.function(function, arguments, span, cx);
                 } else if !cx.damaged && !self.is_lost(callee.span, name) {
-                    let own = program
-                        .scope_at(callee.span)
-                        .filter(|(_, i)| {
-                            matches!(i.kind, ItemKind::Let(_, Some(_), _) | ItemKind::Actuator(_))
-                        })
-                        .map(|(n, _)| n);
-                    let help = did_you_mean(name, Function::ALL.iter().map(|f| f.text()).chain(own))
-                        .unwrap_or_else(|| {
-                            format!(
-                                "functions are: {}",
-                                Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")
-                            )
-                        });
+                    let callable = self.callable(callee.span);
+                    let help = did_you_mean(name, callable.iter().copied()).unwrap_or_else(|| {
+                        format!(
+                            "functions are: {}",
+                            Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")
+                        )
+                    });
                     self.report(
                         Diagnostic::new(
                             Code::UNKNOWN_NAME,
@@ -70,7 +64,8 @@ impl Checker<'_> {
                             format!("unknown function `{name}`"),
                         )
                         .label("not declared")
-                        .help(help),
+                        .help(help)
+                        .fix_if(respell(callee.span, name, callable)),
                     );
                     return unknown;
                 } else {
@@ -105,6 +100,16 @@ impl Checker<'_> {
         };
         let place = self.expect(value, cx, &Ty::NUMBER, "the place in a cycle");
         Expr { kind: ExprKind::Apply(Box::new(curve), Box::new(place)), ty, span }
+    }
+
+    /// Everything that can be called: functions, and the parts and patterns of the module.
+    fn callable(&self, place: Span) -> Vec<&str> {
+        use ItemKind as K;
+        let own = self.program.scope_at(place).filter(|(_, i)| {
+            let function = matches!(i.kind, K::Let(_, Some(_), _) | K::Record(..));
+            function || matches!(i.kind, K::Part(_) | K::Actuator(_) | K::Pattern(..))
+        });
+        Function::ALL.iter().map(|f| f.text()).chain(own.map(|(n, _)| n)).collect()
     }
 
     /// `bender(segments = n)`: a kind with parameters.
@@ -150,7 +155,12 @@ impl Checker<'_> {
                         format!("`{name}` has no parameter `{}`", key.text),
                     )
                     .label("not a parameter")
-                    .help_if(help),
+                    .help_if(help)
+                    .fix_if(respell(
+                        key.span,
+                        &key.text,
+                        params.iter().map(|(n, _)| n.as_str()),
+                    )),
                 );
                 continue;
             };

@@ -1,7 +1,7 @@
 //! Checks expressions: names, stages, types and dimensions.
 
 use super::{Checker, signature};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
 use crate::ir::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Ty, Word};
 use crate::source::Span;
@@ -87,8 +87,12 @@ impl Checker<'_> {
             expr.ty = Ty::Quantity(dimension);
             return expr;
         }
-        let error = mismatch(&expr, wanted, what);
-        self.report(error);
+        let fix =
+            wanted.dimension().filter(|_| *wanted != Ty::Count).and_then(|want| match bare_number(&expr) {
+                Some(x) => self.missing_unit(&expr, x, want, None),
+                None => self.mended_quantity(&expr, want),
+            });
+        self.report(mismatch(&expr, wanted, what).fix_if(fix));
         expr.ty = Ty::Unknown;
         expr
     }
@@ -119,7 +123,11 @@ impl Checker<'_> {
                 )
                 .label("without a unit")
                 .also(other.span, article(&other.ty))
-                .help(format!("write `{x} {}`", units::suggest(want)))
+                .help(match self.unit_beside(want, Some(other)) {
+                    Some(unit) => format!("write `{x} {unit}`"),
+                    None => format!("write `{x} {}`", units::suggest(want)),
+                })
+                .fix_if(self.missing_unit(number, x, want, Some(other)))
             }
             _ => {
                 let code = if numbers.0.is_some() && numbers.1.is_some() {
@@ -146,7 +154,8 @@ impl Checker<'_> {
         match units::parse(&unit.text) {
             Ok(unit) => Some(unit),
             Err(UnitError::Unknown(word)) => {
-                let help = did_you_mean(&word, units::unit_names()).unwrap_or_else(|| {
+                let meant = super::mend::unit_meant(&word).map(|m| format!("did you mean `{m}`?"));
+                let help = meant.or_else(|| did_you_mean(&word, units::unit_names())).unwrap_or_else(|| {
                     if unit.text.contains('*') || unit.text.contains('/') {
                         "to calculate with a name, put spaces around `*` and `/`".to_owned()
                     } else {
@@ -156,7 +165,8 @@ impl Checker<'_> {
                 self.report(
                     Diagnostic::new(Code::UNKNOWN_UNIT, unit.span, format!("unknown unit `{word}`"))
                         .label("no unit of this name")
-                        .help(help),
+                        .help(help)
+                        .fix_if(self.mended_unit(unit, &word)),
                 );
                 None
             }
@@ -321,7 +331,8 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(Code::EMPTY_DOMAIN, span, "this range is inverted: it holds no value")
                     .label("the first end is above the second")
-                    .help("write the smaller end first"),
+                    .help("write the smaller end first")
+                    .fix_if(self.swapped(low.span, high.span)),
             );
         }
     }
@@ -477,6 +488,7 @@ impl Checker<'_> {
             );
             return unknown(span);
         }
+        let mut fix = None;
         let help = if units::parse(name).is_ok() {
             format!("`{name}` is a unit: write a number before it")
         } else if Function::named(name).is_some() {
@@ -493,12 +505,15 @@ impl Checker<'_> {
                 .chain(self.program.scope_at(span).map(|(n, _)| n))
                 .chain(self.placed.iter().map(|(p, _)| p.as_str()))
                 .chain(["part", "block", "actuator"]);
+            let candidates: Vec<&str> = candidates.collect();
+            fix = respell(span, name, candidates.iter().copied());
             did_you_mean(name, candidates).unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
         };
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, span, format!("unknown name `{name}`"))
                 .label("not declared")
-                .help(help),
+                .help(help)
+                .fix_if(fix),
         );
         unknown(span)
     }
@@ -709,7 +724,8 @@ impl Checker<'_> {
                 format!("{} has no `{}`", article(&of.ty), name.text),
             )
             .label("not an attribute")
-            .help_if(help),
+            .help_if(help)
+            .fix_if(respell(name.span, &name.text, candidates.iter().map(String::as_str))),
         );
         unknown(span)
     }

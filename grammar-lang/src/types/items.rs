@@ -6,7 +6,7 @@ use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
 use super::tasks::Actuated;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, RuleSet, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
@@ -496,7 +496,11 @@ impl<'a> Checker<'a> {
             ("none", _, Some(plane)) => (plane.span, "`symmetry none` takes nothing more".to_owned()),
             (other, ..) => (kind.span, format!("there is no symmetry `{other}`")),
         };
-        self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("not known").help(HELP));
+        self.report(
+            Diagnostic::new(Code::BAD_VALUE, span, message).label("not known").help(HELP).fix_if(
+                respell(span, &kind.text, ["none", "mirror", "radial"]).filter(|_| span == kind.span),
+            ),
+        );
         None
     }
 

@@ -3,7 +3,7 @@
 use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, ExprKind, Group, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, ActuationClause, Name, RuleClause, RuleClauseKind};
@@ -450,7 +450,8 @@ impl Checker<'_> {
                                 format!("an actuator has no `{}` to drive", what.text),
                             )
                             .label("not known")
-                            .help("write `drive angle = ...`"),
+                            .help("write `drive angle = ...`")
+                            .fix_if(respell(what.span, &what.text, ["angle"])),
                         );
                     }
                     let value =
@@ -638,7 +639,8 @@ impl Checker<'_> {
                     .help(
                         did_you_mean(other, ["clamp", "reflect", "resample"])
                             .unwrap_or_else(|| "write `clamp`, `reflect` or `resample`".to_owned()),
-                    ),
+                    )
+                    .fix_if(respell(span, other, ["clamp", "reflect", "resample"])),
                 );
                 ir::Bound::Reflect
             }
