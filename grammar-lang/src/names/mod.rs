@@ -74,7 +74,15 @@ impl Program {
     #[must_use]
     pub fn lookup(&self, place: Span, name: &str) -> Option<(Declaration, &Item)> {
         let declaration = *self.modules.get(self.module_at(place))?.scope.get(name)?;
-        Some((declaration, self.item(declaration)?))
+        let there = !self.dropped.contains_key(&declaration);
+        Some((declaration, self.item(declaration).filter(|_| there)?))
+    }
+
+    /// Where a variant drops what a name would mean at a place.
+    #[must_use]
+    pub fn dropped_at(&self, place: Span, name: &str) -> Option<Span> {
+        let declaration = self.modules.get(self.module_at(place))?.scope.get(name)?;
+        self.dropped.get(declaration).copied()
     }
 
     /// Every name that is known at a place.

@@ -49,6 +49,8 @@ impl Checker<'_> {
                     }
                 } else if let Some(function) = Function::named(name) {
                     return self.function(function, arguments, span, cx);
+                } else if self.report_dropped(callee.span, name) {
+                    return unknown;
                 } else if !cx.damaged && !self.is_lost(callee.span, name) {
                     let callable = self.callable(callee.span);
                     let help = did_you_mean(name, callable.iter().copied()).unwrap_or_else(|| {

@@ -479,13 +479,7 @@ impl Checker<'_> {
         if cx.damaged || self.is_lost(span, name) {
             return unknown(span);
         }
-        if let Some(place) = self.dropped(span, name) {
-            self.report(
-                Diagnostic::new(Code::DROPPED, span, format!("`{name}` is used, but the variant drops it"))
-                    .label("still used here")
-                    .also(place, "dropped here")
-                    .help("drop or replace this, too"),
-            );
+        if self.report_dropped(span, name) {
             return unknown(span);
         }
         let mut fix = None;
@@ -523,10 +517,16 @@ impl Checker<'_> {
         self.program.is_lost(self.program.module_at(place), name)
     }
 
-    /// Where a variant drops what a name means.
-    fn dropped(&self, place: Span, name: &str) -> Option<Span> {
-        let (declaration, _) = self.program.lookup(place, name)?;
-        self.program.dropped.get(&declaration).copied()
+    /// Reports a name that a variant drops; false if it does not.
+    pub(super) fn report_dropped(&mut self, span: Span, name: &str) -> bool {
+        let Some(place) = self.program.dropped_at(span, name) else { return false };
+        self.report(
+            Diagnostic::new(Code::DROPPED, span, format!("`{name}` is used, but the variant drops it"))
+                .label("still used here")
+                .also(place, "dropped here")
+                .help("drop or replace this, too"),
+        );
+        true
     }
 
     /// Names that are followed by a dot but are no values: enumerations, tasks, actuations.

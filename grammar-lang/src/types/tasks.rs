@@ -280,7 +280,9 @@ impl<'a> Checker<'a> {
                 self.touched.insert(declaration);
                 return Some(&item.kind);
             }
-            None if self.is_lost(name.span, &name.text) => return None,
+            None if self.is_lost(name.span, &name.text) || self.report_dropped(name.span, &name.text) => {
+                return None;
+            }
             _ => {}
         }
         let others: Vec<&str> =
