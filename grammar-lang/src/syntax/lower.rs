@@ -763,8 +763,8 @@ impl<'a> Lowering<'a> {
                         });
                     }
                 }
-                Rule::expr if after_otherwise => otherwise = self.expr(part).map(Box::new),
-                Rule::expr => body = self.expr(part).map(Box::new),
+                Rule::sum if after_otherwise => otherwise = self.expr(part).map(Box::new),
+                Rule::expr | Rule::sum => body = self.expr(part).map(Box::new),
                 _ => {}
             }
         }
