@@ -9,6 +9,7 @@ mod catalogue;
 mod command_line;
 mod derivation;
 mod docs;
+mod features;
 mod format;
 mod grammars;
 mod library;

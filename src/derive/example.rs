@@ -107,7 +107,11 @@ fn values(
         let called = rule.locals.get(slot).map_or("", String::as_str);
         let choice = slot.checked_sub(matched).and_then(|i| rule.choices.get(i));
         let value = match (given, choice) {
-            (Some(given), _) => evaluate(given, &scope, &mut names.to_vec())?,
+            // What is not there (any more) is a reason like any other.
+            (Some(given), _) => match evaluate(given, &scope, &mut names.to_vec()) {
+                Ok(value) => value,
+                Err(error) => return Ok(Err(format!("`{called}` has no value: {}", error.reason))),
+            },
             (None, Some(choice)) => {
                 let only = domain_of(evaluate(&choice.domain, &scope, &mut locals.clone())?).item(0);
                 only.unwrap_or(Value::Bool(false))

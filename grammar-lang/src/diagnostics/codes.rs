@@ -24,7 +24,7 @@ impl Severity {
 }
 
 /// A kind of finding.
-#[derive(Debug, PartialEq, Eq)]
+#[derive(PartialEq, Eq)]
 pub struct Code {
     /// What scripts match on: `E0301`.
     pub id: &'static str,
@@ -55,6 +55,13 @@ impl Code {
     pub fn example(&self, name: &str) -> Option<&'static str> {
         let (_, rest) = self.page.split_once(&format!("```sgr {name}\n"))?;
         rest.split_once("```").map(|(block, _)| block)
+    }
+}
+
+impl std::fmt::Debug for Code {
+    /// Its page is too long to be of use where findings are printed.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{} {}", self.id, self.name)
     }
 }
 
