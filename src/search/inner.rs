@@ -49,8 +49,7 @@ pub(super) struct Tuning<'a, 'b> {
 
 /// Finds the best curves of a body for a task; `name` names its streams of random numbers.
 pub(super) fn tune(
-    rules: &RuleSet,
-    task: &Task,
+    (rules, task): (&RuleSet, &Task),
     model: &dyn Model,
     pool: &rayon::ThreadPool,
     derivation: &Arc<Derivation>,

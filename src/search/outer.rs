@@ -213,7 +213,7 @@ fn tune_all(
         let stream =
             if *task_name == RuleSet::ONLY_TASK { name.to_owned() } else { format!("{name} {task_name}") };
         let Tuned { found, invalid, unstable, cut } =
-            tune(rules, task, model, pool, derivation, &stream, budget, notify)?;
+            tune((rules, task), model, pool, derivation, &stream, budget, notify)?;
         body.invalid += invalid;
         body.unstable += unstable;
         body.cut = cut;

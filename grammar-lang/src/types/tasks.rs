@@ -15,12 +15,12 @@ use crate::syntax::ast::{self, Item, ItemKind, Name};
 /// Which actuation drives which actuator, and where that is said.
 pub(super) type Actuated = IndexMap<String, (String, Span)>;
 
+/// Tasks by name, with the places of what they say about actuators.
+pub(super) type Tasks = IndexMap<String, (ir::Task, Actuated)>;
+
 impl<'a> Checker<'a> {
     /// The tasks of a grammar and what is wanted of all together.
-    pub(super) fn tasks(
-        &mut self,
-        singles: &Singles<'a>,
-    ) -> Option<(IndexMap<String, (ir::Task, Actuated)>, ir::Objective)> {
+    pub(super) fn tasks(&mut self, singles: &Singles<'a>) -> Option<(Tasks, ir::Objective)> {
         let stage = if singles.tasks.is_empty() { Stage::Score } else { Stage::Outcome };
         let objective = match singles.objective {
             Some((maximize, value, damaged)) => self.objective(maximize, value, stage, damaged),
@@ -203,7 +203,7 @@ impl<'a> Checker<'a> {
     /// Checks that a task whose objective reads the period has one.
     pub(super) fn check_periods(
         &mut self,
-        tasks: &IndexMap<String, (ir::Task, Actuated)>,
+        tasks: &Tasks,
         actuations: &IndexMap<String, ir::Actuation>,
         terms: &IndexMap<String, ir::Term>,
     ) {
