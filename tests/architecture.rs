@@ -7,7 +7,7 @@ const ENGINE: &[&str] =
     &["world", "design", "simulate", "derive", "drive", "score", "search", "results", "cli"];
 /// The layers of the language.
 const LANGUAGE: &[&str] =
-    &["source", "units", "diagnostics", "syntax", "format", "names", "ir", "eval", "types", "lint"];
+    &["source", "units", "diagnostics", "syntax", "format", "names", "ir", "eval", "types", "bounds", "lint"];
 
 fn rust_files(folder: &std::path::Path, into: &mut Vec<std::path::PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
