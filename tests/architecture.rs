@@ -4,7 +4,7 @@ use crate::support::{read, root};
 
 /// The layers of the engine, first to last. Each may use itself and those before it.
 const ENGINE: &[&str] =
-    &["world", "design", "simulate", "derive", "drive", "score", "search", "results", "cli"];
+    &["world", "design", "simulate", "derive", "audit", "drive", "score", "search", "results", "cli"];
 /// The layers of the language.
 const LANGUAGE: &[&str] =
     &["source", "units", "diagnostics", "syntax", "format", "names", "ir", "eval", "types", "bounds", "lint"];

@@ -1,5 +1,6 @@
 //! The command line. One file for each command.
 
+mod audit;
 mod check;
 mod compile;
 mod derive;
@@ -20,7 +21,8 @@ use output::Fault;
 pub mod exit {
     /// Done.
     pub const DONE: u8 = 0;
-    /// The input has errors or is not laid out, or no feasible design was found.
+    /// The input has errors or is not laid out, no feasible design was found, or a body
+    /// that was asked for cannot be made.
     pub const INPUT: u8 = 1;
     /// Usage, configuration, files.
     pub const USAGE: u8 = 2;
@@ -48,13 +50,14 @@ Examples:
   sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
   sgc view runs/codesign-3
 
-Exit codes: 0 done; 1 the input has errors, no feasible design was found, or
-`fmt --check` names a file; 2 usage or files; 75 stopped early with the best so
+Exit codes: 0 done; 1 the input has errors, no feasible design was found,
+`audit` was asked for a body that was not made, or `fmt --check` names a file; 2 usage or files; 75 stopped early with the best so
 far saved; 101 a bug in sgc; 130 interrupted with nothing saved.";
 
 #[derive(Subcommand)]
 enum Command {
     Check(check::Check),
+    Audit(audit::Audit),
     Fmt(fmt::Fmt),
     Compile(compile::Compile),
     Derive(derive::Derive),
@@ -77,6 +80,7 @@ pub fn main() -> ExitCode {
     };
     let done = match arguments.command {
         Command::Check(command) => command.run(),
+        Command::Audit(command) => command.run(),
         Command::Fmt(command) => command.run(),
         Command::Compile(command) => command.run(),
         Command::Derive(command) => command.run(),

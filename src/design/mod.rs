@@ -124,8 +124,12 @@ impl Design {
     #[must_use]
     pub fn orbit(&self, id: PartId) -> Vec<PartId> {
         let original = self.parts.get(&id).and_then(|p| p.image_of).unwrap_or(id);
-        let mut orbit: Vec<(u8, PartId)> =
-            self.parts.iter().filter(|(_, p)| p.image_of == Some(original)).map(|(i, p)| (p.image, *i)).collect();
+        let mut orbit: Vec<(u8, PartId)> = self
+            .parts
+            .iter()
+            .filter(|(_, p)| p.image_of == Some(original))
+            .map(|(i, p)| (p.image, *i))
+            .collect();
         orbit.sort_unstable();
         std::iter::once(original).chain(orbit.into_iter().map(|(_, i)| i)).collect()
     }
@@ -171,7 +175,8 @@ impl Design {
         let Some(part) = self.parts.get(&id) else { return false };
         let own = part.held_by.map(|_| part.holding);
         (port as usize) < ports(rules, part).len()
-            && own != Some(port) && !self.parts.values().any(|p| p.held_by == Some((id, port)))
+            && own != Some(port)
+            && !self.parts.values().any(|p| p.held_by == Some((id, port)))
     }
 
     /// How many ports a part has.
@@ -220,6 +225,13 @@ impl Design {
     #[must_use]
     pub fn no_overlap(&self, rules: &RuleSet) -> bool {
         overlap::none(self, rules)
+    }
+
+    /// The parts with their places and what holds them, as texts in order: of two designs of
+    /// which one is contained in the other, the one has all the pieces of the other.
+    #[must_use]
+    pub fn pieces(&self, rules: &RuleSet) -> Vec<String> {
+        canonical::pieces(self, rules)
     }
 
     /// A hash of the body that this design is: parts, places and joints, whatever
