@@ -1,6 +1,7 @@
 //! Where modules come from: the standard library inside the program, and files.
 
 use std::collections::BTreeMap;
+use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
 use grammar_lang::source::{Source, World};
@@ -18,6 +19,45 @@ pub const LIBRARY: &[(&str, &str)] = &[
 /// The standard library and the files around the grammar.
 #[derive(Debug, Default)]
 pub struct Files;
+
+/// The standard library and files named from a folder: what is found in them
+/// has the same name on every machine.
+#[derive(Debug, Default)]
+pub struct Folder {
+    /// The folder.
+    pub path: PathBuf,
+}
+
+/// The files around the grammar as they would be after some edits.
+#[derive(Clone, Debug, Default)]
+pub struct Edited {
+    texts: BTreeMap<PathBuf, String>,
+}
+
+impl Edited {
+    /// The one path by which a file is known, whatever it was called.
+    #[must_use]
+    pub fn key(name: &str) -> PathBuf {
+        std::fs::canonicalize(name).unwrap_or_else(|_| PathBuf::from(name))
+    }
+
+    /// Changes a text.
+    pub fn set(&mut self, key: &Path, text: String) {
+        self.texts.insert(key.to_owned(), text);
+    }
+
+    /// The text with this name, if it was changed.
+    #[must_use]
+    pub fn get(&self, name: &str) -> Option<&str> {
+        self.at(&Self::key(name))
+    }
+
+    /// The text with this key, if it was changed.
+    #[must_use]
+    pub fn at(&self, key: &Path) -> Option<&str> {
+        self.texts.get(key).map(String::as_str)
+    }
+}
 
 /// A frozen set of texts, such as the sources kept in a run folder, or edited
 /// copies in a test. What it lacks is looked up in the standard library.
@@ -66,7 +106,27 @@ pub fn read_text(path: &Path) -> Result<String, String> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
+/// Why an imported file cannot be read, in words.
+fn unreadable(error: &std::io::Error) -> String {
+    match error.kind() {
+        ErrorKind::NotFound => "there is no such file".to_owned(),
+        ErrorKind::PermissionDenied => "it is there, but may not be read".to_owned(),
+        ErrorKind::IsADirectory => "this is a folder, not a file".to_owned(),
+        _ => error.to_string(),
+    }
+}
+
 impl World for Files {
+    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+        Folder::default().load(module, from)
+    }
+
+    fn library(&self) -> Vec<String> {
+        library_names()
+    }
+}
+
+impl World for Folder {
     fn load(&self, module: &str, from: &str) -> Result<Source, String> {
         if let Some(source) = from_library(module) {
             return Ok(source);
@@ -78,8 +138,25 @@ impl World for Files {
             return Err("the standard library imports no files".to_owned());
         }
         let path = beside(from, module);
-        let text = read_text(&path)?;
+        let bytes = std::fs::read(self.path.join(&path)).map_err(|e| unreadable(&e))?;
+        let text = String::from_utf8_lossy(&bytes).into_owned();
         Ok(Source { name: path.to_string_lossy().into_owned(), text })
+    }
+
+    fn library(&self) -> Vec<String> {
+        library_names()
+    }
+}
+
+impl World for Edited {
+    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+        let source = Files.load(module, from)?;
+        match self.get(&source.name) {
+            Some(text) if from_library(&source.name).is_none() => {
+                Ok(Source { text: text.to_owned(), ..source })
+            }
+            _ => Ok(source),
+        }
     }
 
     fn library(&self) -> Vec<String> {

@@ -3,11 +3,25 @@
 use crate::support::{read, root};
 
 /// The layers of the engine, first to last. Each may use itself and those before it.
-const ENGINE: &[&str] =
-    &["world", "design", "simulate", "derive", "audit", "drive", "score", "search", "results", "cli"];
+const ENGINE: &[&str] = &[
+    "world", "document", "design", "simulate", "derive", "audit", "drive", "score", "search", "results",
+    "testing", "cli",
+];
 /// The layers of the language.
-const LANGUAGE: &[&str] =
-    &["source", "units", "diagnostics", "syntax", "format", "names", "ir", "eval", "types", "bounds", "lint"];
+const LANGUAGE: &[&str] = &[
+    "source",
+    "units",
+    "diagnostics",
+    "syntax",
+    "format",
+    "names",
+    "ir",
+    "eval",
+    "types",
+    "bounds",
+    "lint",
+    "testing",
+];
 
 fn rust_files(folder: &std::path::Path, into: &mut Vec<std::path::PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {

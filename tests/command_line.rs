@@ -229,14 +229,45 @@ fn interrupting_a_run_keeps_the_best_so_far() {
     assert!(!out.join("result.json").exists(), "the run is not complete");
 }
 
+const COMMANDS: &[&str] = &[
+    "new",
+    "check",
+    "explain",
+    "fmt",
+    "test",
+    "compile",
+    "derive",
+    "run",
+    "eval",
+    "view",
+    "doc",
+    "completions",
+];
+
+#[test]
+fn every_shell_can_complete_every_command() {
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let output = sgc(&["completions", shell]);
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        let script = String::from_utf8_lossy(&output.stdout).into_owned();
+        for word in COMMANDS.iter().chain(&["max-evals"]) {
+            assert!(script.contains(word), "{shell}: no {word}");
+        }
+    }
+    let output = sgc(&["completions", "tcsh"]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("bash"), "{}", errors(&output));
+}
+
 #[test]
 fn help_names_every_command_that_works() {
     let output = sgc(&["--help"]);
     assert_eq!(code(&output), 0);
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    for command in ["check", "fmt", "compile", "derive", "run", "eval", "view"] {
+    for command in COMMANDS {
         assert!(text.contains(&format!("\n  {command} ")), "{text}");
     }
+    assert!(text.contains("sgc completions bash"), "{text}");
 }
 
 #[test]
@@ -303,4 +334,36 @@ fn a_grammar_that_can_do_nothing_says_so() {
     let output = sgc(&["run", &grammar, "--max-evals", "30", "--out", &out]);
     assert_eq!(code(&output), 1, "{}", errors(&output));
     assert!(errors(&output).contains("no rule could ever be applied"), "{}", errors(&output));
+}
+
+#[test]
+fn doc_writes_a_page_where_it_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let text = |name: &str| std::fs::read_to_string(at(name)).unwrap();
+    let path = |name: &str| at(name).to_string_lossy().into_owned();
+    std::fs::copy(root().join("grammars/codesign.sgr"), at("mine.sgr")).unwrap();
+    for arguments in [
+        vec!["doc".to_owned(), path("mine.sgr")],
+        vec!["doc".to_owned(), path("mine.sgr"), "--out".to_owned(), path("other.html")],
+        vec!["doc".to_owned(), "std".to_owned(), "--out".to_owned(), path("pages")],
+        vec!["doc".to_owned(), "std.blocks".to_owned(), "--out".to_owned(), path("pages")],
+    ] {
+        let output = sgc(&arguments.iter().map(String::as_str).collect::<Vec<_>>());
+        assert_eq!(code(&output), 0, "{arguments:?}: {}", errors(&output));
+        assert!(String::from_utf8_lossy(&output.stdout).ends_with(".html\n"));
+    }
+    assert_eq!(text("mine.html"), text("other.html"));
+    assert!(text("mine.html").contains("add_actuator"));
+    assert!(
+        text("pages/std.html").contains("bezier_pac")
+            && !text("pages/std.blocks.html").contains("bezier_pac")
+    );
+
+    std::fs::write(at("bad.sgr"), "grammar bad\nlet a = 3 gg\n").unwrap();
+    let output = sgc(&["doc", &path("bad.sgr")]);
+    assert_eq!(code(&output), 1);
+    assert!(errors(&output).contains("E0303") && !at("bad.html").exists(), "{}", errors(&output));
+    assert_eq!(code(&sgc(&["doc", &path("nowhere.sgr")])), 2);
+    assert_eq!(code(&sgc(&["doc", "std", "--out", &path("mine.sgr")])), 2, "a file is no folder");
 }

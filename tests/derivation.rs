@@ -4,9 +4,9 @@ use grammar_lang::eval::{KindValue, Reference, Value};
 use grammar_lang::ir::RuleSet;
 use sgc::derive::Derivation;
 use sgc::derive::random::Stream;
-use sgc::results::describe;
+use sgc::testing;
 
-use crate::support::grammar;
+use crate::support::{grammar, root};
 
 fn derive(rules: &RuleSet, seed: u64, moves: usize) -> Derivation {
     let mut derivation = Derivation::begin(rules);
@@ -42,14 +42,12 @@ fn add_cube(rules: &RuleSet, derivation: &Derivation, part: u64, port: u8) -> Op
 
 #[test]
 fn a_derivation_of_codesign() {
-    let rules = grammar("grammars/codesign.sgr");
-    insta::assert_snapshot!(describe::derivation(&rules, &derive(&rules, 4, 30)));
+    insta::assert_snapshot!(testing::derivation(root().join("grammars/codesign.sgr"), 4, 30));
 }
 
 #[test]
 fn a_derivation_of_morphology() {
-    let rules = grammar("grammars/morphology.sgr");
-    insta::assert_snapshot!(describe::derivation(&rules, &derive(&rules, 2, 30)));
+    insta::assert_snapshot!(testing::derivation(root().join("grammars/morphology.sgr"), 2, 30));
 }
 
 #[test]

@@ -1,17 +1,17 @@
 //! The project's own grammars: free of findings, and their typed rule sets.
 
-use crate::support::{grammar, root, without_spans};
+use sgc::testing;
+
+use crate::support::{GRAMMARS, grammar, root};
 
 #[test]
 fn every_grammar_and_library_file_is_free_of_findings() {
     for folder in ["grammars", "std-rules"] {
         for entry in std::fs::read_dir(root().join(folder)).unwrap() {
             let path = entry.unwrap().path();
-            let mut sources = grammar_lang::source::SourceMap::default();
-            let file = sources.add(path.to_string_lossy(), std::fs::read_to_string(&path).unwrap());
-            let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, file, &[], None);
-            assert!(compiled.diagnostics.is_empty(), "{}: {:?}", path.display(), compiled.diagnostics);
-            assert_eq!(compiled.is_grammar, folder == "grammars", "{}", path.display());
+            assert_eq!(testing::findings(&path), testing::CLEAN, "{}", path.display());
+            let is_module = testing::rules(&path) == testing::MODULE;
+            assert_eq!(is_module, folder == "std-rules", "{}", path.display());
         }
     }
 }
@@ -26,12 +26,20 @@ fn every_library_file_is_embedded() {
 
 #[test]
 fn the_typed_rule_set_of_codesign() {
-    insta::assert_json_snapshot!(without_spans(&grammar("grammars/codesign.sgr")));
+    insta::assert_snapshot!(testing::rules(root().join("grammars/codesign.sgr")));
+}
+
+#[test]
+fn what_every_grammar_comes_to() {
+    for path in GRAMMARS {
+        let name = path.trim_start_matches("grammars/").trim_end_matches(".sgr");
+        insta::assert_snapshot!(format!("resolved-{name}"), testing::resolved(root().join(path)));
+    }
 }
 
 #[test]
 fn the_typed_rule_set_survives_being_saved() {
-    for path in ["grammars/codesign.sgr", "grammars/morphology.sgr"] {
+    for path in GRAMMARS {
         let rules = grammar(path);
         let text = serde_json::to_string(&rules).unwrap();
         let again: grammar_lang::ir::RuleSet = serde_json::from_str(&text).unwrap();
@@ -52,4 +60,22 @@ fn morphology_shares_its_rules_with_codesign() {
     assert_eq!(morphology.patterns.len(), 7, "six patterns and rest");
     assert!(morphology.search.inner.is_none(), "no inner loop");
     assert_eq!(codesign.requirements.len(), morphology.requirements.len());
+}
+
+#[test]
+fn what_cannot_be_tested_says_why() {
+    let path = root().join("grammars/nowhere.sgr");
+    assert!(
+        testing::findings(&path).starts_with("cannot read nowhere.sgr: "),
+        "{}",
+        testing::findings(&path)
+    );
+    let bad = root().join("tests/cases/start-breaks.sgr");
+    let said = testing::findings(&bad);
+    assert!(said.contains("start-breaks.sgr:") && !said.contains("tests/cases"), "{said}");
+    assert_eq!(testing::derivation(&bad, 1, 5), said, "findings in place of a derivation");
+    assert_eq!(testing::rules(&bad), said);
+    let imports = testing::findings(root().join("tests/cases/cycle-a.sgr"));
+    assert!(imports.contains("cycle-b.sgr") && !imports.contains("/cycle-b.sgr"), "{imports}");
+    assert_eq!(testing::derivation(root().join("std-rules/blocks.sgr"), 1, 5), testing::MODULE);
 }

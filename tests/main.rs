@@ -6,11 +6,14 @@
 mod architecture;
 mod audit;
 mod cases;
+mod catalogue;
 mod command_line;
 mod derivation;
 mod docs;
 mod format;
 mod grammars;
 mod library;
+mod mending;
+mod new;
 mod search;
 mod support;

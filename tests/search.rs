@@ -36,7 +36,8 @@ fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<St
     let limits = Limits { seed, jobs, max_evaluations: Some(max), deadline: None };
     let mut log = Log::default();
     let model = simulate::model("articulated").unwrap();
-    let outcome = run(rules, Derivation::begin(rules), model, &limits, &AtomicBool::new(false), &mut log).unwrap();
+    let outcome =
+        run(rules, Derivation::begin(rules), model, &limits, &AtomicBool::new(false), &mut log).unwrap();
     (outcome, log.0)
 }
 
@@ -48,7 +49,10 @@ fn one_thread_and_three_give_the_same_bits() {
     assert_eq!(log_one, log_three);
     assert_eq!(one.evaluations, three.evaluations);
     let best = one.best.expect("a best design");
-    assert!(best.value > 0.0 && !best.tasks[0].parameters.is_empty(), "the search got to tuning curves: {best:?}");
+    assert!(
+        best.value > 0.0 && !best.tasks[0].parameters.is_empty(),
+        "the search got to tuning curves: {best:?}"
+    );
     let other = search(&rules, 3, 1, 300);
     assert_ne!(log_one, other.1, "another seed is another search");
 }
@@ -119,5 +123,10 @@ fn minimising_the_negative_is_maximising() {
     let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
     let best = search(&rules, 2, 2, 300).0.best.expect("a best design");
     assert!(best.value < -0.1, "{}", best.value);
-    assert!(best.tasks[0].half_step.is_some_and(|half| sgc::search::keeps(&rules, &rules.tasks[0], best.value, half)));
+    assert!(best.tasks[0].half_step.is_some_and(|half| sgc::search::keeps(
+        &rules,
+        &rules.tasks[0],
+        best.value,
+        half
+    )));
 }

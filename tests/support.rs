@@ -26,12 +26,22 @@ pub(crate) fn grammar(path: &str) -> RuleSet {
     compiled.ruleset.expect("a grammar")
 }
 
-/// The texts that `codesign` and `morphology` are made of, to be edited.
+/// The grammars of the project.
+pub(crate) const GRAMMARS: &[&str] = &[
+    "grammars/codesign.sgr",
+    "grammars/morphology.sgr",
+    "grammars/pneumatic.sgr",
+    "grammars/scaled.sgr",
+    "grammars/shepherd.sgr",
+    "grammars/steering.sgr",
+    "grammars/tendon.sgr",
+    "grammars/untethered.sgr",
+];
+
+/// The texts that the grammars are made of, to be edited.
 pub(crate) fn texts() -> BTreeMap<String, String> {
     let library = LIBRARY.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
-    let grammars =
-        ["grammars/codesign.sgr", "grammars/morphology.sgr"].map(|path| (path.to_owned(), read(path)));
-    library.chain(grammars).collect()
+    library.chain(GRAMMARS.iter().map(|path| ((*path).to_owned(), read(path)))).collect()
 }
 
 /// Compiles one of a set of texts.

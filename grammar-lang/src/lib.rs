@@ -12,6 +12,7 @@ mod lint;
 pub mod names;
 pub mod source;
 pub mod syntax;
+pub mod testing;
 pub mod types;
 pub mod units;
 

@@ -1,14 +1,15 @@
 //! `sgc check`: every finding of every file in one go.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::diagnostics::render::{Format, more, render, sarif};
 
-use super::load::Checked;
+use super::load::{self, Checked, Text};
 use super::output::{self, Fault};
-use super::{exit, load};
+use super::{exit, mend};
+use crate::world::Edited;
 
 /// Check grammars: names, types, units, domains, and the initial design
 #[derive(Args)]
@@ -19,6 +20,10 @@ pub(super) struct Check {
     /// How findings are written
     #[arg(long, value_enum, default_value = "full")]
     format: Style,
+    /// Mend what can be mended for certain, in these files and those that they import by path;
+    /// for `-`, print the mended text
+    #[arg(long)]
+    fix: bool,
     /// Set a parameter of the grammars
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
@@ -35,58 +40,93 @@ enum Style {
     Concise,
     /// One JSON object a line
     Json,
+    /// One SARIF 2.1.0 document, for editors and code-hosting sites
+    Sarif,
+}
+
+impl From<Style> for Format {
+    fn from(style: Style) -> Self {
+        match style {
+            Style::Full => Self::Full,
+            Style::Concise => Self::Concise,
+            Style::Json => Self::Json,
+            Style::Sarif => Self::Sarif,
+        }
+    }
 }
 
 impl Check {
     pub(super) fn run(self) -> Result<u8, Fault> {
-        let format = match self.format {
-            Style::Full => Format::Full,
-            Style::Concise => Format::Concise,
-            Style::Json => Format::Json,
-        };
-        let mut errors = 0;
         let mut unreadable = None;
+        let mut texts = Vec::new();
         for file in &self.files {
-            let checked = match self.check(file) {
-                Ok(checked) => checked,
+            match load::read(file) {
+                Ok(text) => texts.push(text),
                 // The other files are checked all the same.
                 Err(fault) => {
                     output::note(&format!("error: {}", fault.message));
                     unreadable = Some(fault.code);
-                    continue;
                 }
-            };
-            let mut shown: Vec<&Diagnostic> = Vec::new();
-            for one in &checked {
-                // What several variants share is told once.
-                let new: Vec<Diagnostic> =
-                    one.diagnostics.iter().filter(|d| !shown.contains(d)).cloned().collect();
-                output::data(&render(&new, &one.sources, format, output::colour_out()))?;
-                shown.extend(one.diagnostics.iter().filter(|d| new.contains(d)));
-                errors += new.iter().filter(|d| d.is_error()).count();
             }
-            output::note(&format!("{}: {}", file.display(), summary(&checked, &shown)));
         }
-        Ok(if errors > 0 { exit::INPUT } else { unreadable.unwrap_or(exit::DONE) })
+        let world = if self.fix { mend::mend(&texts, &self.params)? } else { Edited::default() };
+        let mut checked = Vec::new();
+        for Text { path, name, text } in &texts {
+            let text = world.get(name).unwrap_or(text);
+            let found = match &self.variant {
+                Some(variant) => vec![load::check(&world, name, text, &self.params, Some(variant))],
+                None => load::check_all(&world, name, text, &self.params),
+            };
+            for one in &found {
+                self.tell(one)?;
+            }
+            output::note(&format!("{}: {}", path.display(), summary(&found)));
+            checked.extend(found);
+        }
+        self.tell_all(&checked)?;
+        let sound = checked.iter().all(|c| errors(c) == 0);
+        Ok(if sound { unreadable.unwrap_or(exit::DONE) } else { exit::INPUT })
     }
 
-    /// Checks the grammar of a file and each of its variants.
-    fn check(&self, file: &Path) -> Result<Vec<Checked>, Fault> {
-        if let Some(variant) = &self.variant {
-            return Ok(vec![load::check(file, &self.params, Some(variant))?]);
+    /// Writes the findings of one file, where each file is written on its own.
+    fn tell(&self, found: &Checked) -> Result<(), Fault> {
+        match self.format.into() {
+            Format::Sarif => Ok(()),
+            format => self.write(|colour| render(&found.diagnostics, &found.sources, format, colour)),
         }
-        let first = load::check(file, &self.params, None)?;
-        if first.offers.len() < 2 {
-            return Ok(vec![first]);
+    }
+
+    /// Writes what is written once for all files.
+    fn tell_all(&self, checked: &[Checked]) -> Result<(), Fault> {
+        let findings: Vec<_> = checked.iter().map(|c| (c.diagnostics.as_slice(), &c.sources)).collect();
+        match self.format.into() {
+            Format::Full => self.write(|_| more(checked.iter().flat_map(|c| &c.diagnostics))),
+            Format::Sarif => self.write(|_| sarif::render(&findings)),
+            _ => Ok(()),
         }
-        first.offers.iter().map(|name| load::check(file, &self.params, Some(name))).collect()
+    }
+
+    /// Writes to standard output, unless that is where a mended text goes.
+    fn write(&self, text: impl Fn(bool) -> String) -> Result<(), Fault> {
+        if self.fix && self.files.iter().any(|f| f.as_os_str() == "-") {
+            let text = text(output::colour_err());
+            if !text.is_empty() {
+                output::note(text.trim_end());
+            }
+            return Ok(());
+        }
+        output::data(&text(output::colour_out()))
     }
 }
 
-/// What was found, in a few words.
-fn summary(checked: &[Checked], shown: &[&Diagnostic]) -> String {
-    let errors = shown.iter().filter(|d| d.is_error()).count();
-    let warnings = shown.len() - errors;
+fn errors(checked: &Checked) -> usize {
+    checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count()
+}
+
+/// What the check of a file comes down to.
+fn summary(checked: &[Checked]) -> String {
+    let errors: usize = checked.iter().map(errors).sum();
+    let warnings = checked.iter().map(|c| c.diagnostics.len()).sum::<usize>() - errors;
     let plural = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
     let found = match (errors, warnings) {
         (0, 0) => "no errors".to_owned(),

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{Args, ValueEnum};
+use grammar_lang::ir::resolved;
 
 use super::output::{self, Fault};
 use super::{exit, load};
 
-/// Print the typed rule set of a grammar as JSON, in SI units
+/// Print what a grammar comes to: with its variants, imports and parameters resolved
 #[derive(Args)]
 pub(super) struct Compile {
     /// The grammar
@@ -16,16 +17,30 @@ pub(super) struct Compile {
     /// Set a parameter of the grammar
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
+    /// In which form
+    #[arg(long, value_enum, default_value = "ir")]
+    emit: Emit,
     /// The variant, where the file declares several
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
 }
 
+#[derive(Clone, Copy, ValueEnum)]
+enum Emit {
+    /// The typed rule set as JSON, in SI units
+    Ir,
+    /// Text for people, much as a grammar is written
+    Resolved,
+}
+
 impl Compile {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let (rules, _) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
-        let text = serde_json::to_string_pretty(&rules).map_err(|e| Fault::usage(e.to_string()))?;
-        output::data(&(text + "\n"))?;
+        let text = match self.emit {
+            Emit::Ir => serde_json::to_string_pretty(&rules).map_err(|e| Fault::usage(e.to_string()))? + "\n",
+            Emit::Resolved => resolved(&rules),
+        };
+        output::data(&text)?;
         Ok(exit::DONE)
     }
 }

@@ -11,7 +11,6 @@ use grammar_lang::source::SourceMap;
 use super::output::{self, Fault};
 use super::{exit, load};
 use crate::derive::Derivation;
-use crate::derive::random::Stream;
 use crate::results::describe;
 
 /// Apply rules at random and print the design, without simulating it
@@ -64,18 +63,11 @@ pub(super) fn start(rules: &RuleSet, sources: &SourceMap, from: Option<&str>) ->
 impl Derive {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
-        let mut derivation = start(&rules, &sources, self.example.as_deref())?;
+        let first = start(&rules, &sources, self.example.as_deref())?;
         let steps = self.steps.unwrap_or(if self.example.is_some() { 0 } else { 20 });
-        let mut random = Stream::named(self.seed, "derive");
-        for _ in 0..steps {
-            let step = derivation
-                .advance(&rules, &mut random, 0.0)
-                .map_err(|e| Fault::input(load::no_value(&e, &sources)))?;
-            if let Some(next) = step.result {
-                derivation = next;
-            }
-        }
-        output::data(&describe::derivation(&rules, &derivation))?;
+        let text = describe::derived(&rules, first, self.seed, steps)
+            .map_err(|e| Fault::input(load::no_value(&e, &sources)))?;
+        output::data(&text)?;
         Ok(exit::DONE)
     }
 }

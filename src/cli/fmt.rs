@@ -7,6 +7,7 @@ use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::format::{Unformatted, format};
 use grammar_lang::source::SourceMap;
 
+use super::load::Text;
 use super::output::{self, Fault};
 use super::{exit, load};
 use crate::results::folder::rewrite;
@@ -48,7 +49,7 @@ impl Fmt {
     }
 
     fn file(&self, path: &Path) -> Result<Done, Fault> {
-        let (name, text) = load::text(path)?;
+        let Text { name, text, .. } = load::read(path)?;
         let mut sources = SourceMap::default();
         let file = sources.add(name.clone(), text.clone());
         let formatted = match format(&sources, file) {

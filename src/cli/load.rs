@@ -1,17 +1,21 @@
 //! Reads a grammar for a command.
 
 use std::io::Read;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use grammar_lang::diagnostics::Diagnostic;
-use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::diagnostics::render::{Format, more, render};
 use grammar_lang::ir::RuleSet;
-use grammar_lang::source::SourceMap;
+use grammar_lang::source::{SourceMap, World};
 
 use super::exit;
 use super::output::{self, Fault};
 use crate::derive::check_start;
+pub(super) use crate::results::describe::no_value;
 use crate::world::{Files, read_text};
+
+/// What messages call standard input.
+pub(super) const STDIN: &str = "<stdin>";
 
 /// What checking a file gave.
 pub(super) struct Checked {
@@ -22,34 +26,73 @@ pub(super) struct Checked {
     pub(super) sources: SourceMap,
 }
 
-/// The name and the text of a file; `-` is standard input.
-pub(super) fn text(path: &Path) -> Result<(String, String), Fault> {
-    let fault = |e: String| Fault::usage(format!("cannot read {}: {e}", path.display()));
-    if path == Path::new("-") {
-        let mut bytes = Vec::new();
-        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| fault(e.to_string()))?;
-        return Ok(("<stdin>".to_owned(), String::from_utf8_lossy(&bytes).into_owned()));
-    }
-    Ok((path.to_string_lossy().into_owned(), read_text(path).map_err(fault)?))
+/// A text that is to be checked.
+pub(super) struct Text {
+    /// As it was written on the command line.
+    pub(super) path: PathBuf,
+    /// What messages call it.
+    pub(super) name: String,
+    pub(super) text: String,
 }
 
-/// Reads and checks a file; `-` is standard input. Of several grammars and variants that
-/// it declares, `wanted` is checked.
+/// Reads a file; `-` is standard input.
+pub(super) fn read(path: &Path) -> Result<Text, Fault> {
+    let fault = |e: String| Fault::usage(format!("cannot read {}: {e}", path.display()));
+    let (name, text) = if path == Path::new("-") {
+        let mut bytes = Vec::new();
+        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| fault(e.to_string()))?;
+        (STDIN.to_owned(), String::from_utf8_lossy(&bytes).into_owned())
+    } else {
+        (path.to_string_lossy().into_owned(), read_text(path).map_err(fault)?)
+    };
+    Ok(Text { path: path.to_owned(), name, text })
+}
+
+/// Checks a text in a world; of several grammars and variants that it declares, the wanted one.
 pub(super) fn check(
-    path: &Path,
+    world: &dyn World,
+    name: &str,
+    text: &str,
     overrides: &[(String, String)],
     wanted: Option<&str>,
-) -> Result<Checked, Fault> {
-    let (name, text) = text(path)?;
+) -> Checked {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
-    let compiled = grammar_lang::compile(&Files, &mut sources, entry, overrides, wanted);
+    let compiled = grammar_lang::compile(world, &mut sources, entry, overrides, wanted);
     let mut diagnostics = compiled.diagnostics;
     diagnostics.extend(compiled.ruleset.as_ref().and_then(check_start));
     let offers = compiled.offers;
     let sound = !diagnostics.iter().any(Diagnostic::is_error);
     let rules = compiled.ruleset.filter(|_| sound);
-    Ok(Checked { offers, rules, is_grammar: compiled.is_grammar, diagnostics, sources })
+    Checked { offers, rules, is_grammar: compiled.is_grammar, diagnostics, sources }
+}
+
+/// Checks the grammar of a text and each of its variants. What several of them share is
+/// told by the first.
+pub(super) fn check_all(
+    world: &dyn World,
+    name: &str,
+    text: &str,
+    overrides: &[(String, String)],
+) -> Vec<Checked> {
+    let first = check(world, name, text, overrides, None);
+    if first.offers.len() < 2 {
+        return vec![first];
+    }
+    let mut all: Vec<Checked> = Vec::new();
+    for offer in &first.offers {
+        let mut one = check(world, name, text, overrides, Some(offer));
+        one.diagnostics.retain(|d| {
+            let place = one.sources.get(d.span().file).map(|s| &s.name);
+            let told = |other: &Checked, o: &Diagnostic| {
+                let there = other.sources.get(o.span().file).map(|s| &s.name);
+                (o.code, &o.message, o.span().range(), there) == (d.code, &d.message, d.span().range(), place)
+            };
+            !all.iter().any(|other| other.diagnostics.iter().any(|o| told(other, o)))
+        });
+        all.push(one);
+    }
+    all
 }
 
 /// Reads a grammar that is to be run: findings go to standard error.
@@ -58,10 +101,11 @@ pub(super) fn grammar(
     overrides: &[(String, String)],
     wanted: Option<&str>,
 ) -> Result<(RuleSet, SourceMap), Fault> {
-    let checked = check(path, overrides, wanted)?;
+    let text = read(path)?;
+    let checked = check(&Files, &text.name, &text.text, overrides, wanted);
     if !checked.diagnostics.is_empty() {
         let text = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());
-        output::note(text.trim_end());
+        output::note((text + &more(&checked.diagnostics)).trim_end());
     }
     match checked.rules {
         Some(rules) => Ok((rules, checked.sources)),
@@ -73,12 +117,4 @@ pub(super) fn grammar(
             path.display()
         ))),
     }
-}
-
-/// Says where and why an expression has no value.
-pub(super) fn no_value(error: &grammar_lang::eval::EvalError, sources: &SourceMap) -> String {
-    let (line, column) = sources.line_column(error.span);
-    let name = sources.get(error.span.file).map_or("", |s| s.name.as_str());
-    let text = sources.slice(error.span);
-    format!("{name}:{line}:{column}: `{text}` has no value: {}", error.reason)
 }

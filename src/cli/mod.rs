@@ -3,13 +3,19 @@
 mod audit;
 mod check;
 mod compile;
+mod completions;
 mod derive;
+mod doc;
 mod eval;
+mod explain;
 mod fmt;
 mod load;
+mod mend;
+mod new;
 mod output;
 mod progress;
 mod run;
+mod test;
 mod view;
 
 use std::process::ExitCode;
@@ -46,24 +52,35 @@ struct Arguments {
 
 const AFTER: &str = "\
 Examples:
+  sgc new walker
   sgc check grammars/codesign.sgr
+  sgc explain E0302
   sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
   sgc view runs/codesign-3
 
+To have the shell complete commands and options (other shells: sgc help completions):
+  sgc completions bash > ~/.local/share/bash-completion/completions/sgc
+
 Exit codes: 0 done; 1 the input has errors, no feasible design was found,
-`audit` was asked for a body that was not made, or `fmt --check` names a file; 2 usage or files; 75 stopped early with the best so
+`audit` was asked for a body that was not made, or `fmt --check` names a file;
+2 usage or files; 75 stopped early with the best so
 far saved; 101 a bug in sgc; 130 interrupted with nothing saved.";
 
 #[derive(Subcommand)]
 enum Command {
+    New(new::New),
     Check(check::Check),
     Audit(audit::Audit),
     Fmt(fmt::Fmt),
+    Test(test::Test),
+    Explain(explain::Explain),
     Compile(compile::Compile),
     Derive(derive::Derive),
     Run(run::Run),
     Eval(eval::Eval),
     View(view::View),
+    Doc(doc::Doc),
+    Completions(completions::Completions),
 }
 
 /// Runs the program with the process's arguments.
@@ -79,14 +96,19 @@ pub fn main() -> ExitCode {
         }
     };
     let done = match arguments.command {
+        Command::New(command) => command.run(),
         Command::Check(command) => command.run(),
         Command::Audit(command) => command.run(),
         Command::Fmt(command) => command.run(),
+        Command::Test(command) => command.run(),
+        Command::Explain(command) => command.run(),
         Command::Compile(command) => command.run(),
         Command::Derive(command) => command.run(),
         Command::Run(command) => command.run(),
         Command::Eval(command) => command.run(),
         Command::View(command) => command.run(),
+        Command::Doc(command) => command.run(),
+        Command::Completions(command) => command.run(),
     };
     match done {
         Ok(code) => ExitCode::from(code),

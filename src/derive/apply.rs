@@ -135,7 +135,8 @@ impl Derivation {
                     next.design.remove(id).map(|()| None)
                 }
                 Effect::Revert(reverted) => {
-                    let Value::Reference(Reference::Step(id)) = evaluate(reverted, &scope, &mut locals)? else {
+                    let Value::Reference(Reference::Step(id)) = evaluate(reverted, &scope, &mut locals)?
+                    else {
                         return Err(missing(reverted));
                     };
                     if let Err(blocked) = next.revert(rules, id) {
@@ -161,9 +162,7 @@ impl Derivation {
         let mut again = Self::begin(rules);
         for old in self.steps.iter().filter(|s| s.id != step) {
             let gone = old.locals.iter().any(|local| match local {
-                Recorded::Reference(
-                    Reference::Part(id) | Reference::Port(id, _) | Reference::Joint(id),
-                ) => {
+                Recorded::Reference(Reference::Part(id) | Reference::Port(id, _) | Reference::Joint(id)) => {
                     id >> 8 == step && !again.design.parts.contains_key(id)
                 }
                 _ => false,
@@ -247,5 +246,12 @@ pub(super) fn attachment(
         Some(turned) => evaluate(turned, scope, locals)?.as_number().unwrap_or(0.0),
         None => 0.0,
     };
-    Ok(Attachment { kind: kind.name.clone(), params: kind.params.clone(), part, port, turn, by: on.by.clone() })
+    Ok(Attachment {
+        kind: kind.name.clone(),
+        params: kind.params.clone(),
+        part,
+        port,
+        turn,
+        by: on.by.clone(),
+    })
 }

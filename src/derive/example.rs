@@ -22,22 +22,26 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                 .label(reason),
         )
     };
-    let no_value =
-        |e: EvalError| fail(e.span, "an expression has no value".to_owned(), e.reason);
+    let no_value = |e: EvalError| fail(e.span, "an expression has no value".to_owned(), e.reason);
     for clause in &example.clauses {
         match clause {
             ExampleClause::Expect(condition) => {
                 let scope = DesignScope::new(rules, &derivation);
                 match evaluate(condition, &scope, &mut locals.clone()).map_err(no_value)? {
                     Value::Bool(true) => {}
-                    _ => return Err(fail(condition.span, "an expectation does not hold".into(), "false here".into())),
+                    _ => {
+                        return Err(fail(
+                            condition.span,
+                            "an expectation does not hold".into(),
+                            "false here".into(),
+                        ));
+                    }
                 }
             }
             ExampleClause::Step { name, application } => {
                 let step = apply(rules, &derivation, application, &locals).map_err(no_value)?;
-                let step = step.map_err(|reason| {
-                    fail(application.span, format!("`{name}` cannot be done"), reason.1)
-                })?;
+                let step = step
+                    .map_err(|reason| fail(application.span, format!("`{name}` cannot be done"), reason.1))?;
                 let id = step.steps.last().map_or(0, |s| s.id);
                 derivation = step;
                 let product = derivation.design.parts.keys().find(|p| *p >> 8 == id);

@@ -93,7 +93,9 @@ impl Search<'_> {
                     Some(slot) => part_in(slot).into_iter().collect(),
                     None => design.parts.keys().copied().collect(),
                 };
-                let ports = parts.into_iter().flat_map(|id| (0..design.port_count(self.rules, id)).map(move |p| (id, p)));
+                let ports = parts
+                    .into_iter()
+                    .flat_map(|id| (0..design.port_count(self.rules, id)).map(move |p| (id, p)));
                 ports.map(|(id, p)| vec![of(Reference::Port(id, p))]).collect()
             }
             Matched::Part { kind, port, joined_to } => {

@@ -111,7 +111,9 @@ impl Body {
 /// How an element lies in its part: a disk is a cylinder that stands.
 fn upright(shape: ir::Shape) -> Isometry3<f64> {
     match shape {
-        ir::Shape::Disk(..) => Isometry3::from_parts(Vector3::zeros().into(), about(2, std::f64::consts::FRAC_PI_2)),
+        ir::Shape::Disk(..) => {
+            Isometry3::from_parts(Vector3::zeros().into(), about(2, std::f64::consts::FRAC_PI_2))
+        }
         _ => Isometry3::identity(),
     }
 }
@@ -120,6 +122,8 @@ fn shape_of(shape: ir::Shape) -> Shape {
     match shape {
         ir::Shape::Box(edges) => Shape::Box { half: Vector3::from(edges) / 2.0 },
         ir::Shape::Sphere(radius) => Shape::Ball { radius },
-        ir::Shape::Cylinder(radius, length) | ir::Shape::Disk(radius, length) => Shape::Cylinder { radius, half_length: length / 2.0 },
+        ir::Shape::Cylinder(radius, length) | ir::Shape::Disk(radius, length) => {
+            Shape::Cylinder { radius, half_length: length / 2.0 }
+        }
     }
 }

@@ -12,8 +12,8 @@ use std::sync::Arc;
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{Actuation, Owner, RuleSet, Task, Ty, Variable};
 
-use crate::derive::{Derivation, DesignScope};
 use crate::derive::random::Stream;
+use crate::derive::{Derivation, DesignScope};
 use crate::design::{Body, PartId};
 use crate::simulate::Targets;
 use scope::DriveScope;
@@ -226,7 +226,8 @@ impl<'r> Drive<'r> {
     #[must_use]
     pub fn shared(&self, actuation: &str, variable: &str, parameters: &[f64]) -> Option<Value> {
         let declared = self.rules.actuations.get(actuation)?;
-        let variable = declared.variables.iter().position(|v| v.name == variable && v.owner == Owner::Body)?;
+        let variable =
+            declared.variables.iter().position(|v| v.name == variable && v.owner == Owner::Body)?;
         let index = self.actuations.iter().position(|(n, _)| *n == actuation);
         let field = self.fields.iter().position(|f| Some(f.actuation) == index && f.variable == variable);
         match field {
@@ -234,7 +235,9 @@ impl<'r> Drive<'r> {
             None => {
                 let declared = declared.variables.get(variable)?;
                 Some(match (declared.size, declared.ty == Ty::Bool) {
-                    (Some(n), _) => Value::List(std::iter::repeat_n(Value::Number(declared.domain.0), n).collect()),
+                    (Some(n), _) => {
+                        Value::List(std::iter::repeat_n(Value::Number(declared.domain.0), n).collect())
+                    }
                     (None, true) => Value::Bool(false),
                     (None, false) => Value::Number(declared.domain.0),
                 })
@@ -255,9 +258,10 @@ impl<'r> Drive<'r> {
             }
             let Some(actuation) = self.rules.actuations.get(name) else { continue };
             let Some(place) = actuation.lets.iter().position(|(n, _)| n == "period") else { continue };
-            let driven = self.actuators.iter().find(|a| {
-                self.actuations.get(a.actuation).is_some_and(|(n, _)| n == name)
-            });
+            let driven = self
+                .actuators
+                .iter()
+                .find(|a| self.actuations.get(a.actuation).is_some_and(|(n, _)| n == name));
             let Some(driven) = driven else { continue };
             let locals = self.lets(driven, parameters)?;
             let slot = 1 + actuation.variables.len() + place;

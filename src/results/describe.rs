@@ -2,10 +2,12 @@
 
 use std::fmt::Write;
 
-use grammar_lang::eval::Reference;
+use grammar_lang::eval::{EvalError, Reference};
 use grammar_lang::ir::{RuleSet, Ty};
+use grammar_lang::source::SourceMap;
 use grammar_lang::units::{self, Dimension};
 
+use crate::derive::random::Stream;
 use crate::derive::{Derivation, Recorded, Step};
 use crate::design::{Design, Part, PartId, ports};
 
@@ -97,6 +99,31 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     }
     let _ = writeln!(out, "body {}", design.canonical_hash(rules));
     out
+}
+
+/// The derivation that a seed gives in some moves, as stable text: what `sgc derive` prints.
+///
+/// # Errors
+///
+/// [`EvalError`] when an expression of a rule has no value.
+pub fn derived(rules: &RuleSet, first: Derivation, seed: u64, moves: usize) -> Result<String, EvalError> {
+    let mut now = first;
+    let mut random = Stream::named(seed, "derive");
+    for _ in 0..moves {
+        if let Some(next) = now.advance(rules, &mut random, 0.0)?.result {
+            now = next;
+        }
+    }
+    Ok(derivation(rules, &now))
+}
+
+/// Where and why an expression has no value.
+#[must_use]
+pub fn no_value(error: &EvalError, sources: &SourceMap) -> String {
+    let (line, column) = sources.line_column(error.span);
+    let name = sources.get(error.span.file).map_or("", |s| s.name.as_str());
+    let text = sources.slice(error.span);
+    format!("{name}:{line}:{column}: `{text}` has no value: {}", error.reason)
 }
 
 /// A value with its unit, to a tenth of a per mille.

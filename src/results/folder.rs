@@ -92,6 +92,10 @@ fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> 
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let mut file = builder.tempfile_in(parent).map_err(|e| fault(&e))?;
+    if let Ok(old) = fs::metadata(path) {
+        // What replaces a file is open to the same people.
+        file.as_file().set_permissions(old.permissions()).map_err(|e| fault(&e))?;
+    }
     file.write_all(text.as_bytes()).map_err(|e| fault(&e))?;
     if let Some(permissions) = permissions {
         file.as_file().set_permissions(permissions).map_err(|e| fault(&e))?;

@@ -91,7 +91,8 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Resul
             (format!("not fulfilled: {name}"), describe::quantity(-weight, &design.unit))
         }))
         .collect();
-    let shown = if saved.name == RuleSet::ONLY_TASK { String::new() } else { format!(", task {}", saved.name) };
+    let shown =
+        if saved.name == RuleSet::ONLY_TASK { String::new() } else { format!(", task {}", saved.name) };
     Ok(Scene {
         title: design.grammar.name.clone(),
         subtitle: vec![

@@ -154,8 +154,7 @@ impl Grammar {
         let text = self.sources.get(&self.entry).ok_or("the text of its grammar is missing")?;
         let mut sources = SourceMap::default();
         let entry = sources.add(self.entry.clone(), text.clone());
-        let compiled =
-            grammar_lang::compile(&world, &mut sources, entry, &self.parameters, Some(&self.name));
+        let compiled = grammar_lang::compile(&world, &mut sources, entry, &self.parameters, Some(&self.name));
         compiled.ruleset.ok_or_else(|| "this version of sgc cannot read the grammar in it".to_owned())
     }
 }

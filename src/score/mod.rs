@@ -203,11 +203,7 @@ pub fn penalties(rules: &RuleSet, derivation: &Derivation) -> Result<Vec<(String
 /// # Errors
 ///
 /// [`EvalError`] when the objective or a preference has no value.
-pub fn outcome(
-    rules: &RuleSet,
-    derivation: &Derivation,
-    values: &[(&str, f64)],
-) -> Result<f64, EvalError> {
+pub fn outcome(rules: &RuleSet, derivation: &Derivation, values: &[(&str, f64)]) -> Result<f64, EvalError> {
     let scope = OutcomeScope { design: DesignScope::new(rules, derivation), values };
     let value = evaluate(&rules.objective.value, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0);
     let lost: f64 = penalties(rules, derivation)?.iter().map(|(_, weight)| weight).sum();

@@ -6,10 +6,10 @@ use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{self, RuleSet, Task};
 use rayon::prelude::*;
 
+use super::Failure;
 use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::{Drive, Parameters};
-use super::Failure;
 use crate::score::{self, Recording};
 use crate::simulate::{Invalid, Model, Settings, Simulation};
 

@@ -60,8 +60,18 @@ pub(super) fn tune(
 ) -> Result<Tuned, Failure> {
     let (seed, jobs) = (budget.limits.seed, pool.current_num_threads().max(1));
     let evaluator = Evaluator::new(rules, task, model, Arc::clone(derivation), pool)?;
-    let tuning =
-        Tuning { rules, task, derivation, evaluator, seed, name, jobs, budget, tuned: Tuned::default(), notify };
+    let tuning = Tuning {
+        rules,
+        task,
+        derivation,
+        evaluator,
+        seed,
+        name,
+        jobs,
+        budget,
+        tuned: Tuned::default(),
+        notify,
+    };
     tuning.run()
 }
 

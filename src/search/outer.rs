@@ -210,13 +210,18 @@ fn tune_all(
     let mut body = Body::default();
     let mut tunes = Vec::new();
     for (task_name, task) in &rules.tasks {
-        let stream = if *task_name == RuleSet::ONLY_TASK { name.to_owned() } else { format!("{name} {task_name}") };
+        let stream =
+            if *task_name == RuleSet::ONLY_TASK { name.to_owned() } else { format!("{name} {task_name}") };
         let Tuned { found, invalid, unstable, cut } =
             tune(rules, task, model, pool, derivation, &stream, budget, notify)?;
         body.invalid += invalid;
         body.unstable += unstable;
         body.cut = cut;
-        tunes.extend(found.map(|f| Tune { parameters: f.parameters, value: f.value, half_step: f.half_step }));
+        tunes.extend(found.map(|f| Tune {
+            parameters: f.parameters,
+            value: f.value,
+            half_step: f.half_step,
+        }));
         if body.cut.is_some() {
             break;
         }

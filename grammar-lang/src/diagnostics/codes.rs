@@ -1,4 +1,7 @@
 //! The registry of codes: every finding that the language or the engine reports.
+//!
+//! A new code costs one line here and one page `catalogue/CODE.md`; without its page it does not
+//! compile. `tests/catalogue.rs` of the engine says what a page must hold.
 
 /// How bad a finding is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -7,6 +10,17 @@ pub enum Severity {
     Error,
     /// The grammar can be used, but probably says something that was not meant.
     Warning,
+}
+
+impl Severity {
+    /// The word that machine formats use.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+        }
+    }
 }
 
 /// A kind of finding.
@@ -18,13 +32,42 @@ pub struct Code {
     pub name: &'static str,
     /// How bad it is.
     pub severity: Severity,
+    /// The page that explains it, in Markdown: title, meaning, failing and mended example, reason.
+    pub page: &'static str,
+}
+
+impl Code {
+    /// What the finding is, in one sentence: the first paragraph of its page.
+    #[must_use]
+    pub fn title(&self) -> &'static str {
+        self.page.split("\n\n").nth(1).unwrap_or("").trim()
+    }
+
+    /// What the finding means: the page between its heading and its first example.
+    #[must_use]
+    pub fn meaning(&self) -> &'static str {
+        let body = self.page.split_once("\n\n").map_or("", |(_, body)| body);
+        body.split("```").next().unwrap_or("").trim()
+    }
+
+    /// The text of the page's fenced block that is called `name`: `fails` or `mended`.
+    #[must_use]
+    pub fn example(&self, name: &str) -> Option<&'static str> {
+        let (_, rest) = self.page.split_once(&format!("```sgr {name}\n"))?;
+        rest.split_once("```").map(|(block, _)| block)
+    }
 }
 
 macro_rules! codes {
     ($($constant:ident $id:literal $name:literal $severity:ident;)*) => {
         impl Code {
             $(#[doc = concat!("`", $id, "`: ", $name)] pub const $constant: &'static Code =
-                &Code { id: $id, name: $name, severity: Severity::$severity };)*
+                &Code {
+                    id: $id,
+                    name: $name,
+                    severity: Severity::$severity,
+                    page: include_str!(concat!("catalogue/", $id, ".md")),
+                };)*
         }
         /// Every code, in order.
         pub const CODES: &[&Code] = &[$(Code::$constant),*];
@@ -104,10 +147,11 @@ codes! {
     TWICE_IN_SET      "W0721" "twice-in-a-set" Warning;
 }
 
-/// The code with this id or name.
+/// The code with this id or name, in capitals or not.
 #[must_use]
 pub fn find(id_or_name: &str) -> Option<&'static Code> {
-    CODES.iter().copied().find(|c| c.id.eq_ignore_ascii_case(id_or_name) || c.name == id_or_name)
+    let is = |word: &str| word.eq_ignore_ascii_case(id_or_name);
+    CODES.iter().copied().find(|c| is(c.id) || is(c.name))
 }
 
 #[cfg(test)]
@@ -121,7 +165,27 @@ mod tests {
         }
         for (i, code) in CODES.iter().enumerate() {
             assert_eq!(find(code.name).map(|c| c.id), Some(CODES[i].id));
+            assert_eq!(find(&code.name.to_uppercase()).map(|c| c.id), Some(CODES[i].id));
             assert_eq!(code.id.starts_with('W'), code.severity == Severity::Warning);
+        }
+    }
+
+    #[test]
+    fn every_page_has_its_heading_a_title_and_both_examples() {
+        for code in CODES {
+            let heading = code.page.lines().next().unwrap();
+            assert_eq!(heading, format!("# {} {}", code.id, code.name));
+            let title = code.title();
+            assert!(
+                title.ends_with('.') && !title.contains('\n') && title.len() <= 90,
+                "{}: {title}",
+                code.id
+            );
+            assert!(code.meaning().len() > title.len(), "{} says no more than its title", code.id);
+            assert!(code.example("fails").is_some(), "{} has no failing example", code.id);
+            assert!(code.example("mended").is_some(), "{} has no mended example", code.id);
+            let reason = code.page.rsplit("```").next().unwrap().trim();
+            assert!(!reason.is_empty(), "{} does not say why", code.id);
         }
     }
 }

@@ -1,9 +1,13 @@
 //! Diagnostics: what is wrong, where, and how to mend it, as plain data.
 
 mod codes;
+mod fix;
+mod guess;
 pub mod render;
 
 pub use codes::{CODES, Code, Severity, find};
+pub use fix::{Edit, Fix, apply};
+pub use guess::{did_you_mean, nearest, respell, sure};
 
 use crate::source::Span;
 
@@ -25,14 +29,17 @@ pub struct Diagnostic {
     pub message: String,
     /// Where; the first label is the main one.
     pub labels: Vec<Label>,
-    /// How to mend it.
+    /// How to mend it, in words.
     pub help: Option<String>,
+    /// A mend that a program can make; there only where what was meant is certain.
+    pub fix: Option<Fix>,
 }
 
 impl Diagnostic {
     /// Starts a diagnostic at a place.
     pub fn new(code: &'static Code, span: Span, message: impl Into<String>) -> Self {
-        Self { code, message: message.into(), labels: vec![Label { span, text: String::new() }], help: None }
+        let labels = vec![Label { span, text: String::new() }];
+        Self { code, message: message.into(), labels, help: None, fix: None }
     }
 
     /// Sets the note of the main label.
@@ -65,6 +72,20 @@ impl Diagnostic {
         self
     }
 
+    /// Adds the mend that a program can make.
+    #[must_use]
+    pub fn fix(mut self, fix: Fix) -> Self {
+        self.fix = Some(fix);
+        self
+    }
+
+    /// Adds the mend that a program can make, if there is one.
+    #[must_use]
+    pub fn fix_if(mut self, fix: Option<Fix>) -> Self {
+        self.fix = fix.or(self.fix);
+        self
+    }
+
     /// The main place.
     #[must_use]
     pub fn span(&self) -> Span {
@@ -76,22 +97,4 @@ impl Diagnostic {
     pub fn is_error(&self) -> bool {
         self.code.severity == Severity::Error
     }
-}
-
-/// The word among `candidates` that `word` was probably meant to be.
-#[must_use]
-pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    let lower = word.to_lowercase();
-    candidates
-        .into_iter()
-        .map(|c| (strsim::damerau_levenshtein(&lower, &c.to_lowercase()), c))
-        .filter(|(distance, c)| *distance <= 1.max(word.chars().count().min(c.chars().count()) / 3))
-        .min_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(b.1)))
-        .map(|(_, c)| c)
-}
-
-/// "did you mean `x`?" for the nearest candidate.
-#[must_use]
-pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    nearest(word, candidates).map(|c| format!("did you mean `{c}`?"))
 }

@@ -113,7 +113,9 @@ impl Evaluation<'_> {
             F::Normal | F::Uniform => {
                 Value::List([Value::Number(number(0)?), Value::Number(number(1)?)].into())
             }
-            F::Gain | F::Neighbours | F::Images => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
+            F::Gain | F::Neighbours | F::Images => {
+                self.scope.call(function, &values).ok_or_else(|| missing(expr))?
+            }
         })
     }
 }

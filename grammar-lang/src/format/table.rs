@@ -10,7 +10,7 @@ pub(super) const STEP: usize = 2;
 
 /// How the names of pairs end that stand on a line of their own in a text or a
 /// block: declarations and clauses.
-pub(super) const LINES: &[&str] = &["item", "_clause"];
+pub(super) const LINES: &[&str] = &["item", "_clause", "_edit"];
 
 /// Lines whose first word is padded to a column, and how wide that is.
 pub(super) const FIRST_WORDS: &[(&str, usize)] = &[("rule_clause", 8), ("actuation_clause", 7)];
@@ -41,6 +41,9 @@ pub(super) const TABLES: &[Table] = &[
     table(&["match_clause"], &[&["colon"], &["free_port"], &["where_part"]]),
     table(&["choose_clause"], &[&["kw_in"]]),
     table(&["set_clause"], &[&["equals"]]),
+    table(&["set_edit"], &[&["equals"]]),
+    table(&["step_clause"], &[&["equals"]]),
+    table(&["typed_name"], &[&["colon"]]),
     wide_table(&["variable"], &[&["colon"], &["kw_in"], &["mutate_part", "flip_part"], &["bound_part"]]),
 ];
 
@@ -50,6 +53,9 @@ pub(super) const BREAK_BEFORE: &[&str] = &[
     "kw_where",
     "kw_to",
     "kw_turned",
+    "kw_by",
+    "kw_as",
+    "kw_weight",
     "kw_mutate",
     "kw_flip",
     "kw_bound",

@@ -1,12 +1,14 @@
 //! The typed rule set: what the engine runs. SI numbers, spans kept, serialisable.
 
 mod expr;
+mod resolved;
 mod ty;
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Word};
+pub use resolved::resolved;
 pub use ty::Ty;
 
 use crate::source::Span;

@@ -2,7 +2,7 @@
 
 use crate::bounds::{Facts, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::RuleSet;
+use crate::ir::{ExprKind, RuleSet};
 
 use super::places::schedules;
 
@@ -14,7 +14,8 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
             findings.push(Diagnostic::new(Code::BAD_SCHEDULE, span, message).label(label).help(help));
         };
         for (expr, what) in [(&schedule.iterations, "iteration"), (&schedule.moves, "move")] {
-            if most(expr) < 1.0 {
+            // A plain zero leaves the loop out on purpose.
+            if most(expr) < 1.0 && !matches!(expr.kind, ExprKind::Number(0.0)) {
                 let message = format!("this search never makes a single {what}");
                 report(expr.span, &message, "never 1 or more", "write a number above zero");
             }

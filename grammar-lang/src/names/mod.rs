@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 
 use indexmap::IndexMap;
 
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::source::{FileId, SourceMap, Span, World};
 use crate::syntax;
 use crate::syntax::ast::{Item, ItemKind, Module, Name};
@@ -74,7 +74,15 @@ impl Program {
     #[must_use]
     pub fn lookup(&self, place: Span, name: &str) -> Option<(Declaration, &Item)> {
         let declaration = *self.modules.get(self.module_at(place))?.scope.get(name)?;
-        Some((declaration, self.item(declaration)?))
+        let there = !self.dropped.contains_key(&declaration);
+        Some((declaration, self.item(declaration).filter(|_| there)?))
+    }
+
+    /// Where a variant drops what a name would mean at a place.
+    #[must_use]
+    pub fn dropped_at(&self, place: Span, name: &str) -> Option<Span> {
+        let declaration = self.modules.get(self.module_at(place))?.scope.get(name)?;
+        self.dropped.get(declaration).copied()
     }
 
     /// Every name that is known at a place.
@@ -231,23 +239,7 @@ impl Loader<'_> {
         let source = match self.world.load(&module.text, from) {
             Ok(source) => source,
             Err(reason) => {
-                let library = self.world.library();
-                let help =
-                    did_you_mean(&module.text, library.iter().map(String::as_str)).unwrap_or_else(|| {
-                        format!(
-                            "the standard library has: {}; other files are written as \"./file.sgr\"",
-                            library.join(", ")
-                        )
-                    });
-                self.errors.push(
-                    Diagnostic::new(
-                        Code::NO_MODULE,
-                        module.span,
-                        format!("there is no module `{}`", module.text),
-                    )
-                    .label(reason)
-                    .help(help),
-                );
+                self.errors.push(no_module(module, reason, &self.world.library()));
                 return None;
             }
         };
@@ -329,9 +321,32 @@ impl Loader<'_> {
                 )
                 .label("not declared there")
                 .also(place, "imported from here")
-                .help(help),
+                .help(help)
+                .fix_if(respell(name.span, &name.text, own.iter().map(|(n, _)| n.as_str()))),
             );
         }
         self.lose(into, Some(std::slice::from_ref(name)));
     }
+}
+
+/// Says that a module cannot be read: a file may be there all the same, a part of the library not.
+fn no_module(module: &Name, reason: String, library: &[String]) -> Diagnostic {
+    let name = &module.text;
+    let modules = || library.iter().map(String::as_str);
+    if name.ends_with(".sgr") {
+        return Diagnostic::new(Code::NO_MODULE, module.span, format!("cannot read the file `{name}`"))
+            .label(reason)
+            .help("the path starts from the folder of this file, and folders are parted by `/`");
+    }
+    let help = did_you_mean(name, modules()).unwrap_or_else(|| {
+        if name.contains(['/', '\\']) {
+            return "the name of a file ends in `.sgr`, as in \"./legs.sgr\"".to_owned();
+        }
+        let files = "other files are written as \"./file.sgr\"";
+        format!("the standard library has: {}; {files}", library.join(", "))
+    });
+    Diagnostic::new(Code::NO_MODULE, module.span, format!("there is no module `{name}`"))
+        .label(reason)
+        .help(help)
+        .fix_if(respell(module.span, name, modules()))
 }

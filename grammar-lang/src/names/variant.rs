@@ -63,10 +63,7 @@ pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
 fn first(loader: &mut Loader<'_>, wanted: Option<&str>) -> Option<Declaration> {
     let tree = &loader.program.modules.first()?.tree;
     let find = |test: &dyn Fn(&ItemKind) -> bool| {
-        tree.items
-            .iter()
-            .rposition(|i| test(&i.kind))
-            .map(|item| Declaration { module: 0, item })
+        tree.items.iter().rposition(|i| test(&i.kind)).map(|item| Declaration { module: 0, item })
     };
     match wanted {
         None => find(&|k| matches!(k, ItemKind::Grammar(_)))
@@ -85,9 +82,11 @@ fn first(loader: &mut Loader<'_>, wanted: Option<&str>) -> Option<Declaration> {
                     Span { file, start: 0, end: 0 },
                     format!("this file declares no grammar or variant `{wanted}`"),
                 )
-                .help_if(did_you_mean(wanted, names.iter().map(String::as_str)).or_else(|| {
-                    (!names.is_empty()).then(|| format!("it declares: {}", names.join(", ")))
-                }));
+                .help_if(
+                    did_you_mean(wanted, names.iter().map(String::as_str)).or_else(|| {
+                        (!names.is_empty()).then(|| format!("it declares: {}", names.join(", ")))
+                    }),
+                );
                 loader.errors.push(error);
             }
             found
@@ -154,9 +153,8 @@ fn take_part(loader: &mut Loader<'_>, module: usize) {
     let own = (0..loaded.tree.items.len()).map(|item| Declaration { module, item });
     let imported = loaded.scope.values().copied().filter(|d| d.module != module);
     let all: Vec<Declaration> = imported.chain(own).collect();
-    let is_variant = |d: &Declaration| {
-        loader.program.item(*d).is_some_and(|i| matches!(i.kind, ItemKind::Variant(_)))
-    };
+    let is_variant =
+        |d: &Declaration| loader.program.item(*d).is_some_and(|i| matches!(i.kind, ItemKind::Variant(_)));
     loader.program.taking_part = all.into_iter().filter(|d| !is_variant(d)).collect();
 }
 
@@ -372,7 +370,10 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
         }
         (ItemKind::Rule(_, clauses), [field]) => change_rule(clauses, field, change),
         (
-            ItemKind::Part(block) | ItemKind::Actuator(block) | ItemKind::Model(block) | ItemKind::Search(block),
+            ItemKind::Part(block)
+            | ItemKind::Actuator(block)
+            | ItemKind::Model(block)
+            | ItemKind::Search(block),
             rest,
         ) => change_block(block, rest, change),
         (ItemKind::Actuation { clauses, .. }, [field]) => {
@@ -445,9 +446,8 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
                 return Ok(());
             }
             Field::Group(group) if group.name.text == field.text => {
-                return change_block(group, rest, change).map_err(|offers| {
-                    offers.into_iter().map(|o| format!("{}.{o}", field.text)).collect()
-                });
+                return change_block(group, rest, change)
+                    .map_err(|offers| offers.into_iter().map(|o| format!("{}.{o}", field.text)).collect());
             }
             Field::Param(param) if param.name.text == field.text && rest.is_empty() => {
                 match change {

@@ -3,9 +3,9 @@
 use pest::iterators::Pair;
 
 use super::ast::{
-    ActuationClause, Application, Argument, Binder, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field,
-    Gather, Item, ItemKind, Link, Name, Operator, Param, Place, Port, RuleClause, RuleClauseKind, Typed, Variable,
-    Variant,
+    ActuationClause, Application, Argument, Binder, Block, Edit, EditKind, ExampleClause, Expr, ExprKind,
+    Field, Gather, Item, ItemKind, Link, Name, Operator, Param, Place, Port, RuleClause, RuleClauseKind,
+    Typed, Variable, Variant,
 };
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -338,7 +338,6 @@ impl<'a> Lowering<'a> {
 
     pub(super) fn edit(&mut self, node: Node<'a>) -> Option<Edit> {
         let span = self.span(&node);
-        let node = children(node).next()?;
         let rule = node.as_rule();
         let mut inner = parts(node);
         let first = inner.next()?;
@@ -764,8 +763,8 @@ impl<'a> Lowering<'a> {
                         });
                     }
                 }
-                Rule::expr if after_otherwise => otherwise = self.expr(part).map(Box::new),
-                Rule::expr => body = self.expr(part).map(Box::new),
+                Rule::sum if after_otherwise => otherwise = self.expr(part).map(Box::new),
+                Rule::expr | Rule::sum => body = self.expr(part).map(Box::new),
                 _ => {}
             }
         }

@@ -1,9 +1,12 @@
 //! From text to syntax tree. The only place that names pest.
 
 pub mod ast;
+mod braces;
 mod lower;
 mod parse;
 mod recover;
+mod slip;
+mod strange;
 mod tokens;
 
 use crate::diagnostics::Diagnostic;

@@ -6,7 +6,7 @@ use pest_derive::Parser;
 
 use super::ast::Module;
 use super::lower::Lowering;
-use super::recover;
+use super::{recover, strange};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{FileId, Span};
 
@@ -26,6 +26,15 @@ pub(super) fn module(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
     if let Some(refusal) = refuse(text, file) {
         return (Module::default(), vec![refusal]);
     }
+    let clean = strange::cleaned(text, file);
+    let (module, mut errors) = items(&clean.text, file);
+    errors.retain(|e| !clean.is_echo(e));
+    errors.extend(clean.errors);
+    (module, errors)
+}
+
+/// Reads a clean text declaration by declaration.
+fn items(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
     let mut lowering = Lowering::new(text, file, 0);
     let mut module = Module::default();
     let pairs = match SgrParser::parse(Rule::file, text) {
@@ -38,8 +47,14 @@ pub(super) fn module(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
         }
     };
     let mut errors = Vec::new();
-    for pair in pairs.flat_map(Pair::into_inner) {
+    let mut pairs = pairs.flat_map(Pair::into_inner).peekable();
+    while let Some(pair) = pairs.next() {
         match pair.as_rule() {
+            // What goes on in the same line belongs to the declaration, and is where it went wrong.
+            Rule::item if pairs.peek().is_some_and(|next| goes_on(text, &pair, next)) => {
+                let end = pairs.next().map_or(0, |junk| junk.as_span().end());
+                recover::junk(text, pair.as_span().start(), end, file, &mut module, &mut errors);
+            }
             Rule::item => {
                 if let Some(item) = lowering.item(pair) {
                     module.items.push(item);
@@ -54,6 +69,13 @@ pub(super) fn module(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
     }
     errors.extend(lowering.finish());
     (module, errors)
+}
+
+/// Whether a declaration is followed by something unreadable in its last line.
+fn goes_on(text: &str, item: &Pair<'_, Rule>, next: &Pair<'_, Rule>) -> bool {
+    let end = item.as_span().start() + item.as_str().trim_end().len();
+    let between = text.get(end..next.as_span().start()).unwrap_or("\n");
+    next.as_rule() == Rule::junk && !between.contains('\n')
 }
 
 /// Texts that are not worth parsing.

@@ -6,14 +6,15 @@ use pest::iterators::Pair;
 
 use super::ITEM_WORDS;
 use super::ast::{Block, Item, ItemKind, Module};
+use super::braces::{bare, doubled_brace, find_bare, last_line_end, matching_close, two_braces};
 use super::lower::Lowering;
 use super::parse::{Rule, SgrParser};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest};
+use super::slip::Stop;
+use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, nearest, respell};
 use crate::source::{FileId, Span};
 
-const RULE_CLAUSES: &[&str] = &[
-    "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "weight",
-];
+const RULE_CLAUSES: &[&str] =
+    &["match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "weight"];
 const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize"];
 const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect"];
 const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add"];
@@ -36,8 +37,9 @@ pub(super) fn junk(
     let mut at = 0;
     for line in piece.split_inclusive('\n') {
         let word = word_at(line);
-        let clause = [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, EDITS].iter().any(|c| c.contains(&word))
-            && !ITEM_WORDS.contains(&word);
+        let clause =
+            [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, EDITS].iter().any(|c| c.contains(&word))
+                && !ITEM_WORDS.contains(&word);
         if at > 0 && depth == 0 && !word.is_empty() && !clause {
             starts.push(at);
         }
@@ -102,7 +104,8 @@ fn chunk(
                 .label("unknown word")
                 .help(did_you_mean(first, ITEM_WORDS.iter().copied()).unwrap_or_else(|| {
                     format!("a declaration starts with one of: {}", ITEM_WORDS.join(", "))
-                })),
+                }))
+                .fix_if(respell(span, first, ITEM_WORDS.iter().copied())),
             );
         }
         // What it was meant to declare is known all the same.
@@ -142,6 +145,12 @@ fn by_clause(
         "part" | "actuator" | "model" | "search" => (&[], Rule::only_field),
         _ => return None,
     };
+    if let Some(second) = doubled_brace(piece, open) {
+        let (error, clean) = two_braces(text, start, end, second, file);
+        errors.push(error);
+        return whole(&clean, start, end, file, errors)
+            .or_else(|| by_clause(&clean, start, end, file, first, errors));
+    }
     // The header must stand on its own: it does if it does with an empty block.
     let header = format!("{}{{}}", piece.get(..open)?);
     let pair = SgrParser::parse(Rule::only_item, &header).ok()?.next()?;
@@ -154,16 +163,14 @@ fn by_clause(
     let close = matching_close(piece, open);
     let body_end = close.unwrap_or(piece.len());
     if close.is_none() {
-        let last = piece.trim_end().len();
+        let last = last_line_end(piece);
+        let end = Span::new(file, start + last, start + last);
         errors.push(
-            Diagnostic::new(
-                Code::UNCLOSED,
-                Span::new(file, start + last, start + last),
-                format!("`{first}` is not closed: a `}}` is missing"),
-            )
-            .label("expected `}` here")
-            .also(Span::new(file, start + open, start + open + 1), "this `{` is open")
-            .help("add a `}` on a line of its own"),
+            Diagnostic::new(Code::UNCLOSED, end, format!("`{first}` is not closed: a `}}` is missing"))
+                .label("expected `}` here")
+                .also(Span::new(file, start + open, start + open + 1), "this `{` is open")
+                .help("add a `}` on a line of its own")
+                .fix(Fix::replace(end, "\n}", "add a `}` on a line of its own")),
         );
     }
     for (from, to) in clauses(piece, open + 1, body_end, words) {
@@ -198,7 +205,11 @@ fn by_clause(
                     "unexpected text after the closing `}`",
                 )
                 .label(format!("`{first}` ended before this"))
-                .help("is there a `}` too many?"),
+                .help("is there a `}` too many?")
+                .fix_if(
+                    (extra == "}")
+                        .then(|| Fix::replace(Span::new(file, from, from + 1), "", "remove a `}` too many")),
+                ),
             );
         }
     }
@@ -207,6 +218,16 @@ fn by_clause(
         errors.push(explain(text, start, end, Rule::only_item, file));
     }
     Some(item)
+}
+
+/// Reads an item that is sound after all.
+fn whole(text: &str, start: usize, end: usize, file: FileId, errors: &mut Vec<Diagnostic>) -> Option<Item> {
+    let piece = text.get(start..end)?;
+    let pair = SgrParser::parse(Rule::only_item, piece).ok()?.next()?;
+    let mut lowering = Lowering::new(piece, file, start);
+    let item = lowering.item(pair.into_inner().next()?);
+    errors.extend(lowering.finish());
+    item
 }
 
 /// Adds a clause that could be read to its declaration.
@@ -239,16 +260,18 @@ fn clause_error(
     let piece = text.get(start..end).unwrap_or("");
     let first = word_at(piece);
     if !words.is_empty() && !words.contains(&first) && !first.is_empty() {
+        let span = Span::new(file, start, start + first.len());
         return Diagnostic::new(
             Code::UNKNOWN_KEYWORD,
-            Span::new(file, start, start + first.len()),
+            span,
             format!("`{first}` does not start a clause of `{block}`"),
         )
         .label("unknown word")
         .help(
             did_you_mean(first, words.iter().copied())
                 .unwrap_or_else(|| format!("a clause of `{block}` starts with one of: {}", words.join(", "))),
-        );
+        )
+        .fix_if(respell(span, first, words.iter().copied()));
     }
     explain(text, start, end, entry, file)
 }
@@ -290,6 +313,10 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     if expected.contains(&"the end of the declaration") {
         expected.retain(|e| !["`[`", "`(`", "`in`", "`..`", "a value"].contains(e));
     }
+    // Where a bracket is open, it is more likely to be closed than to be followed by another.
+    if expected.iter().any(|e| ["`)`", "`]`"].contains(e)) {
+        expected.retain(|e| !["`[`", "`(`", "`in`", "`..`"].contains(e));
+    }
     let wanted = match expected.as_slice() {
         [] => "something else".to_owned(),
         [one] => (*one).to_owned(),
@@ -311,12 +338,14 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
         .is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found));
     let help = if wanted.contains("a name") && reserved {
         Some(format!("`{found}` is a word of the language: choose another name"))
-    } else if found == "==" && expected.contains(&"`=`") || found == "=" && in_expression {
-        Some("`==` compares two values, `=` gives a value to a name".to_owned())
     } else {
         None
     };
-    Diagnostic::new(Code::SYNTAX, span, message).label("not expected here").help_if(help)
+    if in_expression && !expected.contains(&"an operator") {
+        expected.push("an operator");
+    }
+    let error = Diagnostic::new(Code::SYNTAX, span, message).label("not expected here").help_if(help);
+    Stop { piece, start, place, found, expected: &expected, file }.explain(error)
 }
 
 /// The words that people use for what the grammar expects.
@@ -431,43 +460,6 @@ fn token_at(text: &str) -> &str {
         .unwrap_or("")
 }
 
-/// Walks over text outside comments and quotes.
-fn bare(text: &str) -> impl Iterator<Item = (usize, char)> {
-    let mut quoted = false;
-    let mut comment = false;
-    text.char_indices().filter(move |(_, c)| {
-        match c {
-            '\n' => (quoted, comment) = (false, false),
-            '"' if !comment => quoted = !quoted,
-            '#' if !quoted => comment = true,
-            _ => {}
-        }
-        !quoted && !comment
-    })
-}
-
-fn find_bare(text: &str, wanted: char) -> Option<usize> {
-    bare(text).find(|(_, c)| *c == wanted).map(|(i, _)| i)
-}
-
-/// The `}` that closes the `{` at `open`.
-fn matching_close(text: &str, open: usize) -> Option<usize> {
-    let mut depth = 0usize;
-    for (place, c) in bare(text).filter(|(i, _)| *i >= open) {
-        match c {
-            '{' => depth += 1,
-            '}' => {
-                depth = depth.saturating_sub(1);
-                if depth == 0 {
-                    return Some(place);
-                }
-            }
-            _ => {}
-        }
-    }
-    None
-}
-
 /// Splits the inside of a block at the lines that start a clause: with one of
 /// `words`, or, without words, with `name =`, `name {` or `param`.
 fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, usize)> {
@@ -487,6 +479,7 @@ fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, us
                 && (word == "param"
                     || after.starts_with('=')
                     || after.starts_with('{')
+                    || after.starts_with(':')
                     || !starts.is_empty() && !word.is_empty() && after.is_empty())
         } else {
             // Continuation lines start with an operator or a word such as `because`.

@@ -2,7 +2,7 @@
 
 use super::expr::Context;
 use super::{Checker, signature};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{Expr, ExprKind, Function, Ty};
 use crate::names::Declaration;
 use crate::source::Span;
@@ -42,23 +42,23 @@ impl Checker<'_> {
                             let function = Declared { declaration, name, parameters, body };
                             return self.own_function(&function, arguments, span, cx);
                         }
-                        ItemKind::Record(name, _) => return self.record(name, callee.span, arguments, span, cx),
+                        ItemKind::Record(name, _) => {
+                            return self.record(name, callee.span, arguments, span, cx);
+                        }
                         _ => {}
                     }
                 } else if let Some(function) = Function::named(name) {
                     return self.function(function, arguments, span, cx);
+                } else if self.report_dropped(callee.span, name) {
+                    return unknown;
                 } else if !cx.damaged && !self.is_lost(callee.span, name) {
-                    let own = program
-                        .scope_at(callee.span)
-                        .filter(|(_, i)| matches!(i.kind, ItemKind::Let(_, Some(_), _) | ItemKind::Actuator(_)))
-                        .map(|(n, _)| n);
-                    let help =
-                        did_you_mean(name, Function::ALL.iter().map(|f| f.text()).chain(own)).unwrap_or_else(|| {
-                            format!(
-                                "functions are: {}",
-                                Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")
-                            )
-                        });
+                    let callable = self.callable(callee.span);
+                    let help = did_you_mean(name, callable.iter().copied()).unwrap_or_else(|| {
+                        format!(
+                            "functions are: {}",
+                            Function::ALL.iter().map(|f| f.text()).collect::<Vec<_>>().join(", ")
+                        )
+                    });
                     self.report(
                         Diagnostic::new(
                             Code::UNKNOWN_NAME,
@@ -66,7 +66,8 @@ impl Checker<'_> {
                             format!("unknown function `{name}`"),
                         )
                         .label("not declared")
-                        .help(help),
+                        .help(help)
+                        .fix_if(respell(callee.span, name, callable)),
                     );
                     return unknown;
                 } else {
@@ -101,6 +102,16 @@ impl Checker<'_> {
         };
         let place = self.expect(value, cx, &Ty::NUMBER, "the place in a cycle");
         Expr { kind: ExprKind::Apply(Box::new(curve), Box::new(place)), ty, span }
+    }
+
+    /// Everything that can be called: functions, and the parts and patterns of the module.
+    fn callable(&self, place: Span) -> Vec<&str> {
+        use ItemKind as K;
+        let own = self.program.scope_at(place).filter(|(_, i)| {
+            let function = matches!(i.kind, K::Let(_, Some(_), _) | K::Record(..));
+            function || matches!(i.kind, K::Part(_) | K::Actuator(_) | K::Pattern(..))
+        });
+        Function::ALL.iter().map(|f| f.text()).chain(own.map(|(n, _)| n)).collect()
     }
 
     /// `bender(segments = n)`: a kind with parameters.
@@ -146,7 +157,12 @@ impl Checker<'_> {
                         format!("`{name}` has no parameter `{}`", key.text),
                     )
                     .label("not a parameter")
-                    .help_if(help),
+                    .help_if(help)
+                    .fix_if(respell(
+                        key.span,
+                        &key.text,
+                        params.iter().map(|(n, _)| n.as_str()),
+                    )),
                 );
                 continue;
             };
@@ -228,8 +244,12 @@ impl Checker<'_> {
 
     fn too_large(&mut self, span: Span) {
         self.report(
-            Diagnostic::new(Code::TOO_DEEP, span, "this is too large when all functions in it are written out")
-                .label("too many functions within functions"),
+            Diagnostic::new(
+                Code::TOO_DEEP,
+                span,
+                "this is too large when all functions in it are written out",
+            )
+            .label("too many functions within functions"),
         );
     }
 
@@ -277,9 +297,13 @@ impl Checker<'_> {
                 Some(value) => complete.push(value),
                 None => {
                     self.report(
-                        Diagnostic::new(Code::MISSING_FIELD, span, format!("`{}` lacks `{field}`", name.text))
-                            .label("incomplete")
-                            .help(format!("add `{field} = ...`")),
+                        Diagnostic::new(
+                            Code::MISSING_FIELD,
+                            span,
+                            format!("`{}` lacks `{field}`", name.text),
+                        )
+                        .label("incomplete")
+                        .help(format!("add `{field} = ...`")),
                     );
                     return unknown;
                 }

@@ -17,7 +17,10 @@ pub(super) struct Applicable<'r> {
 }
 
 /// What example clauses can apply: the rules of the grammar by name.
-pub(super) fn applicable<'r>(rules: &'r [ir::Rule], is_actuator: &dyn Fn(&str) -> bool) -> Vec<Applicable<'r>> {
+pub(super) fn applicable<'r>(
+    rules: &'r [ir::Rule],
+    is_actuator: &dyn Fn(&str) -> bool,
+) -> Vec<Applicable<'r>> {
     rules.iter().map(|rule| Applicable { rule, types: types_of(rule, is_actuator) }).collect()
 }
 
@@ -114,9 +117,13 @@ impl Checker<'_> {
             if !self.is_lost(name.span, &name.text) {
                 let help = did_you_mean(&name.text, rules.iter().map(|r| r.rule.name.as_str()));
                 self.report(
-                    Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("there is no rule `{}`", name.text))
-                        .label("not a rule of this grammar")
-                        .help(help.unwrap_or_else(|| "declare it with `rule`, or import it".to_owned())),
+                    Diagnostic::new(
+                        Code::UNKNOWN_NAME,
+                        name.span,
+                        format!("there is no rule `{}`", name.text),
+                    )
+                    .label("not a rule of this grammar")
+                    .help(help.unwrap_or_else(|| "declare it with `rule`, or import it".to_owned())),
                 );
             }
             return None;
@@ -124,7 +131,9 @@ impl Checker<'_> {
         let rule = known.rule;
         let fixed = |slot: usize| {
             let first = rule.locals.len() - rule.choices.len();
-            slot.checked_sub(first).and_then(|i| rule.choices.get(i)).is_some_and(|c| c.spread == Spread::Fixed)
+            slot.checked_sub(first)
+                .and_then(|i| rule.choices.get(i))
+                .is_some_and(|c| c.spread == Spread::Fixed)
         };
         let settable: Vec<&str> =
             rule.locals.iter().enumerate().filter(|(i, _)| !fixed(*i)).map(|(_, n)| n.as_str()).collect();
@@ -166,7 +175,9 @@ impl Checker<'_> {
                     format!("`{}` needs a value for {}", name.text, missing.join(", ")),
                 )
                 .label("incomplete")
-                .help("an example leaves nothing to chance: give everything that the rule matches and chooses"),
+                .help(
+                    "an example leaves nothing to chance: give everything that the rule matches and chooses",
+                ),
             );
             return None;
         }

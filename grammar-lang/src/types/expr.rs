@@ -1,7 +1,7 @@
 //! Checks expressions: names, stages, types and dimensions.
 
 use super::{Checker, signature};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
 use crate::ir::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Ty, Word};
 use crate::source::Span;
@@ -87,8 +87,12 @@ impl Checker<'_> {
             expr.ty = Ty::Quantity(dimension);
             return expr;
         }
-        let error = mismatch(&expr, wanted, what);
-        self.report(error);
+        let fix =
+            wanted.dimension().filter(|_| *wanted != Ty::Count).and_then(|want| match bare_number(&expr) {
+                Some(x) => self.missing_unit(&expr, x, want, None),
+                None => self.mended_quantity(&expr, want),
+            });
+        self.report(mismatch(&expr, wanted, what).fix_if(fix));
         expr.ty = Ty::Unknown;
         expr
     }
@@ -119,7 +123,11 @@ impl Checker<'_> {
                 )
                 .label("without a unit")
                 .also(other.span, article(&other.ty))
-                .help(format!("write `{x} {}`", units::suggest(want)))
+                .help(match self.unit_beside(want, Some(other)) {
+                    Some(unit) => format!("write `{x} {unit}`"),
+                    None => format!("write `{x} {}`", units::suggest(want)),
+                })
+                .fix_if(self.missing_unit(number, x, want, Some(other)))
             }
             _ => {
                 let code = if numbers.0.is_some() && numbers.1.is_some() {
@@ -146,7 +154,8 @@ impl Checker<'_> {
         match units::parse(&unit.text) {
             Ok(unit) => Some(unit),
             Err(UnitError::Unknown(word)) => {
-                let help = did_you_mean(&word, units::unit_names()).unwrap_or_else(|| {
+                let meant = super::mend::unit_meant(&word).map(|m| format!("did you mean `{m}`?"));
+                let help = meant.or_else(|| did_you_mean(&word, units::unit_names())).unwrap_or_else(|| {
                     if unit.text.contains('*') || unit.text.contains('/') {
                         "to calculate with a name, put spaces around `*` and `/`".to_owned()
                     } else {
@@ -156,7 +165,8 @@ impl Checker<'_> {
                 self.report(
                     Diagnostic::new(Code::UNKNOWN_UNIT, unit.span, format!("unknown unit `{word}`"))
                         .label("no unit of this name")
-                        .help(help),
+                        .help(help)
+                        .fix_if(self.mended_unit(unit, &word)),
                 );
                 None
             }
@@ -306,7 +316,12 @@ impl Checker<'_> {
     /// A range whose ends are known must go upwards.
     fn check_order(&mut self, low: &Expr, high: &Expr, span: Span) {
         let known = |e: &Expr| {
-            !e.any(&mut |e| matches!(e.kind, ExprKind::Local(_) | ExprKind::Group(_) | ExprKind::Word(_) | ExprKind::Bind { .. }))
+            !e.any(&mut |e| {
+                matches!(
+                    e.kind,
+                    ExprKind::Local(_) | ExprKind::Group(_) | ExprKind::Word(_) | ExprKind::Bind { .. }
+                )
+            })
         };
         if !known(low) || !known(high) || low.ty == Ty::Unknown || high.ty == Ty::Unknown {
             return;
@@ -316,7 +331,8 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(Code::EMPTY_DOMAIN, span, "this range is inverted: it holds no value")
                     .label("the first end is above the second")
-                    .help("write the smaller end first"),
+                    .help("write the smaller end first")
+                    .fix_if(self.swapped(low.span, high.span)),
             );
         }
     }
@@ -463,15 +479,10 @@ impl Checker<'_> {
         if cx.damaged || self.is_lost(span, name) {
             return unknown(span);
         }
-        if let Some(place) = self.dropped(span, name) {
-            self.report(
-                Diagnostic::new(Code::DROPPED, span, format!("`{name}` is used, but the variant drops it"))
-                    .label("still used here")
-                    .also(place, "dropped here")
-                    .help("drop or replace this, too"),
-            );
+        if self.report_dropped(span, name) {
             return unknown(span);
         }
+        let mut fix = None;
         let help = if units::parse(name).is_ok() {
             format!("`{name}` is a unit: write a number before it")
         } else if Function::named(name).is_some() {
@@ -488,12 +499,15 @@ impl Checker<'_> {
                 .chain(self.program.scope_at(span).map(|(n, _)| n))
                 .chain(self.placed.iter().map(|(p, _)| p.as_str()))
                 .chain(["part", "block", "actuator"]);
+            let candidates: Vec<&str> = candidates.collect();
+            fix = respell(span, name, candidates.iter().copied());
             did_you_mean(name, candidates).unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
         };
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, span, format!("unknown name `{name}`"))
                 .label("not declared")
-                .help(help),
+                .help(help)
+                .fix_if(fix),
         );
         unknown(span)
     }
@@ -503,10 +517,16 @@ impl Checker<'_> {
         self.program.is_lost(self.program.module_at(place), name)
     }
 
-    /// Where a variant drops what a name means.
-    fn dropped(&self, place: Span, name: &str) -> Option<Span> {
-        let (declaration, _) = self.program.lookup(place, name)?;
-        self.program.dropped.get(&declaration).copied()
+    /// Reports a name that a variant drops; false if it does not.
+    pub(super) fn report_dropped(&mut self, span: Span, name: &str) -> bool {
+        let Some(place) = self.program.dropped_at(span, name) else { return false };
+        self.report(
+            Diagnostic::new(Code::DROPPED, span, format!("`{name}` is used, but the variant drops it"))
+                .label("still used here")
+                .also(place, "dropped here")
+                .help("drop or replace this, too"),
+        );
+        true
     }
 
     /// Names that are followed by a dot but are no values: enumerations, tasks, actuations.
@@ -529,7 +549,12 @@ impl Checker<'_> {
             ItemKind::Task(..) => {
                 self.touched.insert(declaration);
                 if cx.stage != Stage::Outcome {
-                    return Some(self.stage_error(of.span, head, cx.stage, "the objective of the whole grammar"));
+                    return Some(self.stage_error(
+                        of.span,
+                        head,
+                        cx.stage,
+                        "the objective of the whole grammar",
+                    ));
                 }
                 if name.text == "value" {
                     return Some(Expr { kind: ExprKind::Task(head.clone()), ty: Ty::NUMBER, span });
@@ -584,10 +609,14 @@ impl Checker<'_> {
         };
         if wider {
             self.report(
-                Diagnostic::new(Code::NOT_NARROWER, new.span, "this is not within the domain that it narrows")
-                    .label("reaches further")
-                    .also(old.span, "the domain in the base")
-                    .help("write `set` instead of `narrow` if it is meant to reach further"),
+                Diagnostic::new(
+                    Code::NOT_NARROWER,
+                    new.span,
+                    "this is not within the domain that it narrows",
+                )
+                .label("reaches further")
+                .also(old.span, "the domain in the base")
+                .help("write `set` instead of `narrow` if it is meant to reach further"),
             );
         }
         new
@@ -609,7 +638,8 @@ impl Checker<'_> {
             })),
             _ => None,
         });
-        let built_in = crate::ir::BLOCK_PORTS.iter().chain(crate::ir::ACTUATOR_PORTS).map(|p| (*p).to_owned());
+        let built_in =
+            crate::ir::BLOCK_PORTS.iter().chain(crate::ir::ACTUATOR_PORTS).map(|p| (*p).to_owned());
         built_in.chain(declared.flatten()).collect()
     }
 
@@ -694,7 +724,8 @@ impl Checker<'_> {
                 format!("{} has no `{}`", article(&of.ty), name.text),
             )
             .label("not an attribute")
-            .help_if(help),
+            .help_if(help)
+            .fix_if(respell(name.span, &name.text, candidates.iter().map(String::as_str))),
         );
         unknown(span)
     }

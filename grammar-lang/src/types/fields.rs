@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest, respell};
 use crate::eval::Value;
 use crate::ir::{self, Shape, Ty};
 use crate::syntax::ast::{self, Block, Field, Name};
@@ -52,12 +52,22 @@ struct Values<'b> {
     what: &'static str,
     values: IndexMap<&'b str, (&'b Name, &'b ast::Expr)>,
     groups: IndexMap<&'b str, &'b Block>,
+    /// Names that are there, but misspelt, which has been reported.
+    misspelt: Vec<String>,
 }
 
 impl Checker<'_> {
     fn values<'b>(&mut self, block: &'b Block, what: &'static str, allowed: &[&str]) -> Values<'b> {
         let mut values: IndexMap<&str, (&Name, &ast::Expr)> = IndexMap::new();
         let mut groups: IndexMap<&str, &Block> = IndexMap::new();
+        let mut misspelt = Vec::new();
+        let given = |name: &str| {
+            block.fields.iter().any(|f| match f {
+                Field::Value(n, _) => n.text == name,
+                Field::Group(group) => group.name.text == name,
+                Field::Param(_) | Field::Port(_) => false,
+            })
+        };
         for field in &block.fields {
             let name = match field {
                 Field::Value(name, _) => name,
@@ -94,14 +104,17 @@ impl Checker<'_> {
             let group = matches!(field, Field::Group(_));
             let is_group = matches!(name.text.as_str(), "outer" | "inner");
             if !allowed.contains(&name.text.as_str()) || group != is_group {
+                let open: Vec<&str> = allowed.iter().copied().filter(|a| !given(a)).collect();
                 let help = did_you_mean(&name.text, allowed.iter().copied())
                     .filter(|_| !allowed.contains(&name.text.as_str()))
                     .unwrap_or_else(|| format!("{what} has: {}", allowed.join(", ")));
                 self.report(
                     Diagnostic::new(Code::UNKNOWN_FIELD, name.span, format!("{what} has no `{}`", name.text))
                         .label("not known")
-                        .help(help),
+                        .help(help)
+                        .fix_if(respell(name.span, &name.text, open.iter().copied())),
                 );
+                misspelt.extend(nearest(&name.text, open).map(str::to_owned));
                 continue;
             }
             let first = values
@@ -126,11 +139,11 @@ impl Checker<'_> {
                 Field::Param(_) | Field::Port(_) => {}
             }
         }
-        Values { block, what, values, groups }
+        Values { block, what, values, groups, misspelt }
     }
 
     fn missing(&mut self, from: &Values<'_>, name: &str, example: &str, damaged: bool) {
-        if damaged {
+        if damaged || from.misspelt.iter().any(|m| m == name) {
             return;
         }
         self.report(
@@ -288,7 +301,10 @@ impl Checker<'_> {
                         format!("there are two ports `{}`", port.name.text),
                     )
                     .label("again")
-                    .help(format!("several of one name are written `port {}[i in 0 .. 7] ...`", port.name.text)),
+                    .help(format!(
+                        "several of one name are written `port {}[i in 0 .. 7] ...`",
+                        port.name.text
+                    )),
                 );
             }
             match self.port(port, cx) {
@@ -405,11 +421,7 @@ impl Checker<'_> {
         Some((low, high))
     }
 
-    fn actuator_params(
-        &mut self,
-        block: &Block,
-        damaged: bool,
-    ) -> IndexMap<String, ir::InstanceParam> {
+    fn actuator_params(&mut self, block: &Block, damaged: bool) -> IndexMap<String, ir::InstanceParam> {
         let mut params = IndexMap::new();
         for field in &block.fields {
             let Field::Param(param) = field else { continue };
@@ -477,12 +489,7 @@ impl Checker<'_> {
         params
     }
 
-    pub(super) fn model(
-        &mut self,
-        block: &Block,
-        duration: Option<f64>,
-        damaged: bool,
-    ) -> Option<ir::Model> {
+    pub(super) fn model(&mut self, block: &Block, duration: Option<f64>, damaged: bool) -> Option<ir::Model> {
         let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a model", MODEL);
         let mut get = |name: &str, dimension: &str, sign: Sign, example: &str| {

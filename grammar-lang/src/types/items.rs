@@ -6,7 +6,7 @@ use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
 use super::tasks::Actuated;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, RuleSet, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
@@ -71,7 +71,8 @@ impl<'a> Checker<'a> {
         let name = program.name.as_ref()?;
         let complete = self.complete(&singles, name.span);
         let from = self.starting_example(&singles, &examples);
-        let assembled = self.assemble(name, singles, Derived { rules, requirements, preferences, examples, from });
+        let assembled =
+            self.assemble(name, singles, Derived { rules, requirements, preferences, examples, from });
         self.unknown_overrides(name.span);
         self.unused(&items, &rest);
         let mut ruleset = assembled?;
@@ -103,9 +104,13 @@ impl<'a> Checker<'a> {
             && x < 0.0
         {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, weight.span, "the weight of a preference must not be below 0")
-                    .label("negative")
-                    .help("prefer the opposite: `prefer not (...)`"),
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    weight.span,
+                    "the weight of a preference must not be below 0",
+                )
+                .label("negative")
+                .help("prefer the opposite: `prefer not (...)`"),
             );
         }
         Some(ir::Preference { name, condition, weight, because: because.clone(), span: item.span })
@@ -209,7 +214,14 @@ impl<'a> Checker<'a> {
         self.distinct(parameters.iter().map(|p| &p.name), "parameter");
         let known = std::mem::take(&mut self.errors);
         let mut fewest: Option<Vec<Diagnostic>> = None;
-        for stage in [Stage::Declaration, Stage::Derivation, Stage::Score, Stage::Drive, Stage::Schedule, Stage::Weight] {
+        for stage in [
+            Stage::Declaration,
+            Stage::Derivation,
+            Stage::Score,
+            Stage::Drive,
+            Stage::Schedule,
+            Stage::Weight,
+        ] {
             let mut cx = Context::new(stage, false);
             for parameter in parameters {
                 let ty = self.type_named(&parameter.ty);
@@ -270,16 +282,21 @@ impl<'a> Checker<'a> {
         for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
             let by_itself = matches!(
                 item.kind,
-                ItemKind::Rule(..) | ItemKind::Require { .. } | ItemKind::Prefer { .. } | ItemKind::Example(..) | ItemKind::Task(..)
+                ItemKind::Rule(..)
+                    | ItemKind::Require { .. }
+                    | ItemKind::Prefer { .. }
+                    | ItemKind::Example(..)
+                    | ItemKind::Task(..)
             );
             if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
                 idle.push((name, format!("nothing uses `{}`", name.text)));
             }
         }
-        let imports = program.modules.first().into_iter().flat_map(|m| &m.tree.items).filter_map(|i| match &i.kind {
-            ItemKind::Use { names: Some(names), .. } => Some(names),
-            _ => None,
-        });
+        let imports =
+            program.modules.first().into_iter().flat_map(|m| &m.tree.items).filter_map(|i| match &i.kind {
+                ItemKind::Use { names: Some(names), .. } => Some(names),
+                _ => None,
+            });
         for name in imports.flatten() {
             let Some((declaration, item)) = program.lookup(name.span, &name.text) else { continue };
             let by_itself =
@@ -402,9 +419,13 @@ impl<'a> Checker<'a> {
                 .map(|port| self.holding(port, place.turned.as_ref(), place.by.as_ref(), &mut cx));
             match (i, &on) {
                 (0, Some(on)) => self.report(
-                    Diagnostic::new(Code::BAD_VALUE, on.port.span, "the first part is the core: nothing holds it")
-                        .label("held by this")
-                        .help("write it without `to`"),
+                    Diagnostic::new(
+                        Code::BAD_VALUE,
+                        on.port.span,
+                        "the first part is the core: nothing holds it",
+                    )
+                    .label("held by this")
+                    .help("write it without `to`"),
                 ),
                 (1.., None) => self.report(
                     Diagnostic::new(
@@ -475,7 +496,11 @@ impl<'a> Checker<'a> {
             ("none", _, Some(plane)) => (plane.span, "`symmetry none` takes nothing more".to_owned()),
             (other, ..) => (kind.span, format!("there is no symmetry `{other}`")),
         };
-        self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("not known").help(HELP));
+        self.report(
+            Diagnostic::new(Code::BAD_VALUE, span, message).label("not known").help(HELP).fix_if(
+                respell(span, &kind.text, ["none", "mirror", "radial"]).filter(|_| span == kind.span),
+            ),
+        );
         None
     }
 
@@ -509,12 +534,7 @@ impl<'a> Checker<'a> {
         complete
     }
 
-    fn assemble(
-        &mut self,
-        name: &Name,
-        singles: Singles<'a>,
-        derived: Derived,
-    ) -> Option<RuleSet> {
+    fn assemble(&mut self, name: &Name, singles: Singles<'a>, derived: Derived) -> Option<RuleSet> {
         let program = self.program;
         let tasks = self.tasks(&singles);
         // What drives what is checked even where the tasks are not complete.

@@ -6,6 +6,7 @@ mod examples;
 mod expr;
 mod fields;
 mod items;
+mod mend;
 mod rules;
 mod signature;
 mod stage;
@@ -15,7 +16,7 @@ use std::collections::BTreeMap;
 
 use indexmap::{IndexMap, IndexSet};
 
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::{self, Scope, Value};
 use crate::ir::{self, Expr, RuleSet, Ty};
 use crate::names::{Declaration, Program};
@@ -422,7 +423,8 @@ impl Checker<'_> {
         self.report(
             Diagnostic::new(Code::UNKNOWN_TYPE, name.span, format!("unknown type `{}`", name.text))
                 .label("no type of this name")
-                .help(help),
+                .help(help)
+                .fix_if(respell(name.span, &name.text, names)),
         );
         Ty::Unknown
     }
@@ -432,7 +434,10 @@ impl Checker<'_> {
         // Its name may be unknown where a value of it is: then it is looked for everywhere.
         let here = self.program.lookup(place, name).map(|(_, i)| i);
         let anywhere = || {
-            self.program.items().map(|(_, i)| i).find(|i| matches!(&i.kind, ItemKind::Enum(n, _) if n.text == name))
+            self.program
+                .items()
+                .map(|(_, i)| i)
+                .find(|i| matches!(&i.kind, ItemKind::Enum(n, _) if n.text == name))
         };
         match here.filter(|i| matches!(i.kind, ItemKind::Enum(..))).or_else(anywhere).map(|i| &i.kind) {
             Some(ItemKind::Enum(_, values)) => values.iter().map(|v| v.text.clone()).collect(),

@@ -3,7 +3,7 @@
 use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, ExprKind, Group, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, ActuationClause, Name, RuleClause, RuleClauseKind};
@@ -20,12 +20,7 @@ impl Checker<'_> {
         }
     }
 
-    pub(super) fn rule(
-        &mut self,
-        name: &Name,
-        clauses: &[RuleClause],
-        damaged: bool,
-    ) -> Option<ir::Rule> {
+    pub(super) fn rule(&mut self, name: &Name, clauses: &[RuleClause], damaged: bool) -> Option<ir::Rule> {
         let mut cx = Context::new(Stage::Derivation, damaged);
         let found = self.errors.len();
         let mut matches = Some(Vec::new());
@@ -43,10 +38,14 @@ impl Checker<'_> {
             };
             if let Some(nothing) = nothing {
                 self.report(
-                    Diagnostic::new(Code::DUPLICATE, clause.span, "a rule that matches nothing matches nothing")
-                        .label("another match")
-                        .also(nothing, "nothing is matched here")
-                        .help("remove one of them"),
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        clause.span,
+                        "a rule that matches nothing matches nothing",
+                    )
+                    .label("another match")
+                    .also(nothing, "nothing is matched here")
+                    .help("remove one of them"),
                 );
             }
             matches = matches.zip(more).map(|(mut all, more)| {
@@ -304,9 +303,7 @@ impl Checker<'_> {
                 Some((owner.span, format!("a {word} belongs to no part")))
             }
             (None, _, Some(owner)) => Some((owner.span, "only a port belongs to a part".to_owned())),
-            (Some(_), ..) if chained => {
-                Some((link.name.span, format!("a {word} cannot be joined to parts")))
-            }
+            (Some(_), ..) if chained => Some((link.name.span, format!("a {word} cannot be joined to parts"))),
             _ => None,
         };
         if let Some((span, message)) = stray {
@@ -453,7 +450,8 @@ impl Checker<'_> {
                                 format!("an actuator has no `{}` to drive", what.text),
                             )
                             .label("not known")
-                            .help("write `drive angle = ...`"),
+                            .help("write `drive angle = ...`")
+                            .fix_if(respell(what.span, &what.text, ["angle"])),
                         );
                     }
                     let value =
@@ -492,9 +490,13 @@ impl Checker<'_> {
         };
         if variable.shared {
             self.report(
-                Diagnostic::new(Code::DUPLICATE, per.span, "a shared variable is there once for the whole body")
-                    .label("which one counts?")
-                    .help("write `vary` instead of `shared`, or take `per` out"),
+                Diagnostic::new(
+                    Code::DUPLICATE,
+                    per.span,
+                    "a shared variable is there once for the whole body",
+                )
+                .label("which one counts?")
+                .help("write `vary` instead of `shared`, or take `per` out"),
             );
             return None;
         }
@@ -637,7 +639,8 @@ impl Checker<'_> {
                     .help(
                         did_you_mean(other, ["clamp", "reflect", "resample"])
                             .unwrap_or_else(|| "write `clamp`, `reflect` or `resample`".to_owned()),
-                    ),
+                    )
+                    .fix_if(respell(span, other, ["clamp", "reflect", "resample"])),
                 );
                 ir::Bound::Reflect
             }

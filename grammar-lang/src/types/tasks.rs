@@ -6,7 +6,7 @@ use super::Checker;
 use super::expr::Context;
 use super::items::Singles;
 use super::stage::Stage;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, ExprKind, RuleSet, Ty};
 use crate::names::declared;
 use crate::source::Span;
@@ -66,7 +66,12 @@ impl<'a> Checker<'a> {
     }
 
     /// One task; what it does not say, the grammar says for all.
-    fn task(&mut self, name: &Name, items: &'a [Item], singles: &Singles<'a>) -> Option<(ir::Task, Actuated)> {
+    fn task(
+        &mut self,
+        name: &Name,
+        items: &'a [Item],
+        singles: &Singles<'a>,
+    ) -> Option<(ir::Task, Actuated)> {
         let mut own = Singles::default();
         for item in items {
             self.single(item, &mut own);
@@ -275,17 +280,21 @@ impl<'a> Checker<'a> {
                 self.touched.insert(declaration);
                 return Some(&item.kind);
             }
-            None if self.is_lost(name.span, &name.text) => return None,
+            None if self.is_lost(name.span, &name.text) || self.report_dropped(name.span, &name.text) => {
+                return None;
+            }
             _ => {}
         }
-        let others = program.scope_at(name.span).filter(|(_, i)| fits(&i.kind)).map(|(n, _)| n);
-        let help = did_you_mean(&name.text, others)
+        let others: Vec<&str> =
+            program.scope_at(name.span).filter(|(_, i)| fits(&i.kind)).map(|(n, _)| n).collect();
+        let help = did_you_mean(&name.text, others.iter().copied())
             .unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
         let other = program.lookup(name.span, &name.text).and_then(|(_, i)| declared(i));
         let mut error =
             Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("there is no {what} `{}`", name.text))
                 .label("not declared")
-                .help(help);
+                .help(help)
+                .fix_if(respell(name.span, &name.text, others));
         if let Some(other) = other {
             error = error.also(other.span, "this is something else");
         }

@@ -96,6 +96,36 @@ pub fn parse(text: &str) -> Result<Unit, UnitError> {
     }
 }
 
+/// Units as people write them out or shorten them, and as they are written here.
+const WRITTEN_OUT: &[(&[&str], &str)] = &[
+    (&["meter", "meters", "metre", "metres"], "m"),
+    (&["centimeter", "centimeters", "centimetre", "centimetres", "cms"], "cm"),
+    (&["millimeter", "millimeters", "millimetre", "millimetres", "mms"], "mm"),
+    (&["micrometer", "micrometre", "micron", "microns"], "um"),
+    (&["gram", "grams", "gramme", "grammes"], "g"),
+    (&["kilogram", "kilograms", "kilo", "kilos", "kgs"], "kg"),
+    (&["second", "seconds", "sec", "secs"], "s"),
+    (&["millisecond", "milliseconds", "msec", "msecs"], "ms"),
+    (&["minute", "minutes", "mins"], "min"),
+    (&["hour", "hours", "hr", "hrs"], "h"),
+    (&["degree", "degrees", "degs"], "deg"),
+    (&["radian", "radians", "rads"], "rad"),
+    (&["ampere", "amperes", "amp", "amps"], "A"),
+    (&["hertz"], "Hz"),
+    (&["newton", "newtons"], "N"),
+    (&["joule", "joules"], "J"),
+    (&["watt", "watts"], "W"),
+    (&["pascal", "pascals"], "Pa"),
+    (&["percent"], "%"),
+];
+
+/// The unit that a word such as `degrees` or `sec` stands for.
+#[must_use]
+pub fn written_out(word: &str) -> Option<&'static str> {
+    let lower = word.to_lowercase();
+    WRITTEN_OUT.iter().find(|(words, _)| words.contains(&lower.as_str())).map(|(_, unit)| *unit)
+}
+
 /// Every unit's name.
 pub fn unit_names() -> impl Iterator<Item = &'static str> {
     UNITS.iter().map(|(n, ..)| *n)
@@ -104,7 +134,23 @@ pub fn unit_names() -> impl Iterator<Item = &'static str> {
 /// The unit that a message suggests for a quantity of this dimension.
 #[must_use]
 pub fn suggest(dimension: Dimension) -> String {
-    for usual in ["mm", "g", "s", "deg", "mA", "N", "N*m/rad", "g/cm^3", "deg/s", "mm/s", "kPa"] {
+    let usual = [
+        "mm",
+        "g",
+        "s",
+        "deg",
+        "mA",
+        "N",
+        "N*m/rad",
+        "N*m/rad^2",
+        "N*m*s/rad^2",
+        "g/cm^3",
+        "deg/s",
+        "mm/s",
+        "kPa",
+        "Hz",
+    ];
+    for usual in usual {
         if parse(usual).is_ok_and(|u| u.dimension == dimension) {
             return usual.to_owned();
         }
@@ -142,6 +188,15 @@ mod tests {
         assert_eq!(torque.dimension, Dimension::named("Torque").unwrap());
         assert_eq!(parse("gg"), Err(UnitError::Unknown("gg".into())));
         assert_eq!(parse("m^9*m^99*m^99"), Err(UnitError::TooHigh));
+    }
+
+    #[test]
+    fn units_written_out_are_units_and_their_words_are_not() {
+        assert_eq!(written_out("Degrees"), Some("deg"));
+        for (words, unit) in WRITTEN_OUT {
+            assert!(named(unit).is_some(), "{unit}");
+            assert!(words.iter().all(|w| named(w).is_none()), "{words:?}");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind};
 
 use crate::diagnostics::{Diagnostic, Severity};
-use crate::source::SourceMap;
+use crate::source::{SourceMap, Span};
 
 /// Writes one finding.
 #[must_use]
@@ -14,34 +14,24 @@ pub fn render(diagnostic: &Diagnostic, sources: &SourceMap, colour: bool) -> Str
         Severity::Warning => (ReportKind::Warning, Color::Yellow),
     };
     let main = diagnostic.span();
-    // A place within a character would not be drawn: widen it to the whole of it.
-    let range = |span: crate::source::Span| {
-        let text = sources.get(span.file).map_or("", |s| s.text.as_str());
-        let range = span.range();
-        let mut start = range.start.min(text.len());
-        let mut end = range.end.clamp(start, text.len());
-        while !text.is_char_boundary(start) {
-            start -= 1;
-        }
-        while !text.is_char_boundary(end) {
-            end += 1;
-        }
-        start..end
-    };
+    // ariadne says where a second text is in characters, whatever its spans are counted in.
     let config =
-        Config::default().with_color(colour).with_index_type(IndexType::Byte).with_char_set(CharSet::Unicode);
-    let mut report = Report::build(kind, (name(main.file), range(main)))
+        Config::default().with_color(colour).with_index_type(IndexType::Char).with_char_set(CharSet::Unicode);
+    let mut report = Report::build(kind, (name(main.file), characters(main, sources)))
         .with_config(config)
         .with_code(diagnostic.code.id)
         .with_message(&diagnostic.message);
-    for (i, label) in diagnostic.labels.iter().enumerate() {
+    let mut labels: Vec<_> = diagnostic.labels.iter().enumerate().collect();
+    // ariadne opens another excerpt, with the place of the first, when a label lies above the one
+    // before it: so they come in the order of the text, those of the main file first.
+    labels.sort_by_key(|(_, l)| (l.span.file != main.file, l.span));
+    for (i, label) in labels {
         let text = if label.text.is_empty() { "here" } else { &label.text };
-        report =
-            report.with_label(
-                Label::new((name(label.span.file), range(label.span)))
-                    .with_message(text)
-                    .with_color(if i == 0 { tint } else { Color::Blue }),
-            );
+        report = report.with_label(
+            Label::new((name(label.span.file), characters(label.span, sources)))
+                .with_message(text)
+                .with_color(if i == 0 { tint } else { Color::Blue }),
+        );
     }
     if let Some(help) = &diagnostic.help {
         report = report.with_help(help);
@@ -53,4 +43,20 @@ pub fn render(diagnostic: &Diagnostic, sources: &SourceMap, colour: bool) -> Str
         Ok(()) => String::from_utf8_lossy(&out).into_owned(),
         Err(_) => super::concise::render(diagnostic, sources),
     }
+}
+
+/// A span in characters. A place within a character is widened to the whole of it.
+fn characters(span: Span, sources: &SourceMap) -> std::ops::Range<usize> {
+    let text = sources.get(span.file).map_or("", |s| s.text.as_str());
+    let mut start = span.range().start.min(text.len());
+    let mut end = span.range().end.clamp(start, text.len());
+    while !text.is_char_boundary(start) {
+        start -= 1;
+    }
+    while !text.is_char_boundary(end) {
+        end += 1;
+    }
+    let count = |range| text.get(range).map_or(0, |t: &str| t.chars().count());
+    let before = count(0..start);
+    before..before + count(start..end)
 }

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 
-use crate::diagnostics::{Diagnostic, Severity};
-use crate::source::{SourceMap, Span};
+use super::place::Place;
+use crate::diagnostics::{Diagnostic, Fix};
+use crate::source::SourceMap;
 
 #[derive(Serialize)]
 struct Finding<'a> {
@@ -11,45 +12,56 @@ struct Finding<'a> {
     name: &'a str,
     severity: &'a str,
     message: &'a str,
-    labels: Vec<Place<'a>>,
+    labels: Vec<Label<'a>>,
     help: Option<&'a str>,
+    fix: Option<Mend<'a>>,
 }
 
 #[derive(Serialize)]
-struct Place<'a> {
-    file: &'a str,
-    line: usize,
-    column: usize,
-    start: u32,
-    end: u32,
+struct Label<'a> {
+    #[serde(flatten)]
+    place: Place<'a>,
     text: &'a str,
+}
+
+#[derive(Serialize)]
+struct Mend<'a> {
+    message: &'a str,
+    edits: Vec<Replacement<'a>>,
+}
+
+#[derive(Serialize)]
+struct Replacement<'a> {
+    #[serde(flatten)]
+    place: Place<'a>,
+    replacement: &'a str,
+}
+
+fn mend<'a>(fix: &'a Fix, sources: &'a SourceMap) -> Mend<'a> {
+    let edits = fix
+        .edits
+        .iter()
+        .map(|e| Replacement { place: Place::of(e.span, sources), replacement: &e.replacement })
+        .collect();
+    Mend { message: &fix.message, edits }
 }
 
 /// Writes one finding.
 #[must_use]
 pub fn render(diagnostic: &Diagnostic, sources: &SourceMap) -> String {
-    let place = |span: Span| {
-        let (line, column) = sources.line_column(span);
-        (sources.get(span.file).map_or("", |s| s.name.as_str()), line, column)
-    };
     let labels = diagnostic
         .labels
         .iter()
-        .map(|l| {
-            let (file, line, column) = place(l.span);
-            Place { file, line, column, start: l.span.start, end: l.span.end, text: &l.text }
-        })
+        .map(|l| Label { place: Place::of(l.span, sources), text: &l.text })
         .collect();
     let finding = Finding {
         code: diagnostic.code.id,
         name: diagnostic.code.name,
-        severity: match diagnostic.code.severity {
-            Severity::Error => "error",
-            Severity::Warning => "warning",
-        },
+        severity: diagnostic.code.severity.name(),
         message: &diagnostic.message,
         labels,
         help: diagnostic.help.as_deref(),
+        fix: diagnostic.fix.as_ref().map(|fix| mend(fix, sources)),
     };
     // Plain strings and numbers always serialise.
     serde_json::to_string(&finding).unwrap_or_default() + "\n"

@@ -3,6 +3,8 @@
 pub mod ariadne;
 pub mod concise;
 pub mod json;
+mod place;
+pub mod sarif;
 
 use super::Diagnostic;
 use crate::source::SourceMap;
@@ -17,19 +19,40 @@ pub enum Format {
     Concise,
     /// One JSON object each, a line each.
     Json,
+    /// One SARIF document for all.
+    Sarif,
+}
+
+/// The findings in the order of files and places.
+fn sorted(diagnostics: &[Diagnostic]) -> Vec<&Diagnostic> {
+    let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
+    sorted.sort_by_key(|d| (d.span().file, d.span().start, d.code.id));
+    sorted
 }
 
 /// Writes findings, in the order of files and places.
 #[must_use]
 pub fn render(diagnostics: &[Diagnostic], sources: &SourceMap, format: Format, colour: bool) -> String {
-    let mut sorted: Vec<&Diagnostic> = diagnostics.iter().collect();
-    sorted.sort_by_key(|d| (d.span().file, d.span().start, d.code.id));
-    sorted
-        .into_iter()
-        .map(|d| match format {
-            Format::Full => ariadne::render(d, sources, colour),
-            Format::Concise => concise::render(d, sources),
-            Format::Json => json::render(d, sources),
-        })
-        .collect()
+    let one = |d| match format {
+        Format::Full => ariadne::render(d, sources, colour),
+        Format::Concise => concise::render(d, sources),
+        Format::Json => json::render(d, sources),
+        Format::Sarif => String::new(),
+    };
+    match format {
+        Format::Sarif => sarif::render(&[(diagnostics, sources)]),
+        _ => sorted(diagnostics).into_iter().map(one).collect(),
+    }
+}
+
+/// A line that says where findings are explained; empty if there are none.
+#[must_use]
+pub fn more<'a>(diagnostics: impl IntoIterator<Item = &'a Diagnostic>) -> String {
+    let codes: std::collections::BTreeSet<&str> = diagnostics.into_iter().map(|d| d.code.id).collect();
+    let codes: Vec<&str> = codes.into_iter().collect();
+    match codes.as_slice() {
+        [] => String::new(),
+        [one] => format!("for more: sgc explain {one}\n"),
+        [first, ..] => format!("for more about {}: sgc explain {first}\n", codes.join(", ")),
+    }
 }

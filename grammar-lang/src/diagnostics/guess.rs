@@ -1,0 +1,75 @@
+//! Guesses what a misspelt word was meant to be.
+
+use super::Fix;
+use crate::source::Span;
+
+/// How many slips of the finger lie between two words, whatever their capitals.
+fn distance(word: &str, candidate: &str) -> usize {
+    strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase())
+}
+
+/// How many slips of the finger are likely in words of this length.
+fn likely(word: &str, candidate: &str) -> usize {
+    1.max(word.chars().count().min(candidate.chars().count()) / 3)
+}
+
+/// The word among `candidates` that `word` was probably meant to be.
+#[must_use]
+pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    candidates
+        .into_iter()
+        .map(|c| (distance(word, c), c))
+        .filter(|(distance, c)| *distance <= likely(word, c))
+        .min_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(b.1)))
+        .map(|(_, c)| c)
+}
+
+/// "did you mean `x`?" for the nearest candidate.
+#[must_use]
+pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
+    nearest(word, candidates).map(|c| format!("did you mean `{c}`?"))
+}
+
+/// The word that `word` was certainly meant to be: no other candidate is as near, the two are at
+/// most two slips apart, the word is long enough to be recognised, and it is no sibling of the other.
+#[must_use]
+pub fn sure<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let found = nearest(word, candidates.iter().copied())?;
+    let near = distance(word, found);
+    let alone = candidates.iter().all(|c| *c == found || distance(word, c) > near);
+    (alone && near <= 2 && word.chars().count() >= 3 && !siblings(word, found)).then_some(found)
+}
+
+/// Whether two names are told apart on purpose: by a number, as `leg_1` and `leg_2`, or by an
+/// initial, as `leg_l` and `leg_r`.
+fn siblings(a: &str, b: &str) -> bool {
+    let digits = |text: &str| text.chars().filter(|c| c.is_numeric()).collect::<String>();
+    let initials = a.split('_').zip(b.split('_')).any(|(a, b)| a != b && a.len().min(b.len()) <= 1);
+    digits(a) != digits(b) || a.contains('_') && initials
+}
+
+/// The fix that replaces a misspelt word, where it is certain what was meant.
+#[must_use]
+pub fn respell<'a>(span: Span, word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<Fix> {
+    let meant = sure(word, candidates)?;
+    Some(Fix::replace(span, meant, format!("write `{meant}` instead of `{word}`")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_guess_is_sure_only_if_nothing_else_is_as_near() {
+        assert_eq!(sure("cueb", ["cube", "ball"]), Some("cube"));
+        assert_eq!(sure("Cube", ["cube", "ball"]), Some("cube"));
+        assert_eq!(nearest("cubs", ["cube", "cubo"]), Some("cube"));
+        assert_eq!(sure("cubs", ["cube", "cubo"]), None, "two are as near");
+        assert_eq!(sure("leg_2", ["leg_1"]), None, "another number is no slip");
+        assert_eq!(sure("leg_l", ["leg_r"]), None, "another initial is no slip");
+        assert_eq!(sure("leg_lenght", ["leg_length"]), Some("leg_length"));
+        assert_eq!(sure("p", ["q"]), None, "too short to be recognised");
+        assert_eq!(sure("brick", ["cube"]), None);
+    }
+}

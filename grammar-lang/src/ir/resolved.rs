@@ -1,0 +1,456 @@
+//! A typed rule set as text for people: what a grammar comes to once variants,
+//! imports, functions and parameters are resolved.
+
+use std::fmt::Write;
+
+use super::{
+    Actuation, Actuator, Effect, Expr, ExprKind, Gather, Group, Holding, Kernel, Matched, Model, Objective,
+    Owner, Part, Rule, RuleSet, Schedule, Shape, Spread, Symmetry, Ty,
+};
+use crate::units::{self, Dimension};
+
+/// Writes a rule set much as a grammar is written, with every number in a unit that people use.
+#[must_use]
+pub fn resolved(rules: &RuleSet) -> String {
+    let mut out = Writer { rules, text: String::new() };
+    out.rule_set();
+    out.text
+}
+
+struct Writer<'r> {
+    rules: &'r RuleSet,
+    text: String,
+}
+
+/// What the local slots of an expression are called.
+type Names = Vec<String>;
+
+fn quantity(value: f64, ty: &Ty) -> String {
+    units::shown(value, ty.dimension().unwrap_or_default())
+}
+
+fn named(value: f64, dimension: &str) -> String {
+    units::shown(value, Dimension::named(dimension).unwrap_or_default())
+}
+
+fn range((low, high): (f64, f64), ty: &Ty) -> String {
+    format!("{} .. {}", quantity(low, ty), quantity(high, ty))
+}
+
+fn shape(shape: Shape) -> String {
+    let length = |x: f64| named(x, "Length");
+    match shape {
+        Shape::Box([x, y, z]) => format!("box({}, {}, {})", length(x), length(y), length(z)),
+        Shape::Sphere(r) => format!("sphere({})", length(r)),
+        Shape::Cylinder(r, l) => format!("cylinder({}, {})", length(r), length(l)),
+        Shape::Disk(r, h) => format!("disk({}, {})", length(r), length(h)),
+    }
+}
+
+fn group(group: &Group) -> &str {
+    match group {
+        Group::Part => "part",
+        Group::Block => "block",
+        Group::Actuator => "actuator",
+        Group::Kind(kind) => kind,
+    }
+}
+
+impl Writer<'_> {
+    fn line(&mut self, indent: usize, text: impl AsRef<str>) {
+        // Writing to a String never fails.
+        let _ = writeln!(self.text, "{:width$}{}", "", text.as_ref(), width = 2 * indent);
+    }
+
+    fn gap(&mut self) {
+        self.text.push('\n');
+    }
+
+    fn rule_set(&mut self) {
+        let rules = self.rules;
+        self.line(0, format!("grammar {}", rules.name));
+        self.gap();
+        for (name, param) in &rules.params {
+            let domain = param.domain.map_or(String::new(), |d| format!(" in {}", range(d, &param.ty)));
+            let value = quantity(param.value, &param.ty);
+            self.line(0, format!("param {name} : {}{domain} = {value}", param.ty));
+        }
+        rules.parts.iter().for_each(|(name, part)| self.part(name, part));
+        rules.actuators.iter().for_each(|(name, actuator)| self.actuator(name, actuator));
+        for (name, value) in &rules.patterns {
+            let value = self.expr(value, &Names::new());
+            self.line(0, format!("pattern {name} = {value}"));
+        }
+        self.gap();
+        self.line(
+            0,
+            match rules.symmetry {
+                Symmetry::None => "symmetry none".to_owned(),
+                Symmetry::Mirror(normal) => {
+                    format!("symmetry mirror {}", ["yz", "xz", "xy"].get(normal).unwrap_or(&""))
+                }
+                Symmetry::Radial(count, axis) => {
+                    format!("symmetry radial {count} about {}", ["x", "y", "z"].get(axis).unwrap_or(&""))
+                }
+            },
+        );
+        self.line(0, "begin {");
+        for placed in &rules.begin {
+            let what = self.expr(&placed.what, &Names::new());
+            let on = placed.on.as_ref().map_or(String::new(), |on| self.holding(on, &Names::new()));
+            self.line(1, format!("place {} : {what}{on}", placed.name));
+        }
+        self.line(0, "}");
+        rules.rules.iter().for_each(|rule| self.rule(rule));
+        self.gap();
+        for requirement in &rules.requirements {
+            let because = requirement.because.as_ref().map_or(String::new(), |b| format!(" because {b:?}"));
+            let condition = self.expr(&requirement.condition, &Names::new());
+            let name = if requirement.name == condition {
+                String::new()
+            } else {
+                format!("{} : ", requirement.name)
+            };
+            self.line(0, format!("require {name}{condition}{because}"));
+        }
+        for preference in &rules.preferences {
+            let condition = self.expr(&preference.condition, &Names::new());
+            let weight = self.expr(&preference.weight, &Names::new());
+            self.line(0, format!("prefer {} : {condition} weight {weight}", preference.name));
+        }
+        rules.actuations.iter().for_each(|(name, actuation)| self.actuation(name, actuation));
+        self.gap();
+        for (name, term) in &rules.terms {
+            let value = self.expr(&term.value, &Names::new());
+            self.line(0, format!("term {name} : {} = {value}", term.ty));
+        }
+        for (name, task) in &rules.tasks {
+            let indent = usize::from(*name != RuleSet::ONLY_TASK);
+            self.gap();
+            if indent > 0 {
+                self.line(0, format!("task {name} {{"));
+            }
+            for (kind, with) in &task.actuated {
+                self.line(indent, format!("actuate {kind} with {with}"));
+            }
+            self.objective(indent, &task.objective);
+            self.model(indent, &task.model);
+            if indent > 0 {
+                self.line(0, "}");
+            }
+        }
+        self.gap();
+        if !rules.tasks.contains_key(RuleSet::ONLY_TASK) {
+            self.objective(0, &rules.objective);
+        }
+        let from = rules.from.as_ref().map_or(String::new(), |from| format!(" from {from}"));
+        self.line(0, format!("search {}{from} {{", rules.search.name));
+        self.line(1, format!("keep = {}", rules.search.keep));
+        self.schedule("outer", &rules.search.outer);
+        if let Some(inner) = &rules.search.inner {
+            self.schedule("inner", inner);
+        }
+        self.line(0, "}");
+    }
+
+    fn part(&mut self, name: &str, part: &Part) {
+        self.gap();
+        self.line(0, format!("part {name} {{"));
+        self.line(1, format!("shape = {}", shape(part.shape)));
+        self.line(1, format!("mass = {}", named(part.mass, "Mass")));
+        self.line(1, format!("friction = {}", part.friction));
+        for port in &part.ports {
+            let at = port.at.map(|x| named(x, "Length")).join(", ");
+            let facing = port.facing.map(|x| x.to_string()).join(", ");
+            self.line(
+                1,
+                format!("port {}[{}] at vector({at}) facing vector({facing})", port.name, port.index),
+            );
+        }
+        self.line(0, "}");
+    }
+
+    fn actuator(&mut self, name: &str, actuator: &Actuator) {
+        self.gap();
+        self.line(0, format!("actuator {name} {{"));
+        for (name, param) in &actuator.params {
+            let domain = param.domain.map_or(String::new(), |d| format!(" in {}", range(d, &param.ty)));
+            let default = param
+                .default
+                .as_ref()
+                .map_or(String::new(), |d| format!(" = {}", self.expr(d, &Names::new())));
+            self.line(1, format!("param {name} : {}{domain}{default}", param.ty));
+        }
+        self.line(1, format!("segment = {}", shape(actuator.segment)));
+        let angle = Ty::Quantity(Dimension::ANGLE);
+        self.line(1, format!("bend = {}", range(actuator.bend, &angle)));
+        for (field, value, dimension) in [
+            ("mass", actuator.mass, "Mass"),
+            ("friction", actuator.friction, "Number"),
+            ("bending_speed", actuator.bending_speed, "AngularVelocity"),
+            ("relaxing_speed", actuator.relaxing_speed, "AngularVelocity"),
+            ("torque", actuator.torque, "Torque"),
+            ("stiffness", actuator.stiffness, "AngularStiffness"),
+            ("damping", actuator.damping, "AngularDamping"),
+        ] {
+            self.line(1, format!("{field} = {}", named(value, dimension)));
+        }
+        self.line(0, "}");
+    }
+
+    fn rule(&mut self, rule: &Rule) {
+        self.gap();
+        self.line(0, format!("rule {} {{", rule.name));
+        let mut names = rule.locals.clone();
+        let mut slot = 0;
+        for matched in &rule.matches {
+            let name = |i: usize| names.get(i).map_or("", String::as_str);
+            let what = match &matched.what {
+                Matched::Part { kind, port, joined_to } => {
+                    let port =
+                        if *port { format!(" with free port {}", name(slot + 1)) } else { String::new() };
+                    let joined = joined_to.map_or(String::new(), |j| format!(" joined to {}", name(j)));
+                    format!("{}{port}{joined}", group(kind))
+                }
+                Matched::Port { of } => {
+                    format!("port{}", of.map_or(String::new(), |of| format!(" of {}", name(of))))
+                }
+                Matched::Joint => "joint".to_owned(),
+                Matched::Step => "step".to_owned(),
+            };
+            let condition = matched
+                .condition
+                .as_ref()
+                .map_or(String::new(), |c| format!(" where {}", self.expr(c, &names)));
+            self.line(1, format!("match {} : {what}{condition}", name(slot)));
+            slot += matched.slots();
+        }
+        for choice in &rule.choices {
+            let spread = match &choice.spread {
+                Spread::Even | Spread::Fixed => String::new(),
+                Spread::Normal(a, b) => {
+                    format!(" by normal({}, {})", self.expr(a, &names), self.expr(b, &names))
+                }
+                Spread::Uniform(a, b) => {
+                    format!(" by uniform({}, {})", self.expr(a, &names), self.expr(b, &names))
+                }
+                Spread::Weights(list) => format!(" by {}", self.expr(list, &names)),
+            };
+            self.line(1, format!("choose {} in {}{spread}", choice.name, self.expr(&choice.domain, &names)));
+        }
+        for guard in &rule.guards {
+            self.line(1, format!("when {}", self.expr(&guard.condition, &names)));
+        }
+        for effect in &rule.effects {
+            let made = format!("made {}", names.len() - rule.locals.len() + 1);
+            let text = match effect {
+                Effect::Attach { what, on } => {
+                    let text = format!("attach {}{}", self.expr(what, &names), self.holding(on, &names));
+                    names.push(made);
+                    text
+                }
+                Effect::Replace { part, with, between } => {
+                    let between = between.as_ref().map_or(String::new(), |(a, b)| {
+                        format!(" from {} to {}", self.expr(a, &names), self.expr(b, &names))
+                    });
+                    let text = format!(
+                        "replace {} with {}{between}",
+                        self.expr(part, &names),
+                        self.expr(with, &names)
+                    );
+                    names.push(made);
+                    text
+                }
+                Effect::Remove(part) => format!("remove {}", self.expr(part, &names)),
+                Effect::Set { part, attribute, value } => {
+                    format!("set {}.{attribute} = {}", self.expr(part, &names), self.expr(value, &names))
+                }
+                Effect::Revert(step) => format!("revert {}", self.expr(step, &names)),
+            };
+            self.line(1, text);
+        }
+        let weight = self.expr(&rule.weight, &Names::new());
+        if weight != "1" {
+            self.line(1, format!("weight {weight}"));
+        }
+        self.line(0, "}");
+    }
+
+    fn holding(&self, on: &Holding, names: &Names) -> String {
+        let turned = on.turned.as_ref().map_or(String::new(), |t| format!(" turned {}", self.expr(t, names)));
+        let by = on.by.as_ref().map_or(String::new(), |by| format!(" by {by}"));
+        format!(" to {}{turned}{by}", self.expr(&on.port, names))
+    }
+
+    fn actuation(&mut self, name: &str, actuation: &Actuation) {
+        self.gap();
+        self.line(0, format!("actuation {name} for a : actuator {{"));
+        let mut names: Names = vec!["a".to_owned()];
+        for variable in &actuation.variables {
+            let (word, per) = match &variable.owner {
+                Owner::Body => ("shared", String::new()),
+                Owner::Actuator => ("vary", String::new()),
+                Owner::Group(number) => ("vary", format!(" per {}", self.expr(number, &names))),
+            };
+            let size = variable.size.map_or(String::new(), |n| format!("[{n}]"));
+            let domain = if variable.ty == Ty::Bool {
+                String::new()
+            } else {
+                format!(" in {}", range(variable.domain, &variable.ty))
+            };
+            let chance = self.expr(&variable.mutation.probability, &Names::new());
+            let kernel = match &variable.mutation.kernel {
+                Kernel::Flip => format!(" flip {chance}"),
+                Kernel::Normal(a, b) => {
+                    format!(
+                        " mutate {chance} by normal({}, {})",
+                        self.expr(a, &Names::new()),
+                        self.expr(b, &Names::new())
+                    )
+                }
+                Kernel::Uniform(a, b) => {
+                    format!(
+                        " mutate {chance} by uniform({}, {})",
+                        self.expr(a, &Names::new()),
+                        self.expr(b, &Names::new())
+                    )
+                }
+            };
+            let bound = format!("{:?}", variable.mutation.bound).to_lowercase();
+            self.line(
+                1,
+                format!(
+                    "{word} {}{size} : {}{domain}{per}{kernel} bound {bound}",
+                    variable.name, variable.ty
+                ),
+            );
+        }
+        names.extend(actuation.variables.iter().map(|v| v.name.clone()));
+        for (name, value) in actuation.lets.iter().chain(&actuation.moving) {
+            self.line(1, format!("let {name} = {}", self.expr(value, &names)));
+            names.push(name.clone());
+        }
+        self.line(1, format!("drive angle = {}", self.expr(&actuation.drive, &names)));
+        self.line(0, "}");
+    }
+
+    fn objective(&mut self, indent: usize, objective: &Objective) {
+        let word = if objective.maximize { "maximize" } else { "minimize" };
+        let value = self.expr(&objective.value, &Names::new());
+        self.line(indent, format!("{word} {value}"));
+    }
+
+    fn model(&mut self, indent: usize, model: &Model) {
+        self.line(indent, format!("simulate {} for {} {{", model.name, named(model.duration, "Time")));
+        for (field, value, dimension) in [
+            ("step", model.step, "Time"),
+            ("control", model.control, "Time"),
+            ("record", model.record, "Time"),
+            ("gravity", model.gravity, "Acceleration"),
+            ("ground_friction", model.ground_friction, "Number"),
+            ("speed_limit", model.speed_limit, "Velocity"),
+        ] {
+            self.line(indent + 1, format!("{field} = {}", named(value, dimension)));
+        }
+        self.line(indent + 1, format!("iterations = {}", model.iterations));
+        self.line(indent + 1, format!("self_collision = {}", model.self_collision));
+        self.line(indent, "}");
+    }
+
+    fn schedule(&mut self, name: &str, schedule: &Schedule) {
+        self.line(1, format!("{name} {{"));
+        for (field, value) in [
+            ("iterations", &schedule.iterations),
+            ("moves", &schedule.moves),
+            ("temperature", &schedule.temperature),
+            ("stop", &schedule.stop),
+        ] {
+            let value = self.expr(value, &Names::new());
+            self.line(2, format!("{field} = {value}"));
+        }
+        self.line(1, "}");
+    }
+
+    /// An expression, with brackets around everything that could be read in two ways.
+    fn expr(&self, expr: &Expr, names: &Names) -> String {
+        let show = |e: &Expr| self.expr(e, names);
+        let all = |items: &[Expr]| items.iter().map(show).collect::<Vec<_>>().join(", ");
+        match &expr.kind {
+            ExprKind::Number(x) => quantity(*x, &expr.ty),
+            ExprKind::Bool(x) => x.to_string(),
+            ExprKind::Text(x) => format!("{x:?}"),
+            ExprKind::Param(name)
+            | ExprKind::Placed(name)
+            | ExprKind::Pattern(name)
+            | ExprKind::Term(name) => name.clone(),
+            ExprKind::PortName(name) => name.clone(),
+            ExprKind::Task(name) if *name == RuleSet::ONLY_TASK => "the value of the task".to_owned(),
+            ExprKind::Task(name) => format!("{name}.value"),
+            ExprKind::Shared(actuation, variable) => format!("{actuation}.{variable}"),
+            ExprKind::Local(slot) => match names.get(*slot) {
+                Some(name) if !name.is_empty() => name.clone(),
+                _ => format!("x{slot}"),
+            },
+            ExprKind::Word(word) => word.text().to_owned(),
+            ExprKind::Group(g) => group(g).to_owned(),
+            ExprKind::Kind(name, params) if params.is_empty() => name.clone(),
+            ExprKind::Kind(name, params) => {
+                let params: Vec<String> = params.iter().map(|(n, e)| format!("{n} = {}", show(e))).collect();
+                format!("{name}({})", params.join(", "))
+            }
+            ExprKind::Port(of, name, number) => {
+                let number = number.as_ref().map_or(String::new(), |n| format!("[{}]", show(n)));
+                format!("{}.{name}{number}", show(of))
+            }
+            ExprKind::Bind { slot, value, body } => {
+                format!("(let x{slot} = {} in {})", show(value), show(body))
+            }
+            ExprKind::Attribute(of, name) => format!("{}.{name}", show(of)),
+            ExprKind::At(track, time) => format!("({} at {})", show(track), show(time)),
+            ExprKind::Negate(x) => format!("-{}", show(x)),
+            ExprKind::Not(x) => format!("not {}", show(x)),
+            ExprKind::Binary(a, operator, b) => format!("({} {} {})", show(a), operator.symbol(), show(b)),
+            ExprKind::If(a, b, c) => format!("(if {} then {} else {})", show(a), show(b), show(c)),
+            ExprKind::Call(function, arguments) => format!("{}({})", function.text(), all(arguments)),
+            ExprKind::Apply(curve, place) => format!("{}({})", show(curve), show(place)),
+            ExprKind::Index(list, index) => format!("{}[{}]", show(list), show(index)),
+            ExprKind::Range(low, high) => format!("{} .. {}", show(low), show(high)),
+            ExprKind::Set(items) => format!("{{ {} }}", all(items)),
+            ExprKind::List(items) => format!("[{}]", all(items)),
+            ExprKind::Convert(x, factor) => format!("({} in units of {factor})", show(x)),
+            ExprKind::Aggregate { how, binders, condition, body, otherwise } => {
+                let mut names = names.clone();
+                let mut over = Vec::new();
+                for binder in binders {
+                    let what = self.expr(&binder.over, &names);
+                    names.resize(binder.slot, String::new());
+                    names.push(format!("x{}", binder.slot));
+                    over.push(format!("x{} in {what}", binder.slot));
+                }
+                let part = |word: &str, e: &Option<Box<Expr>>| {
+                    e.as_ref().map_or(String::new(), |e| format!(" {word} {}", self.expr(e, &names)))
+                };
+                let condition = part("where", condition);
+                let over = over.join(", ");
+                match how {
+                    Gather::Forall | Gather::Exists => {
+                        let word = if *how == Gather::Forall { "forall" } else { "exists" };
+                        let body = body.as_ref().map_or(String::new(), |b| self.expr(b, &names));
+                        format!("({word} {over}{condition}: {body})")
+                    }
+                    _ => {
+                        let word = match how {
+                            Gather::Count => "count",
+                            Gather::Sum => "sum",
+                            Gather::Mean => "mean",
+                            Gather::Min => "min",
+                            _ => "max",
+                        };
+                        let (body, otherwise) = (part("of", body), part("otherwise", otherwise));
+                        format!("({word} over {over}{condition}{body}{otherwise})")
+                    }
+                }
+            }
+        }
+    }
+}

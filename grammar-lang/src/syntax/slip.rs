@@ -1,0 +1,159 @@
+//! Common slips at the place where the parser stopped, with what was meant.
+
+use crate::diagnostics::{Diagnostic, Fix};
+use crate::source::{FileId, Span};
+
+/// Signs that come along from word processors and other languages, and what they stand for here.
+const LOOK_ALIKE: &[(&str, &str)] = &[
+    ("−", "-"),
+    ("–", "-"),
+    ("—", "-"),
+    ("×", "*"),
+    ("·", "*"),
+    ("÷", "/"),
+    ("=<", "<="),
+    ("=>", ">="),
+    ("≤", "<="),
+    ("≥", ">="),
+    ("≠", "!="),
+    ("…", ".."),
+    ("°", "deg"),
+    ("&&", "and"),
+    ("||", "or"),
+];
+
+/// Where the parser stopped.
+pub(super) struct Stop<'a> {
+    /// The declaration or clause.
+    pub(super) piece: &'a str,
+    /// Where it begins in the file.
+    pub(super) start: usize,
+    /// Where the parser stopped in the piece.
+    pub(super) place: usize,
+    /// The word or sign that stands there.
+    pub(super) found: &'a str,
+    /// What could stand there instead, as people call it.
+    pub(super) expected: &'a [&'a str],
+    pub(super) file: FileId,
+}
+
+impl Stop<'_> {
+    fn span(&self, length: usize) -> Span {
+        let start = self.start + self.place;
+        Span::new(self.file, start, start + length)
+    }
+
+    fn before(&self) -> &str {
+        self.piece.get(..self.place).unwrap_or("")
+    }
+
+    fn rest(&self) -> &str {
+        self.piece.get(self.place..).unwrap_or("")
+    }
+
+    fn expects(&self, what: &str) -> bool {
+        self.expected.contains(&what)
+    }
+
+    /// The finding with what was meant, where that can be told.
+    pub(super) fn explain(&self, error: Diagnostic) -> Diagnostic {
+        let slip = self
+            .look_alike()
+            .or_else(|| self.quotes())
+            .or_else(|| self.comment())
+            .or_else(|| self.equals())
+            .or_else(|| self.needless())
+            .or_else(|| self.time());
+        match slip {
+            Some((help, fix)) => error.help(help).fix_if(fix),
+            None => error,
+        }
+    }
+
+    fn look_alike(&self) -> Option<(String, Option<Fix>)> {
+        let (sign, meant) = LOOK_ALIKE.iter().find(|(sign, _)| self.rest().starts_with(sign))?;
+        let message = format!("write `{meant}` instead of `{sign}`");
+        // A word stands apart from its neighbours, a sign need not.
+        let word = meant.starts_with(char::is_alphabetic);
+        let after = self.rest().get(sign.len()..).unwrap_or("");
+        let before = if word && !self.before().ends_with([' ', '\t']) { " " } else { "" };
+        let after = if word && after.starts_with(char::is_alphanumeric) { " " } else { "" };
+        let fix = Fix::replace(self.span(sign.len()), format!("{before}{meant}{after}"), message.clone());
+        Some((message, Some(fix)))
+    }
+
+    /// Curly quotes around a text.
+    fn quotes(&self) -> Option<(String, Option<Fix>)> {
+        let curly = ['“', '”', '„', '‟', '«', '»'];
+        let line = self.rest().lines().next()?;
+        let open = line.chars().next().filter(|c| curly.contains(c))?;
+        let help = "write straight quotes: `\"`".to_owned();
+        let inner = line.get(open.len_utf8()..)?;
+        let fix = inner.find(curly).and_then(|close| {
+            let close_start = self.place + open.len_utf8() + close;
+            let length = inner.get(close..)?.chars().next()?.len_utf8();
+            let start = self.start + close_start;
+            let close = Span::new(self.file, start, start + length);
+            Some(Fix::replace(self.span(open.len_utf8()), "\"", help.clone()).and(close, "\""))
+        });
+        Some((help, fix))
+    }
+
+    /// `//`, of which the parser has taken the first for a division.
+    fn comment(&self) -> Option<(String, Option<Fix>)> {
+        let both = Span { start: self.span(0).start.saturating_sub(1), ..self.span(1) };
+        (self.found == "/" && self.before().ends_with('/')).then(|| {
+            let fix = Fix::replace(both, "#", "write `#` instead of `//`");
+            ("a comment begins with `#`".to_owned(), Some(fix))
+        })
+    }
+
+    /// `=` where two values are compared, `==` or `:` where a name gets one.
+    fn equals(&self) -> Option<(String, Option<Fix>)> {
+        let replace = |length, by: &str| {
+            let found = self.found;
+            Some(Fix::replace(self.span(length), by, format!("write `{by}` instead of `{found}`")))
+        };
+        let words = "`==` compares two values, `=` gives a value to a name";
+        let condition = ["require", "when", "unless"].iter().any(|w| self.piece.starts_with(w));
+        let alone = !self.rest().get(1..).unwrap_or("").starts_with(['=', '<', '>', '~']);
+        match self.found {
+            "==" if self.expects("`=`") => Some((words.to_owned(), replace(2, "="))),
+            // The parser has taken the first of two for the sign that it was looking for.
+            "=" if self.before().ends_with('=') => Some((words.to_owned(), {
+                let first = Span { start: self.span(0).start.saturating_sub(1), ..self.span(1) };
+                Some(Fix::replace(first, "=", "write `=` instead of `==`"))
+            })),
+            "=" if self.expects("an operator") => {
+                Some((words.to_owned(), replace(1, "==").filter(|_| condition && alone)))
+            }
+            ":" if self.expects("`=`") => Some((
+                "`=` gives a value to a name, `:` says of which kind it is".to_owned(),
+                replace(1, "="),
+            )),
+            _ => None,
+        }
+    }
+
+    /// A sign at the end of a line that needs none.
+    fn needless(&self) -> Option<(String, Option<Fix>)> {
+        let sign = Some(self.found).filter(|f| [";", ","].contains(f))?;
+        let rest = self.rest().get(1..)?.trim_start_matches([' ', '\t', '\r']);
+        let last = rest.is_empty() || rest.starts_with(['\n', '#', '}']);
+        last.then(|| {
+            let fix = Fix::replace(self.span(1), "", format!("remove `{sign}`"));
+            (format!("a line needs no `{sign}` at its end"), Some(fix))
+        })
+    }
+
+    /// A calculated time after `at`.
+    fn time(&self) -> Option<(String, Option<Fix>)> {
+        let before = self.before().trim_end();
+        let at = before.ends_with("at") && !before.trim_end_matches("at").ends_with(char::is_alphanumeric);
+        (self.found == "-" && at).then(|| {
+            let help = "times count from the start of the motion, which is 0 s; a time that is calculated \
+                        stands in brackets: `at (end - 1 s)`";
+            (help.to_owned(), None)
+        })
+    }
+}

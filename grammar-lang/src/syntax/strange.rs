@@ -1,0 +1,202 @@
+//! Invisible characters and texts that are not closed: found before parsing, because the parser
+//! would stumble over them much later, or over what nobody can see.
+
+use std::borrow::Cow;
+use std::ops::RangeInclusive;
+
+use crate::diagnostics::{Code, Diagnostic, Fix};
+use crate::source::{FileId, Span};
+
+/// A text as the parser should read it.
+pub(super) struct Cleaned<'a> {
+    /// Of the same length as the text, up to its end, so that places do not move.
+    pub(super) text: Cow<'a, str>,
+    /// What was found.
+    pub(super) errors: Vec<Diagnostic>,
+    /// Where texts were closed by force: what the parser finds wrong there is an echo.
+    open: Vec<RangeInclusive<usize>>,
+}
+
+impl Cleaned<'_> {
+    /// Whether a finding of the parser only repeats that a text is open.
+    pub(super) fn is_echo(&self, error: &Diagnostic) -> bool {
+        self.open.iter().any(|place| place.contains(&error.span().range().start))
+    }
+}
+
+/// Takes out what the parser should not see.
+pub(super) fn cleaned(text: &str, file: FileId) -> Cleaned<'_> {
+    let found = scan(text);
+    if found.is_empty() {
+        return Cleaned { text: Cow::Borrowed(text), errors: Vec::new(), open: Vec::new() };
+    }
+    let open = found.iter().filter_map(|s| match s.kind {
+        Kind::OpenText { quote } => Some(quote..=s.start + 1),
+        _ => None,
+    });
+    let open = open.collect();
+    let mut clean = String::with_capacity(text.len() + 1);
+    let mut errors = Vec::new();
+    let mut done = 0;
+    for strange in &found {
+        clean.push_str(text.get(done..strange.start).unwrap_or(""));
+        // What follows keeps its place: findings about it are about the text as it was written.
+        clean.push_str(&strange.stand_in.repeat(strange.end - strange.start));
+        done = strange.end;
+        errors.push(strange.diagnostic(text, file));
+    }
+    clean.push_str(text.get(done..).unwrap_or(""));
+    if found.last().is_some_and(|s| matches!(s.kind, Kind::OpenText { .. }) && s.start == text.len()) {
+        clean.push('"');
+    }
+    Cleaned { text: Cow::Owned(clean), errors, open }
+}
+
+/// Something strange, and what the parser reads in its place.
+struct Strange {
+    kind: Kind,
+    start: usize,
+    end: usize,
+    stand_in: &'static str,
+}
+
+enum Kind {
+    /// A character that is a blank to the eye.
+    Blank(char),
+    /// A character that the eye does not see at all.
+    Nothing(char),
+    /// A text whose quote, at this place, is not closed on its line.
+    OpenText { quote: usize },
+}
+
+/// Blanks that the language does not know, such as the no-break space.
+fn is_blank(c: char) -> bool {
+    (c.is_whitespace() || c.is_control()) && !matches!(c, ' ' | '\t' | '\r' | '\n')
+}
+
+/// Characters without width.
+fn is_nothing(c: char) -> bool {
+    matches!(c, '\u{AD}' | '\u{61C}' | '\u{180E}' | '\u{200B}'..='\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2060}'..='\u{2069}')
+}
+
+/// Walks over the text outside comments; invisible characters within a text in quotes are its own.
+fn scan(text: &str) -> Vec<Strange> {
+    let mut found = Vec::new();
+    let mut comment = false;
+    let mut quote = None;
+    let mut escaped = false;
+    for (place, c) in text.char_indices() {
+        let end = place + c.len_utf8();
+        let strange = |kind, stand_in| Strange { kind, start: place, end, stand_in };
+        if escaped {
+            // A backslash takes the next character as it is, even the end of a line.
+            escaped = false;
+            continue;
+        }
+        match (c, quote) {
+            ('\n', _) => {
+                found.extend(quote.map(|quote| strange(Kind::OpenText { quote }, "\"")));
+                (quote, comment) = (None, false);
+            }
+            _ if comment => {}
+            ('"', Some(_)) => quote = None,
+            ('\\', Some(_)) => escaped = true,
+            (_, Some(_)) => {}
+            ('"', None) => quote = Some(place),
+            ('#', None) => comment = true,
+            (c, None) if is_blank(c) => found.push(strange(Kind::Blank(c), " ")),
+            (c, None) if is_nothing(c) => found.push(strange(Kind::Nothing(c), " ")),
+            _ => {}
+        }
+    }
+    if let Some(quote) = quote {
+        let end = text.len();
+        found.push(Strange { kind: Kind::OpenText { quote }, start: end, end, stand_in: "\"" });
+    }
+    found
+}
+
+impl Strange {
+    fn diagnostic(&self, text: &str, file: FileId) -> Diagnostic {
+        let span = Span::new(file, self.start, self.end);
+        match self.kind {
+            Kind::Blank(c) => Diagnostic::new(Code::SYNTAX, span, invisible(c))
+                .label("looks like a space, but is another character")
+                .help("replace it by a space; such characters come along when text is pasted")
+                .fix(Fix::replace(span, " ", "replace an invisible character by a space")),
+            Kind::Nothing(c) => Diagnostic::new(Code::SYNTAX, span, invisible(c))
+                .label("something is here that cannot be seen")
+                .help("remove it; such characters come along when text is pasted")
+                .fix(Fix::replace(span, "", "remove an invisible character")),
+            Kind::OpenText { quote } => open_text(text, file, quote, self.start),
+        }
+    }
+}
+
+fn invisible(c: char) -> String {
+    let name = match c {
+        '\u{A0}' => "a no-break space",
+        '\u{202F}' => "a narrow no-break space",
+        '\u{AD}' => "a soft hyphen",
+        '\u{200B}' => "a zero-width space",
+        _ => "an invisible character",
+    };
+    format!("{name} (U+{:04X}) stands here", u32::from(c))
+}
+
+/// A text that begins at `quote` and is not closed before its line ends at `end`.
+fn open_text(text: &str, file: FileId, quote: usize, end: usize) -> Diagnostic {
+    let inner = text.get(quote..end).unwrap_or("").trim_end();
+    let last = Span::new(file, quote + inner.len(), quote + inner.len());
+    let error = Diagnostic::new(
+        Code::SYNTAX,
+        Span::new(file, quote, quote + inner.len()),
+        "this text in quotes is not closed: a `\"` is missing",
+    )
+    .label("goes on to the end of the line")
+    .help("close it with `\"` on the same line");
+    // Where something else may follow the text, only its author knows where it should end.
+    let words = inner.get(1..).unwrap_or("");
+    let whole = !words.trim().is_empty()
+        && !words.contains(['(', ')', '[', ']', '{', '}', '=', '\\'])
+        && !words.contains(" #");
+    error.fix_if(whole.then(|| Fix::replace(last, "\"", "close the text with `\"`")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mended(text: &str) -> (Vec<String>, String) {
+        let errors = cleaned(text, FileId(0)).errors;
+        let edits: Vec<_> = errors.iter().filter_map(|e| e.fix.clone()).flat_map(|f| f.edits).collect();
+        let messages = errors.iter().map(|e| e.message.clone()).collect();
+        (messages, crate::diagnostics::apply(text, &edits).unwrap())
+    }
+
+    #[test]
+    fn invisible_characters_become_spaces_or_nothing() {
+        let (messages, text) = mended("let a\u{A0}= 3 # not\u{A0}here\nlet b\u{200B} = \"nor\u{A0}here\"\n");
+        assert_eq!(text, "let a = 3 # not\u{A0}here\nlet b = \"nor\u{A0}here\"\n");
+        assert_eq!(messages[0], "a no-break space (U+00A0) stands here");
+        assert_eq!(messages.len(), 2);
+    }
+
+    #[test]
+    fn an_open_text_is_closed_at_the_end_of_its_line_if_nothing_else_is_on_it() {
+        assert_eq!(mended("colour = \"#ffffff \nmass = 3 g").1, "colour = \"#ffffff\" \nmass = 3 g");
+        assert_eq!(mended("let a = \"abc").1, "let a = \"abc\"");
+        let (messages, text) = mended("let a = f(\"abc)\n");
+        assert_eq!((messages.len(), text.as_str()), (1, "let a = f(\"abc)\n"));
+        assert_eq!(mended("let a = \"a \\\" b\" # \"").0.len(), 0);
+    }
+
+    #[test]
+    fn places_do_not_move() {
+        let text = "let a\u{2003}= \"abc\nlet b = 4\u{A0}m";
+        let Cleaned { text: clean, errors, .. } = cleaned(text, FileId(0));
+        assert_eq!(clean.len(), text.len());
+        assert_eq!(errors.len(), 3);
+        assert_eq!(clean.find("let b"), text.find("let b"));
+    }
+}

@@ -1,0 +1,215 @@
+//! `sgc check --fix`: mends what can be mended for certain.
+//!
+//! All is tried on copies first. A round applies every fix that is offered and checks again; if that
+//! gives more errors, each fix is tried alone, and those that do harm are left out for good. Only
+//! then is each file written, once and whole.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use grammar_lang::diagnostics::{Diagnostic, Edit, apply};
+use grammar_lang::source::SourceMap;
+
+use super::load::{self, STDIN, Text};
+use super::output::{self, Fault};
+use crate::results::folder::write_whole;
+use crate::world::{Edited, LIBRARY, read_text};
+
+/// How often the texts are mended and checked again: one fix may uncover the next.
+const ROUNDS: usize = 100;
+
+/// A fix that a check offers.
+#[derive(Clone)]
+struct Offer {
+    /// Which text, whatever the check called it.
+    key: PathBuf,
+    /// The text as it is.
+    text: String,
+    edits: Vec<Edit>,
+    /// What is told about it: place and message.
+    told: String,
+    /// The same fix is known by this in the next round, when places have moved.
+    mark: String,
+}
+
+/// What a check of all texts gave.
+struct State {
+    errors: usize,
+    offers: Vec<Offer>,
+}
+
+struct Session<'a> {
+    texts: &'a [Text],
+    overrides: &'a [(String, String)],
+    world: Edited,
+    /// The texts that were changed, as they were.
+    originals: BTreeMap<PathBuf, String>,
+    /// What was done to which text.
+    done: Vec<(PathBuf, String)>,
+    /// The marks of fixes that do harm.
+    refused: BTreeSet<String>,
+}
+
+/// Mends texts, writes the files that changed, and says so. Gives the world as it is then.
+pub(super) fn mend(texts: &[Text], overrides: &[(String, String)]) -> Result<Edited, Fault> {
+    let mut session = Session {
+        texts,
+        overrides,
+        world: Edited::default(),
+        originals: BTreeMap::new(),
+        done: Vec::new(),
+        refused: BTreeSet::new(),
+    };
+    let mut state = session.look(&session.world);
+    for _ in 0..ROUNDS {
+        let Some(next) = session.round(state) else { break };
+        state = next;
+    }
+    session.write()?;
+    Ok(session.world)
+}
+
+impl Session<'_> {
+    /// Checks all texts in a world.
+    fn look(&self, world: &Edited) -> State {
+        let mut state = State { errors: 0, offers: Vec::new() };
+        for Text { name, text, .. } in self.texts {
+            let text = world.get(name).unwrap_or(text);
+            for checked in load::check_all(world, name, text, self.overrides) {
+                state.errors += checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count();
+                let offers = checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources));
+                state.offers.extend(offers.filter(|o| !self.refused.contains(&o.mark)));
+            }
+        }
+        state
+    }
+
+    /// Applies what can be applied; `None` if nothing can.
+    fn round(&mut self, state: State) -> Option<State> {
+        let together = compatible(&state.offers);
+        if together.is_empty() {
+            return None;
+        }
+        if let Some(next) = self.attempt(&together, state.errors) {
+            return Some(next);
+        }
+        let (good, bad): (Vec<&Offer>, Vec<&Offer>) =
+            together.into_iter().partition(|o| self.trial(&[*o]).1.errors <= state.errors);
+        for offer in bad {
+            output::note(&format!("not mended {}: more errors would be found afterwards", offer.told));
+            self.refused.insert(offer.mark.clone());
+        }
+        // Those that do no harm alone may do so together: then the first goes first.
+        self.attempt(&good, state.errors)
+            .or_else(|| self.attempt(good.get(..1)?, state.errors))
+            .or_else(|| Some(self.look(&self.world)))
+    }
+
+    /// The world after some fixes, and what a check of it gives.
+    fn trial(&self, offers: &[&Offer]) -> (Edited, State) {
+        let mut world = self.world.clone();
+        for (key, (text, edits)) in by_text(offers) {
+            if let Some(mended) = apply(text, edits) {
+                world.set(key, mended);
+            }
+        }
+        let state = self.look(&world);
+        (world, state)
+    }
+
+    /// Keeps some fixes if they do no harm.
+    fn attempt(&mut self, offers: &[&Offer], errors: usize) -> Option<State> {
+        if offers.is_empty() {
+            return None;
+        }
+        let (world, state) = self.trial(offers);
+        if state.errors > errors {
+            return None;
+        }
+        for offer in offers {
+            self.originals.entry(offer.key.clone()).or_insert_with(|| offer.text.clone());
+            self.done.push((offer.key.clone(), offer.told.clone()));
+        }
+        self.world = world;
+        Some(state)
+    }
+
+    /// Writes what has changed, each file once and whole.
+    fn write(&self) -> Result<(), Fault> {
+        for (key, original) in &self.originals {
+            let mended = self.world.at(key).unwrap_or(original);
+            if key.as_os_str() != STDIN {
+                replace(key, original, mended)
+                    .map_err(|e| Fault::usage(format!("cannot mend {}: {e}", key.display())))?;
+            }
+            for (_, told) in self.done.iter().filter(|(of, _)| of == key) {
+                output::note(&format!("mended {told}"));
+            }
+        }
+        if self.done.is_empty() {
+            output::note("nothing was mended: no finding has a certain fix");
+        }
+        // Whoever pipes a text through gets it back, mended or not.
+        for text in self.texts.iter().filter(|t| t.name == STDIN) {
+            output::data(self.world.get(STDIN).unwrap_or(&text.text))?;
+        }
+        Ok(())
+    }
+}
+
+/// The fix of a finding, if it changes a text that is the user's own.
+fn offer(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<Offer> {
+    let fix = diagnostic.fix.as_ref()?;
+    let first = fix.edits.first()?;
+    let source = sources.get(first.span.file)?;
+    let library = LIBRARY.iter().any(|(name, _)| *name == source.name);
+    if library || fix.edits.iter().any(|e| e.span.file != first.span.file) {
+        return None;
+    }
+    let (line, column) = sources.line_column(first.span);
+    let around = source.text.lines().nth(line - 1).unwrap_or("").trim();
+    Some(Offer {
+        key: Edited::key(&source.name),
+        text: source.text.clone(),
+        edits: fix.edits.clone(),
+        told: format!("{}:{line}:{column}: {}", source.name, fix.message),
+        mark: format!("{}\n{}\n{around}", source.name, fix.message),
+    })
+}
+
+/// The offers that can be taken together, first come, first served.
+fn compatible(offers: &[Offer]) -> Vec<&Offer> {
+    let mut chosen: Vec<&Offer> = Vec::new();
+    for offer in offers {
+        let mut with = chosen.clone();
+        with.push(offer);
+        if by_text(&with).into_values().all(|(text, edits)| apply(text, edits).is_some()) {
+            chosen = with;
+        }
+    }
+    chosen
+}
+
+type Edits<'o> = (&'o str, Vec<&'o Edit>);
+
+/// The edits of some offers by text.
+fn by_text<'o>(offers: &[&'o Offer]) -> BTreeMap<&'o Path, Edits<'o>> {
+    let mut texts: BTreeMap<&Path, Edits<'_>> = BTreeMap::new();
+    for offer in offers {
+        let (_, edits) = texts.entry(&offer.key).or_insert((&offer.text, Vec::new()));
+        edits.extend(&offer.edits);
+    }
+    texts
+}
+
+/// Replaces the content of a file that still is as it was read.
+fn replace(path: &Path, original: &str, mended: &str) -> Result<(), String> {
+    if read_text(path)? != original {
+        return Err("it was changed by another program in the meantime".to_owned());
+    }
+    let permissions = std::fs::metadata(path).map_err(|e| e.to_string())?.permissions();
+    if permissions.readonly() {
+        return Err("it is read-only".to_owned());
+    }
+    write_whole(path, mended)
+}

@@ -1,0 +1,87 @@
+//! `sgc test`: derives the examples of grammars and checks what they expect.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use grammar_lang::diagnostics::render::{Format, render};
+
+use super::output::{self, Fault};
+use super::{exit, load};
+use crate::derive::run_example;
+use crate::world::Files;
+
+/// Derive the examples of grammars and check what they expect
+#[derive(Args)]
+pub(super) struct Test {
+    /// The grammars
+    #[arg(required = true, value_name = "FILE")]
+    files: Vec<PathBuf>,
+    /// Only examples whose name contains this
+    #[arg(long, value_name = "TEXT")]
+    only: Option<String>,
+    /// Set a parameter of the grammars
+    #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
+    params: Vec<(String, String)>,
+}
+
+/// How many examples held, and how many failed.
+#[derive(Default)]
+struct Tally {
+    passed: usize,
+    failed: usize,
+    code: u8,
+}
+
+impl Test {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let mut tally = Tally::default();
+        for file in &self.files {
+            // The other files are tested all the same; the worst exit code counts.
+            if let Err(fault) = self.file(file, &mut tally) {
+                if !fault.message.is_empty() {
+                    output::note(&format!("error: {}", fault.message));
+                }
+                tally.code = tally.code.max(fault.code);
+            }
+        }
+        let Tally { passed, failed, code } = tally;
+        output::note(&format!("{passed} passed, {failed} failed"));
+        Ok(if failed > 0 { code.max(exit::INPUT) } else { code })
+    }
+
+    /// Tests the grammar of a file and each of its variants.
+    fn file(&self, file: &Path, tally: &mut Tally) -> Result<(), Fault> {
+        let text = load::read(file)?;
+        let offers = load::check(&Files, &text.name, &text.text, &self.params, None).offers;
+        let several = offers.len() > 1;
+        let wanted: Vec<Option<&str>> =
+            if several { offers.iter().map(|o| Some(o.as_str())).collect() } else { vec![None] };
+        let mut any = false;
+        for wanted in wanted {
+            let (rules, sources) = load::grammar(file, &self.params, wanted)?;
+            let named = |name: &str| self.only.as_ref().is_none_or(|text| name.contains(text));
+            for (name, example) in rules.examples.iter().filter(|(name, _)| named(name)) {
+                any = true;
+                match run_example(&rules, name, example) {
+                    Ok(made) => {
+                        let (steps, parts) = (made.steps.len(), made.design.parts.len());
+                        output::data(&format!(
+                            "ok      {}.{name}: {steps} steps, {parts} parts\n",
+                            rules.name
+                        ))?;
+                        tally.passed += 1;
+                    }
+                    Err(failure) => {
+                        output::data(&format!("failed  {}.{name}\n", rules.name))?;
+                        output::data(&render(&[*failure], &sources, Format::Full, output::colour_out()))?;
+                        tally.failed += 1;
+                    }
+                }
+            }
+        }
+        if !any {
+            output::note(&format!("{}: no examples", file.display()));
+        }
+        Ok(())
+    }
+}

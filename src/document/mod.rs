@@ -1,0 +1,58 @@
+//! Pages of documentation: what a text declares, from its `##` comments.
+//!
+//! A page is made from the syntax tree and slices of the text. It takes
+//! declarations as they come, by the word that opens them: a kind of
+//! declaration that this module has never heard of is shown like any other.
+
+mod code;
+mod html;
+mod lex;
+mod names;
+mod page;
+mod prose;
+mod sections;
+#[cfg(test)]
+mod tests;
+
+use grammar_lang::names::{LoadedModule, Program, load};
+use grammar_lang::source::{Source, SourceMap, World};
+use grammar_lang::syntax::ast::Item;
+pub use names::is_name;
+
+/// A text that a page documents, with all that it imports.
+struct Module {
+    /// What the world calls it: a path, or `std.blocks`.
+    name: String,
+    program: Program,
+    sources: SourceMap,
+}
+
+impl Module {
+    fn new(world: &dyn World, source: &Source) -> Self {
+        let mut sources = SourceMap::default();
+        let entry = sources.add(source.name.clone(), source.text.clone());
+        let (program, _) = load(world, &mut sources, entry, None);
+        Self { name: source.name.clone(), program, sources }
+    }
+
+    /// Its own part of the program.
+    fn own(&self) -> Option<&LoadedModule> {
+        self.program.modules.first()
+    }
+
+    fn items(&self) -> &[Item] {
+        self.own().map_or(&[], |module| &module.tree.items)
+    }
+
+    fn text(&self) -> &str {
+        self.own().and_then(|module| self.sources.get(module.file)).map_or("", |source| &source.text)
+    }
+}
+
+/// One self-contained page about some texts. Errors in them are not told:
+/// whoever wants to know checks them.
+#[must_use]
+pub fn page(title: &str, world: &dyn World, texts: &[Source]) -> String {
+    let modules: Vec<Module> = texts.iter().map(|source| Module::new(world, source)).collect();
+    page::page(title, &modules)
+}

@@ -1,0 +1,156 @@
+//! Declarations in groups: what a reader looks for, in the order of the text.
+
+use grammar_lang::names::declared;
+use grammar_lang::syntax::ast::{Item, ItemKind};
+
+use super::Module;
+use super::lex::{Kind, pieces};
+
+/// The words that open declarations, and what several of them are called. A
+/// word that is not here heads its group itself.
+const TITLES: &[(&str, &str)] = &[
+    ("param", "Parameters"),
+    ("let", "Constants"),
+    ("enum", "Enumerations"),
+    ("record", "Records"),
+    ("part", "Parts"),
+    ("actuator", "Actuators"),
+    ("cell", "Cells"),
+    ("lattice", "Lattices"),
+    ("pattern", "Patterns"),
+    ("rule", "Rules"),
+    ("require", "Requirements"),
+    ("prefer", "Preferences"),
+    ("actuation", "Actuations"),
+    ("term", "Terms"),
+    ("task", "Tasks"),
+    ("model", "Models"),
+    ("search", "Searches"),
+    ("variant", "Variants"),
+    ("example", "Examples"),
+];
+
+/// The words whose declarations say how a grammar is run.
+const SETTINGS: &[&str] = &["symmetry", "begin", "actuate", "simulate", "maximize", "minimize"];
+const SETTINGS_TITLE: &str = "Settings";
+
+/// The words after which a name may be left out.
+const MAYBE_NAMED: &[&str] = &["require", "prefer", "search"];
+
+/// A declaration with what the page says of it.
+pub(super) struct Entry<'a> {
+    /// The word that opens it.
+    pub(super) word: &'a str,
+    /// Its name, if it has one.
+    pub(super) name: Option<&'a str>,
+    /// Its comment.
+    pub(super) doc: &'a str,
+    /// Its text.
+    pub(super) source: &'a str,
+}
+
+/// Declarations of a kind.
+pub(super) struct Group<'a> {
+    pub(super) title: String,
+    pub(super) entries: Vec<Entry<'a>>,
+}
+
+/// An import: a module, and the names if not all are taken.
+pub(super) type Import<'a> = (&'a str, Option<Vec<&'a str>>);
+
+/// What a module declares, by kind; `grammar` and `use` lines have their own places.
+pub(super) fn groups(module: &Module) -> Vec<Group<'_>> {
+    let mut groups: Vec<Group<'_>> = Vec::new();
+    for item in module.items() {
+        if matches!(item.kind, ItemKind::Grammar(_) | ItemKind::Use { .. }) {
+            continue;
+        }
+        let entry = entry(module, item);
+        let title = title(&entry);
+        match groups.iter_mut().find(|group| group.title == title) {
+            Some(group) => group.entries.push(entry),
+            None => groups.push(Group { title, entries: vec![entry] }),
+        }
+    }
+    // Settings are what the rest leads to.
+    groups.sort_by_key(|group| group.title == SETTINGS_TITLE);
+    groups
+}
+
+fn entry<'a>(module: &'a Module, item: &'a Item) -> Entry<'a> {
+    let source = source(module.text(), item.span.range());
+    let word = source.split(|c: char| !c.is_alphanumeric() && c != '_').next().unwrap_or("");
+    let name = declared(item).map(|name| name.text.as_str()).or_else(|| second_word(word, source));
+    Entry { word, name, doc: &item.doc, source }
+}
+
+/// The name of a declaration that others cannot import, or of a kind that is not known here.
+fn second_word<'a>(word: &str, source: &'a str) -> Option<&'a str> {
+    if SETTINGS.contains(&word) || MAYBE_NAMED.contains(&word) {
+        return None;
+    }
+    let mut pieces = pieces(source).into_iter().filter(|piece| piece.kind != Kind::Space).skip(1);
+    pieces.next().filter(|piece| piece.kind == Kind::Word).map(|piece| piece.text)
+}
+
+fn title(entry: &Entry<'_>) -> String {
+    // `search NAME` without a block chooses one; with a block it declares one.
+    if SETTINGS.contains(&entry.word) || entry.word == "search" && entry.name.is_none() {
+        return SETTINGS_TITLE.to_owned();
+    }
+    let known = TITLES.iter().find(|(word, _)| *word == entry.word);
+    known.map_or_else(|| entry.word.to_owned(), |(_, title)| (*title).to_owned())
+}
+
+/// The text of an item: with a comment that follows on its last line, without
+/// those on lines below, which belong to what comes next.
+fn source(text: &str, range: std::ops::Range<usize>) -> &str {
+    let rest = text.get(range.end..).unwrap_or("");
+    let line = rest.split('\n').next().unwrap_or("");
+    let end = range.end + if line.trim_start().starts_with('#') { line.len() } else { 0 };
+    let mut source = text.get(range.start..end).unwrap_or("").trim_end();
+    while let Some((before, last)) = source.rsplit_once('\n') {
+        if !last.trim().is_empty() && !last.trim_start().starts_with('#') {
+            break;
+        }
+        source = before.trim_end();
+    }
+    source
+}
+
+/// The comment at the head of a text, unless it belongs to the declaration right below it.
+fn head(text: &str) -> String {
+    let mut lines = text.trim_start_matches('\u{FEFF}').trim_start().lines().map(str::trim).peekable();
+    let mut doc = Vec::new();
+    while let Some(line) = lines.next_if(|line| line.starts_with("##")) {
+        doc.push(line.trim_start_matches('#').trim());
+    }
+    if lines.peek().is_none_or(|line| line.is_empty()) { doc.join("\n") } else { String::new() }
+}
+
+/// What a text says about itself: the comment of its `grammar` line, or the one at its head.
+pub(super) fn about(module: &Module) -> String {
+    let grammar = module.items().iter().find(|item| matches!(item.kind, ItemKind::Grammar(_)));
+    let own = grammar.map(|item| item.doc.clone()).filter(|doc| !doc.is_empty());
+    own.unwrap_or_else(|| head(module.text()))
+}
+
+/// The name of a grammar; none for a module.
+pub(super) fn grammar(module: &Module) -> Option<&str> {
+    module.items().iter().find_map(|item| match &item.kind {
+        ItemKind::Grammar(name) => Some(name.text.as_str()),
+        _ => None,
+    })
+}
+
+/// What a module imports.
+pub(super) fn imports(module: &Module) -> Vec<Import<'_>> {
+    let mut imports = Vec::new();
+    for item in module.items() {
+        if let ItemKind::Use { module: from, names } = &item.kind {
+            let names = names.as_ref().map(|names| names.iter().map(|name| name.text.as_str()).collect());
+            imports.push((from.text.as_str(), names));
+        }
+    }
+    imports
+}
