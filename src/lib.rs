@@ -1,5 +1,6 @@
 //! `sgc` turns spatial grammars into soft robots that move.
 
+pub mod audit;
 pub mod cli;
 pub mod derive;
 pub mod design;

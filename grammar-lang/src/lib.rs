@@ -3,6 +3,7 @@
 //! Pure: no file system, clock, random numbers or terminal. Texts come from a
 //! [`source::World`]; findings are data.
 
+pub mod bounds;
 pub mod diagnostics;
 pub mod eval;
 pub mod format;
@@ -56,7 +57,8 @@ pub fn compile(
     diagnostics.extend(found);
     let clean = !diagnostics.iter().any(Diagnostic::is_error);
     if let Some(ruleset) = ruleset.as_ref().filter(|_| clean) {
-        lint::run(ruleset, &mut diagnostics);
+        let varied = offers.first().is_some_and(|first| *first != ruleset.name);
+        lint::run(ruleset, entry, varied, &mut diagnostics);
     }
     let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
     Compiled { ruleset, is_grammar, offers, diagnostics }

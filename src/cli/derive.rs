@@ -36,17 +36,23 @@ pub(super) struct Derive {
     steps: Option<usize>,
 }
 
+/// Refuses the name of an example that the grammar does not have.
+pub(super) fn known_example(rules: &RuleSet, name: &str) -> Result<(), Fault> {
+    if rules.examples.contains_key(name) {
+        return Ok(());
+    }
+    let names: Vec<&str> = rules.examples.keys().map(String::as_str).collect();
+    let help = match (did_you_mean(name, names.iter().copied()), names.is_empty()) {
+        (Some(help), _) => help,
+        (None, true) => "it has none".to_owned(),
+        (None, false) => format!("it has: {}", names.join(", ")),
+    };
+    Err(Fault::input(format!("this grammar has no example `{name}`; {help}")))
+}
+
 /// The first design: of an example, if one is named.
 pub(super) fn start(rules: &RuleSet, sources: &SourceMap, from: Option<&str>) -> Result<Derivation, Fault> {
-    if let Some(name) = from.filter(|name| !rules.examples.contains_key(*name)) {
-        let names: Vec<&str> = rules.examples.keys().map(String::as_str).collect();
-        let help = match (did_you_mean(name, names.iter().copied()), names.is_empty()) {
-            (Some(help), _) => help,
-            (None, true) => "it has none".to_owned(),
-            (None, false) => format!("it has: {}", names.join(", ")),
-        };
-        return Err(Fault::input(format!("this grammar has no example `{name}`; {help}")));
-    }
+    from.map_or(Ok(()), |name| known_example(rules, name))?;
     Derivation::start(rules, from).map_err(|failure| {
         let text = render(&[*failure], sources, Format::Full, output::colour_err());
         output::note(text.trim_end());

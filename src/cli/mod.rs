@@ -1,5 +1,6 @@
 //! The command line. One file for each command.
 
+mod audit;
 mod check;
 mod compile;
 mod completions;
@@ -26,7 +27,8 @@ use output::Fault;
 pub mod exit {
     /// Done.
     pub const DONE: u8 = 0;
-    /// The input has errors or is not laid out, or no feasible design was found.
+    /// The input has errors or is not laid out, no feasible design was found, or a body
+    /// that was asked for cannot be made.
     pub const INPUT: u8 = 1;
     /// Usage, configuration, files.
     pub const USAGE: u8 = 2;
@@ -59,14 +61,16 @@ Examples:
 To have the shell complete commands and options (other shells: sgc help completions):
   sgc completions bash > ~/.local/share/bash-completion/completions/sgc
 
-Exit codes: 0 done; 1 the input has errors, no feasible design was found, or
-`fmt --check` names a file; 2 usage or files; 75 stopped early with the best so
+Exit codes: 0 done; 1 the input has errors, no feasible design was found,
+`audit` was asked for a body that was not made, or `fmt --check` names a file;
+2 usage or files; 75 stopped early with the best so
 far saved; 101 a bug in sgc; 130 interrupted with nothing saved.";
 
 #[derive(Subcommand)]
 enum Command {
     New(new::New),
     Check(check::Check),
+    Audit(audit::Audit),
     Fmt(fmt::Fmt),
     Test(test::Test),
     Explain(explain::Explain),
@@ -94,6 +98,7 @@ pub fn main() -> ExitCode {
     let done = match arguments.command {
         Command::New(command) => command.run(),
         Command::Check(command) => command.run(),
+        Command::Audit(command) => command.run(),
         Command::Fmt(command) => command.run(),
         Command::Test(command) => command.run(),
         Command::Explain(command) => command.run(),

@@ -12,7 +12,7 @@ use super::{Derivation, DesignScope};
 const TRIES: usize = 10_000;
 
 /// A spread whose numbers are known.
-enum Weighing {
+pub(super) enum Weighing {
     Even,
     Normal(f64, f64),
     Uniform(f64, f64),
@@ -21,7 +21,7 @@ enum Weighing {
 
 impl Weighing {
     /// The weight of the value number `index`.
-    fn weight(&self, index: usize, value: &Value) -> f64 {
+    pub(super) fn weight(&self, index: usize, value: &Value) -> f64 {
         let x = value.as_number().unwrap_or(0.0);
         match self {
             Self::Even => 1.0,
@@ -36,7 +36,7 @@ impl Weighing {
     }
 
     /// A value between two ends; it may lie beyond them.
-    fn draw(&self, low: f64, high: f64, random: &mut Stream) -> f64 {
+    pub(super) fn draw(&self, low: f64, high: f64, random: &mut Stream) -> f64 {
         match self {
             Self::Normal(mean, deviation) => random.normal(*mean, *deviation),
             Self::Uniform(least, most) => {
@@ -58,8 +58,8 @@ pub(super) fn domain_of(value: Value) -> Arc<Domain> {
 
 /// Draws for one derivation at one temperature.
 pub(super) struct Drawing<'a> {
-    scope: DesignScope<'a>,
-    rule: &'a Rule,
+    pub(super) scope: DesignScope<'a>,
+    pub(super) rule: &'a Rule,
 }
 
 impl Derivation {
@@ -133,7 +133,7 @@ impl Drawing<'_> {
     }
 
     /// Adds a value to the locals if the guards that it completes hold.
-    fn fits(&self, value: Value, locals: &mut Vec<Value>) -> Result<bool, EvalError> {
+    pub(super) fn fits(&self, value: Value, locals: &mut Vec<Value>) -> Result<bool, EvalError> {
         locals.push(value);
         let slots = locals.len();
         let complete = |g: &&Guard| g.needs == slots;
@@ -146,7 +146,7 @@ impl Drawing<'_> {
         Ok(true)
     }
 
-    fn weighing(
+    pub(super) fn weighing(
         &self,
         choice: &Choice,
         domain: &Domain,

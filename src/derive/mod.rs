@@ -7,6 +7,7 @@
 
 mod apply;
 mod choosing;
+mod every;
 mod example;
 mod matching;
 pub mod random;
@@ -19,6 +20,7 @@ use grammar_lang::eval::{EvalError, Value, evaluate};
 use grammar_lang::ir::{Rule, RuleSet};
 
 pub use apply::Blocked;
+pub use every::Applications;
 pub use example::run_example;
 pub use record::{Recorded, Step};
 pub use scope::DesignScope;

@@ -55,6 +55,22 @@ fn describe(part: &Part, rules: &RuleSet) -> String {
     format!("{} {:?} {turned} {params:?}", part.kind, [snap(p.x), snap(p.y), snap(p.z)])
 }
 
+/// The parts of a design, each with its place and with what holds it, in order: two designs
+/// are the same body if all of these are the same.
+pub(super) fn pieces(design: &Design, rules: &RuleSet) -> Vec<String> {
+    let described = |id: u64| design.parts.get(&id).map_or(String::new(), |part| describe(part, rules));
+    let mut pieces: Vec<String> = design
+        .parts
+        .iter()
+        .map(|(id, part)| {
+            let holder = part.held_by.map_or(String::new(), |(holder, _)| described(holder));
+            format!("{} held by {holder}", described(*id))
+        })
+        .collect();
+    pieces.sort_unstable();
+    pieces
+}
+
 pub(super) fn hash(design: &Design, rules: &RuleSet) -> String {
     let mut described: Vec<(String, u64)> =
         design.parts.iter().map(|(id, p)| (describe(p, rules), *id)).collect();

@@ -227,6 +227,13 @@ impl Design {
         overlap::none(self, rules)
     }
 
+    /// The parts with their places and what holds them, as texts in order: of two designs of
+    /// which one is contained in the other, the one has all the pieces of the other.
+    #[must_use]
+    pub fn pieces(&self, rules: &RuleSet) -> Vec<String> {
+        canonical::pieces(self, rules)
+    }
+
     /// A hash of the body that this design is: parts, places and joints, whatever
     /// the order in which they came to be. 64 hexadecimal digits.
     #[must_use]

@@ -125,11 +125,33 @@ codes! {
     OBJECTIVE_UNIT    "E0504" "objective-without-unit" Error;
     CONSTANT_REQUIRE  "E0505" "requirement-never-holds" Error;
     NO_PERIOD         "E0506" "no-period" Error;
+    NEVER_APPLIES     "E0510" "condition-never-holds" Error;
+    NO_SUCH_PORT      "E0511" "no-such-port" Error;
+    OUT_OF_REACH      "E0512" "rule-out-of-reach" Error;
+    NOTHING_DRAWN     "E0513" "no-rule-drawn" Error;
+    NEGATIVE_WEIGHT   "E0514" "negative-weight" Error;
+    CLASH             "E0515" "clashing-requirements" Error;
+    BAD_SCHEDULE      "E0516" "impossible-schedule" Error;
+    BAD_SPREAD        "E0517" "impossible-spread" Error;
+    OUTSIDE_MOTION    "E0518" "outside-the-motion" Error;
+    NO_POSSIBLE_VALUE "E0519" "no-possible-value" Error;
     START_BREAKS      "E0601" "start-breaks-requirement" Error;
     NO_VALUE          "E0602" "no-value" Error;
     EXAMPLE_FAILS     "E0603" "example-fails" Error;
     // Probably not meant
     UNUSED            "W0701" "unused" Warning;
+    POINTLESS         "W0710" "condition-always-holds" Warning;
+    CONSTANT_IF       "W0711" "constant-if" Warning;
+    EXCLUDES_NOTHING  "W0712" "requirement-excludes-nothing" Warning;
+    NEVER_DRAWN       "W0713" "rule-never-drawn" Warning;
+    WEIGHT_BELOW      "W0714" "weight-below-zero" Warning;
+    COLD              "W0715" "temperature-below-zero" Warning;
+    SPREAD_BEYOND     "W0716" "spread-beyond-its-limits" Warning;
+    ODD_SIZE          "W0717" "odd-size" Warning;
+    NO_ROOM           "W0718" "no-room-to-grow" Warning;
+    ENDLESS           "W0719" "endless-growth" Warning;
+    NOTHING_TO_SEARCH "W0720" "nothing-to-search" Warning;
+    TWICE_IN_SET      "W0721" "twice-in-a-set" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

@@ -211,6 +211,35 @@ words! {
 }
 
 impl Expr {
+    /// Visits what the expression is made of, but not what that is made of.
+    pub fn each<'e>(&'e self, visit: &mut impl FnMut(&'e Self)) {
+        match &self.kind {
+            ExprKind::Attribute(a, _) | ExprKind::Negate(a) | ExprKind::Not(a) | ExprKind::Convert(a, _) => {
+                visit(a)
+            }
+            ExprKind::Port(a, _, b) => {
+                visit(a);
+                b.iter().for_each(|b| visit(b));
+            }
+            ExprKind::Bind { value, body, .. } => [value, body].into_iter().for_each(|e| visit(e)),
+            ExprKind::At(a, b)
+            | ExprKind::Binary(a, _, b)
+            | ExprKind::Apply(a, b)
+            | ExprKind::Index(a, b)
+            | ExprKind::Range(a, b) => [a, b].into_iter().for_each(|e| visit(e)),
+            ExprKind::If(a, b, c) => [a, b, c].into_iter().for_each(|e| visit(e)),
+            ExprKind::Call(_, items) | ExprKind::Set(items) | ExprKind::List(items) => {
+                items.iter().for_each(visit)
+            }
+            ExprKind::Kind(_, items) => items.iter().for_each(|(_, e)| visit(e)),
+            ExprKind::Aggregate { binders, condition, body, otherwise, .. } => {
+                binders.iter().for_each(|b| visit(&b.over));
+                [condition, body, otherwise].into_iter().flatten().for_each(|e| visit(e));
+            }
+            _ => {}
+        }
+    }
+
     /// Whether the expression, or one that it is made of, satisfies `test`.
     pub fn any(&self, test: &mut impl FnMut(&Self) -> bool) -> bool {
         if test(self) {

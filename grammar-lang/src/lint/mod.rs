@@ -1,23 +1,91 @@
 //! Checks of a whole rule set that need no design. One file each.
 
+mod bad_schedule;
+mod bad_spread;
+mod below;
 mod circles;
+mod clash;
+mod constant_if;
 mod constant_requirement;
+mod counts;
 mod empty_choice;
+mod empty_for_all;
+mod endless;
+mod excludes_nothing;
 mod kinds;
+mod negative_weight;
+mod never_applies;
+mod never_drawn;
 mod never_matches;
+mod no_possible_value;
+mod no_room;
+mod no_such_port;
 mod no_value;
+mod nothing_drawn;
+mod nothing_to_search;
+mod odd_size;
+mod out_of_reach;
+mod outside_motion;
+mod places;
+mod pointless;
+mod twice_in_set;
 
 use crate::diagnostics::Diagnostic;
 use crate::ir::RuleSet;
+use crate::source::FileId;
 
-/// Runs every check.
-pub(crate) fn run(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+type Lint = fn(&RuleSet, &mut Vec<Diagnostic>);
+
+/// What makes a grammar unusable, as far as it can be evaluated as it stands.
+const EXACT: &[Lint] =
+    &[never_matches::check, constant_requirement::check, empty_choice::check, no_value::check];
+
+/// What makes a grammar unusable whatever the design. A port that is not there
+/// comes before the condition that asks for it.
+const SOUND: &[Lint] = &[
+    no_such_port::check,
+    never_applies::check,
+    out_of_reach::check,
+    nothing_drawn::check,
+    negative_weight::check,
+    clash::check,
+    bad_schedule::check,
+    bad_spread::check,
+    outside_motion::check,
+    empty_for_all::check,
+    no_possible_value::check,
+];
+
+/// What was probably not meant.
+const DOUBTFUL: &[Lint] = &[
+    never_drawn::check,
+    below::check,
+    odd_size::check,
+    no_room::check,
+    endless::check,
+    nothing_to_search::check,
+    twice_in_set::check,
+];
+
+/// What says nothing. A text that several grammars share may say in one of them
+/// what it does not say in another: only the text that declares the grammar is told.
+const POINTLESS: &[Lint] = &[pointless::check, constant_if::check, excludes_nothing::check];
+
+/// Runs every check; later ones only where those before found no error.
+/// `entry` is the text that declares the grammar, `varied` whether it is a variant of another.
+pub(crate) fn run(ruleset: &RuleSet, entry: FileId, varied: bool, findings: &mut Vec<Diagnostic>) {
+    let stop = |findings: &[Diagnostic]| findings.iter().any(Diagnostic::is_error);
     circles::check(ruleset, findings);
-    if !findings.is_empty() {
+    for lints in [EXACT, SOUND, DOUBTFUL] {
         // The others evaluate: not in circles.
-        return;
+        if stop(findings) {
+            return;
+        }
+        lints.iter().for_each(|lint| lint(ruleset, findings));
     }
-    for lint in [never_matches::check, constant_requirement::check, empty_choice::check, no_value::check] {
-        lint(ruleset, findings);
+    if !varied && !stop(findings) {
+        let mut own = Vec::new();
+        POINTLESS.iter().for_each(|lint| lint(ruleset, &mut own));
+        findings.extend(own.into_iter().filter(|d| d.span().file == entry));
     }
 }

@@ -1,0 +1,81 @@
+//! Built-in functions over intervals.
+
+use super::{Abstract, Interval, Reasoning};
+use crate::ir::{Expr, Function};
+
+impl Reasoning<'_> {
+    pub(super) fn call(&mut self, expr: &Expr, function: Function, arguments: &[Expr]) -> Abstract {
+        use Function as F;
+        let values: Vec<Abstract> = arguments.iter().map(|a| self.value(a)).collect();
+        let number = |i: usize| values.get(i).map_or(Interval::ALL, Abstract::numbers);
+        let first = values.first().cloned().unwrap_or(Abstract::Any);
+        let pi = std::f64::consts::PI;
+        Abstract::Number(match function {
+            F::Abs => number(0).abs(),
+            F::Min | F::Max => {
+                let pick = |a: f64, b: f64| if function == F::Min { a.min(b) } else { a.max(b) };
+                let all = (0..values.len()).map(number);
+                all.reduce(|a, b| Interval::new(pick(a.low, b.low), pick(a.high, b.high)))
+                    .unwrap_or(Interval::ALL)
+            }
+            F::Clamp => {
+                let (x, low, high) = (number(0), number(1), number(2));
+                Interval::new(x.low.min(high.low).max(low.low), x.high.min(high.high).max(low.high))
+            }
+            F::Floor => number(0).rising(libm::floor),
+            F::Ceil => number(0).rising(libm::ceil),
+            F::Round => number(0).rising(libm::round),
+            F::Fraction => Interval::new(0.0, 1.0),
+            F::Sqrt if number(0).high < 0.0 => {
+                return self.fails(expr, "a negative number has no square root");
+            }
+            F::Sqrt => number(0).rising(|x| x.max(0.0).sqrt()),
+            F::Exp => number(0).rising(libm::exp).widened(),
+            F::Ln if number(0).high <= 0.0 => {
+                return self.fails(expr, "only a positive number has a logarithm");
+            }
+            F::Ln => number(0).rising(|x| libm::log(x.max(0.0))).widened(),
+            F::Sin | F::Cos => match (number(0).single(), function) {
+                (Some(x), F::Sin) => Interval::point(libm::sin(x)),
+                (Some(x), _) => Interval::point(libm::cos(x)),
+                _ => Interval::new(-1.0, 1.0),
+            },
+            F::Arc => number(0).times(number(1)),
+            F::Length | F::Horizontal => Interval::NOT_NEGATIVE,
+            F::Angle => Interval::new(0.0, 2.0 * pi),
+            F::Heading | F::Bearing | F::Wrap => Interval::new(-pi, pi).widened(),
+            F::Count => first.length(),
+            F::Each => {
+                let times = number(1).rising(|n| n.clamp(0.0, 10_000.0) as usize as f64);
+                return Abstract::Many(Box::new(first.item()), first.length().times(times));
+            }
+            F::Repeat => {
+                let times = number(1).rising(|n| n.clamp(0.0, 10_000.0) as usize as f64);
+                return Abstract::Many(Box::new(first), times);
+            }
+            F::First | F::Last if first.length().high <= 0.0 => {
+                return self.fails(expr, "an empty list has no such item");
+            }
+            F::First | F::Last => return first.item(),
+            F::Neighbours => {
+                let parts = Abstract::Part(self.facts.kinds());
+                return Abstract::Many(Box::new(parts), Interval::NOT_NEGATIVE);
+            }
+            F::Images => {
+                let most = self.facts.images() as f64 - 1.0;
+                return Abstract::Many(Box::new(first), Interval::new(0.0, most));
+            }
+            F::Tan
+            | F::Height
+            | F::Gain
+            | F::Vector
+            | F::Bezier
+            | F::Box
+            | F::Sphere
+            | F::Cylinder
+            | F::Disk
+            | F::Normal
+            | F::Uniform => return Abstract::Any,
+        })
+    }
+}

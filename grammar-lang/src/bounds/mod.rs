@@ -1,0 +1,20 @@
+//! What can be said of an expression before there is a design: numbers as
+//! intervals, truth as always, never or sometimes.
+//!
+//! Everything here is sound: it claims only what holds for every design that
+//! the grammar can make, whatever its parameters are set to. What it cannot
+//! follow may be anything.
+
+mod call;
+mod facts;
+mod interval;
+pub mod linear;
+mod locals;
+mod reason;
+mod value;
+
+pub use facts::Facts;
+pub use interval::Interval;
+pub use locals::{actuation_locals, conjuncts, locals_of, made_by, narrowed_locals_of};
+pub use reason::{Never, Reasoning};
+pub use value::{Abstract, Truth};

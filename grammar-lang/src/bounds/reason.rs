@@ -1,0 +1,350 @@
+//! Evaluates expressions over everything that they may read.
+
+use super::{Abstract, Facts, Interval, Truth};
+use crate::ir::{Binder, Expr, ExprKind, Gather, Operator, Ty};
+use crate::source::Span;
+
+/// A place that never has a value, and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Never {
+    /// Where.
+    pub span: Span,
+    /// Why, in words.
+    pub reason: &'static str,
+}
+
+/// An evaluation over everything that an expression may read. It also gathers
+/// what it meets on the way: places without a value, and constant conditions.
+#[derive(Debug)]
+pub struct Reasoning<'f> {
+    /// What is known.
+    pub facts: &'f Facts<'f>,
+    /// What is known of local slots.
+    pub locals: Vec<Abstract>,
+    /// Places that never have a value, although they are evaluated.
+    pub never: Vec<Never>,
+    /// The conditions of every `if`, and what is known of them.
+    pub conditions: Vec<(Span, Truth)>,
+}
+
+impl<'f> Reasoning<'f> {
+    /// Knows these facts and locals.
+    #[must_use]
+    pub fn new(facts: &'f Facts<'f>, locals: Vec<Abstract>) -> Self {
+        Self { facts, locals, never: Vec::new(), conditions: Vec::new() }
+    }
+
+    /// Whether a condition holds.
+    pub fn truth(&mut self, expr: &Expr) -> Truth {
+        self.value(expr).truth()
+    }
+
+    /// The numbers that an expression may have.
+    pub fn numbers(&mut self, expr: &Expr) -> Interval {
+        self.value(expr).numbers()
+    }
+
+    /// Everything that an expression may be.
+    pub fn value(&mut self, expr: &Expr) -> Abstract {
+        match &expr.kind {
+            ExprKind::Number(x) => Abstract::Number(Interval::point(*x)),
+            ExprKind::Bool(x) => Abstract::Bool(Truth::known(*x)),
+            ExprKind::Param(name) => self.facts.param(name),
+            ExprKind::Local(slot) => self.locals.get(*slot).cloned().unwrap_or(Abstract::Any),
+            ExprKind::Word(word) => self.facts.word(*word),
+            ExprKind::Placed(name) => self.placed(name),
+            ExprKind::Group(group) => {
+                let kinds = self.facts.kinds_in(group);
+                Abstract::Many(Box::new(Abstract::Part(kinds)), self.facts.count(group))
+            }
+            ExprKind::Kind(name, params) => {
+                for (_, value) in params {
+                    self.value(value);
+                }
+                Abstract::Kind(vec![name.clone()])
+            }
+            ExprKind::Term(name) => match self.facts.rules.terms.get(name) {
+                Some(term) => Reasoning::new(self.facts, Vec::new()).value(&term.value),
+                None => Abstract::Any,
+            },
+            ExprKind::Port(of, _, number) => {
+                let of = self.value(of);
+                if let Some(number) = number {
+                    self.value(number);
+                }
+                match of {
+                    Abstract::Part(kinds) => Abstract::Port(kinds),
+                    _ => Abstract::Any,
+                }
+            }
+            ExprKind::Bind { slot, value, body } => self.bind(*slot, value, body),
+            ExprKind::Attribute(of, name) => self.attribute(of, name),
+            ExprKind::At(track, time) => {
+                self.value(track);
+                self.value(time);
+                Abstract::Any
+            }
+            ExprKind::Negate(x) => match self.value(x) {
+                Abstract::Number(x) => Abstract::Number(x.negated()),
+                _ => Abstract::Any,
+            },
+            ExprKind::Not(x) => Abstract::Bool(self.truth(x).negated()),
+            ExprKind::Binary(a, operator, b) => self.binary(expr, a, *operator, b),
+            ExprKind::If(condition, yes, no) => self.branch(condition, yes, no),
+            ExprKind::Aggregate { .. } => self.aggregate(expr),
+            ExprKind::Call(function, arguments) => self.call(expr, *function, arguments),
+            ExprKind::Apply(curve, place) => {
+                self.value(curve);
+                self.value(place);
+                Abstract::Any
+            }
+            ExprKind::Index(list, index) => self.index(expr, list, index),
+            ExprKind::Range(low, high) => self.range(expr, low, high),
+            ExprKind::Set(items) | ExprKind::List(items) => self.many(items),
+            ExprKind::Convert(x, factor) => {
+                let quotients = self.numbers(x).over(Interval::point(*factor));
+                Abstract::Number(quotients.unwrap_or(Interval::ALL))
+            }
+            ExprKind::Text(_)
+            | ExprKind::Pattern(_)
+            | ExprKind::Task(_)
+            | ExprKind::Shared(..)
+            | ExprKind::PortName(_) => Abstract::Any,
+        }
+    }
+
+    pub(super) fn fails(&mut self, expr: &Expr, reason: &'static str) -> Abstract {
+        self.never.push(Never { span: expr.span, reason });
+        Abstract::Any
+    }
+
+    fn placed(&self, name: &str) -> Abstract {
+        let placed = self.facts.rules.begin.iter().find(|p| p.name == name);
+        match placed.map(|p| &p.what.kind) {
+            Some(ExprKind::Kind(kind, _)) => Abstract::Part(vec![kind.clone()]),
+            _ => Abstract::Part(self.facts.kinds()),
+        }
+    }
+
+    /// What a function is called with may be constant here and not elsewhere: inside
+    /// it, nothing is known of its argument.
+    fn bind(&mut self, slot: usize, value: &Expr, body: &Expr) -> Abstract {
+        self.value(value);
+        self.within(slot, Abstract::Any, |inner| inner.value(body))
+    }
+
+    /// Fills a local slot for as long as `inside` runs.
+    fn within<T>(&mut self, slot: usize, value: Abstract, inside: impl FnOnce(&mut Self) -> T) -> T {
+        let before = self.locals.clone();
+        self.locals.resize(slot.max(self.locals.len()), Abstract::Any);
+        self.locals.truncate(slot);
+        self.locals.push(value);
+        let result = inside(self);
+        self.locals = before;
+        result
+    }
+
+    fn attribute(&mut self, of: &Expr, name: &str) -> Abstract {
+        match (self.value(of), &of.ty) {
+            (Abstract::Part(kinds), _) => self.facts.part_attribute(&kinds, name),
+            (Abstract::Port(kinds), _) => self.facts.port_attribute(&kinds, name),
+            (_, Ty::Step) if name == "number" => Abstract::Number(Interval::new(1.0, f64::INFINITY)),
+            (_, Ty::Joint) if name == "port" => Abstract::Port(self.facts.kinds()),
+            (_, Ty::Joint) => Abstract::Part(self.facts.kinds()),
+            _ => Abstract::Any,
+        }
+    }
+
+    fn branch(&mut self, condition: &Expr, yes: &Expr, no: &Expr) -> Abstract {
+        let truth = self.truth(condition);
+        self.conditions.push((condition.span, truth));
+        match truth {
+            Truth::Always => self.value(yes),
+            Truth::Never => self.value(no),
+            Truth::Sometimes => {
+                // A branch that may be left out is not always evaluated: what has no value
+                // in it may have been kept apart by the condition.
+                let before = self.never.len();
+                let (yes, no) = (self.value(yes), self.value(no));
+                self.never.truncate(before);
+                yes.hull(no)
+            }
+        }
+    }
+
+    fn many(&mut self, items: &[Expr]) -> Abstract {
+        let item = items.iter().map(|item| self.value(item)).reduce(Abstract::hull);
+        Abstract::Many(Box::new(item.unwrap_or(Abstract::Any)), Interval::point(items.len() as f64))
+    }
+
+    fn range(&mut self, expr: &Expr, low: &Expr, high: &Expr) -> Abstract {
+        let (low, high) = (self.numbers(low), self.numbers(high));
+        let whole = expr.ty == Ty::Domain(Box::new(Ty::Count));
+        let ends = Interval::new(low.low, high.high);
+        if !whole {
+            return Abstract::Many(Box::new(Abstract::Number(ends)), Interval::NOT_NEGATIVE);
+        }
+        let ends = Interval::new(libm::ceil(ends.low), libm::floor(ends.high));
+        let count = |high: f64, low: f64| (libm::floor(high) - libm::ceil(low) + 1.0).max(0.0);
+        let length = Interval::new(count(high.low, low.high), count(high.high, low.low));
+        let length =
+            if length.low.is_nan() || length.high.is_nan() { Interval::NOT_NEGATIVE } else { length };
+        Abstract::Many(Box::new(Abstract::Number(ends)), length)
+    }
+
+    fn index(&mut self, expr: &Expr, list: &Expr, index: &Expr) -> Abstract {
+        let (list, index) = (self.value(list), self.numbers(index));
+        if index.high < 0.0 || index.low >= list.length().high {
+            return self.fails(expr, "no item of the list has this number");
+        }
+        list.item()
+    }
+
+    fn binary(&mut self, expr: &Expr, a: &Expr, operator: Operator, b: &Expr) -> Abstract {
+        use Operator as O;
+        match operator {
+            O::And | O::Or => return self.junction(a, operator, b),
+            O::Is | O::IsNot | O::Adds => {
+                let truth = self.is(a, operator, b);
+                return Abstract::Bool(if operator == O::IsNot { truth.negated() } else { truth });
+            }
+            _ => {}
+        }
+        let (left, right) = (self.value(a), self.value(b));
+        match (&left, operator, &right) {
+            (Abstract::Number(x), O::Add, Abstract::Number(y)) => Abstract::Number(x.plus(*y)),
+            (Abstract::Number(x), O::Subtract, Abstract::Number(y)) => Abstract::Number(x.minus(*y)),
+            (Abstract::Number(x), O::Multiply, Abstract::Number(y)) => Abstract::Number(x.times(*y)),
+            (_, O::Divide, Abstract::Number(y)) if *y == Interval::point(0.0) => {
+                self.fails(expr, "this divides by zero")
+            }
+            (Abstract::Number(x), O::Divide, Abstract::Number(y)) => {
+                Abstract::Number(x.over(*y).unwrap_or(Interval::ALL))
+            }
+            (Abstract::Many(x, n), O::Add, Abstract::Many(y, m)) => {
+                Abstract::Many(Box::new(x.as_ref().clone().hull(y.as_ref().clone())), n.plus(*m))
+            }
+            (Abstract::Number(x), _, Abstract::Number(y)) => Abstract::Bool(compare(*x, operator, *y)),
+            (_, O::Add | O::Subtract | O::Multiply | O::Divide, _) => Abstract::Any,
+            _ => Abstract::Bool(Truth::Sometimes),
+        }
+    }
+
+    /// The second operand is only asked where the first does not decide.
+    fn junction(&mut self, a: &Expr, operator: Operator, b: &Expr) -> Abstract {
+        let first = self.truth(a);
+        let before = self.never.len();
+        let second = self.truth(b);
+        let decided = if operator == Operator::And { Truth::Always } else { Truth::Never };
+        if first != decided {
+            self.never.truncate(before);
+        }
+        Abstract::Bool(if operator == Operator::And { first.and(second) } else { first.or(second) })
+    }
+
+    /// `p is ball`, `q is tip`: what `is not` asks is the opposite.
+    fn is(&mut self, a: &Expr, operator: Operator, b: &Expr) -> Truth {
+        let left = self.value(a);
+        match (&left, &b.kind) {
+            _ if operator == Operator::Adds => Truth::Sometimes,
+            (Abstract::Part(kinds), ExprKind::Group(group)) => self.facts.member(kinds, group),
+            (Abstract::Port(kinds), ExprKind::PortName(name)) => {
+                let has = |kind: &String| self.facts.ports(kind).contains(&name.as_str());
+                let only = |kind: &String| self.facts.ports(kind).iter().all(|p| p == name);
+                Truth::of(
+                    !kinds.is_empty() && kinds.iter().all(only),
+                    !kinds.is_empty() && !kinds.iter().any(has),
+                )
+            }
+            (Abstract::Part(kinds), ExprKind::Placed(name)) => match self.placed(name) {
+                Abstract::Part(core) => {
+                    let apart = !kinds.is_empty() && !kinds.iter().any(|kind| core.contains(kind));
+                    Truth::of(false, apart)
+                }
+                _ => Truth::Sometimes,
+            },
+            _ => Truth::Sometimes,
+        }
+    }
+
+    fn aggregate(&mut self, expr: &Expr) -> Abstract {
+        let ExprKind::Aggregate { how, binders, condition, body, otherwise } = &expr.kind else {
+            return Abstract::Any;
+        };
+        let before = (self.locals.clone(), self.never.len());
+        let mut count = self.run_over(binders);
+        match condition.as_ref().map_or(Truth::Always, |c| self.truth(c)) {
+            Truth::Always => {}
+            Truth::Never => count = Interval::point(0.0),
+            Truth::Sometimes => count.low = 0.0,
+        }
+        let body = body.as_ref().map(|body| self.value(body));
+        self.locals = before.0;
+        if count.low <= 0.0 {
+            self.never.truncate(before.1);
+        }
+        gathered(*how, count, body, || otherwise.as_ref().map(|value| self.value(value)))
+    }
+
+    /// Fills the slots of binders; gives how many combinations there are.
+    fn run_over(&mut self, binders: &[Binder]) -> Interval {
+        let mut count = Interval::point(1.0);
+        for binder in binders {
+            let over = self.value(&binder.over);
+            self.locals.resize(binder.slot.max(self.locals.len()), Abstract::Any);
+            self.locals.truncate(binder.slot);
+            self.locals.push(over.item());
+            count = count.times(over.length());
+        }
+        count
+    }
+}
+
+/// What is gathered from so many values of a body.
+fn gathered(
+    how: Gather,
+    count: Interval,
+    body: Option<Abstract>,
+    otherwise: impl FnOnce() -> Option<Abstract>,
+) -> Abstract {
+    let truth = body.as_ref().map_or(Truth::Sometimes, Abstract::truth);
+    let (none, some) = (count.high <= 0.0, count.low >= 1.0);
+    match how {
+        Gather::Count => Abstract::Number(count),
+        Gather::Forall => {
+            Abstract::Bool(Truth::of(none || truth == Truth::Always, some && truth == Truth::Never))
+        }
+        Gather::Exists => {
+            Abstract::Bool(Truth::of(some && truth == Truth::Always, none || truth == Truth::Never))
+        }
+        Gather::Sum => {
+            let each = body.map_or(Interval::ALL, |b| b.numbers());
+            Abstract::Number(count.times(each).widened())
+        }
+        Gather::Mean | Gather::Min | Gather::Max => {
+            let gathered = Abstract::Number(body.map_or(Interval::ALL, |b| b.numbers()).widened());
+            match otherwise() {
+                _ if some => gathered,
+                Some(otherwise) => gathered.hull(otherwise),
+                // Without it there is no value over nothing.
+                None => gathered,
+            }
+        }
+    }
+}
+
+/// Compares numbers of two intervals.
+fn compare(x: Interval, operator: Operator, y: Interval) -> Truth {
+    use Operator as O;
+    let same = matches!((x.single(), y.single()), (Some(a), Some(b)) if a == b);
+    let apart = x.high < y.low || y.high < x.low;
+    match operator {
+        O::Less => Truth::of(x.high < y.low, x.low >= y.high),
+        O::LessEqual => Truth::of(x.high <= y.low, x.low > y.high),
+        O::Greater => Truth::of(x.low > y.high, x.high <= y.low),
+        O::GreaterEqual => Truth::of(x.low >= y.high, x.high < y.low),
+        O::Equal => Truth::of(same, apart),
+        O::NotEqual => Truth::of(apart, same),
+        _ => Truth::Sometimes,
+    }
+}

@@ -1,0 +1,28 @@
+//! A schedule that does nothing: no iteration, no move, or a negative temperature.
+
+use crate::bounds::{Facts, Reasoning};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{ExprKind, RuleSet};
+
+use super::places::schedules;
+
+pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+    let facts = Facts::new(ruleset);
+    for schedule in schedules(ruleset) {
+        let most = |expr| Reasoning::new(&facts, Vec::new()).numbers(expr).high;
+        let mut report = |span, message: &str, label: &str, help: &str| {
+            findings.push(Diagnostic::new(Code::BAD_SCHEDULE, span, message).label(label).help(help));
+        };
+        for (expr, what) in [(&schedule.iterations, "iteration"), (&schedule.moves, "move")] {
+            // A plain zero leaves the loop out on purpose.
+            if most(expr) < 1.0 && !matches!(expr.kind, ExprKind::Number(0.0)) {
+                let message = format!("this search never makes a single {what}");
+                report(expr.span, &message, "never 1 or more", "write a number above zero");
+            }
+        }
+        if most(&schedule.temperature) < 0.0 {
+            let span = schedule.temperature.span;
+            report(span, "a temperature cannot be negative", "always below zero", "let it fall towards 0");
+        }
+    }
+}

@@ -1,0 +1,133 @@
+//! What falls below zero, or beyond its limits, in the course of the search. Only
+//! what certainly happens is told: the schedule is followed step by step.
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::eval::{Scope, Value, evaluate};
+use crate::ir::{Expr, Kernel, RuleSet, Schedule, Spread, Word};
+use crate::units;
+
+/// How many iterations are followed.
+const FOLLOWED: usize = 10_000;
+
+/// A place of the search: the iteration and its temperature.
+#[derive(Clone, Copy)]
+struct Moment<'r> {
+    ruleset: &'r RuleSet,
+    iteration: f64,
+    temperature: f64,
+}
+
+impl Scope for Moment<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(self.ruleset)
+    }
+    fn word(&self, word: Word) -> Option<Value> {
+        match word {
+            Word::Iteration => Some(Value::Number(self.iteration)),
+            Word::Temperature => Some(Value::Number(self.temperature)),
+            _ => None,
+        }
+    }
+}
+
+impl Moment<'_> {
+    fn number(&self, expr: &Expr) -> Option<f64> {
+        evaluate(expr, self, &mut Vec::new()).ok()?.as_number()
+    }
+}
+
+/// The moments that a search comes to: as far as it certainly goes.
+fn course<'r>(ruleset: &'r RuleSet, schedule: &'r Schedule) -> Vec<Moment<'r>> {
+    let moment = |i: usize, temperature| Moment { ruleset, iteration: i as f64, temperature };
+    let most = moment(0, 0.0).number(&schedule.iterations).unwrap_or(0.0).clamp(0.0, FOLLOWED as f64);
+    let mut all = Vec::new();
+    for i in 0..most as usize {
+        let Some(temperature) = moment(i, 0.0).number(&schedule.temperature) else { break };
+        // What cannot be known here may stop the search.
+        let next = moment(i + 1, 0.0);
+        all.push(moment(i, temperature));
+        if evaluate(&schedule.stop, &next, &mut Vec::new()) != Ok(Value::Bool(false)) {
+            break;
+        }
+    }
+    all
+}
+
+pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+    let outer = course(ruleset, &ruleset.search.outer);
+    for schedule in super::places::schedules(ruleset) {
+        cold(ruleset, schedule, findings);
+    }
+    for rule in &ruleset.rules {
+        if let Some((moment, x)) = first(&outer, &rule.weight, |x| x < 0.0) {
+            let message = format!("the weight of the rule `{}` falls below zero", rule.name);
+            findings.push(told(Code::WEIGHT_BELOW, &rule.weight, message, moment, x));
+        }
+        for choice in &rule.choices {
+            if let Spread::Normal(_, deviation) = &choice.spread {
+                spread(&outer, deviation, "a deviation falls below zero", |x| x < 0.0, findings);
+            }
+        }
+    }
+    // Curves are varied within the inner loop, or else with the body.
+    let inner = ruleset.search.inner.as_ref().map(|schedule| course(ruleset, schedule));
+    let course = inner.as_ref().unwrap_or(&outer);
+    for mutation in ruleset.actuations.values().flat_map(|a| &a.variables).map(|v| &v.mutation) {
+        let beyond = |x: f64| !(0.0..=1.0).contains(&x);
+        spread(course, &mutation.probability, "a probability leaves 0 .. 1", beyond, findings);
+        if let Kernel::Normal(_, deviation) = &mutation.kernel {
+            spread(course, deviation, "a deviation falls below zero", |x| x < 0.0, findings);
+        }
+    }
+}
+
+fn cold(ruleset: &RuleSet, schedule: &Schedule, findings: &mut Vec<Diagnostic>) {
+    let all = course(ruleset, schedule);
+    if let Some(moment) = all.iter().find(|m| m.temperature < 0.0) {
+        findings.push(
+            Diagnostic::new(Code::COLD, schedule.temperature.span, "the temperature falls below zero")
+                .label(format!(
+                    "{} in iteration {}",
+                    shown(&schedule.temperature, moment.temperature),
+                    moment.iteration
+                ))
+                .help("below zero counts as zero: write `max(..., 0)` if that is meant"),
+        );
+    }
+}
+
+fn spread(
+    course: &[Moment<'_>],
+    expr: &Expr,
+    message: &str,
+    wrong: impl Fn(f64) -> bool,
+    findings: &mut Vec<Diagnostic>,
+) {
+    if let Some((moment, x)) = first(course, expr, wrong) {
+        findings.push(told(Code::SPREAD_BEYOND, expr, message.to_owned(), moment, x));
+    }
+}
+
+/// The first moment at which an expression is wrong, and its value then.
+fn first<'m, 'r>(
+    course: &'m [Moment<'r>],
+    expr: &Expr,
+    wrong: impl Fn(f64) -> bool,
+) -> Option<(&'m Moment<'r>, f64)> {
+    course.iter().find_map(|moment| Some((moment, moment.number(expr).filter(|x| wrong(*x))?)))
+}
+
+fn shown(expr: &Expr, x: f64) -> String {
+    units::shown(x, expr.ty.dimension().unwrap_or_default())
+}
+
+fn told(code: &'static Code, expr: &Expr, message: String, moment: &Moment<'_>, x: f64) -> Diagnostic {
+    let temperature = units::shown(moment.temperature, units::Dimension::NUMBER);
+    Diagnostic::new(code, expr.span, message)
+        .label(format!(
+            "{} in iteration {}, at the temperature {temperature}",
+            shown(expr, x),
+            moment.iteration
+        ))
+        .help("keep it within its limits with `max`, `min` or `clamp`")
+}

@@ -1,0 +1,27 @@
+//! No rule has a weight above zero.
+
+use crate::bounds::{Facts, Reasoning};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::eval::{Value, evaluate};
+use crate::ir::{Expr, RuleSet};
+
+pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+    let facts = Facts::new(ruleset);
+    // What the parameters are set to counts here: this search would do nothing.
+    let none = |weight: &Expr| {
+        let now = evaluate(weight, ruleset, &mut Vec::new());
+        matches!(now, Ok(Value::Number(x)) if x <= 0.0)
+            || Reasoning::new(&facts, Vec::new()).numbers(weight).high <= 0.0
+    };
+    if let Some(first) = ruleset.rules.first()
+        && ruleset.rules.iter().all(|rule| none(&rule.weight))
+    {
+        let mut finding = Diagnostic::new(Code::NOTHING_DRAWN, first.weight.span, "no rule is ever drawn")
+            .label("never above zero")
+            .help("give at least one rule a weight above zero");
+        for rule in ruleset.rules.iter().skip(1) {
+            finding = finding.also(rule.weight.span, "never above zero");
+        }
+        findings.push(finding);
+    }
+}

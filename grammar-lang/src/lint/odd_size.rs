@@ -1,0 +1,30 @@
+//! Parts that are larger than a room or thinner than a hair: mostly a wrong unit.
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{RuleSet, Shape};
+use crate::units::{self, Dimension};
+
+/// Sizes beyond these (m) are told.
+const LEAST: f64 = 1e-4;
+const MOST: f64 = 10.0;
+
+pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+    let parts = ruleset.parts.iter().map(|(name, p)| (name, p.shape, p.span));
+    let actuators = ruleset.actuators.iter().map(|(name, a)| (name, a.segment, a.span));
+    for (name, shape, span) in parts.chain(actuators) {
+        let sizes = match shape {
+            Shape::Box(edges) => edges.to_vec(),
+            Shape::Sphere(radius) => vec![2.0 * radius],
+            Shape::Cylinder(radius, length) | Shape::Disk(radius, length) => vec![2.0 * radius, length],
+        };
+        let odd = sizes.into_iter().find(|size| !(LEAST..=MOST).contains(size));
+        if let Some(size) = odd {
+            let than = if size > MOST { "longer than 10 m" } else { "thinner than 0.1 mm" };
+            findings.push(
+                Diagnostic::new(Code::ODD_SIZE, span, format!("`{name}` is {than}"))
+                    .label(format!("one of its sizes is {}", units::shown(size, Dimension::LENGTH)))
+                    .help("is the unit right?"),
+            );
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! `e.position at 30 s` in a motion of 20 s.
+
+use crate::bounds::{Facts, Interval, Reasoning};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Expr, ExprKind, RuleSet, Task, Word};
+use crate::units;
+
+pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+    for (name, task) in &ruleset.tasks {
+        let duration = task.model.duration;
+        let known = Interval::point(duration);
+        let facts = Facts::new(ruleset).with(Word::End, known).with(Word::Duration, known);
+        for expr in used(ruleset, task) {
+            for time in times(expr) {
+                let at = Reasoning::new(&facts, Vec::new()).numbers(time);
+                let told = findings.iter().any(|d: &Diagnostic| d.span() == time.span);
+                if (at.high < 0.0 || at.low > duration * (1.0 + 1e-9)) && !told {
+                    findings.push(report(name, time, duration));
+                }
+            }
+        }
+    }
+}
+
+fn report(task: &str, time: &Expr, duration: f64) -> Diagnostic {
+    let dimension = time.ty.dimension().unwrap_or_default();
+    let of = if task.is_empty() { String::new() } else { format!(" of the task `{task}`") };
+    let whole = format!("{} .. {}", units::shown(0.0, dimension), units::shown(duration, dimension));
+    Diagnostic::new(Code::OUTSIDE_MOTION, time.span, format!("this time lies outside the motion{of}"))
+        .label(format!("the motion is recorded over {whole}"))
+        .help("write `start`, `end` or a part of `duration`, or simulate for longer")
+}
+
+/// The objective of a task, and the terms that it builds on.
+fn used<'r>(ruleset: &'r RuleSet, task: &'r Task) -> Vec<&'r Expr> {
+    let mut names: Vec<&str> = Vec::new();
+    let mut all = vec![&task.objective.value];
+    let mut next = 0;
+    while let Some(expr) = all.get(next).copied() {
+        next += 1;
+        expr.any(&mut |e| {
+            if let ExprKind::Term(name) = &e.kind
+                && let Some((name, term)) = ruleset.terms.get_key_value(name)
+                && !names.contains(&name.as_str())
+            {
+                names.push(name);
+                all.push(&term.value);
+            }
+            false
+        });
+    }
+    all
+}
+
+/// The times at which an expression reads the motion.
+fn times(expr: &Expr) -> Vec<&Expr> {
+    let mut found: Vec<&Expr> = Vec::new();
+    gather(expr, &mut found);
+    found
+}
+
+fn gather<'e>(expr: &'e Expr, found: &mut Vec<&'e Expr>) {
+    if let ExprKind::At(_, time) = &expr.kind {
+        found.push(time);
+    }
+    expr.each(&mut |inner| gather(inner, found));
+}

@@ -1,0 +1,132 @@
+//! How many different designs there are, by the number of moves that it takes to get there.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use grammar_lang::eval::EvalError;
+use grammar_lang::ir::{Effect, Matched, RuleSet};
+use serde::Serialize;
+
+use super::{Observer, Settings};
+use crate::derive::Derivation;
+use crate::derive::random::Stream;
+
+/// How a number of designs was found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Counted {
+    /// Every match and every choice was tried.
+    All,
+    /// Every match was tried, but there are more choices, or other derivations of the same
+    /// bodies may lead further.
+    AtLeast,
+    /// Seen in random walks.
+    Walks,
+}
+
+/// The designs that a number of moves leads to, and no smaller number.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Depth {
+    /// The number of moves.
+    pub moves: usize,
+    /// How many different designs.
+    pub designs: usize,
+    /// How they were counted.
+    pub counted: Counted,
+}
+
+/// Enumerates the first depths for as long as the budget lasts; the others are what walks have seen.
+pub(super) fn depths(
+    rules: &RuleSet,
+    start: &Derivation,
+    settings: &Settings,
+    seen: &BTreeMap<String, usize>,
+    observer: &mut dyn Observer,
+) -> Result<Vec<Depth>, EvalError> {
+    let mut all = vec![Depth { moves: 0, designs: 1, counted: Counted::All }];
+    let mut breadth = Breadth {
+        rules,
+        settings,
+        known: BTreeSet::from([start.design.canonical_hash(rules)]),
+        random: Stream::named(settings.seed, "audit depths"),
+        tried: 0,
+        counted: Counted::All,
+    };
+    let mut front = vec![start.clone()];
+    for moves in 1..=settings.steps {
+        if moves > 2 && history_counts(rules) {
+            breadth.counted = breadth.counted.max(Counted::AtLeast);
+        }
+        let before = breadth.known.clone();
+        let Some(next) = breadth.next(&front, observer)? else {
+            // What was found of a depth that is not complete is no number.
+            breadth.known = before;
+            break;
+        };
+        all.push(Depth { moves, designs: next.len(), counted: breadth.counted });
+        if next.is_empty() {
+            return Ok(all);
+        }
+        front = next;
+    }
+    for moves in all.len()..=settings.steps {
+        let new = seen.iter().filter(|(hash, at)| **at == moves && !breadth.known.contains(*hash));
+        all.push(Depth { moves, designs: new.count(), counted: Counted::Walks });
+    }
+    Ok(all)
+}
+
+/// Whether what can be done to a body depends on how it came to be.
+fn history_counts(rules: &RuleSet) -> bool {
+    rules.rules.iter().any(|rule| {
+        rule.matches.iter().any(|m| matches!(m.what, Matched::Step))
+            || rule.effects.iter().any(|e| matches!(e, Effect::Revert(_)))
+    })
+}
+
+struct Breadth<'a> {
+    rules: &'a RuleSet,
+    settings: &'a Settings,
+    /// The designs that were reached, by hash.
+    known: BTreeSet<String>,
+    random: Stream,
+    tried: usize,
+    counted: Counted,
+}
+
+impl Breadth<'_> {
+    /// The designs that are one move further and new; `None` if the budget is spent.
+    fn next(
+        &mut self,
+        front: &[Derivation],
+        observer: &mut dyn Observer,
+    ) -> Result<Option<Vec<Derivation>>, EvalError> {
+        let mut found = Vec::new();
+        for derivation in front {
+            for rule in &self.rules.rules {
+                let temperature = self.settings.temperature;
+                if derivation.weight(self.rules, rule, temperature)? <= 0.0 {
+                    continue;
+                }
+                let ways = derivation.applications(self.rules, rule, temperature, &[], &mut self.random)?;
+                if ways.sampled {
+                    self.counted = self.counted.max(Counted::AtLeast);
+                }
+                for locals in ways.all {
+                    if self.tried >= self.settings.budget {
+                        return Ok(None);
+                    }
+                    self.tried += 1;
+                    if self.tried.is_multiple_of(1000) {
+                        observer.progress("applications tried", self.tried, self.settings.budget);
+                    }
+                    if let Ok(next) = derivation.apply(self.rules, rule, &locals)?
+                        && self.known.insert(next.design.canonical_hash(self.rules))
+                    {
+                        found.push(next);
+                    }
+                }
+            }
+        }
+        Ok(Some(found))
+    }
+}
