@@ -29,6 +29,8 @@ pub(crate) fn grammar(path: &str) -> RuleSet {
 /// The grammars of the project.
 pub(crate) const GRAMMARS: &[&str] = &[
     "grammars/codesign.sgr",
+    "grammars/disk.sgr",
+    "grammars/millipede.sgr",
     "grammars/morphology.sgr",
     "grammars/pneumatic.sgr",
     "grammars/scaled.sgr",
@@ -36,6 +38,7 @@ pub(crate) const GRAMMARS: &[&str] = &[
     "grammars/steering.sgr",
     "grammars/tendon.sgr",
     "grammars/untethered.sgr",
+    "grammars/worm.sgr",
 ];
 
 /// The texts that the grammars are made of, to be edited.

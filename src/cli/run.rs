@@ -154,7 +154,7 @@ impl Run {
             }
             return Err(Fault::input("no evaluation was valid: no feasible design was found"));
         };
-        if outcome.bodies == 1 && outcome.moves > 0 && from.is_none() {
+        if outcome.bodies == 1 && outcome.moves > 0 && from.is_none() && !rules.rules.is_empty() {
             return Err(Fault::input(format!(
                 "no rule could ever be applied to the initial design; {} says what blocked each",
                 keeper.folder.path().join("evals.csv").display()

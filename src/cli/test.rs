@@ -57,8 +57,10 @@ impl Test {
         let wanted: Vec<Option<&str>> =
             if several { offers.iter().map(|o| Some(o.as_str())).collect() } else { vec![None] };
         let mut any = false;
+        let mut left_out = 0;
         for wanted in wanted {
             let (rules, sources) = load::grammar(file, &self.params, wanted)?;
+            left_out += rules.examples.len();
             let named = |name: &str| self.only.as_ref().is_none_or(|text| name.contains(text));
             for (name, example) in rules.examples.iter().filter(|(name, _)| named(name)) {
                 any = true;
@@ -80,7 +82,8 @@ impl Test {
             }
         }
         if !any {
-            output::note(&format!("{}: no examples", file.display()));
+            let what = if left_out > 0 { "no example of such a name" } else { "no examples" };
+            output::note(&format!("{}: {what}", file.display()));
         }
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Applies rules, takes steps back, repeats recorded steps.
 
-use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
-use grammar_lang::ir::{Effect, Expr, Holding, Rule, RuleSet};
+use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
+use grammar_lang::ir::{Effect, Expr, ExprKind, Holding, Rule, RuleSet};
 
 use super::Derivation;
 use super::record::{Recorded, Step};
@@ -109,6 +109,9 @@ impl Derivation {
             let scope = DesignScope::new(rules, self).with_made(&made);
             let done = match effect {
                 Effect::Attach { what, on } => {
+                    if let Some(refusal) = no_such_port(&on.port, &scope, &mut locals)? {
+                        return Ok(Err(Blocked::Refused(refusal)));
+                    }
                     let attachment = attachment(what, on, &scope, &mut locals)?;
                     next.design.attach(rules, &attachment, step).map(Some)
                 }
@@ -229,6 +232,22 @@ fn part_in(expr: &Expr, scope: &DesignScope<'_>, locals: &mut Vec<Value>) -> Res
         Value::Reference(Reference::Part(id)) => Ok(id),
         _ => Err(missing(expr)),
     }
+}
+
+/// Why a port that is asked for by its name is not there: not every part has it.
+fn no_such_port(
+    port: &Expr,
+    scope: &DesignScope<'_>,
+    locals: &mut Vec<Value>,
+) -> Result<Option<Refusal>, EvalError> {
+    let ExprKind::Port(of, name, number) = &port.kind else { return Ok(None) };
+    let part = evaluate(of, scope, locals)?;
+    let number = match number {
+        Some(number) => evaluate(number, scope, locals)?.as_number(),
+        None => None,
+    };
+    let found = scope.port(&part, name, number);
+    Ok(found.is_none().then(|| Refusal::NoPort(name.clone())))
 }
 
 /// What is attached, where and how, with values.

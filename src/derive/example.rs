@@ -1,7 +1,7 @@
 //! Examples: derivations that a grammar writes down by hand.
 
 use grammar_lang::diagnostics::{Code, Diagnostic};
-use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
+use grammar_lang::eval::{EvalError, Reference, UNKNOWN_HERE, Value, evaluate};
 use grammar_lang::ir::{Application, Example, ExampleClause, Rule, RuleSet, Spread};
 use grammar_lang::source::Span;
 
@@ -22,7 +22,10 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                 .label(reason),
         )
     };
-    let no_value = |e: EvalError| fail(e.span, "an expression has no value".to_owned(), e.reason);
+    let no_value = |e: EvalError| {
+        let reason = if e.reason == UNKNOWN_HERE { "what this reads is not there (any more)".to_owned() } else { e.reason };
+        fail(e.span, "an expression has no value".to_owned(), reason)
+    };
     for clause in &example.clauses {
         match clause {
             ExampleClause::Expect(condition) => {

@@ -142,6 +142,19 @@ impl Derivation {
         Ok(None)
     }
 
+    /// The design before each step: what a step names may be gone later.
+    #[must_use]
+    pub fn designs_before(&self, rules: &RuleSet) -> Vec<Design> {
+        let mut now = Self::begin(rules);
+        let mut designs = Vec::with_capacity(self.steps.len());
+        for step in &self.steps {
+            designs.push(now.design.clone());
+            // Its steps have been applied before: they can be again.
+            let _ = now.repeat(rules, step);
+        }
+        designs
+    }
+
     /// Makes the design that recorded steps lead to.
     ///
     /// # Errors

@@ -47,7 +47,7 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
         return Some(
             Diagnostic::new(Code::START_BREAKS, error.span, "the initial design cannot be built")
                 .label(error.reason)
-                .help("every design starts from `begin`"),
+                .help("every design starts from `begin`; with a symmetry, the core must be its own image: a box is one of `radial 2` and, if square, `radial 4`, a disk of any, with ports that fit"),
         );
     }
     match start.broken(rules) {

@@ -74,9 +74,10 @@ pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
 pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     let design = &derivation.design;
     let mut out = String::from("steps\n");
-    for (i, s) in derivation.steps.iter().enumerate() {
+    let before = derivation.designs_before(rules);
+    for (i, (s, before)) in derivation.steps.iter().zip(&before).enumerate() {
         // Writing to a String never fails.
-        let _ = writeln!(out, "  {:>2}. {}", i + 1, step(rules, design, s));
+        let _ = writeln!(out, "  {:>2}. {}", i + 1, step(rules, before, s));
     }
     out.push_str("parts\n");
     for (index, (id, part)) in design.parts.iter().enumerate() {

@@ -204,12 +204,18 @@ pub fn confirmed(rules: &RuleSet, saved: &SavedTask, check: &Check) -> bool {
     task.zip(check.value).is_some_and(|(task, other)| keeps(rules, task, saved.value, other))
 }
 
+/// What a broken preference adds to the value.
+#[must_use]
+pub fn signed(rules: &RuleSet, weight: f64) -> f64 {
+    if rules.objective.maximize { -weight } else { weight }
+}
+
 /// The value, tasks, terms and checks of a design in words.
 #[must_use]
 pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
     let mut out = format!("value {}\n", describe::quantity(design.value, &design.unit));
     for (name, weight) in &design.penalties {
-        out.push_str(&format!("  not fulfilled: {name} ({})\n", describe::quantity(-weight, &design.unit)));
+        out.push_str(&format!("  not fulfilled: {name} ({})\n", describe::quantity(signed(rules, *weight), &design.unit)));
     }
     for saved in &design.tasks {
         if saved.name != RuleSet::ONLY_TASK {

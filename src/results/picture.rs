@@ -67,12 +67,9 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Resul
             }
         })
         .collect();
-    let derivation = replayed
-        .derivation
-        .steps
-        .iter()
-        .map(|s| describe::step(rules, &replayed.derivation.design, s))
-        .collect();
+    let before = replayed.derivation.designs_before(rules);
+    let steps = replayed.derivation.steps.iter().zip(&before);
+    let derivation = steps.map(|(s, before)| describe::step(rules, before, s)).collect();
     let unit = &saved.unit;
     let checks = saved
         .checks
@@ -88,7 +85,7 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Resul
     let values: Vec<(String, String)> = named
         .map(|t| (format!("task {}", t.name), describe::quantity(t.value, &t.unit)))
         .chain(design.penalties.iter().map(|(name, weight)| {
-            (format!("not fulfilled: {name}"), describe::quantity(-weight, &design.unit))
+            (format!("not fulfilled: {name}"), describe::quantity(judge::signed(rules, *weight), &design.unit))
         }))
         .collect();
     let shown =

@@ -127,7 +127,7 @@ impl Scope for InCycle<'_> {
 }
 
 /// The reason for a value that the stage does not know.
-pub(crate) const UNKNOWN_HERE: &str = "this is not known at this stage";
+pub const UNKNOWN_HERE: &str = "this is not known at this stage";
 
 /// How many values a binder may run over.
 const MOST: usize = 100_000;

@@ -54,6 +54,7 @@ pub(super) const BREAK_BEFORE: &[&str] = &[
     "kw_to",
     "kw_turned",
     "kw_by",
+    "kw_facing",
     "kw_as",
     "kw_weight",
     "kw_mutate",

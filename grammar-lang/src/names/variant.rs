@@ -17,6 +17,7 @@ use crate::syntax::ast::{
 /// Finds what is compiled: a grammar of the first text, or a variant of it. Then
 /// applies the edits of the variants, from the one nearest to the grammar outwards.
 pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
+    distinct(loader, 0);
     let mut chain: Vec<(usize, Variant)> = Vec::new();
     let Some(mut place) = first(loader, wanted) else { return };
     let grammar = loop {
@@ -57,6 +58,33 @@ pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
         apply(loader, module, &variant);
         base = module;
     }
+}
+
+/// Reports grammars and variants of a text that have the same name.
+fn distinct(loader: &mut Loader<'_>, module: usize) {
+    let Some(loaded) = loader.program.modules.get(module) else { return };
+    let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
+    let mut errors = Vec::new();
+    for item in &loaded.tree.items {
+        let name = match &item.kind {
+            ItemKind::Grammar(name) => name,
+            ItemKind::Variant(variant) => &variant.name,
+            _ => continue,
+        };
+        // Two `grammar` lines are told elsewhere.
+        let variant = matches!(item.kind, ItemKind::Variant(_));
+        if let Some(first) = seen.insert(&name.text, name.span)
+            && variant
+        {
+            errors.push(
+                Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is declared twice", name.text))
+                    .label("declared again here")
+                    .also(first, "first declared here")
+                    .help("give one of them another name"),
+            );
+        }
+    }
+    loader.errors.extend(errors);
 }
 
 /// What the first text offers to compile.

@@ -327,7 +327,7 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     };
     let (span, message) = if found.is_empty() {
         let last = start + piece.trim_end().len();
-        (Span::new(file, last, last), format!("expected {wanted}, but the text ends here"))
+        (Span::new(file, last, last), format!("expected {wanted}, but it ends here"))
     } else {
         (
             Span::new(file, start + place, start + place + found.len()),

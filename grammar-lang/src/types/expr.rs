@@ -301,7 +301,27 @@ impl Checker<'_> {
             }
             ast::ExprKind::Convert(value, unit) => {
                 let value = self.infer(value, cx);
+                let place = unit.span;
                 let Some(unit) = self.unit(unit) else { return unknown(span) };
+                if let Some(have) = value.ty.dimension().filter(|d| *d != unit.dimension && !is_zero(&value)) {
+                    let wanted = Ty::Quantity(unit.dimension);
+                    let help = if have.is_number() {
+                        "it is a bare number already: take `in` away".to_owned()
+                    } else {
+                        format!("write `in {}`", units::suggest(have))
+                    };
+                    self.report(
+                        Diagnostic::new(
+                            Code::WRONG_DIMENSION,
+                            place,
+                            format!("this unit is one of {wanted}, but what stands before it is {}", article(&value.ty)),
+                        )
+                        .label("another dimension")
+                        .also(value.span, article(&value.ty))
+                        .help(help),
+                    );
+                    return unknown(span);
+                }
                 let value = self.fit(value, &Ty::Quantity(unit.dimension), "what is turned into a number");
                 make(ExprKind::Convert(Box::new(value), unit.factor), Ty::NUMBER)
             }
@@ -864,9 +884,12 @@ impl Checker<'_> {
                 Some(crate::names::declared(item).map(|n| n.span))
             })
             .or_else(|| {
-                let placed = self.placed.iter().any(|(p, _)| *p == name.text);
+                // What `begin` calls its parts is the business of the grammar that does, not of
+                // the modules that it imports.
+                let own = self.program.own.contains(&self.program.module_at(name.span));
+                let placed = self.placed.iter().find(|(p, _)| own && *p == name.text);
                 let word = Word::named(&name.text).is_some_and(|w| cx.stage.sees_word(w));
-                (word || placed).then_some(None)
+                placed.map(|(_, what)| Some(what.span)).or(word.then_some(None))
             });
         if let Some(place) = taken {
             let mut error = Diagnostic::new(

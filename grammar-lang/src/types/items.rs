@@ -277,6 +277,10 @@ impl<'a> Checker<'a> {
             return;
         }
         let program = self.program;
+        // Of several grammars in a text, each may leave to the others what it does not use.
+        if program.modules.first().is_some_and(|m| crate::names::offers(&m.tree).len() > 1) {
+            return;
+        }
         let mut idle: Vec<(&Name, String)> = Vec::new();
         let used = |d: &Declaration, c: &Self| c.touched.contains(d) || rest.contains(d);
         for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
@@ -417,7 +421,17 @@ impl<'a> Checker<'a> {
                 .to
                 .as_ref()
                 .map(|port| self.holding(port, place.turned.as_ref(), place.by.as_ref(), &mut cx));
+            let how = place.turned.as_ref().map(|t| t.span).or(place.by.as_ref().map(|b| b.span));
             match (i, &on) {
+                (0, None) if how.is_some() => self.report(
+                    Diagnostic::new(
+                        Code::BAD_VALUE,
+                        how.unwrap_or_default(),
+                        "the first part is the core: nothing holds it, so it is not turned about a port",
+                    )
+                    .label("about which port?")
+                    .help("write it without `turned` and `by`"),
+                ),
                 (0, Some(on)) => self.report(
                     Diagnostic::new(
                         Code::BAD_VALUE,
