@@ -23,7 +23,11 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
         )
     };
     let no_value = |e: EvalError| {
-        let reason = if e.reason == UNKNOWN_HERE { "what this reads is not there (any more)".to_owned() } else { e.reason };
+        let reason = if e.reason == UNKNOWN_HERE {
+            "what this reads is not there (any more)".to_owned()
+        } else {
+            e.reason
+        };
         fail(e.span, "an expression has no value".to_owned(), reason)
     };
     for clause in &example.clauses {

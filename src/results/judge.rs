@@ -215,7 +215,10 @@ pub fn signed(rules: &RuleSet, weight: f64) -> f64 {
 pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
     let mut out = format!("value {}\n", describe::quantity(design.value, &design.unit));
     for (name, weight) in &design.penalties {
-        out.push_str(&format!("  not fulfilled: {name} ({})\n", describe::quantity(signed(rules, *weight), &design.unit)));
+        out.push_str(&format!(
+            "  not fulfilled: {name} ({})\n",
+            describe::quantity(signed(rules, *weight), &design.unit)
+        ));
     }
     for saved in &design.tasks {
         if saved.name != RuleSet::ONLY_TASK {

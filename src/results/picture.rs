@@ -85,7 +85,10 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Resul
     let values: Vec<(String, String)> = named
         .map(|t| (format!("task {}", t.name), describe::quantity(t.value, &t.unit)))
         .chain(design.penalties.iter().map(|(name, weight)| {
-            (format!("not fulfilled: {name}"), describe::quantity(judge::signed(rules, *weight), &design.unit))
+            (
+                format!("not fulfilled: {name}"),
+                describe::quantity(judge::signed(rules, *weight), &design.unit),
+            )
         }))
         .collect();
     let shown =

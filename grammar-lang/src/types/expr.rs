@@ -303,7 +303,8 @@ impl Checker<'_> {
                 let value = self.infer(value, cx);
                 let place = unit.span;
                 let Some(unit) = self.unit(unit) else { return unknown(span) };
-                if let Some(have) = value.ty.dimension().filter(|d| *d != unit.dimension && !is_zero(&value)) {
+                if let Some(have) = value.ty.dimension().filter(|d| *d != unit.dimension && !is_zero(&value))
+                {
                     let wanted = Ty::Quantity(unit.dimension);
                     let help = if have.is_number() {
                         "it is a bare number already: take `in` away".to_owned()
@@ -314,7 +315,10 @@ impl Checker<'_> {
                         Diagnostic::new(
                             Code::WRONG_DIMENSION,
                             place,
-                            format!("this unit is one of {wanted}, but what stands before it is {}", article(&value.ty)),
+                            format!(
+                                "this unit is one of {wanted}, but what stands before it is {}",
+                                article(&value.ty)
+                            ),
                         )
                         .label("another dimension")
                         .also(value.span, article(&value.ty))
