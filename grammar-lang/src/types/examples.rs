@@ -181,7 +181,8 @@ impl Checker<'_> {
             );
             return None;
         }
-        let by_slot = (0..rule.locals.len()).map(|slot| values.swap_remove(&slot)).collect();
+        let by_slot: Vec<Option<Expr>> =
+            (0..rule.locals.len()).map(|slot| values.swap_remove(&slot)).collect();
         let made = self.made(rule, &by_slot);
         Some((ir::Application { rule: name.text.clone(), values: by_slot, span: application.span }, made))
     }
@@ -212,7 +213,7 @@ impl Checker<'_> {
     }
 
     /// The type of the first part that a rule makes with these values.
-    fn made(&self, rule: &ir::Rule, values: &Vec<Option<Expr>>) -> Ty {
+    fn made(&self, rule: &ir::Rule, values: &[Option<Expr>]) -> Ty {
         let what = rule.effects.iter().find_map(|e| match e {
             Effect::Attach { what, .. } => Some(what),
             Effect::Replace { with, .. } => Some(with),
