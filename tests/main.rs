@@ -16,3 +16,4 @@ mod mending;
 mod new;
 mod search;
 mod support;
+mod tutorial;
