@@ -1,22 +1,91 @@
 //! Bad input: every file of `cases/` says in its first line which codes it must
 //! raise and where; the full text of the findings is a snapshot. That every code is raised by
 //! something is the catalogue's test.
+//!
+//! Most files are called `DECLARATION-CLASS.sgr`: a class of mistakes in a kind of declaration or
+//! clause. `docs/mistakes.md` shows them as a table, so that holes are seen. `cases/bases/` holds
+//! what such files start from; nothing is wrong with it.
 
 use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::diagnostics::{Diagnostic, apply};
 use grammar_lang::source::SourceMap;
-use sgc::derive::check_start;
+use sgc::derive::{check_start, run_example};
 use sgc::world::Files;
 
-use crate::support::root;
+use crate::support::{read, root};
 
-/// Checks a text as `sgc check` does.
+/// The columns of the table of mistakes: how files call them, and how people do.
+const CLASSES: &[(&str, &str)] = &[
+    ("unknown", "unknown name"),
+    ("duplicate", "twice"),
+    ("type", "wrong type or unit"),
+    ("domain", "outside its domain"),
+    ("stage", "wrong stage"),
+    ("unused", "unused"),
+    ("never", "never possible"),
+    ("missing", "something is missing"),
+    ("syntax", "cannot be read"),
+];
+
+/// The rows: what a file's name begins with, and what that is in a grammar.
+const DECLARATIONS: &[(&str, &str)] = &[
+    ("grammar", "grammar"),
+    ("use", "use"),
+    ("param", "param"),
+    ("part", "part"),
+    ("port", "port"),
+    ("actuator", "actuator"),
+    ("begin", "begin"),
+    ("symmetry", "symmetry"),
+    ("rule", "rule"),
+    ("match", "match"),
+    ("choose", "choose"),
+    ("guard", "when, unless"),
+    ("attach", "attach"),
+    ("set", "set"),
+    ("remove", "remove"),
+    ("replace", "replace"),
+    ("revert", "revert"),
+    ("weight", "weight"),
+    ("require", "require"),
+    ("prefer", "prefer"),
+    ("pattern", "pattern"),
+    ("actuation", "actuation"),
+    ("vary", "shared, vary"),
+    ("per", "per"),
+    ("drive", "drive"),
+    ("actuate", "actuate"),
+    ("term", "term"),
+    ("maximize", "maximize"),
+    ("task", "task"),
+    ("model", "model"),
+    ("simulate", "simulate"),
+    ("search", "search"),
+    ("let", "let"),
+    ("function", "let f(x)"),
+    ("enum", "enum"),
+    ("record", "record"),
+    ("example", "example"),
+    ("variant", "variant"),
+    ("variant-set", "set in a variant"),
+    ("variant-narrow", "narrow"),
+    ("variant-drop", "drop"),
+    ("variant-replace", "replace in a variant"),
+    ("variant-add", "add"),
+    ("cases", "match x { ... }"),
+    ("over", "forall, sum over"),
+];
+
+/// Checks a text as `sgc check` does, and its examples as `sgc test` does.
 fn check(name: &str, text: &str) -> (Vec<Diagnostic>, SourceMap) {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
     let mut found = compiled.diagnostics;
     found.extend(compiled.ruleset.as_ref().and_then(check_start));
+    for (name, example) in compiled.ruleset.iter().flat_map(|r| &r.examples) {
+        found.extend(compiled.ruleset.iter().filter_map(|r| run_example(r, name, example).err()).map(|e| *e));
+    }
     found.sort_by_key(|d| (d.span().file, d.span().start, d.code.id));
     (found, sources)
 }
@@ -51,8 +120,46 @@ fn each_case_raises_what_it_says_where_it_says() {
                 format!("{} {place}{line}:{column}", d.code.id)
             })
             .collect();
-        assert_eq!(got.join(", "), expected, "{}", path.display());
+        let got = if got.is_empty() { "nothing".to_owned() } else { got.join(", ") };
+        assert_eq!(got, expected, "{}", path.display());
     }
+}
+
+#[test]
+fn nothing_is_wrong_with_what_cases_start_from() {
+    assert_eq!(sgc::testing::findings(root().join("tests/cases/bases/worm.sgr")), sgc::testing::CLEAN);
+}
+
+/// The codes that a case says it raises, each once.
+fn codes_of(path: &std::path::Path) -> String {
+    let text = std::fs::read_to_string(path).unwrap();
+    let first = text.lines().next().unwrap_or("").to_owned();
+    let mut codes: Vec<&str> =
+        first.split([' ', ',']).filter(|word| grammar_lang::diagnostics::find(word).is_some()).collect();
+    codes.sort_unstable();
+    codes.dedup();
+    codes.join(" ")
+}
+
+/// The table of mistakes as `docs/mistakes.md` shows it.
+fn table() -> String {
+    let heads: Vec<&str> = CLASSES.iter().map(|(_, head)| *head).collect();
+    let mut table = format!("| | {} |\n|---|{}\n", heads.join(" | "), "---|".repeat(heads.len()));
+    for (declaration, written) in DECLARATIONS {
+        let cells = CLASSES.iter().map(|(class, _)| {
+            let file = format!("tests/cases/{declaration}-{class}.sgr");
+            let path = root().join(&file);
+            if path.exists() { format!("[{}](../{file})", codes_of(&path)) } else { String::new() }
+        });
+        table += &format!("| `{written}` | {} |\n", cells.collect::<Vec<_>>().join(" | "));
+    }
+    table
+}
+
+#[test]
+fn the_table_of_mistakes_is_that_of_the_files() {
+    let table = table();
+    assert!(read("docs/mistakes.md").contains(&table), "docs/mistakes.md must hold\n{table}");
 }
 
 #[test]
@@ -60,7 +167,12 @@ fn findings_read_well() {
     for path in cases() {
         let name = path.file_stem().unwrap().to_string_lossy().into_owned();
         insta::with_settings!({ prepend_module_to_snapshot => false, omit_expression => true }, {
-            insta::assert_snapshot!(format!("case-{name}"), sgc::testing::findings(&path));
+            let mut text = sgc::testing::findings(&path);
+            // An example is wrong only when it is derived.
+            if text == sgc::testing::CLEAN && name.starts_with("example-") {
+                text = sgc::testing::example(&path, "one");
+            }
+            insta::assert_snapshot!(format!("case-{name}"), text);
         });
     }
 }

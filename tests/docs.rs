@@ -25,9 +25,7 @@ fn every_block_of_the_documentation_is_free_of_findings() {
         .collect();
     pages.push("README.md".into());
     let mut seen = 0;
-    // The blocks of the tutorial build upon each other: they have a test of their own.
-    pages.retain(|p| p.ends_with(".md") && p != "docs/tutorial.md");
-    for page in &pages {
+    for page in pages.iter().filter(|p| p.ends_with(".md")) {
         for (line, block) in blocks(&read(page)) {
             // A part of a grammar stands among the usual imports and parameters.
             let whole = block.contains("grammar ");
@@ -42,31 +40,6 @@ fn every_block_of_the_documentation_is_free_of_findings() {
         }
     }
     assert!(seen >= 7, "only {seen} blocks");
-}
-
-#[test]
-fn the_tutorial_builds_a_grammar_step_by_step() {
-    let folder = tempfile::tempdir().unwrap();
-    let walker = folder.path().join("walker.sgr");
-    let all = blocks(&read("docs/tutorial.md"));
-    let (variant, steps) = all.split_last().expect("blocks");
-    let mut text = String::new();
-    for (i, (line, block)) in steps.iter().enumerate() {
-        text += &format!("{block}\n");
-        std::fs::write(&walker, &text).unwrap();
-        let found = sgc::testing::findings(&walker);
-        let errors = found.lines().filter(|l| l.starts_with("[E")).count();
-        // Until the fifth step the grammar lacks what the first one says, and nothing else is wrong.
-        let missing = found.lines().filter(|l| l.starts_with("[E0206]")).count();
-        assert_eq!(errors, missing, "line {line}: {found}");
-        assert_eq!(missing, if i < 4 { 3 } else { 0 }, "line {line}: {found}");
-    }
-    assert_eq!(sgc::testing::findings(&walker), sgc::testing::CLEAN);
-    let made = sgc::testing::example(&walker, "four_legs");
-    assert_eq!(made.lines().filter(|l| l.ends_with(" mm")).count(), 10, "{made}");
-    let bench = folder.path().join("bench.sgr");
-    std::fs::write(&bench, &variant.1).unwrap();
-    assert_eq!(sgc::testing::findings(&bench), sgc::testing::CLEAN);
 }
 
 #[test]

@@ -18,3 +18,4 @@ mod mending;
 mod new;
 mod search;
 mod support;
+mod tutorial;

@@ -27,7 +27,7 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
 /// "did you mean `x`?" for the nearest candidate.
 #[must_use]
 pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    nearest(word, candidates).map(|c| format!("did you mean `{c}`?"))
+    nearest(word, candidates).filter(|c| *c != word).map(|c| format!("did you mean `{c}`?"))
 }
 
 /// The word that `word` was certainly meant to be: no other candidate is as near, the two are at
@@ -52,7 +52,7 @@ fn siblings(a: &str, b: &str) -> bool {
 /// The fix that replaces a misspelt word, where it is certain what was meant.
 #[must_use]
 pub fn respell<'a>(span: Span, word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<Fix> {
-    let meant = sure(word, candidates)?;
+    let meant = sure(word, candidates).filter(|meant| *meant != word)?;
     Some(Fix::replace(span, meant, format!("write `{meant}` instead of `{word}`")))
 }
 
@@ -71,5 +71,6 @@ mod tests {
         assert_eq!(sure("leg_lenght", ["leg_length"]), Some("leg_length"));
         assert_eq!(sure("p", ["q"]), None, "too short to be recognised");
         assert_eq!(sure("brick", ["cube"]), None);
+        assert_eq!(did_you_mean("mirror", ["mirror"]), None, "a word is no guess for itself");
     }
 }

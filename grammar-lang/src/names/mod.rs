@@ -291,11 +291,26 @@ impl Loader<'_> {
             Some(names) => {
                 for name in names {
                     match own.iter().find(|(n, _)| *n == name.text) {
-                        Some((_, declaration)) => self.declare(into, name, *declaration),
+                        Some((_, declaration)) => {
+                            self.imported_twice(into, name, *declaration);
+                            self.declare(into, name, *declaration);
+                        }
                         None => self.not_exported(into, target, module.span, name, &own),
                     }
                 }
             }
+        }
+    }
+
+    /// Warns of a name that an earlier import has brought already.
+    fn imported_twice(&mut self, into: usize, name: &Name, declaration: Declaration) {
+        let known = self.program.modules.get(into).and_then(|m| m.scope.get(&name.text));
+        if known == Some(&declaration) {
+            self.errors.push(
+                Diagnostic::new(Code::UNUSED, name.span, format!("`{}` is imported twice", name.text))
+                    .label("again")
+                    .help("take one of the two out"),
+            );
         }
     }
 

@@ -17,7 +17,7 @@ use crate::syntax::ast::{
 /// Finds what is compiled: a grammar of the first text, or a variant of it. Then
 /// applies the edits of the variants, from the one nearest to the grammar outwards.
 pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
-    distinct(loader, 0);
+    two_of_a_name(loader);
     let mut chain: Vec<(usize, Variant)> = Vec::new();
     let Some(mut place) = first(loader, wanted) else { return };
     let grammar = loop {
@@ -60,31 +60,34 @@ pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
     }
 }
 
-/// Reports grammars and variants of a text that have the same name.
-fn distinct(loader: &mut Loader<'_>, module: usize) {
-    let Some(loaded) = loader.program.modules.get(module) else { return };
+/// Variants are asked for by their names: no two in a text can share one.
+fn two_of_a_name(loader: &mut Loader<'_>) {
+    let Some(module) = loader.program.modules.first() else { return };
     let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
-    let mut errors = Vec::new();
-    for item in &loaded.tree.items {
-        let name = match &item.kind {
-            ItemKind::Grammar(name) => name,
-            ItemKind::Variant(variant) => &variant.name,
+    let mut found = Vec::new();
+    for item in &module.tree.items {
+        let (name, variant) = match &item.kind {
+            ItemKind::Grammar(name) => (name, false),
+            ItemKind::Variant(variant) => (&variant.name, true),
             _ => continue,
         };
-        // Two `grammar` lines are told elsewhere.
-        let variant = matches!(item.kind, ItemKind::Variant(_));
+        // That there are two grammars is told anyway.
         if let Some(first) = seen.insert(&name.text, name.span)
             && variant
         {
-            errors.push(
-                Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is declared twice", name.text))
-                    .label("declared again here")
-                    .also(first, "first declared here")
-                    .help("give one of them another name"),
+            found.push(
+                Diagnostic::new(
+                    Code::DUPLICATE,
+                    name.span,
+                    format!("there are two grammars or variants `{}`", name.text),
+                )
+                .label("again")
+                .also(first, "the first one")
+                .help("give one of them another name"),
             );
         }
     }
-    loader.errors.extend(errors);
+    loader.errors.extend(found);
 }
 
 /// What the first text offers to compile.
@@ -447,7 +450,13 @@ fn change_rule(clauses: &mut Vec<RuleClause>, field: &Name, change: &Change<'_>)
     for clause in clauses.iter_mut() {
         match &mut clause.kind {
             RuleClauseKind::Choose(name, domain, _) if name.text == field.text => {
-                *domain = change.make(domain);
+                *domain = match change {
+                    Change::Set(new) => Expr {
+                        span: new.span,
+                        kind: ExprKind::Exchanged(Box::new((*new).clone()), Box::new(domain.clone())),
+                    },
+                    Change::Narrow(_) => change.make(domain),
+                };
                 return Ok(());
             }
             RuleClauseKind::Weight(weight) if field.text == "weight" => {

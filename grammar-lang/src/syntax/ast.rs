@@ -420,6 +420,8 @@ pub enum ExprKind {
     Cases(Box<Expr>, Vec<(Expr, Expr)>, Option<Box<Expr>>),
     /// A domain that a variant made narrower: the new one within the old one.
     Narrowed(Box<Expr>, Box<Expr>),
+    /// A domain that a variant put in the place of another: the new one and the old one.
+    Exchanged(Box<Expr>, Box<Expr>),
     /// `forall`, `exists`, `sum over ...`
     Aggregate {
         /// What is done with the items.

@@ -809,7 +809,7 @@ fn depth(expr: &Expr) -> usize {
                 push(b);
             }
             ExprKind::If(a, b, c) => [a, b, c].into_iter().for_each(|e| push(e)),
-            ExprKind::Narrowed(a, b) => [a, b].into_iter().for_each(|e| push(e)),
+            ExprKind::Narrowed(a, b) | ExprKind::Exchanged(a, b) => [a, b].into_iter().for_each(|e| push(e)),
             ExprKind::Cases(value, arms, otherwise) => {
                 push(value);
                 arms.iter().flat_map(|(a, b)| [a, b]).for_each(&mut push);

@@ -19,6 +19,8 @@ const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize"];
 const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect"];
 const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add"];
 const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive"];
+/// What may follow a piece that is complete.
+const END: &str = "the end of the declaration";
 const LATER: &[&str] = &["target", "cell", "lattice"];
 
 /// Reports a run of junk, declaration by declaration.
@@ -260,20 +262,30 @@ fn clause_error(
     let piece = text.get(start..end).unwrap_or("");
     let first = word_at(piece);
     if !words.is_empty() && !words.contains(&first) && !first.is_empty() {
-        let span = Span::new(file, start, start + first.len());
-        return Diagnostic::new(
-            Code::UNKNOWN_KEYWORD,
-            span,
-            format!("`{first}` does not start a clause of `{block}`"),
-        )
+        return no_clause(first, start, words, block, file);
+    }
+    let error = explain(text, start, end, entry, file);
+    // A clause that could end stopped at a line of its own: that line is what cannot be read.
+    let stop = error.span().start as usize;
+    let line = text.get(..stop).unwrap_or("").rsplit('\n').next().unwrap_or("");
+    let word = word_at(text.get(stop..end).unwrap_or(""));
+    let ended = error.message.contains("the end of the clause") && line.trim().is_empty();
+    if ended && stop > start && !words.is_empty() && !word.is_empty() && !words.contains(&word) {
+        return no_clause(word, stop, words, block, file);
+    }
+    error
+}
+
+/// Says that a word opens no clause of a block.
+fn no_clause(word: &str, start: usize, words: &[&str], block: &str, file: FileId) -> Diagnostic {
+    let span = Span::new(file, start, start + word.len());
+    Diagnostic::new(Code::UNKNOWN_KEYWORD, span, format!("`{word}` does not start a clause of `{block}`"))
         .label("unknown word")
         .help(
-            did_you_mean(first, words.iter().copied())
+            did_you_mean(word, words.iter().copied())
                 .unwrap_or_else(|| format!("a clause of `{block}` starts with one of: {}", words.join(", "))),
         )
-        .fix_if(respell(span, first, words.iter().copied()));
-    }
-    explain(text, start, end, entry, file)
+        .fix_if(respell(span, word, words.iter().copied()))
 }
 
 /// Turns the parser's own error into words.
@@ -309,8 +321,13 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     if expected.len() > 1 {
         expected.retain(|e| *e != "an operator");
     }
+    // So do the other ways to go on after a value, where something else must follow.
+    let on = ["an operator", "`[`", "`(`", "`in`", "`..`"];
+    if in_expression && expected.iter().any(|e| !on.contains(e)) {
+        expected.retain(|e| !on.contains(e));
+    }
     // Where a declaration may end, what else could go on is beside the point.
-    if expected.contains(&"the end of the declaration") {
+    if expected.contains(&END) {
         expected.retain(|e| !["`[`", "`(`", "`in`", "`..`", "a value"].contains(e));
     }
     // Where a bracket is open, it is more likely to be closed than to be followed by another.
@@ -325,9 +342,11 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
             format!("{head} or {last}")
         }
     };
+    let piece_name = if entry == Rule::only_item { "the declaration" } else { "the clause" };
+    let wanted = wanted.replace(END, &format!("the end of {piece_name}"));
     let (span, message) = if found.is_empty() {
         let last = start + piece.trim_end().len();
-        (Span::new(file, last, last), format!("expected {wanted}, but it ends here"))
+        (Span::new(file, last, last), format!("expected {wanted}, but {piece_name} ends here"))
     } else {
         (
             Span::new(file, start + place, start + place + found.len()),
@@ -336,7 +355,9 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     };
     let reserved = SgrParser::parse(Rule::keyword, found)
         .is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found));
-    let help = if wanted.contains("a name") && reserved {
+    let help = if wanted.contains("a name") && matches!(found, "part" | "actuator") {
+        Some(format!("give it a name first, as in `p : {found}`"))
+    } else if wanted.contains("a name") && reserved {
         Some(format!("`{found}` is a word of the language: choose another name"))
     } else {
         None
@@ -419,6 +440,7 @@ fn describe(rule: Rule) -> Option<&'static str> {
         Rule::kw_turned | Rule::turned_part => "`turned`",
         Rule::kw_from => "`from`",
         Rule::kw_facing => "`facing`",
+        Rule::kw_about => "`about`",
         Rule::kw_weight => "`weight`",
         Rule::arrow => "`->`",
         Rule::path => "what is changed, such as `bender.bend`",
@@ -437,7 +459,7 @@ fn describe(rule: Rule) -> Option<&'static str> {
         Rule::field_clause | Rule::field | Rule::group => "`name = value`",
         Rule::rule_clause => "a clause such as `match`",
         Rule::actuation_clause => "a clause such as `vary`",
-        Rule::EOI => "the end of the declaration",
+        Rule::EOI => END,
         _ => return None,
     })
 }
@@ -461,7 +483,7 @@ fn token_at(text: &str) -> &str {
 }
 
 /// Splits the inside of a block at the lines that start a clause: with one of
-/// `words`, or, without words, with `name =`, `name {` or `param`.
+/// `words`, or, without words, with `name =`, `name {`, `param` or `port`.
 fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, usize)> {
     let mut starts = Vec::new();
     let mut line = from;
@@ -476,10 +498,12 @@ fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, us
         let after = trimmed.get(word.len()..).unwrap_or("").trim_start();
         let opens = if words.is_empty() {
             depth == 0
-                && (word == "param"
+                && (matches!(word, "param" | "port")
                     || after.starts_with('=')
                     || after.starts_with('{')
                     || after.starts_with(':')
+                    // A `=` was left out.
+                    || after.starts_with(|c: char| c.is_ascii_digit())
                     || !starts.is_empty() && !word.is_empty() && after.is_empty())
         } else {
             // Continuation lines start with an operator or a word such as `because`.

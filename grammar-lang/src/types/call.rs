@@ -79,7 +79,13 @@ impl Checker<'_> {
         let ty = match &curve.ty {
             Ty::Curve(d) => Ty::Quantity(*d),
             Ty::Pattern => Ty::Quantity(Dimension::ANGLE),
-            Ty::Unknown => return unknown,
+            Ty::Unknown => {
+                // What it is given is read all the same.
+                for argument in arguments {
+                    self.infer(&argument.value, cx);
+                }
+                return unknown;
+            }
             other => {
                 let message = format!("a {other} cannot be called");
                 self.report(
@@ -224,11 +230,15 @@ impl Checker<'_> {
             outside.locals.extend(inner.locals.iter().skip(cx.locals.len()).map(hidden));
             let value = self.expect(&argument.value, &mut outside, &ty, &what);
             bound.push((inner.locals.len(), value));
-            self.bind(&parameter.name, ty, &mut inner);
+            self.bind_parameter(&parameter.name, ty, &mut inner);
         }
+        let known = self.errors.len();
         self.open_functions.push(function.declaration);
         let body = self.infer(function.body, &mut inner);
         self.open_functions.pop();
+        if self.open_functions.is_empty() {
+            self.blame_the_call(known, &function.name.text, span);
+        }
         if super::nodes(&body) > super::LARGEST {
             self.too_large(span);
             return unknown;
@@ -240,6 +250,18 @@ impl Checker<'_> {
             kind: ExprKind::Bind { slot, value: Box::new(value), body: Box::new(body) },
         });
         Expr { span, ..whole }
+    }
+
+    /// A function may read what only some stages know: a call in another one is what is wrong.
+    fn blame_the_call(&mut self, known: usize, name: &str, call: Span) {
+        for error in self.errors.iter_mut().skip(known).filter(|d| d.code == Code::WRONG_STAGE) {
+            let place = error.span();
+            let message = format!("`{name}` cannot be called here: in it, {}", error.message);
+            *error = Diagnostic::new(Code::WRONG_STAGE, call, message)
+                .label("called here")
+                .also(place, "read here")
+                .help_if(error.help.take());
+        }
     }
 
     fn too_large(&mut self, span: Span) {
@@ -290,6 +312,13 @@ impl Checker<'_> {
                         .label("again"),
                 );
             }
+        }
+        // A field that is there under another name is not missing, too.
+        if arguments
+            .iter()
+            .any(|a| !a.name.as_ref().is_some_and(|k| fields.iter().any(|(n, _)| *n == k.text)))
+        {
+            return unknown;
         }
         let mut complete = Vec::new();
         for (value, (field, _)) in values.into_iter().zip(fields) {
@@ -386,7 +415,9 @@ impl Checker<'_> {
                     if matches!(e.ty, Ty::List(_) | Ty::Unknown) {
                         e
                     } else {
-                        self.fit(e, &Ty::Group, "what is counted")
+                        let kind = self.fit(e, &Ty::Group, "what is counted");
+                        let here = kind.ty != Ty::Group || cx.stage.sees_design();
+                        if here { kind } else { self.parts_unknown(kind.span, cx.stage) }
                     }
                 })
                 .collect();

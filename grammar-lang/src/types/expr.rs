@@ -76,8 +76,11 @@ impl Checker<'_> {
             return group;
         }
         if let (Ty::Domain(inner), ExprKind::Range(low, high)) = (wanted, &expr.kind) {
+            let (known, have) = (self.errors.len(), low.ty.clone());
             let low = self.fit((**low).clone(), inner, what);
-            let high = self.fit((**high).clone(), inner, what);
+            // Both ends in a unit of the same wrong kind are one mistake.
+            let told = self.errors.len() > known && high.ty == have && bare_number(high).is_none();
+            let high = if told { unknown(high.span) } else { self.fit((**high).clone(), inner, what) };
             let ok = low.ty != Ty::Unknown && high.ty != Ty::Unknown;
             expr.kind = ExprKind::Range(Box::new(low), Box::new(high));
             expr.ty = if ok { wanted.clone() } else { Ty::Unknown };
@@ -186,6 +189,27 @@ impl Checker<'_> {
 
     /// Finds the type of an expression; every error in it is reported once.
     pub(super) fn infer(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
+        let known = self.errors.len();
+        let whole = !std::mem::replace(&mut self.inside, true);
+        let expr = self.infer_piece(tree, cx);
+        if whole {
+            self.inside = false;
+            self.tell_stage_once(known);
+        }
+        expr
+    }
+
+    /// An expression of the wrong stage often reads several things that are not known there.
+    /// That is one mistake: the first of them is told.
+    fn tell_stage_once(&mut self, known: usize) {
+        let found = self.errors.split_off(known.min(self.errors.len()));
+        let mut told = false;
+        self.errors.extend(
+            found.into_iter().filter(|d| d.code != Code::WRONG_STAGE || !std::mem::replace(&mut told, true)),
+        );
+    }
+
+    fn infer_piece(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
         let span = tree.span;
         let make = |kind, ty| Expr { kind, ty, span };
         match &tree.kind {
@@ -217,6 +241,7 @@ impl Checker<'_> {
                 self.cases(value, arms, otherwise.as_deref(), span, cx)
             }
             ast::ExprKind::Narrowed(new, old) => self.narrowed(new, old, cx),
+            ast::ExprKind::Exchanged(new, old) => self.exchanged(new, old, cx),
             ast::ExprKind::Call(callee, arguments) => self.call(callee, arguments, span, cx),
             ast::ExprKind::Index(list, index) => {
                 let list = self.infer(list, cx);
@@ -301,29 +326,10 @@ impl Checker<'_> {
             }
             ast::ExprKind::Convert(value, unit) => {
                 let value = self.infer(value, cx);
-                let place = unit.span;
+                let place = unit;
                 let Some(unit) = self.unit(unit) else { return unknown(span) };
-                if let Some(have) = value.ty.dimension().filter(|d| *d != unit.dimension && !is_zero(&value))
-                {
-                    let wanted = Ty::Quantity(unit.dimension);
-                    let help = if have.is_number() {
-                        "it is a bare number already: take `in` away".to_owned()
-                    } else {
-                        format!("write `in {}`", units::suggest(have))
-                    };
-                    self.report(
-                        Diagnostic::new(
-                            Code::WRONG_DIMENSION,
-                            place,
-                            format!(
-                                "this unit is one of {wanted}, but what stands before it is {}",
-                                article(&value.ty)
-                            ),
-                        )
-                        .label("another dimension")
-                        .also(value.span, article(&value.ty))
-                        .help(help),
-                    );
+                if let Some(other) = value.ty.dimension().filter(|d| *d != unit.dimension && !d.is_number()) {
+                    self.report(other_unit(&value, other, place));
                     return unknown(span);
                 }
                 let value = self.fit(value, &Ty::Quantity(unit.dimension), "what is turned into a number");
@@ -400,8 +406,9 @@ impl Checker<'_> {
     fn name(&mut self, name: &str, span: Span, cx: &mut Context) -> Expr {
         let make = |kind, ty| Expr { kind, ty, span };
         if let Some(slot) = cx.locals.iter().rposition(|l| l.name == name) {
-            let ty = cx.locals.get(slot).map_or(Ty::Unknown, |l| l.ty.clone());
-            return make(ExprKind::Local(slot), ty);
+            let local = cx.locals.get(slot);
+            self.read.extend(local.map(|l| l.span));
+            return make(ExprKind::Local(slot), local.map_or(Ty::Unknown, |l| l.ty.clone()));
         }
         let declared = self.program.lookup(span, name).is_some();
         if let Some(word) = Word::named(name).filter(|w| !declared || cx.stage.sees_word(*w)) {
@@ -490,13 +497,19 @@ impl Checker<'_> {
         self.wrong(span, format!("`{name}` is {what}, not a value"), "only values can be calculated with")
     }
 
-    fn stage_error(&mut self, span: Span, name: &str, stage: Stage, where_known: &str) -> Expr {
+    pub(super) fn stage_error(&mut self, span: Span, name: &str, stage: Stage, where_known: &str) -> Expr {
         self.report(
             Diagnostic::new(Code::WRONG_STAGE, span, format!("`{name}` cannot be read in {}", stage.name()))
                 .label("not known yet, or not any more")
                 .help(format!("`{name}` is known only in {where_known}")),
         );
         unknown(span)
+    }
+
+    /// Parts of a kind are asked for where there is no design.
+    pub(super) fn parts_unknown(&mut self, kind: Span, stage: Stage) -> Expr {
+        let name = self.sources.slice(kind).to_owned();
+        self.stage_error(kind, &name, stage, "rules, requirements and terms, as the parts of a design")
     }
 
     fn unknown_name(&mut self, name: &str, span: Span, cx: &Context) -> Expr {
@@ -519,6 +532,8 @@ impl Checker<'_> {
                 .locals
                 .iter()
                 .map(|l| l.name.as_str())
+                // What an effect made without a name has none to guess at.
+                .filter(|name| !name.is_empty())
                 .chain(Word::ALL.iter().filter(|w| cx.stage.sees_word(**w)).map(|w| w.text()))
                 .chain(self.program.scope_at(span).map(|(n, _)| n))
                 .chain(self.placed.iter().map(|(p, _)| p.as_str()))
@@ -622,7 +637,8 @@ impl Checker<'_> {
     fn narrowed(&mut self, new: &ast::Expr, old: &ast::Expr, cx: &mut Context) -> Expr {
         let span = new.span;
         let (new, old) = (self.infer(new, cx), self.infer(old, cx));
-        let Some((new, old, _)) = self.unify(new, old, "`narrow`") else { return unknown(span) };
+        // The base comes first: what does not fit is told where the variant says it.
+        let Some((old, new, _)) = self.unify(old, new, "`narrow`") else { return unknown(span) };
         if new.any(&mut |e| e.ty == Ty::Unknown) || old.any(&mut |e| e.ty == Ty::Unknown) {
             return new;
         }
@@ -644,6 +660,33 @@ impl Checker<'_> {
             );
         }
         new
+    }
+
+    /// A domain that a variant puts in the place of another must hold the same kind of quantity.
+    fn exchanged(&mut self, new: &ast::Expr, old: &ast::Expr, cx: &mut Context) -> Expr {
+        let new = self.infer(new, cx);
+        let known = self.errors.len();
+        let old = self.infer(old, cx);
+        // What is wrong with the old one does not matter any more.
+        self.errors.truncate(known);
+        let (Some(now), Some(before)) = (quantity_in(&new.ty), quantity_in(&old.ty)) else { return new };
+        if now == before {
+            return new;
+        }
+        self.report(
+            Diagnostic::new(
+                Code::WRONG_DIMENSION,
+                new.span,
+                format!(
+                    "the base chooses {} here, but this holds {}",
+                    article(&Ty::Quantity(before)),
+                    article(&Ty::Quantity(now))
+                ),
+            )
+            .label("another kind of quantity")
+            .also(old.span, "the domain in the base"),
+        );
+        unknown(new.span)
     }
 
     /// A port by its name, if that is what an expression is.
@@ -911,6 +954,15 @@ impl Checker<'_> {
         cx.locals.push(Local { name: name.text.clone(), ty, span: name.span });
     }
 
+    /// Adds a parameter of a function; that two of them share a name is told where they stand.
+    pub(super) fn bind_parameter(&mut self, name: &Name, ty: Ty, cx: &mut Context) {
+        if cx.locals.iter().any(|l| l.name == name.text) {
+            cx.locals.push(Local { name: name.text.clone(), ty, span: name.span });
+        } else {
+            self.bind(name, ty, cx);
+        }
+    }
+
     fn aggregate(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
         let ast::ExprKind::Aggregate { how, binders, condition, body, otherwise } = &tree.kind else {
             return unknown(tree.span);
@@ -919,7 +971,10 @@ impl Checker<'_> {
         let mut bound = Vec::new();
         for binder in binders {
             let over = self.infer(&binder.over, cx);
-            let over = as_group(&over).unwrap_or(over);
+            let mut over = as_group(&over).unwrap_or(over);
+            if over.ty == Ty::Group && !cx.stage.sees_design() {
+                over = self.parts_unknown(over.span, cx.stage);
+            }
             let item = match &over.ty {
                 Ty::Group => match &over.kind {
                     ExprKind::Group(Group::Actuator) => Ty::Actuator,
@@ -972,6 +1027,14 @@ impl Checker<'_> {
     }
 }
 
+/// What a domain of quantities holds.
+fn quantity_in(domain: &Ty) -> Option<Dimension> {
+    match domain {
+        Ty::Domain(item) | Ty::List(item) => item.dimension(),
+        _ => None,
+    }
+}
+
 /// A kind of part used as the collection of its parts.
 pub(super) fn as_group(expr: &Expr) -> Option<Expr> {
     match &expr.kind {
@@ -996,6 +1059,19 @@ fn product(a: &Ty, operator: Operator, b: &Ty) -> Option<Ty> {
     })
 }
 
+/// Says that a quantity cannot be counted in a unit of another kind.
+fn other_unit(value: &Expr, dimension: Dimension, unit: &Name) -> Diagnostic {
+    let have = article(&value.ty);
+    Diagnostic::new(
+        Code::WRONG_DIMENSION,
+        unit.span,
+        format!("{have} cannot be turned into a number in `{}`", unit.text),
+    )
+    .label("a unit of another kind")
+    .also(value.span, format!("this is {have}"))
+    .help(format!("write a unit that fits, such as `in {}`", units::suggest(dimension)))
+}
+
 /// `a, b or c`
 fn one_of(words: &[&str]) -> String {
     match words {
@@ -1017,6 +1093,17 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
         let help = match (&expr.ty, wanted) {
             (Ty::Track(_), _) => Some("ask for it at a time: `e.position at end`".to_owned()),
             (Ty::Domain(_), _) => Some("a single value is needed here, not a range or set".to_owned()),
+            (_, Ty::Distribution(d)) => {
+                let unit = if d.is_number() { String::new() } else { format!(" {}", units::suggest(*d)) };
+                Some(format!("write for example `normal(0{unit}, 1{unit})` or `uniform(-1{unit}, 1{unit})`"))
+            }
+            (Ty::Part | Ty::Actuator, Ty::Port) => {
+                Some("name one of its ports, as in `core.top` or `a.tip`".to_owned())
+            }
+            (_, Ty::Kind) => Some("name a kind of part, such as `cube`".to_owned()),
+            (Ty::Count | Ty::Quantity(_), Ty::Bool) => {
+                Some("compare it with something, as in `count(part) > 3`".to_owned())
+            }
             (_, Ty::Domain(_)) => Some("write a range `a .. b` or a set `{ a, b }`".to_owned()),
             _ => None,
         };
@@ -1035,7 +1122,11 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
             } else {
                 format!("this is {}", article(&expr.ty))
             })
-            .help("write a number such as 3, or use `floor` or `round`");
+            .help(if have.is_number() {
+                "write a number such as 3, or use `floor` or `round`"
+            } else {
+                "write a whole number without a unit, such as 3"
+            });
     }
     if let Some(x) = bare_number(expr) {
         return Diagnostic::new(

@@ -105,16 +105,27 @@ impl Checker<'_> {
             let is_group = matches!(name.text.as_str(), "outer" | "inner");
             if !allowed.contains(&name.text.as_str()) || group != is_group {
                 let open: Vec<&str> = allowed.iter().copied().filter(|a| !given(a)).collect();
-                let help = did_you_mean(&name.text, allowed.iter().copied())
-                    .filter(|_| !allowed.contains(&name.text.as_str()))
-                    .unwrap_or_else(|| format!("{what} has: {}", allowed.join(", ")));
+                let known = allowed.contains(&name.text.as_str());
+                let help = match (known, is_group) {
+                    (true, true) => format!("write `{} {{ ... }}`", name.text),
+                    (true, false) => format!("write `{} = ...`", name.text),
+                    (false, _) => did_you_mean(&name.text, allowed.iter().copied())
+                        .unwrap_or_else(|| format!("{what} has: {}", allowed.join(", "))),
+                };
+                let message = match (known, is_group) {
+                    (true, true) => format!("`{}` is a block, not a value", name.text),
+                    (true, false) => format!("`{}` is a value, not a block", name.text),
+                    (false, _) => format!("{what} has no `{}`", name.text),
+                };
                 self.report(
-                    Diagnostic::new(Code::UNKNOWN_FIELD, name.span, format!("{what} has no `{}`", name.text))
-                        .label("not known")
+                    Diagnostic::new(Code::UNKNOWN_FIELD, name.span, message)
+                        .label(if known { "not in this form" } else { "not known" })
                         .help(help)
                         .fix_if(respell(name.span, &name.text, open.iter().copied())),
                 );
                 misspelt.extend(nearest(&name.text, open).map(str::to_owned));
+                // What is there in the wrong form is not missing, too.
+                misspelt.push(name.text.clone());
                 continue;
             }
             let first = values
@@ -210,6 +221,10 @@ impl Checker<'_> {
                     .label("which one counts?")
                     .help("keep the one that was measured"),
             );
+        }
+        if !from.values.contains_key("mass") && !from.values.contains_key("density") {
+            self.missing(from, "density", "1 g/cm^3` or `mass = 8 g", cx.damaged);
+            return None;
         }
         if from.values.contains_key("mass") {
             return self.number(from, "mass", "Mass", Sign::Positive, "8 g", cx);
@@ -461,32 +476,49 @@ impl Checker<'_> {
             }
             params.insert(param.name.text.clone(), ir::InstanceParam { ty, domain, default });
         }
-        match params.get("segments") {
-            Some(ir::InstanceParam { ty: Ty::Count, domain, .. }) => {
-                if domain.is_none_or(|(low, high)| low < 2.0 || high > 64.0) {
-                    self.report(
-                        Diagnostic::new(
-                            Code::OUT_OF_DOMAIN,
-                            block.name.span,
-                            "the number of `segments` must lie within 2 .. 64",
-                        )
-                        .label("of this actuator")
-                        .help("write `param segments : Count in 2 .. 12 = 5`"),
-                    );
+        self.check_segments(block, params.get("segments"), damaged);
+        params
+    }
+
+    /// Every actuator has a number of segments, as many as the simulators take.
+    fn check_segments(&mut self, block: &Block, checked: Option<&ir::InstanceParam>, damaged: bool) {
+        let written = block.fields.iter().find_map(|f| match f {
+            Field::Param(param) if param.name.text == "segments" => Some(param),
+            _ => None,
+        });
+        let error = match (written, checked) {
+            (None, _) if damaged => return,
+            (None, _) | (_, None) => Diagnostic::new(
+                Code::MISSING_FIELD,
+                block.name.span,
+                format!("`{}` has no parameter `segments`", block.name.text),
+            )
+            .label("an actuator is a row of segments"),
+            (_, Some(ir::InstanceParam { ty: Ty::Unknown, .. })) => return,
+            (Some(param), Some(ir::InstanceParam { ty, .. })) if *ty != Ty::Count => {
+                Diagnostic::new(Code::WRONG_TYPE, param.ty.span, "`segments` is a Count: so many segments")
+                    .label(format!("this is {}", super::expr::article(ty)))
+            }
+            (Some(param), Some(ir::InstanceParam { domain, .. })) => {
+                let place = param.domain.as_ref().map_or(param.name.span, |d| d.span);
+                match domain {
+                    Some((low, high)) if *low >= 2.0 && *high <= 64.0 => return,
+                    // What is wrong with the domain has been told.
+                    None if param.domain.is_some() => return,
+                    _ => Diagnostic::new(
+                        Code::OUT_OF_DOMAIN,
+                        place,
+                        "the number of `segments` must lie within 2 .. 64",
+                    )
+                    .label(if domain.is_some() {
+                        "reaches further"
+                    } else {
+                        "no domain"
+                    }),
                 }
             }
-            _ if damaged => {}
-            _ => self.report(
-                Diagnostic::new(
-                    Code::MISSING_FIELD,
-                    block.name.span,
-                    format!("`{}` has no parameter `segments`", block.name.text),
-                )
-                .label("an actuator is a row of segments")
-                .help("add a line such as `param segments : Count in 2 .. 12 = 5`"),
-            ),
-        }
-        params
+        };
+        self.report(error.help("write for example `param segments : Count in 2 .. 12 = 5`"));
     }
 
     pub(super) fn model(&mut self, block: &Block, duration: Option<f64>, damaged: bool) -> Option<ir::Model> {
@@ -566,7 +598,7 @@ impl Checker<'_> {
             );
         }
         let Some(outer) = from.groups.get("outer").copied() else {
-            if !damaged {
+            if !damaged && !from.misspelt.iter().any(|m| m == "outer") {
                 self.report(
                     Diagnostic::new(
                         Code::MISSING_FIELD,
@@ -588,6 +620,18 @@ impl Checker<'_> {
         Some(ir::Search { name: block.name.text.clone(), keep: keep?, outer: outer?, inner })
     }
 
+    /// Reports a number that is known beforehand to be below 0.
+    pub(super) fn not_negative(&mut self, value: &ir::Expr, what: &str) {
+        if let Some(x) = self.quiet_number(value)
+            && x < 0.0
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, format!("{what} must not be below 0"))
+                    .label("negative"),
+            );
+        }
+    }
+
     fn schedule(&mut self, block: &Block, damaged: bool) -> Option<ir::Schedule> {
         let from = self.values(block, "a schedule", SCHEDULE);
         let mut get = |name: &str, ty: &Ty, example: &str| {
@@ -596,7 +640,9 @@ impl Checker<'_> {
                 return None;
             };
             let mut cx = Context::new(Stage::Schedule, damaged);
-            Some(self.expect(tree, &mut cx, ty, &format!("`{name}`")))
+            let value = self.expect(tree, &mut cx, ty, &format!("`{name}`"));
+            self.not_negative(&value, &format!("`{name}` of a schedule"));
+            Some(value)
         };
         let iterations = get("iterations", &Ty::Count, "100");
         let moves = get("moves", &Ty::Count, "3");

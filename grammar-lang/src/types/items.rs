@@ -203,7 +203,12 @@ impl<'a> Checker<'a> {
             ItemKind::Enum(name, values) => self.enumeration(name, values),
             ItemKind::Record(name, fields) => {
                 self.distinct(fields.iter().map(|f| &f.name), "field");
+                // That a record is read to be checked does not mean that something uses it.
+                let used = self.touched.contains(&declaration);
                 self.type_named(name);
+                if !used {
+                    self.touched.shift_remove(&declaration);
+                }
             }
             _ => {}
         }
@@ -225,7 +230,7 @@ impl<'a> Checker<'a> {
             let mut cx = Context::new(stage, false);
             for parameter in parameters {
                 let ty = self.type_named(&parameter.ty);
-                self.bind(&parameter.name, ty, &mut cx);
+                self.bind_parameter(&parameter.name, ty, &mut cx);
             }
             self.open_functions.push(declaration);
             self.infer(value, &mut cx);
@@ -420,7 +425,7 @@ impl<'a> Checker<'a> {
             let on = place
                 .to
                 .as_ref()
-                .map(|port| self.holding(port, place.turned.as_ref(), place.by.as_ref(), &mut cx));
+                .map(|port| self.holding(&what, port, place.turned.as_ref(), place.by.as_ref(), &mut cx));
             let how = place.turned.as_ref().map(|t| t.span).or(place.by.as_ref().map(|b| b.span));
             match (i, &on) {
                 (0, None) if how.is_some() => self.report(

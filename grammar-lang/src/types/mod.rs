@@ -69,6 +69,8 @@ pub fn check(
         touched: IndexSet::new(),
         params: BTreeMap::new(),
         inlined: BTreeMap::new(),
+        inside: false,
+        read: IndexSet::new(),
         open_functions: Vec::new(),
         constants: Constants::default(),
     };
@@ -115,6 +117,10 @@ struct Checker<'a> {
     params: BTreeMap<Declaration, CheckedParam>,
     /// Named constants that have been checked; `None` while they are.
     inlined: BTreeMap<Declaration, Option<Expr>>,
+    /// Whether an expression is being checked, so that what is checked now is a piece of it.
+    inside: bool,
+    /// Where names of rules and actuations are bound that something reads.
+    read: IndexSet<Span>,
     /// Functions whose bodies are being checked, outermost first.
     open_functions: Vec<Declaration>,
     constants: Constants,
@@ -197,7 +203,9 @@ impl Checker<'_> {
         }
         self.inlined.insert(declaration, None);
         let mut cx = Context::new(Stage::Declaration, false);
+        let inside = std::mem::take(&mut self.inside);
         let mut expr = self.infer(value, &mut cx);
+        self.inside = inside;
         // A constant is worked out once, or constants of constants would grow without bound.
         if expr.ty.dimension().is_some() {
             match self.constant_number(&expr) {
@@ -237,7 +245,9 @@ impl Checker<'_> {
             None => {}
         }
         self.params.insert(declaration, CheckedParam::Open);
+        let inside = std::mem::take(&mut self.inside);
         let checked = self.check_param(param);
+        self.inside = inside;
         let state = match &checked {
             Some(checked) => {
                 self.constants.params.insert(param.name.text.clone(), value_of(checked));

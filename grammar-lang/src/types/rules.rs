@@ -77,6 +77,7 @@ impl Checker<'_> {
                 RuleClauseKind::Weight(value) => {
                     let mut cx = Context::new(Stage::Weight, damaged);
                     let value = self.expect(value, &mut cx, &Ty::NUMBER, "a weight");
+                    self.not_negative(&value, "the weight of a rule");
                     if weight.replace(value).is_some() {
                         self.report(
                             Diagnostic::new(Code::DUPLICATE, clause.span, "a rule has one `weight`")
@@ -93,6 +94,13 @@ impl Checker<'_> {
                 Diagnostic::new(Code::NO_EFFECT, name.span, format!("the rule `{}` does nothing", name.text))
                     .label("without an effect")
                     .help("say what it does: `attach`, `set`, `remove`, `replace` or `revert`"),
+            );
+        }
+        self.check_twice(clauses);
+        if !damaged && self.errors.len() == found {
+            self.unread(
+                clauses.iter().filter_map(|c| bound_by(&c.kind)),
+                "use it in this rule, or take it out",
             );
         }
         let weight = weight.unwrap_or(Expr { kind: ExprKind::Number(1.0), ty: Ty::NUMBER, span: name.span });
@@ -118,7 +126,7 @@ impl Checker<'_> {
                     let domain = self.infer(domain, &mut drawing);
                     let ty = self.chosen_from(&domain);
                     let spread = match spread {
-                        Some(spread) => self.spread(spread, &ty, &mut drawing),
+                        Some(spread) => self.spread(spread, &domain, &ty, &mut drawing),
                         None => ir::Spread::Even,
                     };
                     self.bind(name, ty, cx);
@@ -164,10 +172,11 @@ impl Checker<'_> {
     }
 
     /// `by normal(...)`, `by uniform(...)` or `by [weights]`.
-    fn spread(&mut self, tree: &ast::Expr, ty: &Ty, cx: &mut Context) -> ir::Spread {
+    fn spread(&mut self, tree: &ast::Expr, domain: &Expr, ty: &Ty, cx: &mut Context) -> ir::Spread {
         let spread = self.infer(tree, cx);
         let numbers = Ty::List(Box::new(Ty::NUMBER));
         if spread.ty.fits(&numbers) {
+            self.check_weights(domain, &spread);
             return ir::Spread::Weights(spread);
         }
         let Some(dimension) = ty.dimension() else {
@@ -190,21 +199,50 @@ impl Checker<'_> {
         }
     }
 
+    /// There is one weight for each value, where both can be counted beforehand.
+    fn check_weights(&mut self, domain: &Expr, weights: &Expr) {
+        let values = match &domain.kind {
+            ExprKind::Set(values) | ExprKind::List(values) => values.len(),
+            ExprKind::Range(low, high) if domain.ty == Ty::Domain(Box::new(Ty::Count)) => {
+                let (Some(low), Some(high)) = (self.quiet_number(low), self.quiet_number(high)) else {
+                    return;
+                };
+                (high - low).max(0.0) as usize + 1
+            }
+            _ => return,
+        };
+        let ExprKind::List(given) = &weights.kind else { return };
+        if given.len() != values {
+            self.report(
+                Diagnostic::new(
+                    Code::WRONG_ARGUMENTS,
+                    weights.span,
+                    format!("there are {} weights for {values} values", given.len()),
+                )
+                .label(format!("{} weights", given.len()))
+                .also(domain.span, format!("{values} values"))
+                .help("write one weight for each value"),
+            );
+        }
+    }
+
     fn effect(&mut self, clause: &RuleClauseKind, cx: &mut Context) -> Option<ir::Effect> {
         match clause {
             RuleClauseKind::Attach { what, port, turned, by, product } => {
                 let what = self.expect(what, cx, &Ty::Kind, "what is attached");
-                let on = self.holding(port, turned.as_ref(), by.as_ref(), cx);
+                let on = self.holding(&what, port, turned.as_ref(), by.as_ref(), cx);
                 self.product(product.as_ref(), &what, cx);
                 Some(ir::Effect::Attach { what, on })
             }
             RuleClauseKind::Set(target, value) => self.set(target, value, cx),
             RuleClauseKind::Remove(part) => {
                 let part = self.expect(part, cx, &Ty::Part, "what is removed");
+                self.check_removable(&part, "remove");
                 Some(ir::Effect::Remove(part))
             }
             RuleClauseKind::Replace { part, with, between, product } => {
                 let part = self.expect(part, cx, &Ty::Part, "what is replaced");
+                self.check_removable(&part, "replace");
                 let with = self.expect(with, cx, &Ty::Kind, "what takes its place");
                 let between = between.as_ref().map(|(a, b)| {
                     let mut end = |e| self.expect(e, cx, &Ty::Part, "a neighbour");
@@ -224,6 +262,7 @@ impl Checker<'_> {
     /// Where and how something is held.
     pub(super) fn holding(
         &mut self,
+        what: &Expr,
         port: &ast::Expr,
         turned: Option<&ast::Expr>,
         by: Option<&Name>,
@@ -238,9 +277,105 @@ impl Checker<'_> {
                 self.unknown_port(name);
                 return None;
             }
+            self.check_own_port(what, name);
             Some(name.text.clone())
         });
         ir::Holding { port, turned, by }
+    }
+
+    /// A part is held by one of its own ports.
+    fn check_own_port(&mut self, what: &Expr, port: &Name) {
+        let ExprKind::Kind(kind, _) = &what.kind else { return };
+        let ports = self.ports_of(kind, what.span);
+        if ports.is_empty() || ports.contains(&port.text) {
+            return;
+        }
+        let help = did_you_mean(&port.text, ports.iter().map(String::as_str));
+        self.report(
+            Diagnostic::new(
+                Code::UNKNOWN_FIELD,
+                port.span,
+                format!("`{kind}` has no port `{}` to be held by", port.text),
+            )
+            .label("a port of another kind of part")
+            .help(help.unwrap_or_else(|| format!("it has: {}", ports.join(", ")))),
+        );
+    }
+
+    /// The ports of a kind of part; none if the kind is not known.
+    fn ports_of(&self, kind: &str, place: Span) -> Vec<String> {
+        let built_in = |ports: &[&str]| ports.iter().map(|p| (*p).to_owned()).collect();
+        match self.program.lookup(place, kind).map(|(_, item)| &item.kind) {
+            Some(ast::ItemKind::Actuator(_)) => built_in(ir::ACTUATOR_PORTS),
+            Some(ast::ItemKind::Part(block)) => {
+                let declared = block.fields.iter().filter_map(|f| match f {
+                    ast::Field::Port(port) => Some(port.name.text.clone()),
+                    _ => None,
+                });
+                let declared: Vec<String> = declared.collect();
+                if declared.is_empty() { built_in(ir::BLOCK_PORTS) } else { declared }
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// What `begin` places is in every design: no rule can take it away.
+    fn check_removable(&mut self, part: &Expr, what: &str) {
+        if let ExprKind::Placed(name) = &part.kind {
+            self.report(
+                Diagnostic::new(
+                    Code::BAD_VALUE,
+                    part.span,
+                    format!("`{name}` is part of every design: a rule cannot {what} it"),
+                )
+                .label("placed by `begin`")
+                .help("match another part, as in `match p : part where p is not core`"),
+            );
+        }
+    }
+
+    /// Reports an effect that changes what an earlier one of the same rule has changed.
+    fn check_twice(&mut self, clauses: &[RuleClause]) {
+        let mut seen: Vec<(&str, String, Span)> = Vec::new();
+        for clause in clauses {
+            let (verb, target) = match &clause.kind {
+                RuleClauseKind::Set(target, _) => ("set", target),
+                RuleClauseKind::Remove(part) => ("remove", part),
+                RuleClauseKind::Replace { part, .. } => ("replace", part),
+                RuleClauseKind::Revert(step) => ("revert", step),
+                _ => continue,
+            };
+            let text: String = self.sources.slice(target.span).split_whitespace().collect();
+            if let Some((.., first)) = seen.iter().find(|(v, t, _)| *v == verb && *t == text) {
+                let first = *first;
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        target.span,
+                        format!("this rule has `{verb} {text}` twice"),
+                    )
+                    .label("again")
+                    .also(first, "the first time")
+                    .help("keep one of them"),
+                );
+            } else {
+                seen.push((verb, text, target.span));
+            }
+        }
+    }
+
+    /// Warns of names that a rule or actuation of the first text binds and never reads.
+    fn unread<'n>(&mut self, names: impl Iterator<Item = &'n Name>, help: &str) {
+        for name in names {
+            if self.program.module_at(name.span) != 0 || self.read.contains(&name.span) {
+                continue;
+            }
+            self.report(
+                Diagnostic::new(Code::UNUSED, name.span, format!("nothing uses `{}`", name.text))
+                    .label("not used")
+                    .help(help),
+            );
+        }
     }
 
     /// A part that an effect makes takes a local slot, with or without a name.
@@ -337,7 +472,9 @@ impl Checker<'_> {
     /// The slot of a part that was matched before.
     fn local_part(&mut self, owner: &Name, cx: &Context) -> Option<usize> {
         let slot = cx.locals.iter().position(|l| l.name == owner.text);
-        let fits = slot.and_then(|s| cx.locals.get(s)).is_some_and(|l| l.ty.fits(&Ty::Part));
+        let local = slot.and_then(|s| cx.locals.get(s));
+        let fits = local.is_some_and(|l| l.ty.fits(&Ty::Part));
+        self.read.extend(local.map(|l| l.span));
         if !fits && !cx.damaged {
             let parts = cx.locals.iter().filter(|l| l.ty.fits(&Ty::Part)).map(|l| l.name.as_str());
             self.report(
@@ -386,7 +523,20 @@ impl Checker<'_> {
         }
         let part = self.infer(of, cx);
         let value = self.expect(value, cx, &whole.ty.clone(), &format!("`{}`", attribute.text));
+        self.check_set_domain(&attribute.text, &value);
         Some(ir::Effect::Set { part, attribute: attribute.text.clone(), value })
+    }
+
+    /// Where one actuator alone has a parameter, what it is set to must lie in its domain.
+    fn check_set_domain(&mut self, name: &str, value: &Expr) {
+        let program = self.program;
+        let has = |field: &ast::Field| matches!(field, ast::Field::Param(p) if p.name.text == name);
+        let mut owners = program.items().map(|(_, item)| item).filter(
+            |item| matches!(&item.kind, ast::ItemKind::Actuator(block) if block.fields.iter().any(has)),
+        );
+        if let (Some(only), None) = (owners.next(), owners.next()) {
+            self.check_instance_domain(only, name, value);
+        }
     }
 
     pub(super) fn actuation(
@@ -397,6 +547,7 @@ impl Checker<'_> {
         clauses: &[ActuationClause],
         damaged: bool,
     ) -> Option<ir::Actuation> {
+        let found = self.errors.len();
         let mut cx = Context::new(Stage::Drive, damaged);
         let group = self.group_named(kind, &mut cx);
         let fine = match &group {
@@ -476,6 +627,9 @@ impl Checker<'_> {
                 .label("without `drive`")
                 .help("add a line such as `drive angle = 30 deg * sin(t / period * 360 deg)`"),
             );
+        }
+        if !damaged && self.errors.len() == found {
+            self.unread(clauses.iter().filter_map(varied_by), "use it in `drive`, or take it out");
         }
         if !complete {
             return None;
@@ -653,6 +807,25 @@ impl Checker<'_> {
             domain,
             mutation: ir::Mutation { probability, kernel, bound },
         })
+    }
+}
+
+/// The name that a clause of a rule binds for no other reason than to be read.
+fn bound_by(clause: &RuleClauseKind) -> Option<&Name> {
+    match clause {
+        RuleClauseKind::Choose(name, ..) | RuleClauseKind::Let(name, _) => Some(name),
+        RuleClauseKind::Attach { product, .. } | RuleClauseKind::Replace { product, .. } => product.as_ref(),
+        _ => None,
+    }
+}
+
+/// The name that a clause of an actuation binds, unless others can read it:
+/// terms read the period and what the whole body shares.
+fn varied_by(clause: &ActuationClause) -> Option<&Name> {
+    match clause {
+        ActuationClause::Variable(variable) if !variable.shared => Some(&variable.name),
+        ActuationClause::Let(name, _) if name.text != "period" => Some(name),
+        _ => None,
     }
 }
 

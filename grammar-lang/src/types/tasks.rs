@@ -121,8 +121,12 @@ impl<'a> Checker<'a> {
             && !(d > 0.0 && d <= 3600.0)
         {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, span, "the simulated time must lie within 0 s .. 1 h")
-                    .label("outside"),
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    span,
+                    "the simulated time must be above 0 s, and at most 1 h",
+                )
+                .label("outside"),
             );
             return None;
         }
@@ -290,13 +294,16 @@ impl<'a> Checker<'a> {
         let help = did_you_mean(&name.text, others.iter().copied())
             .unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
         let other = program.lookup(name.span, &name.text).and_then(|(_, i)| declared(i));
-        let mut error =
-            Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("there is no {what} `{}`", name.text))
-                .label("not declared")
-                .help(help)
-                .fix_if(respell(name.span, &name.text, others));
+        let (message, label) = match other {
+            Some(_) => (format!("`{}` is no {what}", name.text), "another kind of declaration"),
+            None => (format!("there is no {what} `{}`", name.text), "not declared"),
+        };
+        let mut error = Diagnostic::new(Code::UNKNOWN_NAME, name.span, message)
+            .label(label)
+            .help(help)
+            .fix_if(respell(name.span, &name.text, others));
         if let Some(other) = other {
-            error = error.also(other.span, "this is something else");
+            error = error.also(other.span, "declared here");
         }
         self.report(error);
         None
