@@ -620,18 +620,6 @@ impl Checker<'_> {
         Some(ir::Search { name: block.name.text.clone(), keep: keep?, outer: outer?, inner })
     }
 
-    /// Reports a number that is known beforehand to be below 0.
-    pub(super) fn not_negative(&mut self, value: &ir::Expr, what: &str) {
-        if let Some(x) = self.quiet_number(value)
-            && x < 0.0
-        {
-            self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, format!("{what} must not be below 0"))
-                    .label("negative"),
-            );
-        }
-    }
-
     fn schedule(&mut self, block: &Block, damaged: bool) -> Option<ir::Schedule> {
         let from = self.values(block, "a schedule", SCHEDULE);
         let mut get = |name: &str, ty: &Ty, example: &str| {
@@ -640,9 +628,7 @@ impl Checker<'_> {
                 return None;
             };
             let mut cx = Context::new(Stage::Schedule, damaged);
-            let value = self.expect(tree, &mut cx, ty, &format!("`{name}`"));
-            self.not_negative(&value, &format!("`{name}` of a schedule"));
-            Some(value)
+            Some(self.expect(tree, &mut cx, ty, &format!("`{name}`")))
         };
         let iterations = get("iterations", &Ty::Count, "100");
         let moves = get("moves", &Ty::Count, "3");

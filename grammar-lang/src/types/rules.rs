@@ -77,7 +77,6 @@ impl Checker<'_> {
                 RuleClauseKind::Weight(value) => {
                     let mut cx = Context::new(Stage::Weight, damaged);
                     let value = self.expect(value, &mut cx, &Ty::NUMBER, "a weight");
-                    self.not_negative(&value, "the weight of a rule");
                     if weight.replace(value).is_some() {
                         self.report(
                             Diagnostic::new(Code::DUPLICATE, clause.span, "a rule has one `weight`")
