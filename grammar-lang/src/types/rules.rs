@@ -125,7 +125,7 @@ impl Checker<'_> {
                     let domain = self.infer(domain, &mut drawing);
                     let ty = self.chosen_from(&domain);
                     let spread = match spread {
-                        Some(spread) => self.spread(spread, &domain, &ty, &mut drawing),
+                        Some(spread) => self.spread(spread, &ty, &mut drawing),
                         None => ir::Spread::Even,
                     };
                     self.bind(name, ty, cx);
@@ -171,11 +171,10 @@ impl Checker<'_> {
     }
 
     /// `by normal(...)`, `by uniform(...)` or `by [weights]`.
-    fn spread(&mut self, tree: &ast::Expr, domain: &Expr, ty: &Ty, cx: &mut Context) -> ir::Spread {
+    fn spread(&mut self, tree: &ast::Expr, ty: &Ty, cx: &mut Context) -> ir::Spread {
         let spread = self.infer(tree, cx);
         let numbers = Ty::List(Box::new(Ty::NUMBER));
         if spread.ty.fits(&numbers) {
-            self.check_weights(domain, &spread);
             return ir::Spread::Weights(spread);
         }
         let Some(dimension) = ty.dimension() else {
@@ -195,33 +194,6 @@ impl Checker<'_> {
                 }
             }
             _ => ir::Spread::Even,
-        }
-    }
-
-    /// There is one weight for each value, where both can be counted beforehand.
-    fn check_weights(&mut self, domain: &Expr, weights: &Expr) {
-        let values = match &domain.kind {
-            ExprKind::Set(values) | ExprKind::List(values) => values.len(),
-            ExprKind::Range(low, high) if domain.ty == Ty::Domain(Box::new(Ty::Count)) => {
-                let (Some(low), Some(high)) = (self.quiet_number(low), self.quiet_number(high)) else {
-                    return;
-                };
-                (high - low).max(0.0) as usize + 1
-            }
-            _ => return,
-        };
-        let ExprKind::List(given) = &weights.kind else { return };
-        if given.len() != values {
-            self.report(
-                Diagnostic::new(
-                    Code::WRONG_ARGUMENTS,
-                    weights.span,
-                    format!("there are {} weights for {values} values", given.len()),
-                )
-                .label(format!("{} weights", given.len()))
-                .also(domain.span, format!("{values} values"))
-                .help("write one weight for each value"),
-            );
         }
     }
 
