@@ -23,6 +23,8 @@ pub(super) struct Lowering<'a> {
     offset: usize,
     /// How many expressions are open.
     level: usize,
+    /// Where the last declaration began whose comment was searched, and that comment.
+    last_doc: (usize, String),
     errors: Vec<Diagnostic>,
 }
 
@@ -135,7 +137,7 @@ fn parts(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
 
 impl<'a> Lowering<'a> {
     pub(super) fn new(text: &'a str, file: FileId, offset: usize) -> Self {
-        Self { text, file, offset, level: 0, errors: Vec::new() }
+        Self { text, file, offset, level: 0, last_doc: (usize::MAX, String::new()), errors: Vec::new() }
     }
 
     /// The errors found since the last call.
@@ -156,7 +158,16 @@ impl<'a> Lowering<'a> {
     }
 
     /// The `##` lines right above a place.
-    fn doc(&self, start: usize) -> String {
+    fn doc(&mut self, start: usize) -> String {
+        let line = self.text.get(self.last_doc.0..start);
+        if !line.is_some_and(|between| !between.contains('\n')) {
+            self.last_doc = (start, self.doc_above(start));
+        }
+        // Declarations in one line have one comment, which is not searched for each of them.
+        self.last_doc.1.clone()
+    }
+
+    fn doc_above(&self, start: usize) -> String {
         let before = self.text.get(..start).unwrap_or("");
         let mut lines: Vec<&str> = before
             .lines()
@@ -661,8 +672,7 @@ impl<'a> Lowering<'a> {
             let span = self.span(&operator);
             let value = Box::new(self.level(Some(level), row)?);
             let span = span.join(value.span);
-            let kind =
-                if level == Level::Negation { ExprKind::Not(value) } else { ExprKind::Negate(value) };
+            let kind = if level == Level::Negation { ExprKind::Not(value) } else { ExprKind::Negate(value) };
             return Some(Expr { kind, span });
         }
         let mut left = self.level(level.tighter(), row)?;

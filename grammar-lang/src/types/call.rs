@@ -107,7 +107,7 @@ impl Checker<'_> {
     /// Everything that can be called: functions, and the parts and patterns of the module.
     fn callable(&self, place: Span) -> Vec<&str> {
         use ItemKind as K;
-        let own = self.program.scope_at(place).filter(|(_, i)| {
+        let own = self.guessable(place).filter(|(_, i)| {
             let function = matches!(i.kind, K::Let(_, Some(_), _) | K::Record(..));
             function || matches!(i.kind, K::Part(_) | K::Actuator(_) | K::Pattern(..))
         });
