@@ -1,7 +1,9 @@
 //! Texts that nobody means well with, or that a strange editor has saved: they do no harm, and what
 //! is mere layout changes nothing.
 
-use std::fmt::Write;
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use grammar_lang::diagnostics::Diagnostic;
@@ -198,4 +200,36 @@ proptest::proptest! {
         let text = mutated(&text, &CORPUS, &mut random);
         proptest::prop_assert_eq!(holds::check(&holds::world(), &text), Ok(()), "{}", text);
     }
+}
+
+/// What `sgc check` writes about a text on its standard input.
+fn sgc_check(arguments: &[&str], text: &str) -> String {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .arg("check")
+        .args(arguments)
+        .arg("-")
+        .current_dir(root().join("grammars"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+    String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap()
+}
+
+#[test]
+fn mending_leads_to_no_more_errors_whatever_the_text() {
+    let corpus = corpus::texts();
+    let errors =
+        |text: &str| sgc_check(&["--format", "json"], text).matches("\"severity\":\"error\"").count();
+    let mut mended_any = 0;
+    for seed in 0..40 {
+        let mut random = Random(seed);
+        let text = mutated(random.pick::<String>(&corpus), &corpus, &mut random);
+        let mended = sgc_check(&["--fix"], &text);
+        mended_any += usize::from(mended != text);
+        assert!(errors(&mended) <= errors(&text), "seed {seed}:\n{text}\nbecame\n{mended}");
+    }
+    assert!(mended_any > 2, "only {mended_any} were mended");
 }

@@ -37,11 +37,15 @@ fn table(flaw: Flaw) {
         let (times, findings) = measure(&text, flaw);
         let row = |values: &[f64]| values.iter().map(|v| format!("{v:9.2}")).collect::<String>();
         println!("{lines:>7}{}  {findings}", row(&times));
-        println!("{:>7}{}", "/1000", row(&times.iter().map(|t| t * 1000.0 / lines as f64).collect::<Vec<_>>()));
+        println!(
+            "{:>7}{}",
+            "/1000",
+            row(&times.iter().map(|t| t * 1000.0 / lines as f64).collect::<Vec<_>>())
+        );
         if let Some((fewer, less)) = before {
             // 1 is linear, 2 is quadratic.
-            let growth = (lines as f64 / fewer as f64).ln();
-            let slopes: Vec<f64> = times.iter().zip(&less).map(|(t, l)| (t / l).ln() / growth).collect();
+            let growth = libm::log(lines as f64 / fewer as f64);
+            let slopes: Vec<f64> = times.iter().zip(&less).map(|(t, l)| libm::log(t / l) / growth).collect();
             println!("{:>7}{}", "slope", row(&slopes));
         }
         before = Some((lines, times));

@@ -160,7 +160,7 @@ impl<'a> Lowering<'a> {
     /// The `##` lines right above a place.
     fn doc(&mut self, start: usize) -> String {
         let line = self.text.get(self.last_doc.0..start);
-        if !line.is_some_and(|between| !between.contains('\n')) {
+        if line.is_none_or(|between| between.contains('\n')) {
             self.last_doc = (start, self.doc_above(start));
         }
         // Declarations in one line have one comment, which is not searched for each of them.
