@@ -9,7 +9,7 @@ use grammar_lang::format::format;
 use grammar_lang::source::SourceMap;
 use sgc::results::saved::rules_hash;
 
-use crate::support::{compile_texts, read, root, texts};
+use crate::support::{GRAMMARS, compile_texts, read, root, texts};
 
 fn formatted(name: &str, text: &str) -> String {
     let mut sources = SourceMap::default();
@@ -53,7 +53,7 @@ fn layout_keeps_the_typed_rule_set() {
         original.iter().map(|(name, text)| (name.clone(), stretched(text))).collect();
     let again = stretched.iter().map(|(name, text)| (name.clone(), formatted(name, text))).collect();
     assert_ne!(original, stretched);
-    for entry in ["grammars/codesign.sgr", "grammars/morphology.sgr"] {
+    for entry in GRAMMARS {
         let before = rules_hash(&compile_texts(&stretched, entry).unwrap());
         assert_eq!(before, rules_hash(&compile_texts(&original, entry).unwrap()), "{entry}");
         assert_eq!(before, rules_hash(&compile_texts(&again, entry).unwrap()), "{entry}");

@@ -8,6 +8,18 @@ fn distance(word: &str, candidate: &str) -> usize {
     strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase())
 }
 
+/// Whether so few slips can lie between two words, as far as their lengths and letters say: nearly all
+/// words are told apart by these, and [`distance`] takes long.
+fn may_be_within(word: &str, candidate: &str, most: usize) -> bool {
+    if !word.is_ascii() || !candidate.is_ascii() {
+        return true;
+    }
+    // One bit for each letter, small or capital. A slip takes one away, adds one, or both.
+    let letters = |text: &str| text.bytes().fold(0u32, |all, b| all | 1 << (b & 31));
+    let others = (letters(word) ^ letters(candidate)).count_ones() as usize;
+    word.len().abs_diff(candidate.len()) <= most && others <= 2 * most
+}
+
 /// How many slips of the finger are likely in words of this length.
 fn likely(word: &str, candidate: &str) -> usize {
     1.max(word.chars().count().min(candidate.chars().count()) / 3)
@@ -18,6 +30,7 @@ fn likely(word: &str, candidate: &str) -> usize {
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     candidates
         .into_iter()
+        .filter(|c| may_be_within(word, c, likely(word, c)))
         .map(|c| (distance(word, c), c))
         .filter(|(distance, c)| *distance <= likely(word, c))
         .min_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(b.1)))
@@ -37,7 +50,8 @@ pub fn sure<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Op
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let found = nearest(word, candidates.iter().copied())?;
     let near = distance(word, found);
-    let alone = candidates.iter().all(|c| *c == found || distance(word, c) > near);
+    let farther = |c: &str| !may_be_within(word, c, near) || distance(word, c) > near;
+    let alone = candidates.iter().all(|c| *c == found || farther(c));
     (alone && near <= 2 && word.chars().count() >= 3 && !siblings(word, found)).then_some(found)
 }
 

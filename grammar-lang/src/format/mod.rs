@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 
 use crate::diagnostics::Diagnostic;
 use crate::source::{FileId, SourceMap};
-use crate::syntax::{self, Tree};
+use crate::syntax::{self, Node, Tree};
 use layout::Layout;
 
 /// Why a text is left as it is.
@@ -65,13 +65,12 @@ fn lay_out(text: &str, tree: &Tree<'_>) -> String {
 /// Whether two texts have the same tokens in the same pairs, with the same
 /// comments at the same places.
 fn same(a: &Tree<'_>, b: &Tree<'_>) -> bool {
-    let words = |tree: &Tree<'_>| -> Vec<String> { tree.tokens.iter().map(|t| t.text.to_owned()).collect() };
-    let pairs = |tree: &Tree<'_>| -> Vec<(String, usize, usize)> {
-        tree.nodes().iter().map(|n| (n.rule.to_string(), n.first, n.end)).collect()
-    };
-    let comments = |tree: &Tree<'_>| -> Vec<(String, usize)> {
-        let place = |start| tree.tokens.partition_point(|t| t.start < start);
-        tree.comments.iter().map(|c| (c.text.to_owned(), place(c.start))).collect()
-    };
-    words(a) == words(b) && pairs(a) == pairs(b) && comments(a) == comments(b)
+    let words = a.tokens.iter().map(|t| t.text).eq(b.tokens.iter().map(|t| t.text));
+    let pair = |node: &'_ Node| (node.first, node.end);
+    let pairs = a.nodes().iter().map(pair).eq(b.nodes().iter().map(pair))
+        && a.nodes().iter().map(|n| &n.rule).eq(b.nodes().iter().map(|n| &n.rule));
+    let place = |tree: &Tree<'_>, start| tree.tokens.partition_point(|t| t.start < start);
+    let comments = a.comments.iter().map(|c| (c.text, place(a, c.start)));
+    let comments = comments.eq(b.comments.iter().map(|c| (c.text, place(b, c.start))));
+    words && pairs && comments
 }

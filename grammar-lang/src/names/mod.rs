@@ -2,7 +2,7 @@
 
 mod variant;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use indexmap::IndexMap;
 
@@ -32,7 +32,7 @@ pub struct LoadedModule {
     /// Every name that can be used in it.
     pub scope: IndexMap<String, Declaration>,
     /// Names that would be known if another error had not happened.
-    pub lost: Vec<String>,
+    pub lost: BTreeSet<String>,
     /// Whether any name might be lost.
     pub leaky: bool,
 }
@@ -67,7 +67,13 @@ impl Program {
     /// that text, even where a variant has put them into a declaration of another.
     #[must_use]
     pub fn module_at(&self, place: Span) -> usize {
-        self.modules.iter().position(|m| m.file == place.file).unwrap_or(0)
+        let here = |m: &LoadedModule| m.file == place.file;
+        // Texts are mostly numbered as modules are.
+        let likely = place.file.0 as usize;
+        if self.modules.get(likely).is_some_and(here) {
+            return likely;
+        }
+        self.modules.iter().position(here).unwrap_or(0)
     }
 
     /// What a name means at a place.
@@ -91,6 +97,12 @@ impl Program {
         scope.into_iter().flatten().filter_map(|(name, d)| Some((name.as_str(), self.item(*d)?)))
     }
 
+    /// How many names are known at a place.
+    #[must_use]
+    pub fn known_at(&self, place: Span) -> usize {
+        self.modules.get(self.module_at(place)).map_or(0, |m| m.scope.len())
+    }
+
     /// The declarations that take part in the grammar, with where they stand.
     pub fn entries(&self) -> impl Iterator<Item = (Declaration, &Item)> {
         self.taking_part.iter().filter_map(|d| Some((*d, self.item(*d)?)))
@@ -99,7 +111,7 @@ impl Program {
     /// Whether an unknown name in a module is the echo of another error.
     #[must_use]
     pub fn is_lost(&self, module: usize, name: &str) -> bool {
-        self.modules.get(module).is_none_or(|m| m.leaky || m.lost.iter().any(|l| l == name))
+        self.modules.get(module).is_none_or(|m| m.leaky || m.lost.contains(name))
     }
 
     /// All items of all modules.
@@ -171,7 +183,7 @@ impl Loader<'_> {
         let (tree, errors) = syntax::parse(self.sources, file);
         self.errors.extend(errors);
         let index = self.program.modules.len();
-        let lost = tree.broken.clone();
+        let lost = tree.broken.iter().cloned().collect();
         let items: Vec<(usize, Name)> = tree
             .items
             .iter()
@@ -275,7 +287,7 @@ impl Loader<'_> {
     fn import(&mut self, into: usize, from: &str, module: &Name, names: Option<&[Name]>) {
         let Some(target) = self.module_of(module, from) else { return self.lose(into, names) };
         let Some(loaded) = self.program.modules.get(target) else { return };
-        let own: Vec<(String, Declaration)> =
+        let own: IndexMap<String, Declaration> =
             loaded.scope.iter().filter(|(_, d)| d.module == target).map(|(n, d)| (n.clone(), *d)).collect();
         match names {
             None => {
@@ -290,8 +302,8 @@ impl Loader<'_> {
             }
             Some(names) => {
                 for name in names {
-                    match own.iter().find(|(n, _)| *n == name.text) {
-                        Some((_, declaration)) => {
+                    match own.get(&name.text) {
+                        Some(declaration) => {
                             self.imported_twice(into, name, *declaration);
                             self.declare(into, name, *declaration);
                         }
@@ -320,12 +332,12 @@ impl Loader<'_> {
         target: usize,
         place: Span,
         name: &Name,
-        own: &[(String, Declaration)],
+        own: &IndexMap<String, Declaration>,
     ) {
         if !self.program.is_lost(target, &name.text) {
             let target = self.program.modules.get(target).map_or("", |m| m.name.as_str());
-            let help = did_you_mean(&name.text, own.iter().map(|(n, _)| n.as_str())).unwrap_or_else(|| {
-                let names: Vec<&str> = own.iter().map(|(n, _)| n.as_str()).collect();
+            let help = did_you_mean(&name.text, own.keys().map(String::as_str)).unwrap_or_else(|| {
+                let names: Vec<&str> = own.keys().map(String::as_str).collect();
                 format!("it declares: {}", names.join(", "))
             });
             self.errors.push(
@@ -337,7 +349,7 @@ impl Loader<'_> {
                 .label("not declared there")
                 .also(place, "imported from here")
                 .help(help)
-                .fix_if(respell(name.span, &name.text, own.iter().map(|(n, _)| n.as_str()))),
+                .fix_if(respell(name.span, &name.text, own.keys().map(String::as_str))),
             );
         }
         self.lose(into, Some(std::slice::from_ref(name)));

@@ -4,7 +4,7 @@
 //! that everything that uses those declarations sees the change. Names inside an
 //! edit keep the meaning that they have in the text that it stands in.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::mem::discriminant;
 
 use super::{Declaration, Loader, declared};
@@ -231,6 +231,8 @@ fn inherit(loader: &mut Loader<'_>, module: usize, base: usize) {
 /// Applies the edits of one variant: each to its base as it was, at most one for each target.
 fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
     let mut seen: BTreeMap<String, Span> = BTreeMap::new();
+    let taking_part: BTreeSet<Declaration> = loader.program.taking_part.iter().copied().collect();
+    let mut dropped: BTreeSet<Declaration> = BTreeSet::new();
     for edit in &variant.edits {
         let (key, span) = target_of(edit);
         if let Some(first) = seen.insert(key.clone(), span) {
@@ -245,11 +247,13 @@ fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
         match &edit.kind {
             EditKind::Set(path, value) => change(loader, module, path, Change::Set(value)),
             EditKind::Narrow(path, value) => change(loader, module, path, Change::Narrow(value)),
-            EditKind::Drop(path) => drop_path(loader, module, path),
-            EditKind::Replace(item) => replace(loader, module, item),
+            EditKind::Drop(path) => dropped.extend(drop_path(loader, module, path)),
+            EditKind::Replace(item) => replace(loader, module, item, &taking_part),
             EditKind::Add(item) => add(loader, module, item),
         }
     }
+    // At once: each alone would walk over all that takes part.
+    loader.program.taking_part.retain(|d| !dropped.contains(d));
 }
 
 /// What an edit is about, for messages, and where it says so.
@@ -534,19 +538,20 @@ fn fields_of(block: &Block) -> Vec<String> {
         .collect()
 }
 
-fn drop_path(loader: &mut Loader<'_>, module: usize, path: &[Name]) {
-    let Some((head, rest)) = path.split_first() else { return };
-    let Some(declaration) = find(loader, module, head) else { return };
+/// Drops a declaration; gives which one that is.
+fn drop_path(loader: &mut Loader<'_>, module: usize, path: &[Name]) -> Option<Declaration> {
+    let (head, rest) = path.split_first()?;
+    let declaration = find(loader, module, head)?;
     if let Some(field) = rest.first() {
         loader.errors.push(
             Diagnostic::new(Code::NOTHING_TO_CHANGE, field.span, "only a whole declaration can be dropped")
                 .label("a part of one")
                 .help(format!("write `replace` and `{}` as it should be", head.text)),
         );
-        return;
+        return None;
     }
-    loader.program.taking_part.retain(|d| *d != declaration);
     loader.program.dropped.insert(declaration, head.span);
+    Some(declaration)
 }
 
 /// The declaration of the grammar that has the same role as an item.
@@ -560,7 +565,7 @@ fn same_role(loader: &Loader<'_>, item: &Item) -> Option<Declaration> {
     })
 }
 
-fn replace(loader: &mut Loader<'_>, module: usize, item: &Item) {
+fn replace(loader: &mut Loader<'_>, module: usize, item: &Item, taking_part: &BTreeSet<Declaration>) {
     if misplaced(loader, item) {
         return;
     }
@@ -606,7 +611,7 @@ fn replace(loader: &mut Loader<'_>, module: usize, item: &Item) {
     if let Some(old) = loader.program.item_mut(declaration) {
         *old = item.clone();
     }
-    if !loader.program.taking_part.contains(&declaration) {
+    if !taking_part.contains(&declaration) {
         loader.program.taking_part.push(declaration);
     }
 }
@@ -615,8 +620,8 @@ fn add(loader: &mut Loader<'_>, module: usize, item: &Item) {
     if misplaced(loader, item) {
         return;
     }
-    if let Some(old) = same_role(loader, item)
-        && declared(item).is_none()
+    if declared(item).is_none()
+        && let Some(old) = same_role(loader, item)
     {
         let place = loader.program.item(old).map(|i| i.span);
         let mut error = Diagnostic::new(

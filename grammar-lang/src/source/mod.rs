@@ -54,13 +54,56 @@ pub struct Source {
 #[derive(Clone, Debug, Default)]
 pub struct SourceMap {
     sources: Vec<Source>,
+    /// The places of each text.
+    places: Vec<Places>,
+}
+
+/// Where lines begin and how many characters precede a place, so that neither is counted from the
+/// start of the text for every finding.
+#[derive(Clone, Debug, Default)]
+struct Places {
+    /// Where each line begins.
+    lines: Vec<usize>,
+    /// How many characters begin before each stretch of so many bytes.
+    characters: Vec<usize>,
+}
+
+/// How many bytes are counted at once.
+const STRETCH: usize = 1024;
+
+/// How many characters begin in some bytes.
+fn beginnings(bytes: &[u8]) -> usize {
+    bytes.iter().filter(|b| **b & 0xC0 != 0x80).count()
+}
+
+impl Places {
+    fn of(text: &str) -> Self {
+        let ends = text.bytes().enumerate().filter(|(_, b)| *b == b'\n');
+        let lines = [0].into_iter().chain(ends.map(|(i, _)| i + 1)).collect();
+        let mut before = 0;
+        let characters = text.as_bytes().chunks(STRETCH).map(|stretch| {
+            let here = before;
+            before += beginnings(stretch);
+            here
+        });
+        Self { lines, characters: characters.collect() }
+    }
+
+    /// How many characters precede a place.
+    fn characters_before(&self, text: &str, place: usize) -> usize {
+        let stretch = (place / STRETCH).min(self.characters.len().saturating_sub(1));
+        let known = self.characters.get(stretch).copied().unwrap_or(0);
+        known + text.as_bytes().get(stretch * STRETCH..place).map_or(0, beginnings)
+    }
 }
 
 impl SourceMap {
     /// Adds a text.
     pub fn add(&mut self, name: impl Into<String>, text: impl Into<String>) -> FileId {
         let id = FileId(u32::try_from(self.sources.len()).unwrap_or(u32::MAX));
-        self.sources.push(Source { name: name.into(), text: text.into() });
+        let text = text.into();
+        self.places.push(Places::of(&text));
+        self.sources.push(Source { name: name.into(), text });
         id
     }
 
@@ -85,10 +128,30 @@ impl SourceMap {
     #[must_use]
     pub fn line_column(&self, span: Span) -> (usize, usize) {
         let Some(source) = self.get(span.file) else { return (1, 1) };
-        let before = source.text.get(..span.start as usize).unwrap_or(&source.text);
-        let line = before.bytes().filter(|b| *b == b'\n').count() + 1;
-        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
-        (line, column)
+        let start = span.start as usize;
+        let place = if source.text.is_char_boundary(start) { start } else { source.text.len() };
+        let Some(places) = self.places.get(span.file.0 as usize) else { return (1, 1) };
+        let line = places.lines.partition_point(|begin| *begin <= place);
+        let begin = line.checked_sub(1).and_then(|i| places.lines.get(i)).copied().unwrap_or(0);
+        let before = |place| places.characters_before(&source.text, place);
+        (line, before(place) - before(begin) + 1)
+    }
+
+    /// How many characters of its text precede a place, which is the start of a character.
+    #[must_use]
+    pub fn characters_before(&self, file: FileId, place: usize) -> usize {
+        let text = self.get(file).map_or("", |s| s.text.as_str());
+        self.places.get(file.0 as usize).map_or(0, |p| p.characters_before(text, place))
+    }
+
+    /// How many bytes the line has in which a span begins.
+    #[must_use]
+    pub fn line_length(&self, span: Span) -> usize {
+        let text = self.get(span.file).map_or("", |s| s.text.as_str());
+        let Some(places) = self.places.get(span.file.0 as usize) else { return 0 };
+        let line = places.lines.partition_point(|begin| *begin <= span.start as usize);
+        let begin = line.checked_sub(1).and_then(|i| places.lines.get(i)).copied().unwrap_or(0);
+        places.lines.get(line).copied().unwrap_or(text.len()) - begin
     }
 }
 

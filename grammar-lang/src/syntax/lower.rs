@@ -1,12 +1,15 @@
 //! From pest's pairs to the syntax tree.
 
-use pest::iterators::Pair;
+use std::iter::Peekable;
+
+use pest::iterators::{Pair, Pairs};
 
 use super::ast::{
     ActuationClause, Application, Argument, Binder, Block, Edit, EditKind, ExampleClause, Expr, ExprKind,
     Field, Gather, Item, ItemKind, Link, Name, Operator, Param, Place, Port, RuleClause, RuleClauseKind,
     Typed, Variable, Variant,
 };
+use super::levels::Level;
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{FileId, Span};
@@ -20,6 +23,8 @@ pub(super) struct Lowering<'a> {
     offset: usize,
     /// How many expressions are open.
     level: usize,
+    /// Where the last declaration began whose comment was searched, and that comment.
+    last_doc: (usize, String),
     errors: Vec<Diagnostic>,
 }
 
@@ -132,7 +137,7 @@ fn parts(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
 
 impl<'a> Lowering<'a> {
     pub(super) fn new(text: &'a str, file: FileId, offset: usize) -> Self {
-        Self { text, file, offset, level: 0, errors: Vec::new() }
+        Self { text, file, offset, level: 0, last_doc: (usize::MAX, String::new()), errors: Vec::new() }
     }
 
     /// The errors found since the last call.
@@ -153,7 +158,16 @@ impl<'a> Lowering<'a> {
     }
 
     /// The `##` lines right above a place.
-    fn doc(&self, start: usize) -> String {
+    fn doc(&mut self, start: usize) -> String {
+        let line = self.text.get(self.last_doc.0..start);
+        if line.is_none_or(|between| between.contains('\n')) {
+            self.last_doc = (start, self.doc_above(start));
+        }
+        // Declarations in one line have one comment, which is not searched for each of them.
+        self.last_doc.1.clone()
+    }
+
+    fn doc_above(&self, start: usize) -> String {
         let before = self.text.get(..start).unwrap_or("");
         let mut lines: Vec<&str> = before
             .lines()
@@ -575,78 +589,24 @@ impl<'a> Lowering<'a> {
     fn expr_of(&mut self, node: Node<'_>) -> Option<Expr> {
         let span = self.span(&node);
         let rule = node.as_rule();
-        if matches!(rule, Rule::disjunction | Rule::conjunction | Rule::sum | Rule::product | Rule::postfix)
-            && node.clone().into_inner().nth(2 * LONGEST_CHAIN).is_some()
-        {
-            self.too_deep(span);
-            return None;
-        }
         let at = |kind| Some(Expr { kind, span });
         match rule {
-            Rule::expr => {
-                let mut inner = parts(node);
-                let value = self.expr(inner.next()?)?;
-                match inner.next() {
-                    Some(unit) => {
-                        let unit = self.name(&unit);
-                        at(ExprKind::Convert(Box::new(value), unit))
-                    }
+            Rule::expr | Rule::range | Rule::sum => {
+                let mut row = children(node).peekable();
+                let value = self.level(Level::loosest(rule), &mut row)?;
+                match row.find(|n| n.as_rule() == Rule::unit_text) {
+                    Some(unit) => at(ExprKind::Convert(Box::new(value), self.name(&unit))),
                     None => Some(value),
                 }
             }
-            Rule::range => {
-                let mut inner = parts(node);
-                let low = self.expr(inner.next()?)?;
-                match inner.next() {
-                    Some(high) => at(ExprKind::Range(Box::new(low), Box::new(self.expr(high)?))),
-                    None => Some(low),
+            Rule::postfix => {
+                let inner = node.into_inner();
+                if inner.len() > 2 * LONGEST_CHAIN {
+                    self.too_deep(span);
+                    return None;
                 }
+                self.postfix(inner)
             }
-            Rule::disjunction | Rule::conjunction => {
-                let operator = if rule == Rule::disjunction { Operator::Or } else { Operator::And };
-                let mut inner = parts(node);
-                let mut left = self.expr(inner.next()?)?;
-                for right in inner {
-                    left = binary(left, operator, self.expr(right)?);
-                }
-                Some(left)
-            }
-            Rule::negation => {
-                let mut inner = children(node);
-                let first = inner.next()?;
-                if first.as_rule() == Rule::kw_not {
-                    let value = self.expr(inner.next()?)?;
-                    return at(ExprKind::Not(Box::new(value)));
-                }
-                self.expr(first)
-            }
-            Rule::comparison | Rule::sum | Rule::product => {
-                let mut inner = parts(node);
-                let mut left = self.expr(inner.next()?)?;
-                while let Some(operator) = inner.next() {
-                    let operator = operator_of(operator.as_str())?;
-                    left = binary(left, operator, self.expr(inner.next()?)?);
-                }
-                Some(left)
-            }
-            Rule::sign => {
-                let mut inner = children(node);
-                let first = inner.next()?;
-                if first.as_rule() == Rule::minus {
-                    let value = self.expr(inner.next()?)?;
-                    return at(ExprKind::Negate(Box::new(value)));
-                }
-                self.expr(first)
-            }
-            Rule::at_time => {
-                let mut inner = parts(node);
-                let value = self.expr(inner.next()?)?;
-                match inner.next() {
-                    Some(time) => at(ExprKind::At(Box::new(value), Box::new(self.expr(time)?))),
-                    None => Some(value),
-                }
-            }
-            Rule::postfix => self.postfix(node),
             Rule::primary => {
                 let inner = parts(node).next()?;
                 // With its brackets, if it has some.
@@ -699,8 +659,42 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    fn postfix(&mut self, node: Node<'_>) -> Option<Expr> {
-        let mut inner = parts(node);
+    /// Lowers as much of a row of operators and operands as belongs to a level.
+    fn level<'n>(
+        &mut self,
+        level: Option<Level>,
+        row: &mut Peekable<impl Iterator<Item = Node<'n>>>,
+    ) -> Option<Expr> {
+        let Some(level) = level else { return self.expr(row.next()?) };
+        let is_operator = |n: &Node<'_>| level.has(n.as_rule());
+        if level.is_prefix() {
+            let Some(operator) = row.next_if(is_operator) else { return self.level(level.tighter(), row) };
+            let span = self.span(&operator);
+            let value = Box::new(self.level(Some(level), row)?);
+            let span = span.join(value.span);
+            let kind = if level == Level::Negation { ExprKind::Not(value) } else { ExprKind::Negate(value) };
+            return Some(Expr { kind, span });
+        }
+        let mut left = self.level(level.tighter(), row)?;
+        let mut length = 0;
+        while let Some(operator) = row.next_if(is_operator) {
+            let right = self.level(level.tighter(), row)?;
+            length += 1;
+            left = if length < LONGEST_CHAIN {
+                joined(level, left, &operator, right)?
+            } else {
+                Expr { span: left.span.join(right.span), ..left }
+            };
+        }
+        if length >= LONGEST_CHAIN {
+            self.too_deep(left.span);
+            return None;
+        }
+        Some(left)
+    }
+
+    fn postfix(&mut self, inner: Pairs<'_, Rule>) -> Option<Expr> {
+        let mut inner = inner.filter(|p| p.as_rule() != Rule::COMMENT);
         let mut value = self.expr(inner.next()?)?;
         for suffix in inner {
             let span = value.span.join(self.span(&suffix));
@@ -830,9 +824,18 @@ fn depth(expr: &Expr) -> usize {
     deepest
 }
 
-fn binary(left: Expr, operator: Operator, right: Expr) -> Expr {
+/// Two values with the operator of a level between them.
+fn joined(level: Level, left: Expr, operator: &Node<'_>, right: Expr) -> Option<Expr> {
     let span = left.span.join(right.span);
-    Expr { kind: ExprKind::Binary(Box::new(left), operator, Box::new(right)), span }
+    let (left, right) = (Box::new(left), Box::new(right));
+    let kind = match level {
+        Level::Range => ExprKind::Range(left, right),
+        Level::AtTime => ExprKind::At(left, right),
+        Level::Disjunction => ExprKind::Binary(left, Operator::Or, right),
+        Level::Conjunction => ExprKind::Binary(left, Operator::And, right),
+        _ => ExprKind::Binary(left, operator_of(operator.as_str())?, right),
+    };
+    Some(Expr { kind, span })
 }
 
 fn operator_of(text: &str) -> Option<Operator> {

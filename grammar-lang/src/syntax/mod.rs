@@ -2,6 +2,7 @@
 
 pub mod ast;
 mod braces;
+mod levels;
 mod lower;
 mod parse;
 mod recover;

@@ -19,6 +19,22 @@ pub(super) struct SgrParser;
 /// that walks the tree is bounded by it.
 const DEEPEST: usize = 48;
 
+/// Declarations with a name that stand outside all blocks, but for those of a variant.
+const BLOCKS: &[&str] = &[
+    "rule",
+    "actuation",
+    "model",
+    "search",
+    "enum",
+    "record",
+    "pattern",
+    "term",
+    "require",
+    "prefer",
+    "example",
+    "task",
+];
+
 /// The longest text that is read, in bytes: spans are 32 bits wide.
 const LONGEST: usize = 64 << 20;
 
@@ -78,6 +94,32 @@ fn goes_on(text: &str, item: &Pair<'_, Rule>, next: &Pair<'_, Rule>) -> bool {
     next.as_rule() == Rule::junk && !between.contains('\n')
 }
 
+/// Knows where a block ends for certain, although its `}` is missing.
+struct Blocks<'a> {
+    text: &'a str,
+    /// From here on blocks may hold declarations.
+    variants: usize,
+}
+
+impl<'a> Blocks<'a> {
+    fn new(text: &'a str) -> Self {
+        Self { text, variants: text.find("variant").unwrap_or(text.len()) }
+    }
+
+    /// Whether everything that is open ends before the line at a place: the line begins a declaration
+    /// that nothing but a variant can hold. So the parser does not go deeper there, either.
+    fn end_before(&self, place: usize) -> bool {
+        let rest = self.text.get(place..).unwrap_or("");
+        let word = rest.split([' ', '\t']).next().unwrap_or("");
+        place < self.variants && BLOCKS.contains(&word) && rest.get(word.len() + 1..).is_some_and(is_name)
+    }
+}
+
+/// Whether a text begins with a letter, as names do.
+fn is_name(text: &str) -> bool {
+    text.trim_start_matches([' ', '\t']).starts_with(|c: char| c.is_alphabetic() || c == '_')
+}
+
 /// Texts that are not worth parsing.
 fn refuse(text: &str, file: FileId) -> Option<Diagnostic> {
     let at = |start, end| Span::new(file, start, end);
@@ -99,12 +141,18 @@ fn refuse(text: &str, file: FileId) -> Option<Diagnostic> {
         );
     }
     let mut depth = 0usize;
+    let blocks = Blocks::new(text);
     let mut quoted = false;
     let mut comment = false;
     let mut prefixes = 0usize;
     for (place, c) in text.char_indices() {
         match c {
-            '\n' => (quoted, comment) = (false, false),
+            '\n' => {
+                (quoted, comment) = (false, false);
+                if blocks.end_before(place + 1) {
+                    depth = 0;
+                }
+            }
             _ if comment => {}
             '"' => quoted = !quoted,
             _ if quoted => {}

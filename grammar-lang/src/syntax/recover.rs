@@ -310,7 +310,7 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     let found = token_at(rest);
     let mut expected: Vec<&str> = Vec::new();
     if let ErrorVariant::ParsingError { positives, .. } = &error.variant {
-        for words in positives.iter().filter_map(|r| describe(*r)) {
+        for words in all_expected(positives).into_iter().filter_map(describe) {
             if !expected.contains(&words) {
                 expected.push(words);
             }
@@ -369,6 +369,18 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     Stop { piece, start, place, found, expected: &expected, file }.explain(error)
 }
 
+/// What the parser expected, with the brackets that it looked ahead for: where an operator can
+/// follow, they can, too.
+fn all_expected(positives: &[Rule]) -> Vec<Rule> {
+    let mut all = positives.to_vec();
+    if positives.contains(&Rule::product_op) {
+        all.extend([Rule::bracket_open, Rule::paren_open]);
+        all.sort();
+        all.dedup();
+    }
+    all
+}
+
 /// The words that people use for what the grammar expects.
 fn describe(rule: Rule) -> Option<&'static str> {
     Some(match rule {
@@ -379,10 +391,6 @@ fn describe(rule: Rule) -> Option<&'static str> {
         | Rule::range
         | Rule::primary
         | Rule::sum
-        | Rule::disjunction
-        | Rule::negation
-        | Rule::product
-        | Rule::sign
         | Rule::postfix
         | Rule::number
         | Rule::quantity
@@ -396,9 +404,6 @@ fn describe(rule: Rule) -> Option<&'static str> {
         | Rule::aggregate_word
         | Rule::quantifier
         | Rule::boolean
-        | Rule::comparison
-        | Rule::conjunction
-        | Rule::at_time
         | Rule::kw_not
         | Rule::kw_if
         | Rule::kw_forall

@@ -20,7 +20,10 @@ pub(super) struct Cleaned<'a> {
 impl Cleaned<'_> {
     /// Whether a finding of the parser only repeats that a text is open.
     pub(super) fn is_echo(&self, error: &Diagnostic) -> bool {
-        self.open.iter().any(|place| place.contains(&error.span().range().start))
+        // They come in the order of the text, and at most touch each other.
+        let place = error.span().range().start;
+        let begun = self.open.partition_point(|open| *open.start() <= place);
+        begun.checked_sub(1).and_then(|i| self.open.get(i)).is_some_and(|open| open.contains(&place))
     }
 }
 

@@ -2,11 +2,13 @@
 //! layer that cares for the form of a text and not for its meaning.
 
 use std::collections::BTreeMap;
+use std::iter::Peekable;
 use std::rc::Rc;
 
 use pest::Parser;
-use pest::iterators::Pair;
+use pest::iterators::{Pair, Pairs};
 
+use super::levels::Level;
 use super::parse::{Rule, SgrParser};
 
 /// A stretch of a text that is never divided: a word, a number, a sign, a text in quotes, a comment.
@@ -49,6 +51,7 @@ pub(crate) fn tokens(text: &str) -> Option<Tree<'_>> {
     let mut walk = Walk {
         text,
         names: BTreeMap::new(),
+        levels: BTreeMap::new(),
         tree: Tree { tokens: Vec::new(), comments: Vec::new(), nodes: Vec::new() },
     };
     walk.pair(file, 0, 0);
@@ -103,6 +106,7 @@ impl Tree<'_> {
 struct Walk<'a> {
     text: &'a str,
     names: BTreeMap<Rule, Rc<str>>,
+    levels: BTreeMap<&'static str, Rc<str>>,
     tree: Tree<'a>,
 }
 
@@ -115,12 +119,14 @@ impl<'a> Walk<'a> {
             return;
         }
         let name = Rc::clone(self.names.entry(rule).or_insert_with(|| format!("{rule:?}").into()));
-        let id = self.tree.nodes.len();
-        let first = self.tree.tokens.len();
-        self.tree.nodes.push(Node { rule: name, parent, depth, first, end: first });
+        let id = self.open(name, parent, depth);
         let mut at = span.start();
         if WHOLE.contains(&rule) {
             self.tree.tokens.push(Token { text: span.as_str(), start: at, node: id });
+            at = span.end();
+        } else if let Some(level) = Level::loosest(rule) {
+            self.row(level, pair.into_inner().peekable(), rule, id, depth);
+            // In a row every sign has a pair.
             at = span.end();
         } else {
             for child in pair.into_inner() {
@@ -131,9 +137,86 @@ impl<'a> Walk<'a> {
             }
         }
         self.between(at, span.end(), id);
+        self.close(id);
+    }
+
+    fn open(&mut self, rule: Rc<str>, parent: usize, depth: usize) -> usize {
+        let (id, first) = (self.tree.nodes.len(), self.tree.tokens.len());
+        self.tree.nodes.push(Node { rule, parent, depth, first, end: first });
+        id
+    }
+
+    fn close(&mut self, id: usize) {
         let end = self.tree.tokens.len();
         if let Some(node) = self.tree.nodes.get_mut(id) {
             node.end = end;
+        }
+    }
+
+    /// The inside of a flat row of operators and operands, with the levels that it stands for.
+    fn row(
+        &mut self,
+        level: Level,
+        mut row: Peekable<Pairs<'a, Rule>>,
+        rule: Rule,
+        node: usize,
+        depth: usize,
+    ) {
+        if rule == Rule::expr {
+            self.level(Some(level), &mut row, node, depth + 1);
+        } else {
+            // The pair is the level itself.
+            self.inside(level, &mut row, node, depth);
+        }
+        for rest in row {
+            self.pair(rest, node, depth + 1);
+        }
+    }
+
+    /// As much of a row as belongs to a level, as a pair of its own.
+    fn level(
+        &mut self,
+        level: Option<Level>,
+        row: &mut Peekable<Pairs<'a, Rule>>,
+        parent: usize,
+        depth: usize,
+    ) {
+        self.comments(row, parent, depth);
+        let Some(level) = level else {
+            if let Some(operand) = row.next() {
+                self.pair(operand, parent, depth);
+            }
+            return;
+        };
+        let name = level.name();
+        let name = Rc::clone(self.levels.entry(name).or_insert_with(|| name.into()));
+        let id = self.open(name, parent, depth);
+        self.inside(level, row, id, depth);
+        self.close(id);
+    }
+
+    fn inside(&mut self, level: Level, row: &mut Peekable<Pairs<'a, Rule>>, node: usize, depth: usize) {
+        if level.is_prefix() {
+            let operator = row.next_if(|n| level.has(n.as_rule()));
+            let inner = if operator.is_some() { Some(level) } else { level.tighter() };
+            if let Some(operator) = operator {
+                self.pair(operator, node, depth + 1);
+            }
+            return self.level(inner, row, node, depth + 1);
+        }
+        self.level(level.tighter(), row, node, depth + 1);
+        self.comments(row, node, depth + 1);
+        while let Some(operator) = row.next_if(|n| level.has(n.as_rule())) {
+            self.pair(operator, node, depth + 1);
+            self.level(level.tighter(), row, node, depth + 1);
+            self.comments(row, node, depth + 1);
+        }
+    }
+
+    /// The comments that come next in a row.
+    fn comments(&mut self, row: &mut Peekable<Pairs<'a, Rule>>, node: usize, depth: usize) {
+        while let Some(comment) = row.next_if(|n| n.as_rule() == Rule::COMMENT) {
+            self.pair(comment, node, depth);
         }
     }
 

@@ -113,7 +113,7 @@ impl Checker<'_> {
     /// Everything that can be called: functions, and the parts and patterns of the module.
     fn callable(&self, place: Span) -> Vec<&str> {
         use ItemKind as K;
-        let own = self.program.scope_at(place).filter(|(_, i)| {
+        let own = self.guessable(place).filter(|(_, i)| {
             let function = matches!(i.kind, K::Let(_, Some(_), _) | K::Record(..));
             function || matches!(i.kind, K::Part(_) | K::Actuator(_) | K::Pattern(..))
         });
@@ -254,13 +254,17 @@ impl Checker<'_> {
 
     /// A function may read what only some stages know: a call in another one is what is wrong.
     fn blame_the_call(&mut self, known: usize, name: &str, call: Span) {
-        for error in self.errors.iter_mut().skip(known).filter(|d| d.code == Code::WRONG_STAGE) {
-            let place = error.span();
+        for error in self.errors.split_off(known) {
+            if error.code != Code::WRONG_STAGE {
+                self.errors.add(error);
+                continue;
+            }
             let message = format!("`{name}` cannot be called here: in it, {}", error.message);
-            *error = Diagnostic::new(Code::WRONG_STAGE, call, message)
+            let blamed = Diagnostic::new(Code::WRONG_STAGE, call, message)
                 .label("called here")
-                .also(place, "read here")
-                .help_if(error.help.take());
+                .also(error.span(), "read here")
+                .help_if(error.help);
+            self.errors.add(blamed);
         }
     }
 

@@ -1,6 +1,6 @@
 //! Checks examples: rules applied by name, with a value for everything they bind.
 
-use indexmap::IndexMap;
+use indexmap::{IndexMap, IndexSet};
 
 use super::Checker;
 use super::expr::{Context, Local};
@@ -20,8 +20,15 @@ pub(super) struct Applicable<'r> {
 pub(super) fn applicable<'r>(
     rules: &'r [ir::Rule],
     is_actuator: &dyn Fn(&str) -> bool,
-) -> Vec<Applicable<'r>> {
-    rules.iter().map(|rule| Applicable { rule, types: types_of(rule, is_actuator) }).collect()
+) -> IndexMap<&'r str, Applicable<'r>> {
+    let mut known = IndexMap::new();
+    for rule in rules {
+        // Of two of one name, which is an error, the first one counts.
+        known
+            .entry(rule.name.as_str())
+            .or_insert_with(|| Applicable { rule, types: types_of(rule, is_actuator) });
+    }
+    known
 }
 
 fn types_of(rule: &ir::Rule, is_actuator: &dyn Fn(&str) -> bool) -> Vec<Ty> {
@@ -57,8 +64,8 @@ impl Checker<'_> {
     pub(super) fn example(
         &mut self,
         clauses: &[ExampleClause],
-        rules: &[Applicable<'_>],
-        reasons: &[String],
+        rules: &IndexMap<&str, Applicable<'_>>,
+        reasons: &IndexSet<String>,
         span: crate::source::Span,
         damaged: bool,
     ) -> Option<ir::Example> {
@@ -109,13 +116,13 @@ impl Checker<'_> {
     fn application(
         &mut self,
         application: &Application,
-        rules: &[Applicable<'_>],
+        rules: &IndexMap<&str, Applicable<'_>>,
         cx: &mut Context,
     ) -> Option<(ir::Application, Ty)> {
         let name = &application.rule;
-        let Some(known) = rules.iter().find(|r| r.rule.name == name.text) else {
+        let Some(known) = rules.get(name.text.as_str()) else {
             if !self.is_lost(name.span, &name.text) {
-                let help = did_you_mean(&name.text, rules.iter().map(|r| r.rule.name.as_str()));
+                let help = did_you_mean(&name.text, rules.keys().copied());
                 self.report(
                     Diagnostic::new(
                         Code::UNKNOWN_NAME,

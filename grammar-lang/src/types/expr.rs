@@ -1,5 +1,7 @@
 //! Checks expressions: names, stages, types and dimensions.
 
+use indexmap::IndexMap;
+
 use super::{Checker, signature};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
@@ -54,9 +56,7 @@ fn bare_number(expr: &Expr) -> Option<f64> {
 
 impl Checker<'_> {
     pub(super) fn report(&mut self, diagnostic: Diagnostic) {
-        if !self.errors.contains(&diagnostic) {
-            self.errors.push(diagnostic);
-        }
+        self.errors.add(diagnostic);
     }
 
     /// Checks an expression that must have a type; says `what` it is for.
@@ -204,9 +204,11 @@ impl Checker<'_> {
     fn tell_stage_once(&mut self, known: usize) {
         let found = self.errors.split_off(known.min(self.errors.len()));
         let mut told = false;
-        self.errors.extend(
-            found.into_iter().filter(|d| d.code != Code::WRONG_STAGE || !std::mem::replace(&mut told, true)),
-        );
+        for finding in found {
+            if finding.code != Code::WRONG_STAGE || !std::mem::replace(&mut told, true) {
+                self.errors.add(finding);
+            }
+        }
     }
 
     fn infer_piece(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
@@ -535,7 +537,7 @@ impl Checker<'_> {
                 // What an effect made without a name has none to guess at.
                 .filter(|name| !name.is_empty())
                 .chain(Word::ALL.iter().filter(|w| cx.stage.sees_word(**w)).map(|w| w.text()))
-                .chain(self.program.scope_at(span).map(|(n, _)| n))
+                .chain(self.guessable(span).map(|(n, _)| n))
                 .chain(self.placed.iter().map(|(p, _)| p.as_str()))
                 .chain(["part", "block", "actuator"]);
             let candidates: Vec<&str> = candidates.collect();
@@ -668,7 +670,7 @@ impl Checker<'_> {
         let known = self.errors.len();
         let old = self.infer(old, cx);
         // What is wrong with the old one does not matter any more.
-        self.errors.truncate(known);
+        self.errors.split_off(known);
         let (Some(now), Some(before)) = (quantity_in(&new.ty), quantity_in(&old.ty)) else { return new };
         if now == before {
             return new;
@@ -692,22 +694,11 @@ impl Checker<'_> {
     /// A port by its name, if that is what an expression is.
     pub(super) fn port_name(&self, tree: &ast::Expr) -> Option<Expr> {
         let ast::ExprKind::Name(name) = &tree.kind else { return None };
-        let known = self.port_names().iter().any(|p| p == name);
-        known.then(|| Expr { kind: ExprKind::PortName(name.clone()), ty: Ty::Port, span: tree.span })
-    }
-
-    /// The names of all ports that parts of the program have.
-    fn port_names(&self) -> Vec<String> {
-        let declared = self.program.items().filter_map(|(_, item)| match &item.kind {
-            ItemKind::Part(block) => Some(block.fields.iter().filter_map(|f| match f {
-                ast::Field::Port(port) => Some(port.name.text.clone()),
-                _ => None,
-            })),
-            _ => None,
-        });
-        let built_in =
-            crate::ir::BLOCK_PORTS.iter().chain(crate::ir::ACTUATOR_PORTS).map(|p| (*p).to_owned());
-        built_in.chain(declared.flatten()).collect()
+        self.ports.contains(name).then(|| Expr {
+            kind: ExprKind::PortName(name.clone()),
+            ty: Ty::Port,
+            span: tree.span,
+        })
     }
 
     fn member(&mut self, of: &ast::Expr, name: &Name, span: Span, cx: &mut Context) -> Expr {
@@ -736,20 +727,21 @@ impl Checker<'_> {
                     );
                 }
                 let of_part = matches!(ty, Ty::Part | Ty::Actuator);
-                if of_part && self.port_names().contains(&name.text) {
+                if of_part && self.ports.contains(&name.text) {
                     let kind = ExprKind::Port(Box::new(of), name.text.clone(), None);
                     return Expr { kind, ty: Ty::Port, span };
                 }
-                let params = if of_part { self.instance_params() } else { Vec::new() };
-                if ty == Ty::Actuator && params.is_empty() {
+                let known = if of_part { Some(self.instance_params()) } else { None };
+                if ty == Ty::Actuator && known.is_some_and(IndexMap::is_empty) {
                     // A module on its own does not know which actuators it will meet.
                     return unknown(span);
                 }
+                let param = known.and_then(|p| p.get(&name.text)).cloned();
                 if ty == Ty::Actuator {
-                    if let Some((_, ty)) = params.iter().find(|(n, _)| *n == name.text) {
-                        return make(of, ty.clone());
+                    if let Some(ty) = param {
+                        return make(of, ty);
                     }
-                } else if params.iter().any(|(n, _)| *n == name.text) {
+                } else if param.is_some() {
                     return self.wrong(
                         name.span,
                         format!("only an actuator has a `{}`", name.text),
@@ -761,8 +753,9 @@ impl Checker<'_> {
                     .iter()
                     .copied()
                     .filter(|n| cx.stage.sees_motion() && signature::motion_attribute(&ty, n).is_some());
-                let ports = if of_part { self.port_names() } else { Vec::new() };
-                let params = params.into_iter().map(|(n, _)| n).filter(|_| ty == Ty::Actuator);
+                let ports = self.ports.iter().filter(|_| of_part).cloned();
+                let params = self.instance_params.iter().flat_map(IndexMap::keys).cloned();
+                let params = params.filter(|_| ty == Ty::Actuator);
                 own.chain(moving).map(str::to_owned).chain(ports).chain(params).collect()
             }
             Ty::Record(_, fields) => {
@@ -910,8 +903,8 @@ impl Checker<'_> {
     }
 
     pub(super) fn unknown_port(&mut self, name: &Name) {
-        let names = self.port_names();
-        let help = did_you_mean(&name.text, names.iter().map(String::as_str));
+        let names: Vec<&str> = self.ports.iter().map(String::as_str).collect();
+        let help = did_you_mean(&name.text, names.iter().copied());
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("no part has a port `{}`", name.text))
                 .label("not a port")

@@ -1,9 +1,12 @@
 //! Checks the grammar as a whole and puts the typed rule set together.
 
+use std::collections::BTreeSet;
+
 use indexmap::{IndexMap, IndexSet};
 
 use super::Checker;
 use super::expr::Context;
+use super::found::Found;
 use super::stage::Stage;
 use super::tasks::Actuated;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
@@ -131,11 +134,14 @@ impl<'a> Checker<'a> {
         requirements: &[ir::Requirement],
     ) -> IndexMap<String, ir::Example> {
         let program = self.program;
-        let is_actuator = |kind: &str| {
-            program.items().any(|(_, i)| matches!(&i.kind, ItemKind::Actuator(b) if b.name.text == kind))
-        };
+        let actuators = program.items().filter_map(|(_, i)| match &i.kind {
+            ItemKind::Actuator(block) => Some(block.name.text.as_str()),
+            _ => None,
+        });
+        let actuators: BTreeSet<&str> = actuators.collect();
+        let is_actuator = |kind: &str| actuators.contains(kind);
         let rules = super::examples::applicable(rules, &is_actuator);
-        let reasons: Vec<String> = requirements.iter().map(|r| r.name.clone()).collect();
+        let reasons: IndexSet<String> = requirements.iter().map(|r| r.name.clone()).collect();
         let mut examples = IndexMap::new();
         for (_, item) in items {
             let ItemKind::Example(name, clauses) = &item.kind else { continue };
@@ -218,7 +224,7 @@ impl<'a> Checker<'a> {
     fn own_body(&mut self, declaration: Declaration, parameters: &[Typed], value: &Tree) {
         self.distinct(parameters.iter().map(|p| &p.name), "parameter");
         let known = std::mem::take(&mut self.errors);
-        let mut fewest: Option<Vec<Diagnostic>> = None;
+        let mut fewest: Option<Found> = None;
         for stage in [
             Stage::Declaration,
             Stage::Derivation,
@@ -241,7 +247,7 @@ impl<'a> Checker<'a> {
             }
         }
         self.errors = known;
-        for error in fewest.unwrap_or_default() {
+        for error in fewest.unwrap_or_default().into_vec() {
             self.report(error);
         }
     }

@@ -5,6 +5,7 @@ mod cases;
 mod examples;
 mod expr;
 mod fields;
+mod found;
 mod items;
 mod mend;
 mod rules;
@@ -25,6 +26,7 @@ use crate::syntax::ast;
 use crate::syntax::ast::{Item, ItemKind, Name};
 use crate::units::Dimension;
 use expr::Context;
+use found::Found;
 use stage::Stage;
 
 /// How many constants may build on each other.
@@ -32,6 +34,20 @@ const DEEPEST: usize = 100;
 
 /// How many pieces a constant that is no number may have.
 const LARGEST: usize = 10_000;
+
+/// The names of all ports that parts of a program have.
+fn port_names(program: &Program) -> IndexSet<String> {
+    let built_in = ir::BLOCK_PORTS.iter().chain(ir::ACTUATOR_PORTS).map(|p| (*p).to_owned());
+    let fields = program.items().filter_map(|(_, item)| match &item.kind {
+        ItemKind::Part(block) => Some(&block.fields),
+        _ => None,
+    });
+    let declared = fields.flatten().filter_map(|f| match f {
+        ast::Field::Port(port) => Some(port.name.text.clone()),
+        _ => None,
+    });
+    built_in.chain(declared).collect()
+}
 
 /// Of how many pieces an expression is made.
 fn nodes(expr: &Expr) -> usize {
@@ -65,17 +81,21 @@ pub fn check(
         sources,
         overrides,
         placed,
-        errors: Vec::new(),
+        errors: Found::default(),
+        ports: port_names(program),
+        instance_params: None,
         touched: IndexSet::new(),
         params: BTreeMap::new(),
         inlined: BTreeMap::new(),
         inside: false,
         read: IndexSet::new(),
+        open_constants: 0,
         open_functions: Vec::new(),
         constants: Constants::default(),
+        guesses: std::cell::Cell::new(GUESSES),
     };
     let ruleset = checker.grammar();
-    (ruleset, checker.errors)
+    (ruleset, checker.errors.into_vec())
 }
 
 /// What constant expressions can read: the parameters of the grammar.
@@ -110,7 +130,11 @@ struct Checker<'a> {
     overrides: &'a [(String, String)],
     /// What `begin` calls its parts, and what they are.
     placed: Vec<(String, ast::Expr)>,
-    errors: Vec<Diagnostic>,
+    errors: Found,
+    /// The names of all ports that parts of the program have.
+    ports: IndexSet<String>,
+    /// Every parameter that some actuator of the program has, once that was asked.
+    instance_params: Option<IndexMap<String, Ty>>,
     /// Declarations that something reads, in the order of reading.
     touched: IndexSet<Declaration>,
     /// Parameters that are being checked or have been.
@@ -121,12 +145,28 @@ struct Checker<'a> {
     inside: bool,
     /// Where names of rules and actuations are bound that something reads.
     read: IndexSet<Span>,
+    /// How many of them are being checked.
+    open_constants: usize,
     /// Functions whose bodies are being checked, outermost first.
     open_functions: Vec<Declaration>,
     constants: Constants,
+    /// How many more names misspelt ones may be compared with.
+    guesses: std::cell::Cell<usize>,
 }
 
+/// With how many names misspelt ones are compared in one check. Guessing takes as long as there are
+/// names, for every error anew: a text that is wrong throughout gets no guesses at its end.
+const GUESSES: usize = 1_000_000;
+
 impl Checker<'_> {
+    /// The names at a place that a misspelt one may have been meant to be.
+    fn guessable(&self, place: Span) -> impl Iterator<Item = (&str, &Item)> {
+        let all = self.program.known_at(place);
+        let left = self.guesses.get().checked_sub(all);
+        self.guesses.set(left.unwrap_or(0));
+        self.program.scope_at(place).filter(move |_| left.is_some())
+    }
+
     /// The value of an expression that must be known before anything runs.
     fn constant(&mut self, expr: &Expr) -> Option<Value> {
         self.constant_with(expr, &mut Vec::new())
@@ -188,8 +228,7 @@ impl Checker<'_> {
             self.circle(value.span);
             return unknown;
         }
-        let open = self.inlined.values().filter(|v| v.is_none()).count();
-        if open >= DEEPEST {
+        if self.open_constants >= DEEPEST {
             self.report(
                 Diagnostic::new(
                     Code::TOO_DEEP,
@@ -202,10 +241,12 @@ impl Checker<'_> {
             return unknown;
         }
         self.inlined.insert(declaration, None);
+        self.open_constants += 1;
         let mut cx = Context::new(Stage::Declaration, false);
         let inside = std::mem::take(&mut self.inside);
         let mut expr = self.infer(value, &mut cx);
         self.inside = inside;
+        self.open_constants -= 1;
         // A constant is worked out once, or constants of constants would grow without bound.
         if expr.ty.dimension().is_some() {
             match self.constant_number(&expr) {
@@ -421,8 +462,8 @@ impl Checker<'_> {
             None if program.is_lost(program.module_at(name.span), &name.text) => return Ty::Unknown,
             _ => {}
         }
-        let own = program
-            .scope_at(name.span)
+        let own = self
+            .guessable(name.span)
             .filter(|(_, i)| matches!(i.kind, ItemKind::Enum(..) | ItemKind::Record(..)))
             .map(|(n, _)| n);
         let mut names: Vec<&str> = Dimension::names().collect();
@@ -460,16 +501,24 @@ impl Checker<'_> {
     }
 
     /// Every parameter that some actuator of the program has.
-    fn instance_params(&mut self) -> Vec<(String, Ty)> {
+    fn instance_params(&mut self) -> &IndexMap<String, Ty> {
+        let params = match self.instance_params.take() {
+            Some(params) => params,
+            None => self.find_instance_params(),
+        };
+        self.instance_params.insert(params)
+    }
+
+    fn find_instance_params(&mut self) -> IndexMap<String, Ty> {
         let program = self.program;
-        program
-            .items()
-            .filter_map(|(_, item)| match &item.kind {
-                ItemKind::Actuator(block) => Some(self.params_of(block)),
-                _ => None,
-            })
-            .flatten()
-            .collect()
+        let mut params = IndexMap::new();
+        for (_, item) in program.items() {
+            let ItemKind::Actuator(block) = &item.kind else { continue };
+            for (name, ty) in self.params_of(block) {
+                params.entry(name).or_insert(ty);
+            }
+        }
+        params
     }
 
     /// The parameters that an actuator's block declares.

@@ -119,20 +119,22 @@ impl Checker<'_> {
     fn choices(&mut self, clauses: &[RuleClause], cx: &mut Context) -> Vec<ir::Choice> {
         let mut choices = Vec::new();
         for clause in clauses {
-            let mut drawing = Context { stage: Stage::Choice, ..cx.clone() };
+            let before = std::mem::replace(&mut cx.stage, Stage::Choice);
             match &clause.kind {
                 RuleClauseKind::Choose(name, domain, spread) => {
-                    let domain = self.infer(domain, &mut drawing);
+                    let domain = self.infer(domain, cx);
                     let ty = self.chosen_from(&domain);
                     let spread = match spread {
-                        Some(spread) => self.spread(spread, &ty, &mut drawing),
+                        Some(spread) => self.spread(spread, &ty, cx),
                         None => ir::Spread::Even,
                     };
+                    cx.stage = before;
                     self.bind(name, ty, cx);
                     choices.push(ir::Choice { name: name.text.clone(), domain, spread });
                 }
                 RuleClauseKind::Let(name, value) => {
-                    let value = self.infer(value, &mut drawing);
+                    let value = self.infer(value, cx);
+                    cx.stage = before;
                     let (ty, span) = (value.ty.clone(), value.span);
                     let kind = ExprKind::Set(vec![value]);
                     let domain = Expr { kind, ty: Ty::Domain(Box::new(ty.clone())), span };
@@ -141,6 +143,7 @@ impl Checker<'_> {
                 }
                 _ => {}
             }
+            cx.stage = before;
         }
         choices
     }

@@ -290,7 +290,7 @@ impl<'a> Checker<'a> {
             _ => {}
         }
         let others: Vec<&str> =
-            program.scope_at(name.span).filter(|(_, i)| fits(&i.kind)).map(|(n, _)| n).collect();
+            self.guessable(name.span).filter(|(_, i)| fits(&i.kind)).map(|(n, _)| n).collect();
         let help = did_you_mean(&name.text, others.iter().copied())
             .unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
         let other = program.lookup(name.span, &name.text).and_then(|(_, i)| declared(i));

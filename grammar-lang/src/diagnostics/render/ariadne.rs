@@ -1,13 +1,34 @@
 //! Findings with the text around them. The only place that names ariadne.
 
-use ariadne::{CharSet, Color, Config, IndexType, Label, Report, ReportKind};
+use ariadne::{Cache, CharSet, Color, Config, IndexType, Label, Report, ReportKind};
 
 use crate::diagnostics::{Diagnostic, Severity};
 use crate::source::{SourceMap, Span};
 
-/// Writes one finding.
+/// The longest line that is drawn, in bytes: no terminal has room for more.
+const LONGEST_LINE: usize = 2000;
+
+/// Writes one finding; in one line if the text around it cannot be drawn.
 #[must_use]
 pub fn render(diagnostic: &Diagnostic, sources: &SourceMap, colour: bool) -> String {
+    render_all([diagnostic], sources, colour)
+}
+
+/// Writes findings, one after the other; the texts are taken apart only once.
+pub(super) fn render_all<'d>(
+    diagnostics: impl IntoIterator<Item = &'d Diagnostic>,
+    sources: &SourceMap,
+    colour: bool,
+) -> String {
+    let texts = sources.iter().map(|(_, s)| (s.name.clone(), s.text.as_str()));
+    let mut cache = ariadne::sources(texts);
+    diagnostics.into_iter().map(|d| one(d, sources, colour, &mut cache)).collect()
+}
+
+fn one(diagnostic: &Diagnostic, sources: &SourceMap, colour: bool, cache: impl Cache<String>) -> String {
+    if diagnostic.labels.iter().any(|l| sources.line_length(l.span) > LONGEST_LINE) {
+        return super::concise::render(diagnostic, sources);
+    }
     let name = |file| sources.get(file).map_or_else(String::new, |s| s.name.clone());
     let (kind, tint) = match diagnostic.code.severity {
         Severity::Error => (ReportKind::Error, Color::Red),
@@ -37,9 +58,8 @@ pub fn render(diagnostic: &Diagnostic, sources: &SourceMap, colour: bool) -> Str
         report = report.with_help(help);
     }
     let mut out = Vec::new();
-    let texts = sources.iter().map(|(_, s)| (s.name.clone(), s.text.clone()));
     // A finding that cannot be drawn is still told, in one line.
-    match report.finish().write(ariadne::sources(texts), &mut out) {
+    match report.finish().write(cache, &mut out) {
         Ok(()) => String::from_utf8_lossy(&out).into_owned(),
         Err(_) => super::concise::render(diagnostic, sources),
     }
@@ -56,7 +76,5 @@ fn characters(span: Span, sources: &SourceMap) -> std::ops::Range<usize> {
     while !text.is_char_boundary(end) {
         end += 1;
     }
-    let count = |range| text.get(range).map_or(0, |t: &str| t.chars().count());
-    let before = count(0..start);
-    before..before + count(start..end)
+    sources.characters_before(span.file, start)..sources.characters_before(span.file, end)
 }

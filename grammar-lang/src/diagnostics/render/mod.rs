@@ -30,17 +30,29 @@ fn sorted(diagnostics: &[Diagnostic]) -> Vec<&Diagnostic> {
     sorted
 }
 
+/// How many findings are drawn: nobody reads more, and each takes its time.
+const MOST: usize = 500;
+
+/// Draws findings, and says how many more there are.
+fn drawn(diagnostics: &[&Diagnostic], sources: &SourceMap, colour: bool) -> String {
+    let mut out = ariadne::render_all(diagnostics.iter().take(MOST).copied(), sources, colour);
+    if let Some(more) = diagnostics.len().checked_sub(MOST).filter(|n| *n > 0) {
+        out += &format!("and {more} more: these are the first {MOST}\n");
+    }
+    out
+}
+
 /// Writes findings, in the order of files and places.
 #[must_use]
 pub fn render(diagnostics: &[Diagnostic], sources: &SourceMap, format: Format, colour: bool) -> String {
     let one = |d| match format {
-        Format::Full => ariadne::render(d, sources, colour),
         Format::Concise => concise::render(d, sources),
         Format::Json => json::render(d, sources),
-        Format::Sarif => String::new(),
+        Format::Full | Format::Sarif => String::new(),
     };
     match format {
         Format::Sarif => sarif::render(&[(diagnostics, sources)]),
+        Format::Full => drawn(&sorted(diagnostics), sources, colour),
         _ => sorted(diagnostics).into_iter().map(one).collect(),
     }
 }

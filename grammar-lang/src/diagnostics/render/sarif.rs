@@ -2,6 +2,8 @@
 //!
 //! The rules are the whole registry of codes, each with its page.
 
+use std::collections::BTreeSet;
+
 use serde_json::{Value, json};
 
 use super::sorted;
@@ -12,10 +14,11 @@ use crate::source::{SourceMap, Span};
 #[must_use]
 pub fn render(compilations: &[(&[Diagnostic], &SourceMap)]) -> String {
     let mut results: Vec<Value> = Vec::new();
+    let mut seen = BTreeSet::new();
     for (diagnostics, sources) in compilations {
         for diagnostic in sorted(diagnostics) {
             let result = result(diagnostic, sources);
-            if !results.contains(&result) {
+            if seen.insert(result.to_string()) {
                 results.push(result);
             }
         }

@@ -1,0 +1,98 @@
+//! How long checking takes, by the length of a grammar: it should be linear.
+//!
+//! `cargo bench --bench check` prints the milliseconds of each layer, the least of several runs;
+//! the second line of each length is what a thousand lines cost.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
+
+mod grown;
+
+use std::time::{Duration, Instant};
+
+use grammar_lang::format::format;
+use grammar_lang::source::{FileId, SourceMap};
+use grammar_lang::{compile, names, syntax, types};
+use grown::{Flaw, grammar};
+use sgc::world::Files;
+
+const LENGTHS: [usize; 5] = [1_000, 2_000, 5_000, 10_000, 20_000];
+const COLUMNS: [&str; 7] = ["parse", "names", "types", "lint", "whole", "format", "variant"];
+
+fn main() {
+    println!("a grammar without an error");
+    table(Flaw::None);
+    println!("\nan error in every rule: found by the parser");
+    table(Flaw::Form);
+    println!("\nan error in every rule: found by the checker");
+    table(Flaw::Meaning);
+}
+
+fn table(flaw: Flaw) {
+    let heads: String = COLUMNS.iter().map(|c| format!("{c:>9}")).collect();
+    println!("{:>7}{heads}  findings", "lines");
+    let mut before: Option<(usize, Vec<f64>)> = None;
+    for length in LENGTHS {
+        let text = grammar(length, flaw);
+        let lines = text.lines().count();
+        let (times, findings) = measure(&text, flaw);
+        let row = |values: &[f64]| values.iter().map(|v| format!("{v:9.2}")).collect::<String>();
+        println!("{lines:>7}{}  {findings}", row(&times));
+        println!(
+            "{:>7}{}",
+            "/1000",
+            row(&times.iter().map(|t| t * 1000.0 / lines as f64).collect::<Vec<_>>())
+        );
+        if let Some((fewer, less)) = before {
+            // 1 is linear, 2 is quadratic.
+            let growth = libm::log(lines as f64 / fewer as f64);
+            let slopes: Vec<f64> = times.iter().zip(&less).map(|(t, l)| libm::log(t / l) / growth).collect();
+            println!("{:>7}{}", "slope", row(&slopes));
+        }
+        before = Some((lines, times));
+    }
+}
+
+/// Milliseconds of each layer, and how much is found.
+fn measure(text: &str, flaw: Flaw) -> (Vec<f64>, usize) {
+    let fresh = || {
+        let mut sources = SourceMap::default();
+        let file = sources.add("grown.sgr", text);
+        (sources, file)
+    };
+    let (mut sources, file) = fresh();
+    let compiled = compile(&Files, &mut sources, file, &[], None);
+    assert_eq!(compiled.has_errors(), flaw != Flaw::None, "{:#?}", compiled.diagnostics.first());
+    let whole = |wanted: Option<&'static str>| {
+        least(fresh, move |(sources, file)| compile(&Files, sources, *file, &[], wanted))
+    };
+    let parse = least(fresh, |(sources, file)| syntax::parse(sources, *file));
+    let load = least(fresh, |(sources, file)| names::load(&Files, sources, *file, None));
+    let loaded = || {
+        let (mut sources, file) = fresh();
+        let (program, _) = names::load(&Files, &mut sources, file, None);
+        (sources, program)
+    };
+    let check = least(loaded, |(sources, program)| types::check(program, sources, &[]));
+    let all = whole(None);
+    let lay_out = least(fresh, |(sources, file): &mut (SourceMap, FileId)| format(sources, *file));
+    let lint = all - load - check;
+    let times = vec![parse, load - parse, check, lint, all, lay_out, whole(Some("workshop"))];
+    (times, compiled.diagnostics.len())
+}
+
+/// The least time of several runs: what others do on the machine only adds to it.
+fn least<T, R>(prepare: impl Fn() -> T, run: impl Fn(&mut T) -> R) -> f64 {
+    let mut best = Duration::MAX;
+    let begun = Instant::now();
+    for round in 0..15 {
+        let mut input = prepare();
+        let start = Instant::now();
+        let result = run(&mut input);
+        best = best.min(start.elapsed());
+        drop(result);
+        if round > 1 && begun.elapsed() > Duration::from_secs(3) {
+            break;
+        }
+    }
+    best.as_secs_f64() * 1000.0
+}

@@ -1,0 +1,51 @@
+//! What a check has found so far: each finding once, in the order of finding.
+
+use std::collections::BTreeMap;
+use std::ops::Deref;
+
+use crate::diagnostics::Diagnostic;
+use crate::source::Span;
+
+/// Findings without repetition.
+#[derive(Default)]
+pub(super) struct Found {
+    all: Vec<Diagnostic>,
+    /// Which of them stand at a place: only those can be the same as another one there.
+    at: BTreeMap<Span, Vec<usize>>,
+}
+
+impl Found {
+    /// Adds a finding if it is not there yet.
+    pub(super) fn add(&mut self, diagnostic: Diagnostic) {
+        let here = self.at.entry(diagnostic.span()).or_default();
+        if here.iter().any(|i| self.all.get(*i) == Some(&diagnostic)) {
+            return;
+        }
+        here.push(self.all.len());
+        self.all.push(diagnostic);
+    }
+
+    /// Takes out what was found after the first `known`, to be looked at again.
+    pub(super) fn split_off(&mut self, known: usize) -> Vec<Diagnostic> {
+        let later = self.all.split_off(known.min(self.all.len()));
+        for diagnostic in &later {
+            if let Some(here) = self.at.get_mut(&diagnostic.span()) {
+                here.retain(|i| *i < known);
+            }
+        }
+        later
+    }
+
+    /// All of them.
+    pub(super) fn into_vec(self) -> Vec<Diagnostic> {
+        self.all
+    }
+}
+
+impl Deref for Found {
+    type Target = [Diagnostic];
+
+    fn deref(&self) -> &[Diagnostic] {
+        &self.all
+    }
+}

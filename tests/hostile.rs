@@ -1,0 +1,235 @@
+//! Texts that nobody means well with, or that a strange editor has saved: they do no harm, and what
+//! is mere layout changes nothing.
+
+use std::fmt::Write as _;
+use std::io::Write as _;
+use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
+
+use grammar_lang::diagnostics::Diagnostic;
+use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::source::SourceMap;
+use grammar_lang::{Compiled, compile, testing};
+
+use crate::fuzz::mutate::{Random, mutated};
+use crate::fuzz::{corpus, holds};
+use crate::support::{GRAMMARS, read, root};
+
+fn compiled(text: &str) -> (Compiled, SourceMap) {
+    let mut sources = SourceMap::default();
+    let file = sources.add("grammars/hostile.sgr", text);
+    (compile(&holds::world(), &mut sources, file, &[], None), sources)
+}
+
+/// Codes with their places, in the order of the text.
+fn places(text: &str) -> Vec<(String, (usize, usize))> {
+    let (compiled, sources) = compiled(text);
+    let mut found: Vec<&Diagnostic> = compiled.diagnostics.iter().collect();
+    found.sort_by_key(|d| (d.span().file, d.span().start, d.code.id));
+    found.into_iter().map(|d| (d.code.id.to_owned(), sources.line_column(d.span()))).collect()
+}
+
+fn rules(text: &str) -> String {
+    let rules = compiled(text).0.ruleset;
+    rules.as_ref().map_or(String::new(), testing::rule_set)
+}
+
+/// The grammars, and a text with errors of all kinds.
+fn samples() -> Vec<String> {
+    let errors = read("tests/cases/five-errors.sgr");
+    GRAMMARS.iter().map(|path| read(path)).chain([errors]).collect()
+}
+
+#[test]
+fn what_was_found_once_holds_now() {
+    let world = holds::world();
+    for entry in std::fs::read_dir(root().join("tests/fuzz/found")).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        let text = std::fs::read_to_string(&path).unwrap();
+        assert_eq!(holds::check(&world, &text), Ok(()), "{}", path.display());
+    }
+}
+
+#[test]
+fn ends_of_lines_tabs_and_a_mark_at_the_start_change_nothing() {
+    for text in samples() {
+        let (plain, places_of) = (rules(&text), places(&text));
+        let windows = text.replace('\n', "\r\n");
+        assert_eq!((rules(&windows), places(&windows)), (plain.clone(), places_of.clone()));
+        let cut = text.trim_end();
+        assert_eq!((rules(cut), places(cut)), (plain.clone(), places_of.clone()));
+        let tabs = text.replace("  ", "\t");
+        assert_eq!(rules(&tabs), plain);
+        let codes = |places: Vec<(String, _)>| places.into_iter().map(|(code, _)| code).collect::<Vec<_>>();
+        assert_eq!(codes(places(&tabs)), codes(places_of.clone()));
+        // The mark that some editors put at the start of a file is a character of its first line.
+        let marked = format!("\u{FEFF}{text}");
+        assert_eq!(rules(&marked), plain);
+        let moved = |(code, (line, column)): (String, (usize, usize))| {
+            (code, (line, column + usize::from(line == 1)))
+        };
+        assert_eq!(places(&marked), places_of.into_iter().map(moved).collect::<Vec<_>>());
+    }
+}
+
+#[test]
+fn columns_count_characters_of_any_width() {
+    let after = |start: &str| places(&format!("{start}let a = bb\n")).last().unwrap().1.1;
+    for text in ["äö", "e\u{301}", "😀😀", "𝔘", "日本語"] {
+        let text = format!("let c = \"{text}\" ");
+        assert_eq!(after(&text), text.chars().count() + 9, "{text}");
+    }
+}
+
+#[test]
+fn strange_characters_are_told_where_they_stand_and_do_no_harm() {
+    let strange = [
+        "\u{200B}", "\u{202E}", "\u{2066}", "\u{301}", "\u{FEFF}", "\0", "\u{0C}", "\u{0B}", "😀", "\u{FFFD}",
+    ];
+    for text in samples() {
+        for character in strange {
+            for part in 0..7 {
+                let mut at = text.len() * part / 7;
+                while !text.is_char_boundary(at) {
+                    at += 1;
+                }
+                let text = format!("{}{character}{}", &text[..at], &text[at..]);
+                assert_eq!(holds::check(&holds::world(), &text), Ok(()), "{character:?} at {at}");
+            }
+        }
+    }
+}
+
+#[test]
+fn numbers_of_any_size_do_no_harm() {
+    let world = holds::world();
+    let numbers = ["1e308", "1e-320", "99999999999999999999999", "1e999", "0", "9007199254740993", "1e15"];
+    let text = read("grammars/codesign.sgr");
+    let places: Vec<usize> = text.match_indices(|c: char| c.is_ascii_digit()).map(|(i, _)| i).collect();
+    for (i, place) in places.into_iter().enumerate() {
+        let number = numbers[i % numbers.len()];
+        let text = format!("{}{number}{}", &text[..place], &text[place + 1..]);
+        assert_eq!(holds::check(&world, &text), Ok(()), "{number} at {place}");
+    }
+}
+
+/// Fails if checking and showing a text takes long; what is found otherwise.
+fn soon(what: &str, text: &str) -> Vec<Diagnostic> {
+    let start = Instant::now();
+    let (compiled, sources) = compiled(text);
+    for format in [Format::Full, Format::Concise, Format::Sarif] {
+        let _ = render(&compiled.diagnostics, &sources, format, false);
+    }
+    // Ten times what it takes on a slow machine: what is not linear takes minutes.
+    assert!(start.elapsed() < Duration::from_secs(30), "{what} takes {:?}", start.elapsed());
+    compiled.diagnostics
+}
+
+/// So many times a line, with its number in the place of `@`.
+fn many(count: usize, line: &str) -> String {
+    (0..count).fold(String::new(), |mut text, i| {
+        let _ = writeln!(text, "{}", line.replace('@', &i.to_string()));
+        text
+    })
+}
+
+#[test]
+fn large_texts_take_no_longer_than_their_length() {
+    let rule = "rule r_@ {\n  match p : part with free port q\n  atach cube to q\n}";
+    for (what, text, least) in [
+        ("a megabyte of words", "what is this ".repeat(80_000), 1),
+        ("a megabyte of signs", "(]}{[)=, \n".repeat(100_000), 1),
+        ("a megabyte in one line", "let a = 1 ".repeat(100_000), 1),
+        ("unknown names", many(20_000, "let a_@ = b_@"), 20_000),
+        ("unknown words", many(20_000, "rul r_@ { }"), 20_000),
+        ("broken rules", many(5_000, rule), 5_000),
+        ("rules that are not closed", many(5_000, "rule r_@ {\n  match p : part"), 5_000),
+        ("open texts", many(20_000, "let a_@ = \"abc"), 20_000),
+        ("one name declared often", many(20_000, "let a = 1"), 19_999),
+        ("one long sum", format!("let a = {}1\n", "1 + ".repeat(100_000)), 1),
+        ("one long list", format!("let a = [{}1]\n", "1, ".repeat(100_000)), 1),
+        ("one long rule", format!("rule r {{\n{}}}\n", many(5_000, "  choose n_@ in 1 .. m_@")), 5_000),
+        ("brackets", "(".repeat(100_000), 1),
+        ("blocks", "part a { ".repeat(50_000), 1),
+        ("groups", format!("part a {{ {}", "outer { ".repeat(50_000)), 1),
+        ("prefixes", format!("let a = {}1", "- not ".repeat(50_000)), 1),
+        ("branches", format!("let a = {}1", "if true then 1 else ".repeat(50_000)), 1),
+        ("members", format!("let a = b{}", ".c".repeat(100_000)), 1),
+        ("variants", many(10_000, "variant v_@ of v_@ { drop a_@ }"), 1),
+    ] {
+        let found = soon(what, &text);
+        assert!(found.len() >= least, "{what}: {} found", found.len());
+    }
+}
+
+#[test]
+fn braces_that_are_missing_are_told_one_by_one() {
+    let found = soon("missing braces", &many(100, "rule r_@ {\n  match p : part\n"));
+    let unclosed = found.iter().filter(|d| d.code.id == "E0104").count();
+    assert_eq!(unclosed, 100, "{:?}", found.first());
+}
+
+#[test]
+fn more_findings_than_anyone_reads_are_counted() {
+    let (compiled, sources) = compiled(&many(700, "let a_@ = b_@"));
+    let text = render(&compiled.diagnostics, &sources, Format::Full, false);
+    let more = compiled.diagnostics.len() - 500;
+    assert!(
+        text.ends_with(&format!("and {more} more: these are the first 500\n")),
+        "{}",
+        &text[text.len() - 90..]
+    );
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::test_runner::Config { cases: 150, ..Default::default() })]
+
+    /// Whatever the bytes, checking ends with findings.
+    #[test]
+    fn arbitrary_bytes_do_no_harm(bytes in proptest::collection::vec(proptest::num::u8::ANY, 0..400)) {
+        let text = String::from_utf8_lossy(&bytes);
+        proptest::prop_assert_eq!(holds::check(&holds::world(), &text), Ok(()));
+    }
+
+    /// Real grammars with words, signs, numbers and lines deleted, doubled, moved and put in.
+    #[test]
+    fn mutated_grammars_do_no_harm(seed in proptest::num::u64::ANY) {
+        static CORPUS: std::sync::LazyLock<Vec<String>> = std::sync::LazyLock::new(corpus::texts);
+        let mut random = Random(seed);
+        let text = random.pick(&CORPUS).clone();
+        let text = mutated(&text, &CORPUS, &mut random);
+        proptest::prop_assert_eq!(holds::check(&holds::world(), &text), Ok(()), "{}", text);
+    }
+}
+
+/// What `sgc check` writes about a text on its standard input.
+fn sgc_check(arguments: &[&str], text: &str) -> String {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .arg("check")
+        .args(arguments)
+        .arg("-")
+        .current_dir(root().join("grammars"))
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
+    String::from_utf8(child.wait_with_output().unwrap().stdout).unwrap()
+}
+
+#[test]
+fn mending_leads_to_no_more_errors_whatever_the_text() {
+    let corpus = corpus::texts();
+    let errors =
+        |text: &str| sgc_check(&["--format", "json"], text).matches("\"severity\":\"error\"").count();
+    let mut mended_any = 0;
+    for seed in 0..40 {
+        let mut random = Random(seed);
+        let text = mutated(random.pick::<String>(&corpus), &corpus, &mut random);
+        let mended = sgc_check(&["--fix"], &text);
+        mended_any += usize::from(mended != text);
+        assert!(errors(&mended) <= errors(&text), "seed {seed}:\n{text}\nbecame\n{mended}");
+    }
+    assert!(mended_any > 2, "only {mended_any} were mended");
+}
