@@ -86,6 +86,9 @@ pub trait Model: Sync {
 
 /// One body, ready to be driven any number of times.
 pub trait Simulation: Send {
+    /// How many drives it runs side by side: give it as many at once, if there are.
+    fn lanes(&self) -> usize;
+
     /// Simulates each drive from rest; one outcome per drive, in order. Runs
     /// are independent: an outcome does not depend on the others in the batch
     /// nor on earlier calls, bit for bit.

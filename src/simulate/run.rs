@@ -1,4 +1,4 @@
-//! What the solvers share: driving, checking and recording a run.
+//! What the solvers share: driving, checking and recording runs.
 
 use std::sync::Arc;
 
@@ -11,30 +11,38 @@ use super::servo::{Bends, Servo};
 use super::{Invalid, Motion, Settings, Simulation, Targets};
 use crate::design::assembly::Hinge;
 
-/// A solver that advances one body step by step. Hinges and bodies are those
-/// of the [`Lowered`] assembly; hinge h carries body h + 1.
+/// A solver that advances one body step by step, in one or several runs at
+/// once, its *lanes*. Hinges and bodies are those of the [`Lowered`] assembly;
+/// hinge h carries body h + 1.
 pub(super) trait Stepper: Send {
+    /// Number of runs at once.
+    const LANES: usize;
     /// Back to the state at rest, bit for bit.
     fn reset(&mut self);
-    /// Sets the target of a hinge's servo for the next step, rad.
-    fn aim(&mut self, hinge: usize, target: f64);
-    /// Moves on by one step.
-    fn step(&mut self) -> Result<(), Invalid>;
+    /// Sets the target of a hinge's servo for the next step of a lane, rad.
+    fn aim(&mut self, lane: usize, hinge: usize, target: f64);
+    /// Moves all lanes on by one step.
+    fn step(&mut self);
+    /// What has gone wrong in a lane since the last reset.
+    fn failure(&self, lane: usize) -> Option<Invalid>;
     /// The pose of a body in the world, m.
-    fn pose(&self, body: usize) -> Isometry3<f64>;
+    fn pose(&self, lane: usize, body: usize) -> Isometry3<f64>;
     /// The angle of a hinge, rad.
-    fn angle(&self, hinge: usize) -> f64;
+    fn angle(&self, lane: usize, hinge: usize) -> f64;
     /// The mechanical work of a hinge's servo in the last step, J: the torque
     /// that acted times the turn of the hinge; negative where the servo is
     /// turned against its torque.
-    fn work(&self, hinge: usize) -> f64;
+    fn work(&self, lane: usize, hinge: usize) -> f64;
 }
 
 /// One body, ready to run.
 #[derive(Debug)]
 pub(super) struct Run<S> {
     stepper: S,
+    /// The servos at rest; hinges that always have the same target share one.
     servos: Vec<Servo>,
+    /// Which servo each hinge has, and its actuator.
+    hinges: Vec<(usize, usize)>,
     bends: Bends,
     schedule: Schedule,
     placements: Arc<[Placement]>,
@@ -42,14 +50,32 @@ pub(super) struct Run<S> {
     actuators: usize,
 }
 
+/// One run under way.
+struct Lane<'a> {
+    drive: &'a Targets,
+    servos: Vec<Servo>,
+    motion: Motion,
+    failure: Option<Invalid>,
+}
+
 impl<S: Stepper> Run<S> {
-    /// A run of a solver made for the same assembly and settings.
+    /// Runs of a solver made for the same assembly and settings.
     pub(super) fn new(stepper: S, lowered: &Lowered, settings: &Settings) -> Self {
-        let hinges: Vec<&Hinge> = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref()).collect();
+        let all: Vec<&Hinge> = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref()).collect();
+        let mut servos: Vec<Servo> = Vec::new();
+        let hinges = all.iter().map(|hinge| {
+            let own = Servo::new(hinge);
+            let place = servos.iter().position(|servo| *servo == own).unwrap_or_else(|| {
+                servos.push(own);
+                servos.len() - 1
+            });
+            (place, hinge.actuator)
+        });
         Self {
+            hinges: hinges.collect(),
+            servos,
             stepper,
-            servos: hinges.iter().map(|hinge| Servo::new(hinge)).collect(),
-            bends: Bends::new(&hinges, lowered.actuators),
+            bends: Bends::new(&all, lowered.actuators),
             schedule: Schedule::new(settings),
             placements: lowered.placements(),
             bodies: lowered.bodies.len(),
@@ -57,58 +83,86 @@ impl<S: Stepper> Run<S> {
         }
     }
 
-    fn one(&mut self, drive: &Targets) -> Result<Motion, Invalid> {
-        let Schedule { step, steps, interval, duration, frames } = self.schedule;
-        self.stepper.reset();
-        for servo in &mut self.servos {
-            servo.target = 0.0;
-        }
-        let mut motion = Motion {
+    fn lane<'a>(&self, drive: &'a Targets) -> Lane<'a> {
+        let Schedule { interval, duration, frames, .. } = self.schedule;
+        let motion = Motion {
             interval,
             duration,
             bodies: self.bodies,
             poses: Vec::with_capacity(frames * self.bodies),
-            bends: Vec::new(),
+            bends: Vec::with_capacity(frames * self.actuators),
             work: vec![0.0; self.actuators],
             placements: Arc::clone(&self.placements),
         };
+        Lane { drive, servos: self.servos.clone(), motion, failure: None }
+    }
+
+    /// As many drives as there are lanes, or fewer: idle lanes do what the last one does.
+    fn together(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>> {
+        let mut lanes: Vec<Lane> = drives.iter().map(|drive| self.lane(drive)).collect();
+        self.stepper.reset();
         let mut frame = 0;
-        for now in 0..=steps {
+        for now in 0..=self.schedule.steps {
             if now > 0 {
-                self.step(drive, now as f64 * step, &mut motion.work)?;
+                self.step(&mut lanes, now as f64 * self.schedule.step);
             }
-            while frame < frames && self.schedule.step_of(frame) == now {
-                self.record(&mut motion);
+            if lanes.iter().all(|lane| lane.failure.is_some()) {
+                break;
+            }
+            while frame < self.schedule.frames && self.schedule.step_of(frame) == now {
+                self.record(&mut lanes);
                 frame += 1;
             }
         }
-        Ok(motion)
+        let outcome = |lane: Lane| lane.failure.map_or(Ok(lane.motion), Err);
+        lanes.into_iter().map(outcome).collect()
     }
 
-    fn step(&mut self, drive: &Targets, t: f64, work: &mut [f64]) -> Result<(), Invalid> {
-        for (hinge, servo) in self.servos.iter_mut().enumerate() {
-            if !servo.follow(drive, t, self.schedule.step) {
-                return Err(Invalid::NotFinite);
+    fn step(&mut self, lanes: &mut [Lane], t: f64) {
+        let last = lanes.len() - 1;
+        for (number, lane) in lanes.iter_mut().enumerate() {
+            for servo in &mut lane.servos {
+                if !servo.follow(lane.drive, t, self.schedule.step) {
+                    lane.failure = lane.failure.or(Some(Invalid::NotFinite));
+                    servo.target = 0.0;
+                }
             }
-            self.stepper.aim(hinge, servo.target);
-        }
-        self.stepper.step()?;
-        for (hinge, servo) in self.servos.iter().enumerate() {
-            if let Some(sum) = work.get_mut(servo.actuator) {
-                *sum += self.stepper.work(hinge).max(0.0);
+            let end = if number == last { S::LANES } else { number + 1 };
+            for (hinge, &(servo, _)) in self.hinges.iter().enumerate() {
+                for place in number..end {
+                    self.stepper.aim(place, hinge, lane.servos[servo].target);
+                }
             }
         }
-        Ok(())
+        self.stepper.step();
+        for (number, lane) in lanes.iter_mut().enumerate() {
+            lane.failure = lane.failure.or(self.stepper.failure(number));
+            for (hinge, &(_, actuator)) in self.hinges.iter().enumerate() {
+                if let Some(sum) = lane.motion.work.get_mut(actuator) {
+                    *sum += self.stepper.work(number, hinge).max(0.0);
+                }
+            }
+        }
     }
 
-    fn record(&self, motion: &mut Motion) {
-        motion.poses.extend((0..self.bodies).map(|body| self.stepper.pose(body)));
-        self.bends.append((0..self.servos.len()).map(|hinge| self.stepper.angle(hinge)), &mut motion.bends);
+    fn record(&self, lanes: &mut [Lane]) {
+        for (number, lane) in lanes.iter_mut().enumerate() {
+            if lane.failure.is_none() {
+                let Motion { poses, bends, .. } = &mut lane.motion;
+                poses.extend((0..self.bodies).map(|body| self.stepper.pose(number, body)));
+                let angles = (0..self.hinges.len()).map(|hinge| self.stepper.angle(number, hinge));
+                self.bends.append(angles, bends);
+            }
+        }
     }
 }
 
 impl<S: Stepper> Simulation for Run<S> {
+    fn lanes(&self) -> usize {
+        S::LANES
+    }
+
     fn run(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>> {
-        drives.iter().map(|drive| self.one(drive)).collect()
+        drives.chunks(S::LANES).flat_map(|chunk| self.together(chunk)).collect()
     }
 }

@@ -4,7 +4,7 @@ use super::motion::Targets;
 use crate::design::assembly::Hinge;
 
 /// The moving target of one hinge.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Servo {
     /// Which actuator it belongs to.
     pub(super) actuator: usize,

@@ -6,10 +6,10 @@
 use super::kinematics::Frame;
 use super::scalar::Scalar;
 use super::tree::{Tree, dof_of};
-use super::vector::{Sym, V3, add, apply_sym, cross, dot, scale, sub};
+use super::vector::{Sym, V3, add, apply_sym, cross, dot, null, scale, sub};
 
 /// What each body needs to keep its joints from accelerating.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Wrench<S> {
     /// Angular acceleration.
     turn: V3<S>,
@@ -21,7 +21,16 @@ pub(super) struct Wrench<S> {
     torque: V3<S>,
 }
 
+impl<S: Scalar> Wrench<S> {
+    /// Nothing.
+    pub(super) fn null(kit: S::Kit) -> Self {
+        let zero = null(kit);
+        Self { turn: zero, shift: zero, force: zero, torque: zero }
+    }
+}
+
 /// Fills `forces` with minus the bias force C of each degree of freedom.
+#[inline(always)]
 pub(super) fn bias<S: Scalar>(
     tree: &Tree<S>,
     speeds: &[S],
@@ -31,12 +40,12 @@ pub(super) fn bias<S: Scalar>(
     wrenches: &mut [Wrench<S>],
     forces: &mut [S],
 ) {
-    let still = [S::ZERO; 3];
+    let still = null(tree.kit);
     for (body, link) in tree.links.iter().enumerate() {
         let frame = &frames[body];
         let (turn, shift) = if body == 0 {
             // An upward acceleration of everything stands for gravity.
-            (still, scale(gravity, -S::ONE))
+            (still, gravity.map(|g| -g))
         } else {
             accelerate(&wrenches[link.parent], &frames[link.parent], frame, speeds[dof_of(body)])
         };

@@ -16,10 +16,12 @@
 //! half of it may be used up.
 
 use super::ground::top_speed;
-use super::kinematics::{Frame, Velocity};
-use super::scalar::Scalar;
-use super::tree::LENGTH;
-use super::vector::{M3, V3, add, apply, apply_transposed, cross, dot, length, product, scale, sub};
+use super::kinematics::{Frame, State, Velocity, place};
+use super::scalar::{Mask, Scalar};
+use super::tree::{LENGTH, Tree};
+use super::vector::{
+    M3, V3, add, apply, apply_transposed, constant, cross, dot, length, null, pick, product, scale, sub,
+};
 use crate::design::assembly::Shape;
 use crate::simulate::lowering::{Lowered, Piece};
 
@@ -36,6 +38,7 @@ const MARGIN: f64 = 0.02;
 #[derive(Clone, Copy, Debug)]
 enum Core<S> {
     Point,
+    /// Half sizes.
     Box(V3<S>),
     /// Half length along x and radius.
     Cylinder(S, S),
@@ -46,11 +49,12 @@ impl<S: Scalar> Core<S> {
     fn closest(&self, p: V3<S>) -> V3<S> {
         let clamp = |value: S, most: S| value.min(most).max(-most);
         match *self {
-            Self::Point => [S::ZERO; 3],
+            Self::Point => null(p[0].kit()),
             Self::Box(half) => [clamp(p[0], half[0]), clamp(p[1], half[1]), clamp(p[2], half[2])],
             Self::Cylinder(half_length, radius) => {
                 let square = p[1] * p[1] + p[2] * p[2];
-                let k = if square > radius * radius { radius / square.sqrt() } else { S::ONE };
+                let outside = (radius * radius).less(square);
+                let k = S::pick(outside, radius / square.sqrt(), radius.like(1.0));
                 [clamp(p[0], half_length), p[1] * k, p[2] * k]
             }
         }
@@ -79,6 +83,7 @@ struct Placed<'a, S> {
 }
 
 impl<'a, S: Scalar> Placed<'a, S> {
+    #[inline(always)]
     fn new(hull: &'a Hull<S>, frame: &Frame<S>, centre: V3<S>) -> Self {
         Self { hull, centre, rotation: product(&frame.rotation, &hull.rotation) }
     }
@@ -104,9 +109,11 @@ struct Pair<S> {
     normal: V3<S>,
 }
 
-/// A contact between two bodies.
+/// A contact between two bodies in some lanes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Meeting<S> {
+pub(super) struct Meeting<S: Scalar> {
+    /// The lanes.
+    pub(super) lanes: S::Mask,
     /// The two bodies.
     pub(super) bodies: (usize, usize),
     /// From the second to the first.
@@ -135,21 +142,31 @@ pub(super) struct Collisions<S> {
 }
 
 impl<S: Scalar> Collisions<S> {
-    /// From elements in SI units and the frames at rest.
-    pub(super) fn new(lowered: &Lowered, frames: &[Frame<S>]) -> Self {
-        let hulls: Vec<Hull<S>> = lowered.pieces.iter().map(hull).collect();
+    /// From elements in SI units. What holds at rest is found in one lane and
+    /// copied to all.
+    pub(super) fn new(kit: S::Kit, lowered: &Lowered) -> Self {
+        let tree = Tree::<f32>::new((), lowered);
+        let mut frames = vec![Frame::null(()); lowered.bodies.len()];
+        place(&tree, &State::new(&tree, [0.0; 3]), &mut frames);
+        let hulls: Vec<Hull<f32>> = lowered.pieces.iter().map(|piece| hull((), piece)).collect();
         let mut pairs = Vec::new();
         for first in 0..hulls.len() {
             for second in 0..first {
                 if lowered.distance(hulls[first].body, hulls[second].body) >= 2 {
                     let friction = (lowered.pieces[first].friction * lowered.pieces[second].friction).sqrt();
-                    pairs.extend(at_rest(&hulls, frames, (first, second), friction));
+                    let pair = at_rest(&hulls, &frames, (first, second), friction);
+                    pairs.extend(pair.map(|pair| pair.in_all_lanes(kit)));
                 }
             }
         }
-        let wake = vec![S::ZERO; pairs.len()];
-        let reach = reaches(lowered);
-        Self { hulls, at_rest: pairs.clone(), pairs, wake, odometer: S::ZERO, reach }
+        Self {
+            hulls: lowered.pieces.iter().map(|piece| hull(kit, piece)).collect(),
+            wake: vec![S::zero(kit); pairs.len()],
+            at_rest: pairs.clone(),
+            pairs,
+            odometer: S::zero(kit),
+            reach: reaches(kit, lowered),
+        }
     }
 
     /// Number of pairs.
@@ -160,12 +177,13 @@ impl<S: Scalar> Collisions<S> {
     /// Back to rest.
     pub(super) fn reset(&mut self) {
         self.pairs.copy_from_slice(&self.at_rest);
-        self.wake.fill(S::ZERO);
-        self.odometer = S::ZERO;
+        self.odometer = self.odometer.like(0.0);
+        self.wake.fill(self.odometer);
     }
 
     /// Hands over every pair that may touch within a step; `ahead` is how the
     /// bodies would move in it without contacts.
+    #[inline(always)]
     pub(super) fn find(
         &mut self,
         frames: &[Frame<S>],
@@ -178,24 +196,26 @@ impl<S: Scalar> Collisions<S> {
         let travel = moved.max(self.travel(frames, ahead.iter().copied(), step));
         // The present speeds are those of the step just made.
         self.odometer += moved;
-        let margin = travel + S::of(MARGIN);
+        let margin = travel + travel.like(MARGIN);
         for place in 0..self.pairs.len() {
-            if self.wake[place] > self.odometer + margin {
+            let awake = self.wake[place].at_most(self.odometer + margin);
+            if !awake.any() {
                 continue;
             }
-            let (gap, meeting) = self.look(frames, place, margin);
+            let (gap, meeting) = self.look(frames, place, margin, awake);
             if let Some(meeting) = meeting {
                 found(meeting);
             }
-            self.wake[place] = self.odometer + gap;
+            self.wake[place] = S::pick(awake, self.odometer + gap, self.wake[place]);
         }
     }
 
     /// How far two bodies can approach each other in a step. Speeds are taken
     /// as the root sees them: tumbling as one piece brings nothing closer.
+    #[inline(always)]
     fn travel(&self, frames: &[Frame<S>], moves: impl Iterator<Item = Velocity<S>>, step: S) -> S {
-        let mut root = Velocity::default();
-        let mut most = S::ZERO;
+        let mut root = Velocity::null(step.kit());
+        let mut most = step.like(0.0);
         for (body, own) in moves.enumerate() {
             if body == 0 {
                 root = own;
@@ -205,39 +225,51 @@ impl<S: Scalar> Collisions<S> {
             let velocity = sub(own.velocity, carried);
             most = most.max(top_speed(sub(own.spin, root.spin), velocity, self.reach[body]));
         }
-        most * step * S::of(2.0)
+        most * step * step.like(2.0)
     }
 
-    /// A lower bound of the gap of a pair, and the contact if it is small.
-    fn look(&mut self, frames: &[Frame<S>], place: usize, margin: S) -> (S, Option<Meeting<S>>) {
+    /// A lower bound of the gap of a pair, and the contact where it is small, in
+    /// the lanes that are awake.
+    #[inline(always)]
+    fn look(
+        &mut self,
+        frames: &[Frame<S>],
+        place: usize,
+        margin: S,
+        awake: S::Mask,
+    ) -> (S, Option<Meeting<S>>) {
         let pair = &mut self.pairs[place];
         let (a, b) = (&self.hulls[pair.first], &self.hulls[pair.second]);
         let (frame_a, frame_b) = (&frames[a.body], &frames[b.body]);
         let centre_a = add(frame_a.centre, apply(&frame_a.rotation, a.centre));
         let centre_b = add(frame_b.centre, apply(&frame_b.rotation, b.centre));
         let apart = length(sub(centre_a, centre_b)) - a.reach - b.reach;
-        if apart > margin {
+        let near = awake & apart.at_most(margin);
+        if !near.any() {
             return (apart, None);
         }
         let (a, b) = (Placed::new(a, frame_a, centre_a), Placed::new(b, frame_b, centre_b));
         let start = add(frame_b.centre, apply(&frame_b.rotation, pair.witness));
         let (on_a, on_b) = project(&a, &b, start, PROJECTIONS);
-        pair.witness = apply_transposed(&frame_b.rotation, sub(on_b, frame_b.centre));
+        let witness = apply_transposed(&frame_b.rotation, sub(on_b, frame_b.centre));
+        pair.witness = pick::<S>(near, witness, pair.witness);
         let way = sub(on_a, on_b);
         let distance = length(way);
         // Inside each other there is no direction: keep the last one.
-        if distance > S::of(1e-5) {
-            pair.normal = scale(way, S::ONE / distance);
-        }
+        let apart_enough = near & distance.like(1e-5).less(distance);
+        pair.normal = pick::<S>(apart_enough, scale(way, distance.like(1.0) / distance), pair.normal);
         let gap = distance - a.hull.rounding - b.hull.rounding + pair.overlap;
-        if gap > margin {
-            // The projections come from above: trust half of the gap.
-            return (gap * S::of(0.5), None);
+        let lanes = near & gap.at_most(margin);
+        let half = gap.like(0.5);
+        // The projections come from above: trust half of the gap.
+        let bound = S::pick(near, S::pick(lanes, gap, gap * half), apart);
+        if !lanes.any() {
+            return (bound, None);
         }
-        let half = S::of(0.5);
         let middle = scale(add(on_a, on_b), half);
         let offset = (b.hull.rounding - a.hull.rounding) * half;
         let meeting = Meeting {
+            lanes,
             bodies: (a.hull.body, b.hull.body),
             normal: pair.normal,
             point: add(middle, scale(pair.normal, offset)),
@@ -245,7 +277,21 @@ impl<S: Scalar> Collisions<S> {
             friction: pair.friction,
             slot: place,
         };
-        (gap, Some(meeting))
+        (bound, Some(meeting))
+    }
+}
+
+impl Pair<f32> {
+    /// The same in every lane.
+    fn in_all_lanes<S: Scalar>(&self, kit: S::Kit) -> Pair<S> {
+        Pair {
+            first: self.first,
+            second: self.second,
+            friction: S::of(kit, self.friction.into()),
+            overlap: S::of(kit, self.overlap.into()),
+            witness: constant(kit, self.witness.map(f64::from)),
+            normal: constant(kit, self.normal.map(f64::from)),
+        }
     }
 }
 
@@ -263,25 +309,26 @@ fn project<S: Scalar>(a: &Placed<'_, S>, b: &Placed<'_, S>, start: V3<S>, rounds
         let second = b.closest(a.closest(first));
         let (before, after) = (sub(first, on_b), sub(second, first));
         (on_a, on_b) = (a.closest(second), second);
-        let ratio = dot(before, after) / (dot(before, before) + S::of(1e-12));
-        let ratio = ratio.max(S::ZERO).min(S::of(0.98));
-        let jump = b.closest(add(second, scale(after, ratio / (S::ONE - ratio))));
+        let k = |value: f64| start[0].like(value);
+        let ratio = dot(before, after) / (dot(before, before) + k(1e-12));
+        let ratio = ratio.max(k(0.0)).min(k(0.98));
+        let jump = b.closest(add(second, scale(after, ratio / (k(1.0) - ratio))));
         let there = a.closest(jump);
         let (way, other) = (sub(on_a, on_b), sub(there, jump));
-        if dot(other, other) < dot(way, way) {
-            (on_a, on_b) = (there, jump);
-        }
+        let closer = dot(other, other).less(dot(way, way));
+        (on_a, on_b) = (pick::<S>(closer, there, on_a), pick::<S>(closer, jump, on_b));
     }
     (on_a, b.closest(on_a))
 }
 
-fn at_rest<S: Scalar>(
-    hulls: &[Hull<S>],
-    frames: &[Frame<S>],
+/// What a pair is like before anything moves; none if it overlaps too much to collide.
+fn at_rest(
+    hulls: &[Hull<f32>],
+    frames: &[Frame<f32>],
     (first, second): (usize, usize),
     friction: f64,
-) -> Option<Pair<S>> {
-    let placed = |hull: &'_ Hull<S>| {
+) -> Option<Pair<f32>> {
+    let placed = |hull: &'_ Hull<f32>| {
         let frame = &frames[hull.body];
         add(frame.centre, apply(&frame.rotation, hull.centre))
     };
@@ -291,44 +338,42 @@ fn at_rest<S: Scalar>(
     let (on_a, on_b) = project(&a, &b, b.centre, FIRST_PROJECTIONS);
     let way = sub(on_a, on_b);
     let distance = length(way);
-    if distance <= S::of(1e-4) {
+    if distance <= 1e-4 {
         return None;
     }
     let gap = distance - a.hull.rounding - b.hull.rounding;
     Some(Pair {
         first,
         second,
-        friction: S::of(friction),
-        overlap: (-gap).max(S::ZERO),
+        friction: friction as f32,
+        overlap: (-gap).max(0.0),
         witness: apply_transposed(&frame_b.rotation, sub(on_b, frame_b.centre)),
-        normal: scale(way, S::ONE / distance),
+        normal: scale(way, 1.0 / distance),
     })
 }
 
-fn hull<S: Scalar>(piece: &Piece) -> Hull<S> {
+fn hull<S: Scalar>(kit: S::Kit, piece: &Piece) -> Hull<S> {
+    let of = |metres: f64| S::of(kit, metres * LENGTH);
     let turn = piece.local.rotation.to_rotation_matrix();
     let m = turn.matrix();
-    let centre = piece.local.translation.vector * LENGTH;
     let (core, rounding) = match piece.shape {
         Shape::Box { half } => {
             let rounding = half.min() * ROUNDING;
-            let core = half.map(|size| (size - rounding) * LENGTH);
-            (Core::Box([S::of(core.x), S::of(core.y), S::of(core.z)]), rounding)
+            (Core::Box([0, 1, 2].map(|axis| of(half[axis] - rounding))), rounding)
         }
         Shape::Ball { radius } => (Core::Point, radius),
         Shape::Cylinder { radius, half_length } => {
             let rounding = radius.min(half_length) * ROUNDING;
-            let shrunk = |size: f64| S::of((size - rounding) * LENGTH);
-            (Core::Cylinder(shrunk(half_length), shrunk(radius)), rounding)
+            (Core::Cylinder(of(half_length - rounding), of(radius - rounding)), rounding)
         }
     };
     Hull {
         body: piece.body,
-        centre: [S::of(centre.x), S::of(centre.y), S::of(centre.z)],
-        rotation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| S::of(m[(row, column)]))),
+        centre: constant(kit, (piece.local.translation.vector * LENGTH).into()),
+        rotation: [0, 1, 2].map(|row| constant(kit, [m[(row, 0)], m[(row, 1)], m[(row, 2)]])),
         core,
-        rounding: S::of(rounding * LENGTH),
-        reach: S::of(radius_of(piece) * LENGTH),
+        rounding: of(rounding),
+        reach: of(radius_of(piece)),
     }
 }
 
@@ -342,11 +387,11 @@ fn radius_of(piece: &Piece) -> f64 {
 }
 
 /// How far the elements of each body reach from its centre, cm.
-pub(super) fn reaches<S: Scalar>(lowered: &Lowered) -> Vec<S> {
+pub(super) fn reaches<S: Scalar>(kit: S::Kit, lowered: &Lowered) -> Vec<S> {
     let mut reach = vec![0.0_f64; lowered.bodies.len()];
     for piece in &lowered.pieces {
         let own = &mut reach[piece.body];
         *own = own.max(piece.local.translation.vector.norm() + radius_of(piece));
     }
-    reach.into_iter().map(|own| S::of(own * LENGTH)).collect()
+    reach.into_iter().map(|own| S::of(kit, own * LENGTH)).collect()
 }

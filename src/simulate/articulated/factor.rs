@@ -22,19 +22,22 @@ pub(super) struct Factor<S> {
 impl<S: Scalar> Factor<S> {
     /// Room for the factors of a tree.
     pub(super) fn new(tree: &Tree<S>) -> Self {
-        let dofs = vec![S::ZERO; tree.dofs()];
-        Self { rows: vec![S::ZERO; tree.entries], root: dofs.clone(), inverse: dofs }
+        let zero = S::zero(tree.kit);
+        let dofs = vec![zero; tree.dofs()];
+        Self { rows: vec![zero; tree.entries], root: dofs.clone(), inverse: dofs }
     }
 
     /// Replaces H by its factors.
+    #[inline(always)]
     pub(super) fn factorise(&mut self, tree: &Tree<S>) {
+        let one = S::of(tree.kit, 1.0);
         for dof in (0..tree.dofs()).rev() {
             let path = tree.path_to(dof);
             let last = path.len() - 1;
             let (above, row) = self.rows.split_at_mut(tree.rows[dof]);
             let row = &mut row[..=last];
             let diagonal = row[last];
-            let inverse = S::ONE / diagonal;
+            let inverse = one / diagonal;
             for k in (0..last).rev() {
                 let factor = row[k] * inverse;
                 let start = tree.rows[path[k] as usize];
@@ -47,7 +50,7 @@ impl<S: Scalar> Factor<S> {
             }
             let root = diagonal.sqrt();
             self.root[dof] = root;
-            self.inverse[dof] = S::ONE / root;
+            self.inverse[dof] = one / root;
         }
     }
 
@@ -59,6 +62,7 @@ impl<S: Scalar> Factor<S> {
     }
 
     /// y = D^(1/2) L v + D^(-1/2) L^(-T) p; destroys the impulses p.
+    #[inline(always)]
     pub(super) fn transform(&self, tree: &Tree<S>, v: &[S], p: &mut [S], y: &mut [S]) {
         for dof in (0..tree.dofs()).rev() {
             let path = tree.path_to(dof);
@@ -74,6 +78,7 @@ impl<S: Scalar> Factor<S> {
     }
 
     /// v = L^(-1) D^(-1/2) y.
+    #[inline(always)]
     pub(super) fn restore(&self, tree: &Tree<S>, y: &[S], v: &mut [S]) {
         for dof in 0..tree.dofs() {
             let path = tree.path_to(dof);

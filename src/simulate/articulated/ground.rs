@@ -9,9 +9,9 @@
 use nalgebra::{Isometry3, Point3, Vector3};
 
 use super::kinematics::{Frame, State};
-use super::scalar::Scalar;
+use super::scalar::{Mask, Scalar};
 use super::tree::LENGTH;
-use super::vector::{V3, add, apply, length, scale};
+use super::vector::{V3, add, apply, constant, length, scale};
 use crate::design::assembly::Shape;
 use crate::simulate::lowering::Lowered;
 
@@ -20,13 +20,15 @@ const FAN: usize = 4;
 /// Slots of a cylinder: per end, the lowest point and the fixed ones.
 const CYLINDER_SLOTS: usize = 2 * (1 + FAN);
 
-/// A candidate whose gap is small enough.
+/// A point whose gap is small enough in some lanes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Candidate<S> {
+pub(super) struct Candidate<S: Scalar> {
     /// The body.
     pub(super) body: usize,
     /// The point relative to the root's centre.
     pub(super) point: V3<S>,
+    /// The lanes.
+    pub(super) lanes: S::Mask,
     /// Its height above the ground; negative below.
     pub(super) gap: S,
     /// Friction coefficient with the ground.
@@ -68,16 +70,16 @@ pub(super) struct Ground<S> {
 
 impl<S: Scalar> Ground<S> {
     /// From elements in SI units.
-    pub(super) fn new(lowered: &Lowered, friction: f64) -> Self {
+    pub(super) fn new(kit: S::Kit, lowered: &Lowered, friction: f64) -> Self {
         let hulls = Hulls::new(lowered);
         let (mut feet, mut slots) = (Vec::new(), 0);
         for (index, piece) in lowered.pieces.iter().enumerate() {
             let local = &piece.local;
             let (reach, sole) = match piece.shape {
-                Shape::Box { half } => (half.norm(), Sole::Corners(hulls.corners(index))),
-                Shape::Ball { radius } => (radius, Sole::Ball(S::of(radius * LENGTH))),
+                Shape::Box { half } => (half.norm(), Sole::Corners(hulls.corners(kit, index))),
+                Shape::Ball { radius } => (radius, Sole::Ball(S::of(kit, radius * LENGTH))),
                 Shape::Cylinder { radius, half_length } => {
-                    (radius.hypot(half_length), cylinder(local, radius, half_length))
+                    (radius.hypot(half_length), cylinder(kit, local, radius, half_length))
                 }
             };
             let count = match &sole {
@@ -87,9 +89,9 @@ impl<S: Scalar> Ground<S> {
             };
             feet.push(Foot {
                 body: piece.body,
-                centre: vector(local.translation.vector),
-                reach: S::of(reach * LENGTH),
-                friction: S::of((piece.friction * friction).sqrt()),
+                centre: constant(kit, (local.translation.vector * LENGTH).into()),
+                reach: S::of(kit, reach * LENGTH),
+                friction: S::of(kit, (piece.friction * friction).sqrt()),
                 slot: slots,
                 sole,
             });
@@ -100,7 +102,7 @@ impl<S: Scalar> Ground<S> {
     }
 
     /// Hands over every point that is lower than the margin of its body.
-    #[inline]
+    #[inline(always)]
     pub(super) fn find(
         &self,
         state: &State<S>,
@@ -113,62 +115,69 @@ impl<S: Scalar> Ground<S> {
             let centre = add(frame.centre, apply(&frame.rotation, foot.centre));
             let height = state.position[1] + centre[1];
             let margin = margin(foot.body);
-            if height - foot.reach < margin {
-                foot.find(frame, centre, height, margin, &mut found);
+            let low = (height - foot.reach).less(margin);
+            if low.any() {
+                foot.find(frame, centre, height, margin, low, &mut found);
             }
         }
     }
 }
 
 impl<S: Scalar> Foot<S> {
+    /// Looks only at the lanes where the foot is `low`.
+    #[inline(always)]
     fn find(
         &self,
         frame: &Frame<S>,
         centre: V3<S>,
         height: S,
         margin: S,
+        low: S::Mask,
         found: &mut impl FnMut(Candidate<S>),
     ) {
-        let mut offer = |slot: usize, way: V3<S>| {
+        let mut offer = |slot: usize, way: V3<S>, where_: S::Mask| {
             let gap = height + way[1];
-            if gap < margin {
-                let point = add(centre, way);
-                found(Candidate {
-                    body: self.body,
-                    point,
-                    gap,
-                    friction: self.friction,
-                    slot: self.slot + slot,
-                });
+            let lanes = gap.less(margin) & where_;
+            if lanes.any() {
+                let (point, slot) = (add(centre, way), self.slot + slot);
+                found(Candidate { body: self.body, point, lanes, gap, friction: self.friction, slot });
             }
         };
         match &self.sole {
-            Sole::Ball(radius) => offer(0, [S::ZERO, -*radius, S::ZERO]),
+            Sole::Ball(radius) => {
+                let zero = radius.like(0.0);
+                offer(0, [zero, -*radius, zero], low);
+            }
             Sole::Corners(corners) => {
                 for (slot, &corner) in corners.iter().enumerate() {
-                    offer(slot, apply(&frame.rotation, corner));
+                    offer(slot, apply(&frame.rotation, corner), low);
                 }
             }
             Sole::Cylinder { axis, half_length, radius, fan } => {
+                let k = |value: f64| height.like(value);
                 let axis = apply(&frame.rotation, *axis);
-                let level = (S::ONE - axis[1] * axis[1]).max(S::ZERO);
+                let level = (k(1.0) - axis[1] * axis[1]).max(k(0.0));
                 let across = level.sqrt();
-                if height - axis[1].abs() * *half_length - *radius * across >= margin {
+                let low = low & (height - axis[1].abs() * *half_length - *radius * across).less(margin);
+                if !low.any() {
                     return;
                 }
+                // Upright, the lowest point is nowhere in particular, and the
+                // fixed ones carry.
+                let tilted = low & k(1e-3).less(across);
+                let upright = low & k(0.9).less(axis[1].abs());
                 for end in 0..2 {
                     let side = if end == 0 { *half_length } else { -*half_length };
                     let middle = scale(axis, side);
-                    // Upright, the lowest point is nowhere in particular, and
-                    // the fixed ones carry.
-                    if across > S::of(1e-3) {
+                    if tilted.any() {
                         let k = *radius / across;
                         let down = [axis[1] * axis[0] * k, -(level * k), axis[1] * axis[2] * k];
-                        offer(end, add(middle, down));
+                        offer(end, add(middle, down), tilted);
                     }
-                    if axis[1].abs() > S::of(0.9) {
+                    if upright.any() {
                         for (place, &rim) in fan.iter().enumerate() {
-                            offer(2 + end * FAN + place, add(middle, apply(&frame.rotation, rim)));
+                            let slot = 2 + end * FAN + place;
+                            offer(slot, add(middle, apply(&frame.rotation, rim)), upright);
                         }
                     }
                 }
@@ -177,18 +186,14 @@ impl<S: Scalar> Foot<S> {
     }
 }
 
-fn vector<S: Scalar>(v: Vector3<f64>) -> V3<S> {
-    [S::of(v.x * LENGTH), S::of(v.y * LENGTH), S::of(v.z * LENGTH)]
-}
-
-fn cylinder<S: Scalar>(local: &Isometry3<f64>, radius: f64, half_length: f64) -> Sole<S> {
-    let axis = local.rotation * Vector3::x();
-    let (up, side) = (local.rotation * Vector3::y() * radius, local.rotation * Vector3::z() * radius);
+fn cylinder<S: Scalar>(kit: S::Kit, local: &Isometry3<f64>, radius: f64, half_length: f64) -> Sole<S> {
+    let vector = |v: Vector3<f64>| constant(kit, v.into());
+    let (up, side) = (local.rotation * Vector3::y(), local.rotation * Vector3::z());
     Sole::Cylinder {
-        axis: [S::of(axis.x), S::of(axis.y), S::of(axis.z)],
-        half_length: S::of(half_length * LENGTH),
-        radius: S::of(radius * LENGTH),
-        fan: [up, side, -up, -side].map(vector),
+        axis: vector(local.rotation * Vector3::x()),
+        half_length: S::of(kit, half_length * LENGTH),
+        radius: S::of(kit, radius * LENGTH),
+        fan: [up, side, -up, -side].map(|way| vector(way * radius * LENGTH)),
     }
 }
 
@@ -240,10 +245,10 @@ impl Hulls {
         })
     }
 
-    fn corners<S: Scalar>(&self, element: usize) -> Vec<V3<S>> {
+    fn corners<S: Scalar>(&self, kit: S::Kit, element: usize) -> Vec<V3<S>> {
         let own =
             self.corners.iter().zip(&self.keep).filter(|((owner, ..), keep)| *owner == element && **keep);
-        own.map(|((_, way, _), _)| vector(*way)).collect()
+        own.map(|((_, way, _), _)| constant(kit, (way * LENGTH).into())).collect()
     }
 }
 

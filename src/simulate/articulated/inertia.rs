@@ -7,10 +7,10 @@
 use super::kinematics::Frame;
 use super::scalar::Scalar;
 use super::tree::{ROOT, Tree, dof_of};
-use super::vector::{Sym, V3, add, apply_sym, cross, dot, rotated, scale, sub};
+use super::vector::{Sym, V3, add, apply_sym, cross, dot, null, rotated, scale, sub};
 
 /// A body and all that hangs on it, as one rigid body about its hinge.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Composite<S> {
     /// Mass.
     mass: S,
@@ -21,10 +21,16 @@ pub(super) struct Composite<S> {
 }
 
 impl<S: Scalar> Composite<S> {
+    /// Nothing.
+    #[inline(always)]
+    pub(super) fn null(kit: S::Kit) -> Self {
+        Self { mass: S::zero(kit), moment: null(kit), inertia: [S::zero(kit); 6] }
+    }
+
     /// Adds a composite that is referred to a point `way` from the own one.
     #[inline(always)]
     fn attach(&mut self, other: &Self, way: V3<S>) {
-        let two = S::ONE + S::ONE;
+        let (half, two) = (way[0].like(0.5), way[0].like(2.0));
         self.mass += other.mass;
         self.moment = add(self.moment, add(other.moment, scale(way, other.mass)));
         // I + 2 (h.d) 1 - h d^T - d h^T + m (d.d 1 - d d^T), with h' = 2 h + m d.
@@ -33,7 +39,6 @@ impl<S: Scalar> Composite<S> {
         for axis in 0..3 {
             self.inertia[axis] += other.inertia[axis] + trace - h[axis] * way[axis];
         }
-        let half = S::of(0.5);
         for (entry, (i, j)) in [(0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
             self.inertia[3 + entry] += other.inertia[3 + entry] - half * (h[i] * way[j] + h[j] * way[i]);
         }
@@ -41,6 +46,7 @@ impl<S: Scalar> Composite<S> {
 }
 
 /// Computes the inertia of each body about its centre, in world axes.
+#[inline(always)]
 pub(super) fn turn_inertias<S: Scalar>(tree: &Tree<S>, frames: &[Frame<S>], inertias: &mut [Sym<S>]) {
     for ((link, frame), inertia) in tree.links.iter().zip(frames).zip(inertias) {
         *inertia = rotated(&link.inertia, &frame.rotation);
@@ -48,6 +54,7 @@ pub(super) fn turn_inertias<S: Scalar>(tree: &Tree<S>, frames: &[Frame<S>], iner
 }
 
 /// Fills the mass matrix H.
+#[inline(always)]
 pub(super) fn mass_matrix<S: Scalar>(
     tree: &Tree<S>,
     frames: &[Frame<S>],
@@ -57,8 +64,8 @@ pub(super) fn mass_matrix<S: Scalar>(
 ) {
     for (body, link) in tree.links.iter().enumerate() {
         let frame = &frames[body];
-        let own = Composite { mass: link.mass, moment: [S::ZERO; 3], inertia: inertias[body] };
-        composites[body] = Composite::default();
+        let own = Composite { mass: link.mass, moment: null(tree.kit), inertia: inertias[body] };
+        composites[body] = Composite::null(tree.kit);
         composites[body].attach(&own, sub(frame.centre, frame.hinge));
     }
     for body in (1..tree.links.len()).rev() {
@@ -98,10 +105,11 @@ fn hinge_row<S: Scalar>(
     row[3..ROOT].copy_from_slice(&linear);
 }
 
+#[inline(always)]
 fn root_rows<S: Scalar>(tree: &Tree<S>, composite: &Composite<S>, h: &mut [S]) {
     let m = &composite.inertia;
     let c = composite.moment;
-    let (zero, mass) = (S::ZERO, composite.mass);
+    let (zero, mass) = (S::zero(tree.kit), composite.mass);
     let rows: [&[S]; ROOT] = [
         &[m[0]],
         &[m[3], m[1]],

@@ -10,11 +10,13 @@
 
 use super::factor::Factor;
 use super::kinematics::State;
-use super::scalar::Scalar;
+use super::scalar::{Mask, Scalar};
 use super::tree::{Tree, dof_of};
 
 /// A servo over its limit by less than this share is let pass.
 const TOLERANCE: f64 = 1e-3;
+/// A speed that no step reaches: the room of a limit that is far away.
+const FAR: f64 = 1e30;
 
 /// One hinge that is near a hard limit.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +33,7 @@ struct Stop<S> {
 }
 
 /// What a servo does in this step.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Drive<S> {
     /// Impulse at zero speed.
     drive: S,
@@ -45,6 +47,20 @@ struct Drive<S> {
     given: S,
     /// Impulses that held the hard limits in the last step.
     hold: (S, S),
+}
+
+impl<S: Scalar> Drive<S> {
+    fn null(kit: S::Kit) -> Self {
+        let zero = S::zero(kit);
+        let hold = (zero, zero);
+        Self { drive: zero, yielding: zero, most: zero, strained: zero, given: zero, hold }
+    }
+
+    /// Where the servo is not at its limit.
+    #[inline(always)]
+    fn is_free(&self) -> S::Mask {
+        self.strained.abs().less(self.strained.like(0.5))
+    }
 }
 
 /// All hinges.
@@ -63,7 +79,7 @@ impl<S: Scalar> Joints<S> {
         let bodies = tree.links.len();
         Self {
             stops: Vec::with_capacity(bodies),
-            drives: vec![Drive::default(); bodies],
+            drives: vec![Drive::null(tree.kit); bodies],
             columns: Vec::with_capacity(tree.entries),
             dofs: Vec::with_capacity(tree.entries),
         }
@@ -71,10 +87,12 @@ impl<S: Scalar> Joints<S> {
 
     /// Back to rest.
     pub(super) fn reset(&mut self) {
-        self.drives.fill(Drive::default());
+        let kit = self.drives[0].drive.kit();
+        self.drives.fill(Drive::null(kit));
     }
 
     /// Computes what the servos do at the state and targets of this step.
+    #[inline(always)]
     pub(super) fn prepare(&mut self, tree: &Tree<S>, state: &State<S>, targets: &[S], step: S) {
         for (body, link) in tree.links.iter().enumerate().skip(1) {
             let servo = &mut self.drives[body];
@@ -85,36 +103,38 @@ impl<S: Scalar> Joints<S> {
     }
 
     /// Adds the servos to the mass matrix and to the impulses of the step.
+    #[inline(always)]
     pub(super) fn drive(&self, tree: &Tree<S>, state: &State<S>, h: &mut [S], impulses: &mut [S]) {
+        let zero = S::zero(tree.kit);
         for (body, servo) in self.drives.iter().enumerate().skip(1) {
             let dof = dof_of(body);
-            if servo.strained == S::ZERO {
-                h[tree.rows[dof] + tree.path_to(dof).len() - 1] += servo.yielding;
-                impulses[dof] += servo.drive - servo.yielding * state.speeds[dof];
-            } else {
-                impulses[dof] += servo.strained * servo.most;
-            }
+            let free = servo.is_free();
+            let implicit = servo.drive - servo.yielding * state.speeds[dof];
+            h[tree.rows[dof] + tree.path_to(dof).len() - 1] += S::pick(free, servo.yielding, zero);
+            impulses[dof] += S::pick(free, implicit, servo.strained * servo.most);
         }
     }
 
     /// Corrects which servos are at their limit, from the speeds at the end of
-    /// the step; true if that changes the step. Unless `release`, servos only
-    /// come to be at their limit, so that the search ends.
-    pub(super) fn review(&mut self, speeds: &[S], release: bool) -> bool {
-        let mut changed = false;
+    /// the step, in the `live` lanes; returns where that changes the step. Unless
+    /// `release`, servos only come to be at their limit, so that the search ends.
+    #[inline(always)]
+    pub(super) fn review(&mut self, speeds: &[S], release: bool, live: S::Mask) -> S::Mask {
+        let kit = self.drives[0].drive.kit();
+        let (zero, one) = (S::zero(kit), S::of(kit, 1.0));
+        let release = S::mask(kit, release);
+        let mut changed = S::mask(kit, false);
         for (body, servo) in self.drives.iter_mut().enumerate().skip(1) {
+            let free = servo.is_free();
             let impulse = servo.drive - servo.yielding * speeds[dof_of(body)];
             // Before the flag changes: what it says now is what was solved with.
-            servo.given = if servo.strained == S::ZERO { impulse } else { servo.strained * servo.most };
-            if servo.strained == S::ZERO {
-                if impulse.abs() > servo.most * S::of(1.0 + TOLERANCE) {
-                    servo.strained = if impulse > S::ZERO { S::ONE } else { -S::ONE };
-                    changed = true;
-                }
-            } else if release && impulse * servo.strained < servo.most {
-                servo.strained = S::ZERO;
-                changed = true;
-            }
+            let given = S::pick(free, impulse, servo.strained * servo.most);
+            servo.given = S::pick(live, given, servo.given);
+            let comes = live & free & (servo.most * S::of(kit, 1.0 + TOLERANCE)).less(impulse.abs());
+            let leaves = live & release & !free & (impulse * servo.strained).less(servo.most);
+            let sign = S::pick(zero.less(impulse), one, -one);
+            servo.strained = S::pick(comes, sign, S::pick(leaves, zero, servo.strained));
+            changed = changed | comes | leaves;
         }
         changed
     }
@@ -127,6 +147,7 @@ impl<S: Scalar> Joints<S> {
 
     /// Makes rows for the hinges that come near a hard limit; `free` are the
     /// speeds that the step would end with if there were no contacts.
+    #[inline(always)]
     pub(super) fn collect(
         &mut self,
         tree: &Tree<S>,
@@ -138,25 +159,29 @@ impl<S: Scalar> Joints<S> {
         self.stops.clear();
         self.columns.clear();
         self.dofs.clear();
-        let rate = S::ONE / step;
+        let (rate, far) = (step.like(1.0) / step, step.like(FAR));
         for (body, link) in tree.links.iter().enumerate().skip(1) {
-            let near = step * free[dof_of(body)].abs() * S::of(2.0) + S::of(0.02);
+            let near = step * free[dof_of(body)].abs() * step.like(2.0) + step.like(0.02);
             let angle = state.angles[body];
             let (low, high) = (angle - link.limits.0, link.limits.1 - angle);
-            if low < near || high < near {
-                self.push(tree, factor, body, (soften(low) * rate, soften(high) * rate));
+            let is_near = low.less(near) | high.less(near);
+            if is_near.any() {
+                let room = |gap: S| S::pick(is_near, soften(gap) * rate, far);
+                self.push(tree, factor, body, is_near, (room(low), room(high)));
             }
         }
     }
 
-    fn push(&mut self, tree: &Tree<S>, factor: &Factor<S>, body: usize, room: (S, S)) {
+    #[inline(always)]
+    fn push(&mut self, tree: &Tree<S>, factor: &Factor<S>, body: usize, is_near: S::Mask, room: (S, S)) {
         let path = tree.path(body);
         let start = self.columns.len();
-        self.columns.resize(start + path.len(), S::ZERO);
+        let zero = S::zero(tree.kit);
+        self.columns.resize(start + path.len(), zero);
         self.dofs.extend_from_slice(path);
         let columns = &mut self.columns[start..];
-        columns[path.len() - 1] = S::ONE;
-        let mut response = S::ZERO;
+        columns[path.len() - 1] = zero.like(1.0);
+        let mut response = zero;
         for depth in (0..path.len()).rev() {
             let dof = path[depth] as usize;
             let own = columns[depth];
@@ -166,11 +191,13 @@ impl<S: Scalar> Joints<S> {
             columns[depth] = own * factor.inverse[dof];
             response += columns[depth] * columns[depth];
         }
-        let hold = self.drives[body].hold;
+        let (low, high) = self.drives[body].hold;
+        let hold = (S::pick(is_near, low, zero), S::pick(is_near, high, zero));
         self.stops.push(Stop { body, start, count: path.len(), response, room, hold });
     }
 
     /// Applies the impulses that the rows start with.
+    #[inline(always)]
     pub(super) fn warm_start(&self, y: &mut [S]) {
         for stop in &self.stops {
             self.apply(stop, y, stop.hold.0 - stop.hold.1);
@@ -186,32 +213,37 @@ impl<S: Scalar> Joints<S> {
     }
 
     /// One sweep over all rows.
+    #[inline(always)]
     pub(super) fn sweep(&mut self, y: &mut [S]) {
         for place in 0..self.stops.len() {
             let mut stop = self.stops[place];
             let span = stop.start..stop.start + stop.count;
-            let mut speed = S::ZERO;
+            let zero = stop.response.like(0.0);
+            let mut speed = zero;
             for (&column, &dof) in self.columns[span.clone()].iter().zip(&self.dofs[span]) {
                 speed += column * y[dof as usize];
             }
             let before = stop.hold;
-            stop.hold.0 = (before.0 - (speed + stop.room.0) / stop.response).max(S::ZERO);
+            stop.hold.0 = (before.0 - (speed + stop.room.0) / stop.response).max(zero);
             let up = stop.hold.0 - before.0;
             speed += up * stop.response;
-            stop.hold.1 = (before.1 + (speed - stop.room.1) / stop.response).max(S::ZERO);
+            stop.hold.1 = (before.1 + (speed - stop.room.1) / stop.response).max(zero);
             let down = stop.hold.1 - before.1;
             self.stops[place] = stop;
             self.apply(&stop, y, up - down);
         }
     }
 
-    /// Remembers the impulses for the next solution.
-    pub(super) fn remember(&mut self) {
+    /// Remembers the impulses of the live lanes for the next solution.
+    #[inline(always)]
+    pub(super) fn remember(&mut self, live: S::Mask) {
         for servo in &mut self.drives {
-            servo.hold = (S::ZERO, S::ZERO);
+            let zero = servo.drive.like(0.0);
+            servo.hold = (S::pick(live, zero, servo.hold.0), S::pick(live, zero, servo.hold.1));
         }
         for stop in &self.stops {
-            self.drives[stop.body].hold = stop.hold;
+            let hold = &mut self.drives[stop.body].hold;
+            *hold = (S::pick(live, stop.hold.0, hold.0), S::pick(live, stop.hold.1, hold.1));
         }
     }
 }
@@ -219,5 +251,5 @@ impl<S: Scalar> Joints<S> {
 /// A limit that is overstepped is mended by a fifth per step.
 #[inline(always)]
 fn soften<S: Scalar>(gap: S) -> S {
-    if gap < S::ZERO { gap * S::of(0.2) } else { gap }
+    S::pick(gap.less(gap.like(0.0)), gap * gap.like(0.2), gap)
 }

@@ -2,7 +2,7 @@
 
 use super::scalar::Scalar;
 use super::tree::{ROOT, Tree, dof_of};
-use super::vector::{M3, Quat, V3, add, apply, cross, matrix, product, rotation, scale, sub, turned};
+use super::vector::{M3, Quat, V3, add, apply, cross, matrix, null, product, rotation, scale, sub, turned};
 
 /// The state of a tree.
 #[derive(Clone, Debug)]
@@ -23,12 +23,13 @@ pub(super) struct State<S> {
 impl<S: Scalar> State<S> {
     /// At rest, the root's centre at a place.
     pub(super) fn new(tree: &Tree<S>, position: V3<S>) -> Self {
+        let kit = tree.kit;
         Self {
             position,
-            lost: [S::ZERO; 3],
-            rotation: [S::ONE, S::ZERO, S::ZERO, S::ZERO],
-            angles: vec![S::ZERO; tree.links.len()],
-            speeds: vec![S::ZERO; tree.dofs()],
+            lost: null(kit),
+            rotation: [1.0, 0.0, 0.0, 0.0].map(|value| S::of(kit, value)),
+            angles: vec![S::zero(kit); tree.links.len()],
+            speeds: vec![S::zero(kit); tree.dofs()],
         }
     }
 
@@ -42,6 +43,7 @@ impl<S: Scalar> State<S> {
     }
 
     /// Moves on for a time with the present velocities.
+    #[inline(always)]
     pub(super) fn advance(&mut self, step: S) {
         let v = &self.speeds;
         for axis in 0..3 {
@@ -59,7 +61,7 @@ impl<S: Scalar> State<S> {
 
 /// Pose and velocity of one body. Places are relative to the root's centre,
 /// axes are the world's.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Frame<S> {
     /// Rotation from rest.
     pub(super) rotation: M3<S>,
@@ -75,10 +77,19 @@ pub(super) struct Frame<S> {
     pub(super) velocity: V3<S>,
 }
 
+impl<S: Scalar> Frame<S> {
+    /// Nowhere in particular.
+    pub(super) fn null(kit: S::Kit) -> Self {
+        let zero = null(kit);
+        Self { rotation: [zero; 3], centre: zero, hinge: zero, axis: zero, spin: zero, velocity: zero }
+    }
+}
+
 /// Computes the frames of all bodies.
+#[inline(always)]
 pub(super) fn place<S: Scalar>(tree: &Tree<S>, state: &State<S>, frames: &mut [Frame<S>]) {
     let v = &state.speeds;
-    let zero = [S::ZERO; 3];
+    let zero = null(tree.kit);
     frames[0] = Frame {
         rotation: matrix(state.rotation),
         centre: zero,
@@ -102,7 +113,7 @@ pub(super) fn place<S: Scalar>(tree: &Tree<S>, state: &State<S>, frames: &mut [F
 }
 
 /// Velocity of one body, world axes.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(super) struct Velocity<S> {
     /// Angular velocity.
     pub(super) spin: V3<S>,
@@ -110,8 +121,17 @@ pub(super) struct Velocity<S> {
     pub(super) velocity: V3<S>,
 }
 
+impl<S: Scalar> Velocity<S> {
+    /// At rest.
+    #[inline(always)]
+    pub(super) fn null(kit: S::Kit) -> Self {
+        Self { spin: null(kit), velocity: null(kit) }
+    }
+}
+
 /// Computes the velocities that other speeds would give to the bodies where
 /// they are.
+#[inline(always)]
 pub(super) fn move_on<S: Scalar>(
     tree: &Tree<S>,
     frames: &[Frame<S>],

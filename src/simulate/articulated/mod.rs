@@ -8,6 +8,7 @@
 //! their `rows` in the factorised space; `pgs`; and the next state. The
 //! order of all sums is fixed, and nothing depends on the platform.
 
+mod angle;
 mod bias;
 mod collide;
 mod factor;
@@ -15,22 +16,26 @@ mod ground;
 mod inertia;
 mod joints;
 mod kinematics;
+mod lanes;
 mod pgs;
 mod rows;
 mod scalar;
 mod solver;
 #[cfg(test)]
 mod tests;
+mod touches;
 mod tree;
 mod vector;
+mod widths;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 
 use self::scalar::Scalar;
 use self::solver::Solver;
 use self::tree::{LENGTH, TORQUE, dof_of};
+use self::widths::Widths;
 use super::lowering::Lowered;
-use super::run::{Run, Stepper};
+use super::run::Stepper;
 use super::{Invalid, Model, Settings, Simulation, Unfit};
 use crate::design::assembly::Assembly;
 
@@ -44,42 +49,54 @@ impl Model for Articulated {
     }
 
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
-        let lowered = Lowered::new(assembly, settings)?;
-        Ok(Box::new(Run::new(Solver::<f32>::new(&lowered, settings), &lowered, settings)))
+        Ok(Box::new(Widths::new(Lowered::new(assembly, settings)?, settings)))
     }
 }
 
 impl<S: Scalar> Stepper for Solver<S> {
+    const LANES: usize = S::LANES;
+
     fn reset(&mut self) {
         Self::reset(self);
     }
 
-    fn aim(&mut self, hinge: usize, target: f64) {
-        self.targets[hinge + 1] = S::of(target);
+    #[inline]
+    fn aim(&mut self, lane: usize, hinge: usize, target: f64) {
+        self.targets[hinge + 1].set_lane(lane, target);
     }
 
-    fn step(&mut self) -> Result<(), Invalid> {
-        self.advance()
+    fn step(&mut self) {
+        self.advance();
     }
 
-    fn pose(&self, body: usize) -> Isometry3<f64> {
+    #[inline]
+    fn failure(&self, lane: usize) -> Option<Invalid> {
+        self.failures[lane]
+    }
+
+    fn pose(&self, lane: usize, body: usize) -> Isometry3<f64> {
         let frame = &self.frames[body];
-        let place = |axis: usize| (self.state.position[axis].to_f64() + frame.centre[axis].to_f64()) / LENGTH;
-        let r = frame.rotation.map(|row| row.map(Scalar::to_f64));
+        // Adding zero makes minus zero zero, so that lanes agree to the bit.
+        let place = |axis: usize| {
+            (self.state.position[axis].lane(lane) + frame.centre[axis].lane(lane)) / LENGTH + 0.0
+        };
+        let r = frame.rotation.map(|row| row.map(|entry| entry.lane(lane) + 0.0));
         let matrix = Matrix3::from_fn(|row, column| r[row][column]);
         let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
         let translation = Translation3::new(place(0), place(1), place(2));
         Isometry3::from_parts(translation, UnitQuaternion::new_normalize(turn.into_inner()))
     }
 
-    fn angle(&self, hinge: usize) -> f64 {
-        self.state.angles[hinge + 1].to_f64()
+    #[inline]
+    fn angle(&self, lane: usize, hinge: usize) -> f64 {
+        self.state.angles[hinge + 1].lane(lane) + 0.0
     }
 
-    fn work(&self, hinge: usize) -> f64 {
+    #[inline]
+    fn work(&self, lane: usize, hinge: usize) -> f64 {
         // The hinge has turned by its speed times the step, so impulse times
         // speed is torque times turn.
-        let impulse = self.joints.impulse(hinge + 1).to_f64();
-        impulse * self.state.speeds[dof_of(hinge + 1)].to_f64() / TORQUE
+        let impulse = self.joints.impulse(hinge + 1).lane(lane);
+        impulse * self.state.speeds[dof_of(hinge + 1)].lane(lane) / TORQUE
     }
 }

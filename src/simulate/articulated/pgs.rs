@@ -5,13 +5,14 @@
 //! impulse in the disc of radius mu times normal impulse that leaves the
 //! least sliding (maximum dissipation: a cone, not a pyramid).
 
-use super::rows::{Column, Contact, Rows};
-use super::scalar::Scalar;
+use super::rows::{Contact, Rows};
+use super::scalar::{Mask, Scalar};
+use super::vector::{V3, pick};
 
 /// Velocities of a contact point along its three directions.
 #[inline(always)]
-fn velocities<S: Scalar>(columns: &[Column<S>], dofs: &[u32], y: &[S]) -> Column<S> {
-    let mut sum = [S::ZERO; 4];
+fn velocities<S: Scalar>(columns: &[V3<S>], dofs: &[u32], y: &[S]) -> V3<S> {
+    let mut sum = [y[0].like(0.0); 3];
     for (column, &dof) in columns.iter().zip(dofs) {
         let value = y[dof as usize];
         for (total, &entry) in sum.iter_mut().zip(column) {
@@ -22,16 +23,18 @@ fn velocities<S: Scalar>(columns: &[Column<S>], dofs: &[u32], y: &[S]) -> Column
 }
 
 #[inline(always)]
-fn push<S: Scalar>(columns: &[Column<S>], dofs: &[u32], y: &mut [S], by: [S; 3]) {
+fn push<S: Scalar>(columns: &[V3<S>], dofs: &[u32], y: &mut [S], by: V3<S>) {
     for (column, &dof) in columns.iter().zip(dofs) {
         y[dof as usize] += column[0] * by[0] + column[1] * by[1] + column[2] * by[2];
     }
 }
 
 /// Applies the impulses that the contacts start with.
+#[inline(always)]
 pub(super) fn warm_start<S: Scalar>(rows: &Rows<S>, y: &mut [S]) {
     for contact in &rows.contacts {
-        if contact.impulse[0] > S::ZERO {
+        let normal = contact.impulse[0];
+        if normal.like(0.0).less(normal).any() {
             let span = contact.start..contact.start + contact.count;
             push(&rows.columns[span.clone()], &rows.dofs[span], y, contact.impulse);
         }
@@ -39,46 +42,49 @@ pub(super) fn warm_start<S: Scalar>(rows: &Rows<S>, y: &mut [S]) {
 }
 
 /// One sweep over all contacts.
+#[inline(always)]
 pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S]) {
     let Rows { contacts, columns, dofs, .. } = rows;
     for contact in contacts {
         let span = contact.start..contact.start + contact.count;
         let (columns, dofs) = (&columns[span.clone()], &dofs[span]);
-        let [n, a, b, _] = velocities(columns, dofs, y);
+        let [n, a, b] = velocities(columns, dofs, y);
         let before = contact.impulse;
-        let normal = (before[0] - (n + contact.allowance) / contact.response[0]).max(S::ZERO);
-        if normal <= S::ZERO && before[0] <= S::ZERO {
+        let zero = n.like(0.0);
+        let normal = (before[0] - (n + contact.allowance) * contact.yielding).max(zero);
+        let touching = zero.less(normal);
+        if !(touching | zero.less(before[0])).any() {
             continue;
         }
         let change = normal - before[0];
         let sliding = [a + contact.response[3] * change, b + contact.response[4] * change];
-        let friction = rub(contact, sliding, contact.friction * normal);
-        contact.impulse = [normal, friction[0], friction[1]];
-        push(columns, dofs, y, [change, friction[0] - before[1], friction[1] - before[2]]);
+        let friction = rub(contact, sliding, contact.friction * normal, touching);
+        let after = pick::<S>(touching, [normal, friction[0], friction[1]], [zero; 3]);
+        contact.impulse = after;
+        push(columns, dofs, y, [after[0] - before[0], after[1] - before[1], after[2] - before[2]]);
     }
 }
 
-/// The friction impulse in a disc of a radius.
+/// The friction impulse in a disc of a radius, in the lanes that touch.
 ///
 /// If the impulse that stops all sliding fits, that is it. Else one step down
 /// the gradient, projected onto the disc: its rest point is the impulse
 /// opposite to the sliding velocity, also where the two tangents differ in
 /// inertia (scaling the stopping impulse down would not be).
 #[inline(always)]
-fn rub<S: Scalar>(contact: &Contact<S>, sliding: [S; 2], radius: S) -> [S; 2] {
+fn rub<S: Scalar>(contact: &Contact<S>, sliding: [S; 2], radius: S, touching: S::Mask) -> [S; 2] {
     let [_, p, q] = contact.impulse;
     let [_, aa, bb, _, _, ab] = contact.response;
     let d = contact.determinant;
+    let (zero, square) = (d.like(0.0), radius * radius);
     let stop = [p - d * (bb * sliding[0] - ab * sliding[1]), q - d * (aa * sliding[1] - ab * sliding[0])];
-    if d > S::ZERO && stop[0] * stop[0] + stop[1] * stop[1] <= radius * radius {
+    let sticks = zero.less(d) & (stop[0] * stop[0] + stop[1] * stop[1]).at_most(square);
+    if (sticks | !touching).all() {
         return stop;
     }
     let k = contact.slowest;
     let step = [p - k * sliding[0], q - k * sliding[1]];
-    let square = step[0] * step[0] + step[1] * step[1];
-    if square <= radius * radius {
-        return step;
-    }
-    let shrink = radius / square.sqrt();
-    [step[0] * shrink, step[1] * shrink]
+    let length = step[0] * step[0] + step[1] * step[1];
+    let shrink = S::pick(length.at_most(square), d.like(1.0), radius / length.sqrt());
+    [S::pick(sticks, stop[0], step[0] * shrink), S::pick(sticks, stop[1], step[1] * shrink)]
 }

@@ -7,11 +7,9 @@
 use super::factor::Factor;
 use super::kinematics::Frame;
 use super::scalar::Scalar;
+use super::touches::{MOST_LANES, Pair, Touch, Touches, hinges_on};
 use super::tree::{ROOT, Tree, dof_of};
-use super::vector::{V3, cross, dot, sub};
-
-/// Three directions (normal, two tangents) and a spare that makes four.
-pub(super) type Column<S> = [S; 4];
+use super::vector::{V3, cross, dot, null, sub};
 
 /// One contact, ready to be solved.
 #[derive(Clone, Copy, Debug)]
@@ -20,10 +18,9 @@ pub(super) struct Contact<S> {
     pub(super) start: usize,
     /// Number of columns.
     pub(super) count: usize,
-    /// The slot that remembers its impulse from step to step.
-    pub(super) slot: usize,
-    /// Velocity along the normal at which the gap closes in this step is
-    /// minus this; negative where the surfaces are to be pushed apart.
+    /// The slots that remember its impulse from step to step, by lane.
+    pub(super) slots: [u32; MOST_LANES],
+    /// See [`Touch::allowance`].
     pub(super) allowance: S,
     /// Friction coefficient.
     pub(super) friction: S,
@@ -31,6 +28,8 @@ pub(super) struct Contact<S> {
     pub(super) impulse: V3<S>,
     /// W W^T: what unit impulses do to the three velocities; nn, aa, bb, na, nb, ab.
     pub(super) response: [S; 6],
+    /// One over the first of these; zero in a lane without the contact.
+    pub(super) yielding: S,
     /// One over the largest eigenvalue of the tangential part.
     pub(super) slowest: S,
     /// One over the determinant of the tangential part; zero where singular.
@@ -43,28 +42,11 @@ pub(super) struct Rows<S> {
     /// The contacts.
     pub(super) contacts: Vec<Contact<S>>,
     /// Their columns, W.
-    pub(super) columns: Vec<Column<S>>,
+    pub(super) columns: Vec<V3<S>>,
     /// The degree of freedom of each column.
     pub(super) dofs: Vec<u32>,
     /// Full-length room for eliminating rows that have two paths.
-    scratch: Vec<Column<S>>,
-}
-
-/// A contact before its rows are made.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Touch<S> {
-    /// Contact point relative to the root's centre.
-    pub(super) point: V3<S>,
-    /// See [`Contact::allowance`].
-    pub(super) allowance: S,
-    /// Friction coefficient.
-    pub(super) friction: S,
-    /// See [`Contact::slot`].
-    pub(super) slot: usize,
-    /// The body.
-    pub(super) body: usize,
-    /// The other body and the normal from it to the first; none is the ground.
-    pub(super) other: Option<(usize, V3<S>)>,
+    scratch: Vec<V3<S>>,
 }
 
 impl<S: Scalar> Rows<S> {
@@ -75,44 +57,66 @@ impl<S: Scalar> Rows<S> {
             contacts: Vec::with_capacity(contacts),
             columns: Vec::with_capacity(contacts * longest),
             dofs: Vec::with_capacity(contacts * longest),
-            scratch: vec![[S::ZERO; 4]; tree.dofs()],
+            scratch: vec![null(tree.kit); tree.dofs()],
         }
     }
 
-    /// Forgets the contacts of the last step.
-    pub(super) fn clear(&mut self) {
+    /// Makes the rows of all contacts.
+    #[inline(always)]
+    pub(super) fn fill(
+        &mut self,
+        tree: &Tree<S>,
+        frames: &[Frame<S>],
+        factor: &Factor<S>,
+        touches: &Touches<S>,
+    ) {
         self.contacts.clear();
         self.columns.clear();
         self.dofs.clear();
-    }
-
-    /// Adds a contact.
-    pub(super) fn push(&mut self, tree: &Tree<S>, frames: &[Frame<S>], factor: &Factor<S>, touch: &Touch<S>) {
-        match touch.other {
-            None => self.push_ground(tree, frames, factor, touch),
-            Some((other, normal)) => self.push_pair(tree, frames, factor, touch, other, normal),
+        for limb in &touches.limbs {
+            for touch in &limb.touches {
+                self.push_ground(tree, frames, factor, limb.tip, touch);
+            }
+        }
+        for pair in &touches.pairs {
+            self.push_pair(tree, frames, factor, pair);
         }
     }
 
-    /// Adds a contact of a body with the ground: normal y, tangents x and z.
-    fn push_ground(&mut self, tree: &Tree<S>, frames: &[Frame<S>], factor: &Factor<S>, touch: &Touch<S>) {
-        let path = tree.path(touch.body);
+    /// Adds a contact with the ground of a body on the path to a tip: normal y,
+    /// tangents x and z.
+    #[inline(always)]
+    fn push_ground(
+        &mut self,
+        tree: &Tree<S>,
+        frames: &[Frame<S>],
+        factor: &Factor<S>,
+        tip: usize,
+        touch: &Touch<S>,
+    ) {
+        let path = &tree.path(tip)[..touch.deepest];
         let start = self.columns.len();
         let [x, y, z] = touch.point;
-        let (zero, one) = (S::ZERO, S::ONE);
+        let zero = S::zero(tree.kit);
+        let one = S::pick(zero.less(touch.depth), zero.like(1.0), zero);
         // Turns about x, y, z move the point by e cross p; shifts by e.
         self.columns.extend_from_slice(&[
-            [-z, zero, y, zero],
-            [zero, z, -x, zero],
-            [x, -y, zero, zero],
-            [zero, one, zero, zero],
-            [one, zero, zero, zero],
-            [zero, zero, one, zero],
+            [-z, zero, y],
+            [zero, z, -x],
+            [x, -y, zero],
+            [zero, one, zero],
+            [one, zero, zero],
+            [zero, zero, one],
         ]);
-        for &dof in &path[ROOT..] {
-            let frame = &frames[dof as usize + 1 - ROOT];
-            let move_ = cross(frame.axis, sub(touch.point, frame.hinge));
-            self.columns.push([move_[1], move_[0], move_[2], zero]);
+        for (place, frame) in hinges_on(path, frames).enumerate() {
+            // Only hinges before the body move its point.
+            let moves = zero.like((place + ROOT) as f64).less(touch.depth);
+            let way = cross(frame.axis, sub(touch.point, frame.hinge));
+            self.columns.push([
+                S::pick(moves, way[1], zero),
+                S::pick(moves, way[0], zero),
+                S::pick(moves, way[2], zero),
+            ]);
         }
         self.dofs.extend_from_slice(path);
         let columns = &mut self.columns[start..];
@@ -122,41 +126,35 @@ impl<S: Scalar> Rows<S> {
             for (column, &entry) in columns[..depth].iter_mut().zip(factor.row(tree, dof, depth)) {
                 subtract(column, own, entry);
             }
-            columns[depth] = own.map(|value| value * factor.inverse[dof]);
+            columns[depth] = scaled(own, factor.inverse[dof]);
         }
         self.finish(start, touch);
     }
 
     /// Adds a contact between two bodies.
-    fn push_pair(
-        &mut self,
-        tree: &Tree<S>,
-        frames: &[Frame<S>],
-        factor: &Factor<S>,
-        touch: &Touch<S>,
-        other: usize,
-        normal: V3<S>,
-    ) {
+    #[inline(always)]
+    fn push_pair(&mut self, tree: &Tree<S>, frames: &[Frame<S>], factor: &Factor<S>, pair: &Pair<S>) {
         let start = self.columns.len();
+        let (touch, normal) = (&pair.touch, pair.normal);
         let (first, second) = tangents(normal);
-        let (mut a, mut b) = (touch.body, other);
+        let (mut a, mut b) = pair.bodies;
         // Above the body where the two paths meet both move alike: the row is
         // zero there until the elimination reaches it.
         while a != b {
             let positive = a > b;
             let body = if positive { a } else { b };
             let frame = &frames[body];
-            let move_ = cross(frame.axis, sub(touch.point, frame.hinge));
-            let sign = if positive { S::ONE } else { -S::ONE };
+            let way = cross(frame.axis, sub(touch.point, frame.hinge));
+            // One in the lanes that have the contact, else zero.
+            let sign = if positive { touch.depth } else { -touch.depth };
             let dof = dof_of(body);
             self.dofs.push(dof as u32);
-            self.scratch[dof] =
-                [dot(move_, normal) * sign, dot(move_, first) * sign, dot(move_, second) * sign, S::ZERO];
+            self.scratch[dof] = scaled([dot(way, normal), dot(way, first), dot(way, second)], sign);
             if positive { a = tree.links[a].parent } else { b = tree.links[b].parent }
         }
         for &dof in tree.path(a).iter().rev() {
             self.dofs.push(dof);
-            self.scratch[dof as usize] = [S::ZERO; 4];
+            self.scratch[dof as usize] = null(tree.kit);
         }
         for place in start..self.dofs.len() {
             let dof = self.dofs[place] as usize;
@@ -166,54 +164,65 @@ impl<S: Scalar> Rows<S> {
             for (&other, &entry) in path[..last].iter().zip(factor.row(tree, dof, last)) {
                 subtract(&mut self.scratch[other as usize], own, entry);
             }
-            self.columns.push(own.map(|value| value * factor.inverse[dof]));
+            self.columns.push(scaled(own, factor.inverse[dof]));
         }
         self.finish(start, touch);
     }
 
+    #[inline(always)]
     fn finish(&mut self, start: usize, touch: &Touch<S>) {
-        let mut sum = [S::ZERO; 6];
+        let zero = touch.depth.like(0.0);
+        let mut sum = [zero; 6];
         for w in &self.columns[start..] {
             for (entry, (i, j)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
                 sum[entry] += w[i] * w[j];
             }
         }
-        let half = S::of(0.5);
-        let [_, aa, bb, _, _, ab] = sum;
-        let spread = ((aa - bb) * (aa - bb) * S::of(0.25) + ab * ab).sqrt();
-        let largest = (aa + bb) * half + spread;
+        let k = |value: f64| zero.like(value);
+        let [nn, aa, bb, _, _, ab] = sum;
+        let spread = ((aa - bb) * (aa - bb) * k(0.25) + ab * ab).sqrt();
+        let largest = (aa + bb) * k(0.5) + spread;
         let determinant = aa * bb - ab * ab;
+        let here = zero.less(touch.depth);
         // Below this share the weak tangent is rounding noise.
-        let singular = determinant <= largest * largest * S::of(1e-5);
+        let regular = here & (largest * largest * k(1e-5)).less(determinant);
         self.contacts.push(Contact {
             start,
             count: self.columns.len() - start,
-            slot: touch.slot,
+            slots: touch.slots,
             allowance: touch.allowance,
             friction: touch.friction,
-            impulse: [S::ZERO; 3],
+            impulse: null(zero.kit()),
             response: sum,
-            slowest: S::ONE / largest,
-            determinant: if singular { S::ZERO } else { S::ONE / determinant },
+            yielding: S::pick(here, k(1.0) / nn, zero),
+            slowest: S::pick(here, k(1.0) / largest, zero),
+            determinant: S::pick(regular, k(1.0) / determinant, zero),
         });
     }
 }
 
 #[inline(always)]
-fn subtract<S: Scalar>(column: &mut Column<S>, own: Column<S>, factor: S) {
+fn subtract<S: Scalar>(column: &mut V3<S>, own: V3<S>, factor: S) {
     for (entry, value) in column.iter_mut().zip(own) {
         *entry -= factor * value;
     }
 }
 
+#[inline(always)]
+fn scaled<S: Scalar>(column: V3<S>, factor: S) -> V3<S> {
+    [column[0] * factor, column[1] * factor, column[2] * factor]
+}
+
 /// Two unit vectors across a unit normal, without a jump except where the
 /// normal points down (Duff et al., Journal of Computer Graphics Techniques
 /// 6(1), 2017, with y in the place of z).
+#[inline(always)]
 fn tangents<S: Scalar>(n: V3<S>) -> (V3<S>, V3<S>) {
-    let sign = if n[1] >= S::ZERO { S::ONE } else { -S::ONE };
-    let a = -(S::ONE / (sign + n[1]));
+    let one = n[0].like(1.0);
+    let sign = S::pick(n[1].less(n[1].like(0.0)), -one, one);
+    let a = -(one / (sign + n[1]));
     let b = n[2] * n[0] * a;
     let first = [sign + n[0] * n[0] * a, -n[0], b];
-    let second = [sign * b, -sign * n[2], S::ONE + sign * n[2] * n[2] * a];
+    let second = [sign * b, -sign * n[2], one + sign * n[2] * n[2] * a];
     (first, second)
 }

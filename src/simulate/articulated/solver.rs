@@ -8,10 +8,11 @@ use super::inertia::{Composite, mass_matrix, turn_inertias};
 use super::joints::Joints;
 use super::kinematics::{Frame, State, Velocity, move_on, place};
 use super::pgs;
-use super::rows::{Rows, Touch};
-use super::scalar::Scalar;
+use super::rows::Rows;
+use super::scalar::{Mask, Scalar, lanes_of};
+use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
-use super::vector::{Sym, V3, add, apply, cross, dot};
+use super::vector::{Sym, V3, add, apply, constant, cross, dot, null};
 use crate::simulate::lowering::Lowered;
 use crate::simulate::{Invalid, Settings};
 
@@ -26,12 +27,10 @@ const MARGIN: f64 = 0.02;
 
 /// Times a step is solved at most while servos come to or leave their limits.
 const PASSES: usize = 4;
-/// Number of the first step: none of the slots was used in the one before.
-const FIRST: u32 = 2;
 
 /// A tree, its surroundings and all room that a step needs.
 #[derive(Clone, Debug)]
-pub(super) struct Solver<S> {
+pub(super) struct Solver<S: Scalar> {
     pub(super) tree: Tree<S>,
     pub(super) state: State<S>,
     pub(super) frames: Vec<Frame<S>>,
@@ -62,58 +61,69 @@ pub(super) struct Solver<S> {
     h: Vec<S>,
     factor: Factor<S>,
     pub(super) joints: Joints<S>,
-    touches: Vec<Touch<S>>,
+    touches: Touches<S>,
     rows: Rows<S>,
-    /// Impulse of each slot and the step in which it was given.
-    memory: Vec<(V3<S>, u32)>,
-    now: u32,
+    /// Impulse of each slot in the last step; null where there was none.
+    memory: Vec<V3<S>>,
+    /// Lane and slot of those that are not null.
+    remembered: Vec<(usize, u32)>,
+    /// What went wrong in each lane, which ends its run.
+    pub(super) failures: Vec<Option<Invalid>>,
+    /// The lanes where nothing has gone wrong.
+    going: S::Mask,
     impulses: Vec<S>,
     y: Vec<S>,
     free: Vec<S>,
+    /// Speeds at the end of the step, as far as they are known.
+    next: Vec<S>,
 }
 
 impl<S: Scalar> Solver<S> {
     /// At rest.
-    pub(super) fn new(lowered: &Lowered, settings: &Settings) -> Self {
-        let tree = Tree::new(lowered);
+    pub(super) fn new(kit: S::Kit, lowered: &Lowered, settings: &Settings) -> Self {
+        let tree = Tree::new(kit, lowered);
+        let of = |value: f64| S::of(kit, value);
         let centre = lowered.bodies[0].centre * LENGTH;
-        let state = State::new(&tree, [S::of(centre.x), S::of(centre.y), S::of(centre.z)]);
-        let mut frames = vec![Frame::default(); tree.links.len()];
+        let state = State::new(&tree, constant(kit, centre.into()));
+        let mut frames = vec![Frame::null(kit); tree.links.len()];
         place(&tree, &state, &mut frames);
-        let ground = Ground::new(lowered, settings.ground_friction);
-        let collisions = settings.self_collision.then(|| Collisions::new(lowered, &frames));
+        let ground = Ground::new(kit, lowered, settings.ground_friction);
+        let collisions = settings.self_collision.then(|| Collisions::new(kit, lowered));
         let slots = ground.slots + collisions.as_ref().map_or(0, Collisions::slots);
         // More than stand on the ground at once; it grows if it must.
         let contacts = 16 + 4 * lowered.pieces.len();
-        let (bodies, dofs) = (tree.links.len(), vec![S::ZERO; tree.dofs()]);
+        let (bodies, dofs) = (tree.links.len(), vec![of(0.0); tree.dofs()]);
         let centres = lowered.pieces.iter().map(|piece| {
             let centre = piece.local.translation.vector * LENGTH;
-            (piece.body, [S::of(centre.x), S::of(centre.y), S::of(centre.z)])
+            (piece.body, constant(kit, centre.into()))
         });
         Self {
-            gravity: [S::ZERO, S::of(-settings.gravity * LENGTH), S::ZERO],
+            gravity: constant(kit, [0.0, -settings.gravity * LENGTH, 0.0]),
             anchored: false,
-            targets: vec![S::ZERO; bodies],
+            targets: vec![of(0.0); bodies],
             start: state.clone(),
-            step: S::of(settings.step),
+            step: of(settings.step),
             iterations: settings.iterations,
-            speed_limit: S::of(settings.speed_limit * LENGTH),
+            speed_limit: of(settings.speed_limit * LENGTH),
             centres: centres.collect(),
-            reach: reaches(lowered),
-            ahead: vec![Velocity::default(); bodies],
-            tops: vec![S::ZERO; bodies],
-            inertias: vec![Sym::default(); bodies],
-            composites: vec![Composite::default(); bodies],
-            wrenches: vec![Wrench::default(); bodies],
-            h: vec![S::ZERO; tree.entries],
+            reach: reaches(kit, lowered),
+            ahead: vec![Velocity::null(kit); bodies],
+            tops: vec![of(0.0); bodies],
+            inertias: vec![[of(0.0); 6]; bodies],
+            composites: vec![Composite::null(kit); bodies],
+            wrenches: vec![Wrench::null(kit); bodies],
+            h: vec![of(0.0); tree.entries],
             factor: Factor::new(&tree),
             joints: Joints::new(&tree),
-            touches: Vec::with_capacity(contacts),
+            touches: Touches::new(&tree),
             rows: Rows::new(&tree, contacts),
-            memory: vec![([S::ZERO; 3], 0); slots],
-            now: FIRST,
+            memory: vec![null(kit); slots],
+            remembered: Vec::with_capacity(contacts * S::LANES),
+            failures: vec![None; S::LANES],
+            going: S::mask(kit, true),
             impulses: dofs.clone(),
             y: dofs.clone(),
+            next: dofs.clone(),
             free: dofs,
             ground: Some(ground),
             collisions,
@@ -127,8 +137,10 @@ impl<S: Scalar> Solver<S> {
     pub(super) fn reset(&mut self) {
         self.state.copy_from(&self.start);
         self.joints.reset();
-        self.memory.fill(([S::ZERO; 3], 0));
-        self.now = FIRST;
+        self.memory.fill(null(self.tree.kit));
+        self.remembered.clear();
+        self.failures.fill(None);
+        self.going = S::mask(self.tree.kit, true);
         if let Some(collisions) = &mut self.collisions {
             collisions.reset();
         }
@@ -136,26 +148,41 @@ impl<S: Scalar> Solver<S> {
     }
 
     /// Moves on by one step. The frames always belong to the state.
-    pub(super) fn advance(&mut self) -> Result<(), Invalid> {
+    pub(super) fn advance(&mut self) {
+        S::call(
+            self.tree.kit,
+            #[inline(always)]
+            || self.advance_inlined(),
+        );
+    }
+
+    #[inline(always)]
+    fn advance_inlined(&mut self) {
         self.assemble();
+        // The lanes whose step is not solved yet.
+        let mut live = self.going;
         for pass in 0..PASSES {
             self.release();
             if pass == 0 {
                 self.touch();
             }
-            self.constrain();
-            if !self.joints.review(&self.free, pass == 0) {
+            self.constrain(pass == 0, live);
+            for (next, &found) in self.next.iter_mut().zip(&self.free) {
+                *next = S::pick(live, found, *next);
+            }
+            live = self.joints.review(&self.free, pass == 0, live);
+            if !live.any() {
                 break;
             }
         }
-        self.now += 1;
-        self.state.speeds.copy_from_slice(&self.free);
+        self.state.speeds.copy_from_slice(&self.next);
         self.state.advance(self.step);
         place(&self.tree, &self.state, &mut self.frames);
-        self.check()
+        self.check();
     }
 
     /// Fills H and the impulses of all forces but the servos'.
+    #[inline(always)]
     fn assemble(&mut self) {
         let Self { tree, state, frames, inertias, h, impulses, .. } = self;
         turn_inertias(tree, frames, inertias);
@@ -166,7 +193,7 @@ impl<S: Scalar> Solver<S> {
         }
         if self.anchored {
             for dof in 0..ROOT {
-                h[tree.rows[dof] + dof] += S::of(1e20);
+                h[tree.rows[dof] + dof] += S::of(tree.kit, 1e20);
             }
         }
         self.joints.prepare(tree, state, &self.targets, self.step);
@@ -174,6 +201,7 @@ impl<S: Scalar> Solver<S> {
 
     /// Adds the servos, factorises, and finds y and the speeds as they would
     /// be without contacts.
+    #[inline(always)]
     fn release(&mut self) {
         let Self { tree, state, factor, joints, y, free, .. } = self;
         factor.rows.copy_from_slice(&self.h);
@@ -186,6 +214,7 @@ impl<S: Scalar> Solver<S> {
     }
 
     /// Finds the points that may touch within the step.
+    #[inline(always)]
     fn touch(&mut self) {
         let Self { tree, frames, touches, .. } = self;
         let step = self.step;
@@ -196,7 +225,8 @@ impl<S: Scalar> Solver<S> {
             let reach = self.reach[body];
             *top = top_speed(now.spin, now.velocity, reach).max(top_speed(ahead.spin, ahead.velocity, reach));
         }
-        let still = S::of(MARGIN) + dot(self.gravity, self.gravity).sqrt() * step * step;
+        let still = step.like(MARGIN) + dot(self.gravity, self.gravity).sqrt() * step * step;
+        let going = self.going;
         let mut slots = 0;
         if let Some(ground) = &self.ground {
             slots = ground.slots;
@@ -204,46 +234,41 @@ impl<S: Scalar> Solver<S> {
             ground.find(
                 &self.state,
                 frames,
+                #[inline(always)]
                 |body| still + tops[body] * step,
+                #[inline(always)]
                 |c| {
                     let allowance = allowance(c.gap, step);
-                    touches.push(Touch {
-                        allowance,
-                        point: c.point,
-                        friction: c.friction,
-                        slot: c.slot,
-                        body: c.body,
-                        other: None,
-                    });
+                    touches.add(c.lanes & going, c.body, c.slot, c.point, allowance, c.friction);
                 },
             );
         }
         if let Some(collisions) = &mut self.collisions {
-            collisions.find(frames, &self.ahead, step, |m| {
-                touches.push(Touch {
-                    allowance: allowance(m.gap, step),
-                    point: m.point,
-                    friction: m.friction,
-                    slot: slots + m.slot,
-                    body: m.bodies.0,
-                    other: Some((m.bodies.1, m.normal)),
-                });
-            });
+            collisions.find(
+                frames,
+                &self.ahead,
+                step,
+                #[inline(always)]
+                |m| {
+                    let allowance = allowance(m.gap, step);
+                    let place = (m.point, m.normal);
+                    touches.add_pair(m.lanes & going, m.bodies, slots + m.slot, place, allowance, m.friction);
+                },
+            );
         }
     }
 
     /// Makes the rows of the contacts, solves limits and contacts, and
-    /// remembers their impulses; leaves the speeds in `free`.
-    fn constrain(&mut self) {
-        let Self { tree, frames, factor, joints, rows, y, memory, .. } = self;
-        rows.clear();
-        for touch in &self.touches {
-            rows.push(tree, frames, factor, touch);
-            let (impulse, when) = memory[touch.slot];
-            if let Some(contact) = rows.contacts.last_mut()
-                && when + 1 >= self.now
-            {
-                contact.impulse = impulse;
+    /// remembers the impulses of the live lanes; leaves the speeds in `free`.
+    #[inline(always)]
+    fn constrain(&mut self, first: bool, live: S::Mask) {
+        let Self { tree, frames, factor, joints, rows, y, .. } = self;
+        rows.fill(tree, frames, factor, &self.touches);
+        for contact in &mut rows.contacts {
+            for (lane, slot) in used(&contact.slots, S::LANES) {
+                for axis in 0..3 {
+                    contact.impulse[axis].copy_lane(lane, self.memory[slot][axis]);
+                }
             }
         }
         joints.warm_start(y);
@@ -252,46 +277,83 @@ impl<S: Scalar> Solver<S> {
             joints.sweep(y);
             pgs::sweep(rows, y);
         }
-        for contact in &rows.contacts {
-            memory[contact.slot] = (contact.impulse, self.now);
-        }
         factor.restore(tree, y, &mut self.free);
-        joints.remember();
+        joints.remember(live);
+        self.remember(first, live);
     }
 
-    /// Refuses numbers that are not finite, and elements beyond the limit.
-    fn check(&self) -> Result<(), Invalid> {
-        let root = self.state.position;
-        if !(dot(root, root).to_f64().is_finite()) {
-            return Err(Invalid::NotFinite);
+    /// Remembers the impulses of the contacts; what was not touched in the
+    /// `first` pass of a step is forgotten.
+    #[inline(always)]
+    fn remember(&mut self, first: bool, live: S::Mask) {
+        let Self { memory, remembered, .. } = self;
+        if first {
+            for (lane, slot) in remembered.drain(..) {
+                memory[slot as usize].iter_mut().for_each(|part| part.set_lane(lane, 0.0));
+            }
         }
+        let live = live.bits();
+        for contact in &self.rows.contacts {
+            for (lane, slot) in used(&contact.slots, S::LANES) {
+                if live >> lane & 1 == 0 {
+                    continue;
+                }
+                for axis in 0..3 {
+                    memory[slot][axis].copy_lane(lane, contact.impulse[axis]);
+                }
+                if first {
+                    remembered.push((lane, slot as u32));
+                }
+            }
+        }
+    }
+
+    /// Ends the runs of lanes with numbers that are not finite, or elements
+    /// beyond the speed limit.
+    #[inline(always)]
+    fn check(&mut self) {
+        let zero = S::zero(self.tree.kit);
+        let away = dot(self.state.position, self.state.position);
+        // Infinity less infinity is not a number, and equals nothing.
+        let mut fine = (away - away).at_most(zero);
         for (frame, &reach) in self.frames.iter().zip(&self.reach) {
-            // Only a body that might be too fast has its elements looked at.
-            if top_speed(frame.spin, frame.velocity, reach) < self.speed_limit {
-                continue;
-            }
-            if !dot(frame.velocity, frame.velocity).to_f64().is_finite() {
-                return Err(Invalid::NotFinite);
-            }
-            return self.check_elements();
+            // Only lanes in which a body might be too fast are looked at closely.
+            fine = fine & top_speed(frame.spin, frame.velocity, reach).less(self.speed_limit);
         }
-        Ok(())
+        let doubtful = self.going & !fine;
+        if doubtful.any() {
+            self.examine(doubtful);
+        }
     }
 
-    fn check_elements(&self) -> Result<(), Invalid> {
-        for &(body, centre) in &self.centres {
-            let frame = &self.frames[body];
-            let arm = apply(&frame.rotation, centre);
-            let velocity = add(frame.velocity, cross(frame.spin, arm));
-            let speed = dot(velocity, velocity).sqrt();
-            if !speed.to_f64().is_finite() {
-                return Err(Invalid::NotFinite);
-            }
-            if speed > self.speed_limit {
-                return Err(Invalid::TooFast);
-            }
+    #[cold]
+    fn examine(&mut self, doubtful: S::Mask) {
+        for lane in lanes_of(doubtful.bits()) {
+            self.failures[lane] = self.failure(lane);
         }
-        Ok(())
+        let mut gone = S::zero(self.tree.kit);
+        for (lane, failure) in self.failures.iter().enumerate() {
+            gone.set_lane(lane, if failure.is_some() { 1.0 } else { 0.0 });
+        }
+        self.going = gone.less(gone.like(0.5));
+    }
+
+    fn failure(&self, lane: usize) -> Option<Invalid> {
+        let vector = |v: V3<S>| v.map(|part| part.lane(lane));
+        let finite = |v: V3<S>| vector(v).iter().all(|part| part.is_finite());
+        let moves = |frame: &Frame<S>| finite(frame.spin) && finite(frame.velocity);
+        if !finite(self.state.position) || !self.frames.iter().all(moves) {
+            return Some(Invalid::NotFinite);
+        }
+        let limit = self.speed_limit.lane(lane);
+        let fast = |&(body, centre): &(usize, V3<S>)| {
+            let frame = &self.frames[body];
+            let arm = apply(&frame.rotation.map(vector), vector(centre));
+            let velocity = add(vector(frame.velocity), cross(vector(frame.spin), arm));
+            // Not the other way round: what is not a number is not slow.
+            !(dot(velocity, velocity).sqrt() <= limit)
+        };
+        self.centres.iter().any(fast).then_some(Invalid::TooFast)
     }
 
     /// Kinetic energy of all bodies plus their potential energy, erg.
@@ -301,22 +363,31 @@ impl<S: Scalar> Solver<S> {
         let mut sum = 0.0;
         for (frame, link) in self.frames.iter().zip(&self.tree.links) {
             let spin = apply_transposed(&frame.rotation, frame.spin);
-            let turning = dot(spin, apply_sym(&link.inertia, spin)).to_f64();
-            let moving = dot(frame.velocity, frame.velocity).to_f64() * link.mass.to_f64();
+            let turning = dot(spin, apply_sym(&link.inertia, spin)).lane(0);
+            let moving = dot(frame.velocity, frame.velocity).lane(0) * link.mass.lane(0);
             let place = add(self.state.position, frame.centre);
-            sum += 0.5 * (turning + moving) - dot(self.gravity, place).to_f64() * link.mass.to_f64();
+            sum += 0.5 * (turning + moving) - dot(self.gravity, place).lane(0) * link.mass.lane(0);
         }
         sum
     }
+}
+
+/// The lanes that have a slot.
+#[inline(always)]
+fn used(slots: &[u32], lanes: usize) -> impl Iterator<Item = (usize, usize)> {
+    slots[..lanes]
+        .iter()
+        .enumerate()
+        .filter(|(_, slot)| **slot != NO_SLOT)
+        .map(|(lane, slot)| (lane, *slot as usize))
 }
 
 /// The velocity that closes a gap in one step, or minus that which mends an
 /// overlap.
 #[inline(always)]
 fn allowance<S: Scalar>(gap: S, step: S) -> S {
-    if gap >= S::ZERO {
-        return gap / step;
-    }
-    let deep = (-gap - S::of(SLOP)).max(S::ZERO);
-    -(deep * S::of(MEND) / step).min(S::of(MEND_SPEED))
+    let k = |value: f64| gap.like(value);
+    let deep = (-gap - k(SLOP)).max(k(0.0));
+    let mending = -(deep * k(MEND) / step).min(k(MEND_SPEED));
+    S::pick(gap.less(k(0.0)), mending, gap / step)
 }

@@ -9,7 +9,7 @@
 //! sparsity"), stored root first, so that the path of an ancestor is a prefix.
 
 use super::scalar::Scalar;
-use super::vector::{Sym, V3};
+use super::vector::{Sym, V3, constant, null};
 use crate::simulate::lowering::{Body, Lowered};
 
 /// cm per m.
@@ -48,7 +48,9 @@ pub(super) struct Link<S> {
 
 /// The bodies and the layout of everything that follows their tree.
 #[derive(Clone, Debug)]
-pub(super) struct Tree<S> {
+pub(super) struct Tree<S: Scalar> {
+    /// What numbers are made with.
+    pub(super) kit: S::Kit,
     /// The bodies, parents before children.
     pub(super) links: Vec<Link<S>>,
     /// All paths of bodies, one after the other.
@@ -63,10 +65,11 @@ pub(super) struct Tree<S> {
 
 impl<S: Scalar> Tree<S> {
     /// From bodies in SI units.
-    pub(super) fn new(lowered: &Lowered) -> Self {
+    pub(super) fn new(kit: S::Kit, lowered: &Lowered) -> Self {
         let bodies = &lowered.bodies;
         let mut tree = Self {
-            links: bodies.iter().map(|body| link(body, &bodies[body.parent])).collect(),
+            kit,
+            links: bodies.iter().map(|body| link(kit, body, &bodies[body.parent])).collect(),
             paths: Vec::new(),
             spans: Vec::new(),
             rows: Vec::new(),
@@ -125,31 +128,31 @@ pub(super) fn dof_of(body: usize) -> usize {
     body + ROOT - 1
 }
 
-fn link<S: Scalar>(body: &Body, parent: &Body) -> Link<S> {
-    let vector = |v: nalgebra::Vector3<f64>| [S::of(v.x), S::of(v.y), S::of(v.z)];
-    let zero = [S::ZERO; 3];
+fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body) -> Link<S> {
+    let of = |value: f64| S::of(kit, value);
+    let vector = |v: nalgebra::Vector3<f64>| constant(kit, v.into());
     let m = body.inertia * TORQUE;
     let mut link = Link {
         parent: 0,
-        axis: zero,
-        to_hinge: zero,
-        to_centre: zero,
-        mass: S::of(body.mass * MASS),
-        inertia: [m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(S::of),
-        stiffness: S::ZERO,
-        damping: S::ZERO,
-        torque: S::ZERO,
-        limits: (S::ZERO, S::ZERO),
+        axis: null(kit),
+        to_hinge: null(kit),
+        to_centre: null(kit),
+        mass: of(body.mass * MASS),
+        inertia: [m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(of),
+        stiffness: of(0.0),
+        damping: of(0.0),
+        torque: of(0.0),
+        limits: (of(0.0), of(0.0)),
     };
     if let Some(hinge) = &body.hinge {
         link.parent = body.parent;
         link.axis = vector(hinge.axis.into_inner());
         link.to_hinge = vector((hinge.anchor.coords - parent.centre) * LENGTH);
         link.to_centre = vector((body.centre - hinge.anchor.coords) * LENGTH);
-        link.stiffness = S::of(hinge.stiffness * TORQUE);
-        link.damping = S::of(hinge.damping * TORQUE);
-        link.torque = S::of(hinge.torque * TORQUE);
-        link.limits = (S::of(hinge.limits.0), S::of(hinge.limits.1));
+        link.stiffness = of(hinge.stiffness * TORQUE);
+        link.damping = of(hinge.damping * TORQUE);
+        link.torque = of(hinge.torque * TORQUE);
+        link.limits = (of(hinge.limits.0), of(hinge.limits.1));
     }
     link
 }

@@ -11,6 +11,24 @@ pub(super) type Sym<S> = [S; 6];
 /// A quaternion: w, x, y, z.
 pub(super) type Quat<S> = [S; 4];
 
+/// The same vector in every lane.
+#[inline(always)]
+pub(super) fn constant<S: Scalar>(kit: S::Kit, v: [f64; 3]) -> V3<S> {
+    v.map(|value| S::of(kit, value))
+}
+
+/// The null vector.
+#[inline(always)]
+pub(super) fn null<S: Scalar>(kit: S::Kit) -> V3<S> {
+    [S::zero(kit); 3]
+}
+
+/// One of two vectors, lane by lane.
+#[inline(always)]
+pub(super) fn pick<S: Scalar>(mask: S::Mask, yes: V3<S>, no: V3<S>) -> V3<S> {
+    [S::pick(mask, yes[0], no[0]), S::pick(mask, yes[1], no[1]), S::pick(mask, yes[2], no[2])]
+}
+
 #[inline(always)]
 pub(super) fn add<S: Scalar>(a: V3<S>, b: V3<S>) -> V3<S> {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
@@ -63,7 +81,7 @@ pub(super) fn product<S: Scalar>(a: &M3<S>, b: &M3<S>) -> M3<S> {
 #[inline(always)]
 pub(super) fn rotation<S: Scalar>(axis: V3<S>, angle: S) -> M3<S> {
     let (s, c) = angle.sin_cos();
-    let t = scale(axis, S::ONE - c);
+    let t = scale(axis, c.like(1.0) - c);
     let u = scale(axis, s);
     [
         [t[0] * axis[0] + c, t[0] * axis[1] - u[2], t[0] * axis[2] + u[1]],
@@ -75,13 +93,13 @@ pub(super) fn rotation<S: Scalar>(axis: V3<S>, angle: S) -> M3<S> {
 /// The rotation of a unit quaternion.
 #[inline(always)]
 pub(super) fn matrix<S: Scalar>(q: Quat<S>) -> M3<S> {
-    let two = S::ONE + S::ONE;
     let [w, x, y, z] = q;
+    let (one, two) = (w.like(1.0), w.like(2.0));
     let pair = |a: S, b: S| two * a * b;
     [
-        [S::ONE - pair(y, y) - pair(z, z), pair(x, y) - pair(w, z), pair(x, z) + pair(w, y)],
-        [pair(x, y) + pair(w, z), S::ONE - pair(x, x) - pair(z, z), pair(y, z) - pair(w, x)],
-        [pair(x, z) - pair(w, y), pair(y, z) + pair(w, x), S::ONE - pair(x, x) - pair(y, y)],
+        [one - pair(y, y) - pair(z, z), pair(x, y) - pair(w, z), pair(x, z) + pair(w, y)],
+        [pair(x, y) + pair(w, z), one - pair(x, x) - pair(z, z), pair(y, z) - pair(w, x)],
+        [pair(x, z) - pair(w, y), pair(y, z) + pair(w, x), one - pair(x, x) - pair(y, y)],
     ]
 }
 
@@ -91,16 +109,17 @@ pub(super) fn matrix<S: Scalar>(q: Quat<S>) -> M3<S> {
 /// and normalises, exact to rounding for the angles of one time step.
 #[inline(always)]
 pub(super) fn turned<S: Scalar>(q: Quat<S>, turn: V3<S>) -> Quat<S> {
-    let half = scale(turn, S::of(0.5));
+    let k = |value: f64| q[0].like(value);
+    let half = scale(turn, k(0.5));
     let square = dot(half, half);
-    let sinc = S::ONE - square * (S::of(1.0 / 6.0) - square * S::of(1.0 / 120.0));
-    let c = S::ONE - square * (S::of(0.5) - square * S::of(1.0 / 24.0));
+    let sinc = k(1.0) - square * (k(1.0 / 6.0) - square * k(1.0 / 120.0));
+    let c = k(1.0) - square * (k(0.5) - square * k(1.0 / 24.0));
     let d = scale(half, sinc);
     let [w, x, y, z] = q;
     let v = add(add(scale(d, w), scale([x, y, z], c)), cross(d, [x, y, z]));
     let w = c * w - dot(d, [x, y, z]);
-    let k = S::ONE / (w * w + dot(v, v)).sqrt();
-    [w * k, v[0] * k, v[1] * k, v[2] * k]
+    let shrink = k(1.0) / (w * w + dot(v, v)).sqrt();
+    [w * shrink, v[0] * shrink, v[1] * shrink, v[2] * shrink]
 }
 
 /// `m v` for a symmetric matrix.

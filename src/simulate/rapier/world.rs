@@ -31,6 +31,7 @@ pub(super) struct World {
     angles: Vec<f64>,
     /// Work of each hinge's motor in the last step, J.
     work: Vec<f64>,
+    failure: Option<Invalid>,
 }
 
 impl World {
@@ -44,6 +45,7 @@ impl World {
             joints: Vec::new(),
             angles: Vec::new(),
             work: Vec::new(),
+            failure: None,
         };
         own.build();
         own
@@ -84,7 +86,7 @@ impl World {
     fn turn(&self, hinge: usize) -> f64 {
         let own = &self.lowered.bodies[hinge + 1];
         let Some(spec) = &own.hinge else { return 0.0 };
-        let relative = self.pose(own.parent).rotation.inverse() * self.pose(hinge + 1).rotation;
+        let relative = self.pose(0, own.parent).rotation.inverse() * self.pose(0, hinge + 1).rotation;
         let angle = 2.0 * libm::atan2(relative.imag().dot(&spec.axis), relative.w);
         let turns = ((angle - self.angles[hinge]) / std::f64::consts::TAU).round();
         angle - turns * std::f64::consts::TAU
@@ -133,11 +135,14 @@ impl World {
 }
 
 impl Stepper for World {
+    const LANES: usize = 1;
+
     fn reset(&mut self) {
+        self.failure = None;
         self.build();
     }
 
-    fn aim(&mut self, hinge: usize, target: f64) {
+    fn aim(&mut self, _: usize, hinge: usize, target: f64) {
         if let Some(joint) = self.world.impulse_joints.get_mut(self.joints[hinge], false)
             && let Some(spec) = &self.lowered.bodies[hinge + 1].hinge
         {
@@ -146,19 +151,22 @@ impl Stepper for World {
         }
     }
 
-    fn step(&mut self) -> Result<(), Invalid> {
+    fn step(&mut self) {
         self.world.step();
-        self.check()?;
+        self.failure = self.failure.or(self.check().err());
         for hinge in 0..self.joints.len() {
             let angle = self.turn(hinge);
             let turned = angle - self.angles[hinge];
             self.work[hinge] = self.torque(hinge, turned) * turned;
             self.angles[hinge] = angle;
         }
-        Ok(())
     }
 
-    fn pose(&self, body: usize) -> Isometry3<f64> {
+    fn failure(&self, _: usize) -> Option<Invalid> {
+        self.failure
+    }
+
+    fn pose(&self, _: usize, body: usize) -> Isometry3<f64> {
         let pose: Isometry3<f32> = (*self.body(body).position()).into();
         let mut pose: Isometry3<f64> = pose.cast();
         pose.translation.vector /= LENGTH;
@@ -166,11 +174,11 @@ impl Stepper for World {
         pose
     }
 
-    fn angle(&self, hinge: usize) -> f64 {
+    fn angle(&self, _: usize, hinge: usize) -> f64 {
         self.angles[hinge]
     }
 
-    fn work(&self, hinge: usize) -> f64 {
+    fn work(&self, _: usize, hinge: usize) -> f64 {
         self.work[hinge]
     }
 }

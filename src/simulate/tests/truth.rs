@@ -125,6 +125,44 @@ fn a_run_is_the_same_every_time_and_in_any_company() {
     }
 }
 
+/// However many drives run side by side, each gives the bits that it gives alone.
+#[test]
+fn lanes_do_not_see_each_other() {
+    for body in [m2(), m4(), m8()] {
+        let settings = during(6.0);
+        let mut drives: Vec<_> = (1..=16).map(|number| gait(body.actuators, number, false)).collect();
+        // One asks for nonsense half way, which must stay its own affair.
+        let middle = drives[2].angles.len() / 8;
+        drives[2].angles[middle] = f64::NAN;
+        let alone: Vec<_> = drives
+            .iter()
+            .map(|d| {
+                model("articulated")
+                    .unwrap()
+                    .prepare(&body, &settings)
+                    .unwrap()
+                    .run(std::slice::from_ref(d))
+                    .remove(0)
+            })
+            .collect();
+        let mut simulation = model("articulated").unwrap().prepare(&body, &settings).unwrap();
+        for count in [2, 3, 4, 7, 8, 11, 16] {
+            for (place, (one, own)) in simulation.run(&drives[..count]).iter().zip(&alone).enumerate() {
+                let (Ok(one), Ok(own)) = (one, own) else {
+                    assert_eq!(one.as_ref().err(), own.as_ref().err(), "drive {place} of {count}");
+                    continue;
+                };
+                let bits = |motion: &Motion| -> Vec<u64> {
+                    let poses =
+                        motion.poses.iter().flat_map(|p| p.to_matrix().iter().copied().collect::<Vec<_>>());
+                    poses.chain(motion.bends.clone()).chain(motion.work.clone()).map(f64::to_bits).collect()
+                };
+                assert!(bits(one) == bits(own), "drive {place} of {count} on {} hinges", body.joints.len());
+            }
+        }
+    }
+}
+
 /// The same body turned about the vertical.
 fn turned(body: &Assembly, turn: UnitQuaternion<f64>) -> Assembly {
     let mut body = body.clone();

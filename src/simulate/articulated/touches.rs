@@ -1,0 +1,172 @@
+//! The points that may touch something in this step, gathered over all lanes.
+//!
+//! Different runs touch the ground with different points of the body. If every
+//! point that touches in any lane had rows in all of them, most rows would be
+//! idle. So the points of a limb are gathered lane by lane: the first contact of
+//! each lane, the second, and so on. They may lie on different bodies of the limb,
+//! but all on the path to its tip, and so share their degrees of freedom.
+
+use super::kinematics::Frame;
+use super::scalar::{Mask, Scalar, lanes_of};
+use super::tree::{ROOT, Tree};
+use super::vector::{V3, null};
+
+/// The most lanes that any number has.
+pub(super) const MOST_LANES: usize = 16;
+/// The slot of a lane without a contact.
+pub(super) const NO_SLOT: u32 = u32::MAX;
+
+/// What it takes to make the rows of a contact, in each lane that has it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Touch<S> {
+    /// Contact point relative to the root's centre; null in a lane without the contact.
+    pub(super) point: V3<S>,
+    /// Velocity along the normal at which the gap closes in this step is
+    /// minus this; negative where the surfaces are to be pushed apart.
+    pub(super) allowance: S,
+    /// Friction coefficient.
+    pub(super) friction: S,
+    /// How many degrees of freedom of the path move the point; zero in a lane
+    /// without the contact.
+    pub(super) depth: S,
+    /// The largest of them over all lanes.
+    pub(super) deepest: usize,
+    /// Which slot remembers the impulse from step to step, by lane.
+    pub(super) slots: [u32; MOST_LANES],
+}
+
+impl<S: Scalar> Touch<S> {
+    #[inline(always)]
+    fn null(kit: S::Kit) -> Self {
+        let zero = S::zero(kit);
+        let point = null(kit);
+        let slots = [NO_SLOT; MOST_LANES];
+        Self { point, allowance: zero, friction: zero, depth: zero, deepest: 0, slots }
+    }
+}
+
+/// A contact of two bodies, which are the same in all lanes that have it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pair<S> {
+    /// The contact; its depth says only where it is.
+    pub(super) touch: Touch<S>,
+    /// The two bodies.
+    pub(super) bodies: (usize, usize),
+    /// From the second to the first.
+    pub(super) normal: V3<S>,
+}
+
+/// The contacts with the ground of the bodies on one path.
+#[derive(Clone, Debug)]
+pub(super) struct Limb<S> {
+    /// The body at the end of the path.
+    pub(super) tip: usize,
+    /// The contacts.
+    pub(super) touches: Vec<Touch<S>>,
+    /// How many of them each lane has.
+    counts: [usize; MOST_LANES],
+}
+
+/// All contacts of a step. Emptied, never freed.
+#[derive(Clone, Debug)]
+pub(super) struct Touches<S: Scalar> {
+    kit: S::Kit,
+    /// The root, then a limb for each tip.
+    pub(super) limbs: Vec<Limb<S>>,
+    /// The limb and the depth of each body.
+    places: Vec<(usize, usize)>,
+    /// Contacts between bodies.
+    pub(super) pairs: Vec<Pair<S>>,
+}
+
+impl<S: Scalar> Touches<S> {
+    /// Room for the contacts of a tree.
+    pub(super) fn new(tree: &Tree<S>) -> Self {
+        let limb = |tip| Limb { tip, touches: Vec::with_capacity(16), counts: [0; MOST_LANES] };
+        let bodies = tree.links.len();
+        let (mut limbs, mut places) = (vec![limb(0)], vec![(0, ROOT); bodies]);
+        // Children have higher numbers: a body that no limb has reached is a tip.
+        for tip in (1..bodies).rev() {
+            if places[tip].0 != 0 {
+                continue;
+            }
+            let mut body = tip;
+            while body != 0 && places[body].0 == 0 {
+                places[body] = (limbs.len(), tree.path(body).len());
+                body = tree.links[body].parent;
+            }
+            limbs.push(limb(tip));
+        }
+        Self { kit: tree.kit, limbs, places, pairs: Vec::with_capacity(bodies) }
+    }
+
+    /// Forgets the contacts of the last step.
+    #[inline(always)]
+    pub(super) fn clear(&mut self) {
+        for limb in &mut self.limbs {
+            limb.touches.clear();
+            limb.counts = [0; MOST_LANES];
+        }
+        self.pairs.clear();
+    }
+
+    /// Adds a contact with the ground in some lanes.
+    #[inline(always)]
+    pub(super) fn add(
+        &mut self,
+        lanes: S::Mask,
+        body: usize,
+        slot: usize,
+        point: V3<S>,
+        allowance: S,
+        friction: S,
+    ) {
+        let (limb, depth) = self.places[body];
+        let limb = &mut self.limbs[limb];
+        for lane in lanes_of(lanes.bits()) {
+            let place = limb.counts[lane];
+            limb.counts[lane] += 1;
+            if place == limb.touches.len() {
+                limb.touches.push(Touch::null(self.kit));
+            }
+            let touch = &mut limb.touches[place];
+            for axis in 0..3 {
+                touch.point[axis].copy_lane(lane, point[axis]);
+            }
+            touch.allowance.copy_lane(lane, allowance);
+            touch.friction.copy_lane(lane, friction);
+            touch.depth.set_lane(lane, depth as f64);
+            touch.deepest = touch.deepest.max(depth);
+            touch.slots[lane] = slot as u32;
+        }
+    }
+
+    /// Adds a contact between two bodies in some lanes.
+    #[inline(always)]
+    pub(super) fn add_pair(
+        &mut self,
+        lanes: S::Mask,
+        bodies: (usize, usize),
+        slot: usize,
+        (point, normal): (V3<S>, V3<S>),
+        allowance: S,
+        friction: S,
+    ) {
+        let zero = S::zero(self.kit);
+        let mut slots = [NO_SLOT; MOST_LANES];
+        lanes_of(lanes.bits()).for_each(|lane| slots[lane] = slot as u32);
+        let allowance = S::pick(lanes, allowance, zero);
+        let depth = S::pick(lanes, zero.like(1.0), zero);
+        let touch = Touch { point, allowance, friction, depth, deepest: 0, slots };
+        self.pairs.push(Pair { touch, bodies, normal });
+    }
+}
+
+/// The frames of the bodies on a path, without those of the root's degrees of freedom.
+#[inline(always)]
+pub(super) fn hinges_on<'a, S>(
+    path: &'a [u32],
+    frames: &'a [Frame<S>],
+) -> impl Iterator<Item = &'a Frame<S>> {
+    path[ROOT..].iter().map(|&dof| &frames[dof as usize + 1 - ROOT])
+}
