@@ -135,22 +135,15 @@ impl<S: Scalar> Foot<S> {
         low: S::Mask,
         found: &mut impl FnMut(Candidate<S>),
     ) {
-        let mut offer = |slot: usize, way: V3<S>, where_: S::Mask| {
-            let gap = height + way[1];
-            let lanes = gap.less(margin) & where_;
-            if lanes.any() {
-                let (point, slot) = (add(centre, way), self.slot + slot);
-                found(Candidate { body: self.body, point, lanes, gap, friction: self.friction, slot });
-            }
-        };
+        let mut offers = Offers { foot: self, centre, height, margin, found };
         match &self.sole {
             Sole::Ball(radius) => {
                 let zero = radius.like(0.0);
-                offer(0, [zero, -*radius, zero], low);
+                offers.add(0, [zero, -*radius, zero], low);
             }
             Sole::Corners(corners) => {
                 for (slot, &corner) in corners.iter().enumerate() {
-                    offer(slot, apply(&frame.rotation, corner), low);
+                    offers.add(slot, apply(&frame.rotation, corner), low);
                 }
             }
             Sole::Cylinder { axis, half_length, radius, fan } => {
@@ -172,16 +165,39 @@ impl<S: Scalar> Foot<S> {
                     if tilted.any() {
                         let k = *radius / across;
                         let down = [axis[1] * axis[0] * k, -(level * k), axis[1] * axis[2] * k];
-                        offer(end, add(middle, down), tilted);
+                        offers.add(end, add(middle, down), tilted);
                     }
                     if upright.any() {
                         for (place, &rim) in fan.iter().enumerate() {
                             let slot = 2 + end * FAN + place;
-                            offer(slot, add(middle, apply(&frame.rotation, rim)), upright);
+                            offers.add(slot, add(middle, apply(&frame.rotation, rim)), upright);
                         }
                     }
                 }
             }
+        }
+    }
+}
+
+/// Passes on the points of one foot that are low enough.
+struct Offers<'a, S, F> {
+    foot: &'a Foot<S>,
+    centre: V3<S>,
+    height: S,
+    margin: S,
+    found: &'a mut F,
+}
+
+impl<S: Scalar, F: FnMut(Candidate<S>)> Offers<'_, S, F> {
+    /// A point that lies some way from the centre, if it is low enough in some of the lanes.
+    #[inline(always)]
+    fn add(&mut self, slot: usize, way: V3<S>, lanes: S::Mask) {
+        let gap = self.height + way[1];
+        let lanes = lanes & gap.less(self.margin);
+        if lanes.any() {
+            let Foot { body, friction, slot: first, .. } = *self.foot;
+            let point = add(self.centre, way);
+            (self.found)(Candidate { body, point, lanes, gap, friction, slot: first + slot });
         }
     }
 }

@@ -52,11 +52,18 @@ fn run(
 fn timings() {
     for name in &MODELS[..1] {
         for (title, body) in [("M2", m2()), ("M4", m4()), ("M8", m8())] {
-            let drives: Vec<_> = (0..6).map(|n| gait(body.actuators, n + 1, n % 2 == 0)).collect();
+            let drives: Vec<_> = (0..16).map(|n| gait(body.actuators, n + 1, n % 2 == 0)).collect();
             for collision in [true, false] {
                 let settings = Settings { self_collision: collision, ..settings() };
-                let (time, values, notes) = run(model(name).unwrap(), &body, &settings, &drives);
-                println!("{name} {title} self-collision {collision}: {time:.1} ms; {values:.1?} {notes}");
+                let mut simulation = model(name).unwrap().prepare(&body, &settings).unwrap();
+                print!("{name} {title} self-collision {collision}, ms by lanes:");
+                for lanes in [1, 4, 8, 16] {
+                    simulation.run(&drives[..lanes]);
+                    let start = Instant::now();
+                    drives.chunks(lanes).for_each(|some| drop(simulation.run(some)));
+                    print!("{lanes:4}: {:5.1}", start.elapsed().as_secs_f64() * 1e3 / drives.len() as f64);
+                }
+                println!();
             }
         }
     }
@@ -118,5 +125,16 @@ fn sweeps() {
                 "{title} x{iterations}: mean {mean:.2} cm off, {bad} of 24 by more than 0.5; {time:.1} ms"
             );
         }
+    }
+}
+
+#[test]
+#[ignore = "something to profile"]
+fn profile() {
+    let lanes = std::env::var("LANES").map_or(16, |lanes| lanes.parse().unwrap());
+    for body in [m2(), m4(), m8()] {
+        let drives: Vec<_> = (0..16).map(|n| gait(body.actuators, n + 1, n % 2 == 0)).collect();
+        let mut simulation = model("articulated").unwrap().prepare(&body, &settings()).unwrap();
+        drives.chunks(lanes).for_each(|some| drop(simulation.run(some)));
     }
 }
