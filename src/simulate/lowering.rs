@@ -13,6 +13,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use super::check;
 use super::extent;
 use super::motion::Placement;
+use super::servo::Servo;
 use super::{Settings, Unfit};
 use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
 
@@ -29,6 +30,8 @@ pub(super) struct Body {
     pub(super) inertia: Matrix3<f64>,
     /// The hinge that joins it to its parent; none for the root.
     pub(super) hinge: Option<Hinge>,
+    /// Which of [`Lowered::servos`] turns the hinge.
+    pub(super) servo: usize,
 }
 
 /// An element with its place.
@@ -51,6 +54,8 @@ pub(super) struct Lowered {
     pub(super) bodies: Vec<Body>,
     /// One for each element, in the assembly's order.
     pub(super) pieces: Vec<Piece>,
+    /// The servos at rest; hinges that always have the same target share one.
+    pub(super) servos: Vec<Servo>,
     /// How many actuators the hinges refer to.
     pub(super) actuators: usize,
 }
@@ -72,10 +77,11 @@ impl Lowered {
         for (element, &group) in groups.of_element.iter().enumerate() {
             members[place[group]].push(element);
         }
-        let mut bodies = Vec::with_capacity(order.len());
+        let (mut bodies, mut servos) = (Vec::with_capacity(order.len()), Vec::new());
         for (new, &old) in order.iter().enumerate() {
             let hinge = groups.hinges[old].map(|hinge| raised(hinge, lift));
-            bodies.push(body(assembly, &members[new], place[groups.parents[old]], hinge, lift));
+            let servo = hinge.as_ref().map_or(0, |hinge| servo(&mut servos, hinge));
+            bodies.push(body(assembly, &members[new], place[groups.parents[old]], (hinge, servo), lift));
         }
         let pieces = assembly
             .elements
@@ -83,7 +89,7 @@ impl Lowered {
             .zip(&groups.of_element)
             .map(|(element, &group)| piece(element, place[group], &bodies, lift))
             .collect();
-        Ok(Self { bodies, pieces, actuators: assembly.actuators })
+        Ok(Self { bodies, pieces, servos, actuators: assembly.actuators })
     }
 
     /// Where each element sits, for a recorded motion.
@@ -166,13 +172,28 @@ impl<'a> Groups<'a> {
     }
 }
 
+/// The place of a hinge's servo among all, where it is put if there is none like it.
+fn servo(servos: &mut Vec<Servo>, hinge: &Hinge) -> usize {
+    let own = Servo::new(hinge);
+    servos.iter().position(|servo| *servo == own).unwrap_or_else(|| {
+        servos.push(own);
+        servos.len() - 1
+    })
+}
+
 fn raised(hinge: &Hinge, lift: f64) -> Hinge {
     let mut hinge = hinge.clone();
     hinge.anchor.y += lift;
     hinge
 }
 
-fn body(assembly: &Assembly, members: &[usize], parent: usize, hinge: Option<Hinge>, lift: f64) -> Body {
+fn body(
+    assembly: &Assembly,
+    members: &[usize],
+    parent: usize,
+    (hinge, servo): (Option<Hinge>, usize),
+    lift: f64,
+) -> Body {
     let elements = || members.iter().map(|&member| &assembly.elements[member]);
     let mass: f64 = elements().map(|element| element.mass).sum();
     let moment: Vector3<f64> = elements().map(|e| e.mass * e.pose.translation.vector).sum();
@@ -185,7 +206,7 @@ fn body(assembly: &Assembly, members: &[usize], parent: usize, hinge: Option<Hin
         inertia += turn.matrix() * own * turn.matrix().transpose();
         inertia += element.mass * (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose());
     }
-    Body { parent, mass, centre: centre + Vector3::y() * lift, inertia, hinge }
+    Body { parent, mass, centre: centre + Vector3::y() * lift, inertia, hinge, servo }
 }
 
 fn piece(element: &Element, body: usize, bodies: &[Body], lift: f64) -> Piece {

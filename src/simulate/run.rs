@@ -19,8 +19,8 @@ pub(super) trait Stepper: Send {
     const LANES: usize;
     /// Back to the state at rest, bit for bit.
     fn reset(&mut self);
-    /// Sets the target of a hinge's servo for the next step of a lane, rad.
-    fn aim(&mut self, lane: usize, hinge: usize, target: f64);
+    /// Sets the target of a servo for the next step of a lane, rad.
+    fn aim(&mut self, lane: usize, servo: usize, target: f64);
     /// Moves all lanes on by one step.
     fn step(&mut self);
     /// What has gone wrong in a lane since the last reset.
@@ -29,9 +29,9 @@ pub(super) trait Stepper: Send {
     fn pose(&self, lane: usize, body: usize) -> Isometry3<f64>;
     /// The angle of a hinge, rad.
     fn angle(&self, lane: usize, hinge: usize) -> f64;
-    /// The mechanical work of a hinge's servo in the last step, J: the torque
-    /// that acted times the turn of the hinge; negative where the servo is
-    /// turned against its torque.
+    /// The mechanical work that has been done at a hinge since the last reset, J:
+    /// the torque that acted times the turn of the hinge, step by step, where
+    /// that is positive.
     fn work(&self, lane: usize, hinge: usize) -> f64;
 }
 
@@ -39,10 +39,10 @@ pub(super) trait Stepper: Send {
 #[derive(Debug)]
 pub(super) struct Run<S> {
     stepper: S,
-    /// The servos at rest; hinges that always have the same target share one.
+    /// The servos at rest.
     servos: Vec<Servo>,
-    /// Which servo each hinge has, and its actuator.
-    hinges: Vec<(usize, usize)>,
+    /// The actuator of each hinge.
+    hinges: Vec<usize>,
     bends: Bends,
     schedule: Schedule,
     placements: Arc<[Placement]>,
@@ -61,21 +61,12 @@ struct Lane<'a> {
 impl<S: Stepper> Run<S> {
     /// Runs of a solver made for the same assembly and settings.
     pub(super) fn new(stepper: S, lowered: &Lowered, settings: &Settings) -> Self {
-        let all: Vec<&Hinge> = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref()).collect();
-        let mut servos: Vec<Servo> = Vec::new();
-        let hinges = all.iter().map(|hinge| {
-            let own = Servo::new(hinge);
-            let place = servos.iter().position(|servo| *servo == own).unwrap_or_else(|| {
-                servos.push(own);
-                servos.len() - 1
-            });
-            (place, hinge.actuator)
-        });
+        let hinges: Vec<&Hinge> = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref()).collect();
         Self {
-            hinges: hinges.collect(),
-            servos,
             stepper,
-            bends: Bends::new(&all, lowered.actuators),
+            servos: lowered.servos.clone(),
+            hinges: hinges.iter().map(|hinge| hinge.actuator).collect(),
+            bends: Bends::new(&hinges, lowered.actuators),
             schedule: Schedule::new(settings),
             placements: lowered.placements(),
             bodies: lowered.bodies.len(),
@@ -114,6 +105,13 @@ impl<S: Stepper> Run<S> {
                 frame += 1;
             }
         }
+        for (number, lane) in lanes.iter_mut().enumerate() {
+            for (hinge, &actuator) in self.hinges.iter().enumerate() {
+                if let Some(sum) = lane.motion.work.get_mut(actuator) {
+                    *sum += self.stepper.work(number, hinge);
+                }
+            }
+        }
         let outcome = |lane: Lane| lane.failure.map_or(Ok(lane.motion), Err);
         lanes.into_iter().map(outcome).collect()
     }
@@ -121,27 +119,20 @@ impl<S: Stepper> Run<S> {
     fn step(&mut self, lanes: &mut [Lane], t: f64) {
         let last = lanes.len() - 1;
         for (number, lane) in lanes.iter_mut().enumerate() {
-            for servo in &mut lane.servos {
+            let end = if number == last { S::LANES } else { number + 1 };
+            for (place, servo) in lane.servos.iter_mut().enumerate() {
                 if !servo.follow(lane.drive, t, self.schedule.step) {
                     lane.failure = lane.failure.or(Some(Invalid::NotFinite));
                     servo.target = 0.0;
                 }
-            }
-            let end = if number == last { S::LANES } else { number + 1 };
-            for (hinge, &(servo, _)) in self.hinges.iter().enumerate() {
-                for place in number..end {
-                    self.stepper.aim(place, hinge, lane.servos[servo].target);
+                for lane in number..end {
+                    self.stepper.aim(lane, place, servo.target);
                 }
             }
         }
         self.stepper.step();
         for (number, lane) in lanes.iter_mut().enumerate() {
             lane.failure = lane.failure.or(self.stepper.failure(number));
-            for (hinge, &(_, actuator)) in self.hinges.iter().enumerate() {
-                if let Some(sum) = lane.motion.work.get_mut(actuator) {
-                    *sum += self.stepper.work(number, hinge).max(0.0);
-                }
-            }
         }
     }
 

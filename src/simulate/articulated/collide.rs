@@ -11,9 +11,11 @@
 //! anywhere on them. Pairs that overlap at rest by more than the roundings do
 //! not collide; those that overlap less may overlap as much as they did.
 //!
-//! Most pairs are asleep: an odometer counts how far any two bodies can have
-//! moved towards each other, and a pair that had a gap is looked at again when
-//! half of it may be used up.
+//! Most pairs are asleep. Each body has an odometer that counts how far it can have
+//! moved (as the root sees it: tumbling as one piece brings nothing closer), and a
+//! pair that had a gap is looked at again when its two bodies may have used it up.
+//! So that not even that must be asked of every pair in every step, one more
+//! odometer counts what the two fastest bodies can have moved towards each other.
 
 use super::ground::top_speed;
 use super::kinematics::{Frame, State, Velocity, place};
@@ -134,9 +136,16 @@ pub(super) struct Collisions<S> {
     hulls: Vec<Hull<S>>,
     pairs: Vec<Pair<S>>,
     at_rest: Vec<Pair<S>>,
-    /// Odometer reading at which each pair wakes up.
+    /// Sum of its bodies' odometers at which each pair may touch.
+    due: Vec<S>,
+    /// Reading of the common odometer before which that is not so.
     wake: Vec<S>,
-    odometer: S,
+    /// How far each body can have moved.
+    odometers: Vec<S>,
+    /// How far any two can have moved towards each other.
+    common: S,
+    /// How far each body can move in this step.
+    travels: Vec<S>,
     /// For each body, how far its elements reach from its centre.
     reach: Vec<S>,
 }
@@ -161,10 +170,13 @@ impl<S: Scalar> Collisions<S> {
         }
         Self {
             hulls: lowered.pieces.iter().map(|piece| hull(kit, piece)).collect(),
+            due: vec![S::zero(kit); pairs.len()],
             wake: vec![S::zero(kit); pairs.len()],
+            odometers: vec![S::zero(kit); lowered.bodies.len()],
+            common: S::zero(kit),
+            travels: vec![S::zero(kit); lowered.bodies.len()],
             at_rest: pairs.clone(),
             pairs,
-            odometer: S::zero(kit),
             reach: reaches(kit, lowered),
         }
     }
@@ -177,8 +189,10 @@ impl<S: Scalar> Collisions<S> {
     /// Back to rest.
     pub(super) fn reset(&mut self) {
         self.pairs.copy_from_slice(&self.at_rest);
-        self.odometer = self.odometer.like(0.0);
-        self.wake.fill(self.odometer);
+        self.common = self.common.like(0.0);
+        self.wake.fill(self.common);
+        self.due.fill(self.common);
+        self.odometers.fill(self.common);
     }
 
     /// Hands over every pair that may touch within a step; `ahead` is how the
@@ -191,41 +205,57 @@ impl<S: Scalar> Collisions<S> {
         step: S,
         mut found: impl FnMut(Meeting<S>),
     ) {
-        let now = frames.iter().map(|frame| Velocity { spin: frame.spin, velocity: frame.velocity });
-        let moved = self.travel(frames, now, step);
-        let travel = moved.max(self.travel(frames, ahead.iter().copied(), step));
-        // The present speeds are those of the step just made.
-        self.odometer += moved;
-        let margin = travel + travel.like(MARGIN);
+        let most = self.travel(frames, ahead, step);
+        let margin = step.like(MARGIN);
         for place in 0..self.pairs.len() {
-            let awake = self.wake[place].at_most(self.odometer + margin);
+            let awake = self.wake[place].at_most(self.common + most + margin);
             if !awake.any() {
                 continue;
             }
-            let (gap, meeting) = self.look(frames, place, margin, awake);
+            let Pair { first, second, .. } = self.pairs[place];
+            let (a, b) = (self.hulls[first].body, self.hulls[second].body);
+            let moved = self.odometers[a] + self.odometers[b];
+            let margin = self.travels[a] + self.travels[b] + margin;
+            let left = self.due[place] - moved;
+            let due = awake & left.at_most(margin);
+            self.wake[place] = S::pick(awake, self.common + left, self.wake[place]);
+            if !due.any() {
+                continue;
+            }
+            let (gap, meeting) = self.look(frames, place, margin, due);
             if let Some(meeting) = meeting {
                 found(meeting);
             }
-            self.wake[place] = S::pick(awake, self.odometer + gap, self.wake[place]);
+            self.due[place] = S::pick(due, moved + gap, self.due[place]);
+            self.wake[place] = S::pick(due, self.common + gap, self.wake[place]);
         }
     }
 
-    /// How far two bodies can approach each other in a step. Speeds are taken
-    /// as the root sees them: tumbling as one piece brings nothing closer.
+    /// Moves the odometers on by the step just made, whose speeds are the present
+    /// ones, and says how far the bodies can move in the next: each, and any two
+    /// towards each other.
     #[inline(always)]
-    fn travel(&self, frames: &[Frame<S>], moves: impl Iterator<Item = Velocity<S>>, step: S) -> S {
-        let mut root = Velocity::null(step.kit());
-        let mut most = step.like(0.0);
-        for (body, own) in moves.enumerate() {
-            if body == 0 {
-                root = own;
-                continue;
-            }
-            let carried = add(root.velocity, cross(root.spin, frames[body].centre));
-            let velocity = sub(own.velocity, carried);
-            most = most.max(top_speed(sub(own.spin, root.spin), velocity, self.reach[body]));
+    fn travel(&mut self, frames: &[Frame<S>], ahead: &[Velocity<S>], step: S) -> S {
+        let root = (Velocity::of(&frames[0]), ahead[0]);
+        let (mut moved, mut most) = (step.like(0.0), step.like(0.0));
+        for (body, (frame, ahead)) in frames.iter().zip(ahead).enumerate().skip(1) {
+            let past = self.relative_speed(body, frame, Velocity::of(frame), root.0) * step;
+            let next = past.max(self.relative_speed(body, frame, *ahead, root.1) * step);
+            self.odometers[body] += past;
+            self.travels[body] = next;
+            moved = moved.max(past);
+            most = most.max(next);
         }
-        most * step * step.like(2.0)
+        let two = step.like(2.0);
+        self.common += moved * two;
+        most * two
+    }
+
+    /// The greatest speed of any point of a body as the root sees it.
+    #[inline(always)]
+    fn relative_speed(&self, body: usize, frame: &Frame<S>, own: Velocity<S>, root: Velocity<S>) -> S {
+        let carried = add(root.velocity, cross(root.spin, frame.centre));
+        top_speed(sub(own.spin, root.spin), sub(own.velocity, carried), self.reach[body])
     }
 
     /// A lower bound of the gap of a pair, and the contact where it is small, in

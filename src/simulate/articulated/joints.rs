@@ -45,6 +45,8 @@ struct Drive<S> {
     strained: S,
     /// The impulse that acted when the step was last solved.
     given: S,
+    /// The work done so far, and what rounding has cut off it (Kahan's summation).
+    work: (S, S),
     /// Impulses that held the hard limits in the last step.
     hold: (S, S),
 }
@@ -52,8 +54,8 @@ struct Drive<S> {
 impl<S: Scalar> Drive<S> {
     fn null(kit: S::Kit) -> Self {
         let zero = S::zero(kit);
-        let hold = (zero, zero);
-        Self { drive: zero, yielding: zero, most: zero, strained: zero, given: zero, hold }
+        let none = (zero, zero);
+        Self { drive: zero, yielding: zero, most: zero, strained: zero, given: zero, work: none, hold: none }
     }
 
     /// Where the servo is not at its limit.
@@ -96,7 +98,7 @@ impl<S: Scalar> Joints<S> {
     pub(super) fn prepare(&mut self, tree: &Tree<S>, state: &State<S>, targets: &[S], step: S) {
         for (body, link) in tree.links.iter().enumerate().skip(1) {
             let servo = &mut self.drives[body];
-            servo.drive = step * link.stiffness * (targets[body] - state.angles[body]);
+            servo.drive = step * link.stiffness * (targets[link.servo] - state.angles[body]);
             servo.yielding = step * (link.damping + step * link.stiffness);
             servo.most = step * link.torque;
         }
@@ -139,10 +141,21 @@ impl<S: Scalar> Joints<S> {
         changed
     }
 
-    /// The impulse of a body's servo in the step that was solved last.
+    /// Adds up the work of the step just solved, which ends with these speeds.
     #[inline(always)]
-    pub(super) fn impulse(&self, body: usize) -> S {
-        self.drives[body].given
+    pub(super) fn tally(&mut self, speeds: &[S]) {
+        for (body, servo) in self.drives.iter_mut().enumerate().skip(1) {
+            // The hinge turns by its speed times the step, so impulse times
+            // speed is torque times turn.
+            let work = (servo.given * speeds[dof_of(body)]).max(servo.given.like(0.0)) - servo.work.1;
+            let sum = servo.work.0 + work;
+            servo.work = (sum, (sum - servo.work.0) - work);
+        }
+    }
+
+    /// The work that has been done at a body's hinge since the last reset, erg.
+    pub(super) fn work(&self, body: usize) -> S {
+        self.drives[body].work.0
     }
 
     /// Makes rows for the hinges that come near a hard limit; `free` are the

@@ -127,6 +127,12 @@ impl<S: Scalar> Velocity<S> {
     pub(super) fn null(kit: S::Kit) -> Self {
         Self { spin: null(kit), velocity: null(kit) }
     }
+
+    /// That of a frame.
+    #[inline(always)]
+    pub(super) fn of(frame: &Frame<S>) -> Self {
+        Self { spin: frame.spin, velocity: frame.velocity }
+    }
 }
 
 /// Computes the velocities that other speeds would give to the bodies where

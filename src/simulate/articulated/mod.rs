@@ -32,7 +32,7 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 
 use self::scalar::Scalar;
 use self::solver::Solver;
-use self::tree::{LENGTH, TORQUE, dof_of};
+use self::tree::{LENGTH, TORQUE};
 use self::widths::Widths;
 use super::lowering::Lowered;
 use super::run::Stepper;
@@ -61,8 +61,8 @@ impl<S: Scalar> Stepper for Solver<S> {
     }
 
     #[inline]
-    fn aim(&mut self, lane: usize, hinge: usize, target: f64) {
-        self.targets[hinge + 1].set_lane(lane, target);
+    fn aim(&mut self, lane: usize, servo: usize, target: f64) {
+        self.targets[servo].set_lane(lane, target);
     }
 
     fn step(&mut self) {
@@ -92,11 +92,7 @@ impl<S: Scalar> Stepper for Solver<S> {
         self.state.angles[hinge + 1].lane(lane) + 0.0
     }
 
-    #[inline]
     fn work(&self, lane: usize, hinge: usize) -> f64 {
-        // The hinge has turned by its speed times the step, so impulse times
-        // speed is torque times turn.
-        let impulse = self.joints.impulse(hinge + 1).lane(lane);
-        impulse * self.state.speeds[dof_of(hinge + 1)].lane(lane) / TORQUE
+        self.joints.work(hinge + 1).lane(lane) / TORQUE + 0.0
     }
 }

@@ -38,7 +38,7 @@ pub(super) struct Solver<S: Scalar> {
     pub(super) gravity: V3<S>,
     /// Whether the root cannot move; only tests hold it.
     pub(super) anchored: bool,
-    /// Servo targets by body, rad.
+    /// Targets of the servos, rad.
     pub(super) targets: Vec<S>,
     pub(super) ground: Option<Ground<S>>,
     collisions: Option<Collisions<S>>,
@@ -100,7 +100,7 @@ impl<S: Scalar> Solver<S> {
         Self {
             gravity: constant(kit, [0.0, -settings.gravity * LENGTH, 0.0]),
             anchored: false,
-            targets: vec![of(0.0); bodies],
+            targets: vec![of(0.0); lowered.servos.len()],
             start: state.clone(),
             step: of(settings.step),
             iterations: settings.iterations,
@@ -175,6 +175,7 @@ impl<S: Scalar> Solver<S> {
                 break;
             }
         }
+        self.joints.tally(&self.next);
         self.state.speeds.copy_from_slice(&self.next);
         self.state.advance(self.step);
         place(&self.tree, &self.state, &mut self.frames);

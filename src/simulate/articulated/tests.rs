@@ -329,7 +329,7 @@ fn a_servo_holds_what_its_torque_allows() {
     let mut solver = aloft::<f64>(&weak, &fine(1.0 / 240.0));
     solver.anchored = true;
     solver.gravity = [0.0; 3];
-    solver.targets[1] = 0.7;
+    solver.targets[0] = 0.7;
     solver.advance();
     let link = &solver.tree.links[1];
     let inertia = link.mass * 25.0 + link.inertia[2];
@@ -362,10 +362,10 @@ fn a_moving_servo_lags_by_its_damping() {
     let mut solver = aloft::<f32>(&assembly, &Settings { gravity: 0.0, ..fine(1.0 / 240.0) });
     solver.anchored = true;
     for step in 1..=120 {
-        solver.targets[1] = step as f32 / 240.0;
+        solver.targets[0] = step as f32 / 240.0;
         solver.advance();
     }
-    let lag = f64::from(solver.targets[1] - solver.state.angles[1]);
+    let lag = f64::from(solver.targets[0] - solver.state.angles[1]);
     assert!((lag * 0.3 / 0.01 - 1.0).abs() < 3e-3, "{lag} rad");
 }
 
@@ -392,7 +392,7 @@ fn parts_do_not_pass_through_each_other() {
         let mut solver = aloft::<f32>(&body.0, &Settings { self_collision: true, ..fine(1.0 / 240.0) });
         solver.anchored = true;
         solver.gravity = [0.0; 3];
-        solver.targets[1..].fill(0.8);
+        solver.targets.fill(0.8);
         for _ in 0..480 {
             solver.advance();
             let apart = solver.frames[1].centre[2] - solver.frames[2].centre[2];

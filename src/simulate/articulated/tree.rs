@@ -44,6 +44,8 @@ pub(super) struct Link<S> {
     pub(super) torque: S,
     /// Hard limits of the hinge angle.
     pub(super) limits: (S, S),
+    /// Which servo turns the hinge.
+    pub(super) servo: usize,
 }
 
 /// The bodies and the layout of everything that follows their tree.
@@ -143,6 +145,7 @@ fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body) -> Link<S> {
         damping: of(0.0),
         torque: of(0.0),
         limits: (of(0.0), of(0.0)),
+        servo: body.servo,
     };
     if let Some(hinge) = &body.hinge {
         link.parent = body.parent;

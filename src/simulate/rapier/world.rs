@@ -29,7 +29,7 @@ pub(super) struct World {
     joints: Vec<ImpulseJointHandle>,
     /// Angle of each hinge without jumps at half a turn, rad.
     angles: Vec<f64>,
-    /// Work of each hinge's motor in the last step, J.
+    /// Work done at each hinge so far, J.
     work: Vec<f64>,
     failure: Option<Invalid>,
 }
@@ -142,12 +142,20 @@ impl Stepper for World {
         self.build();
     }
 
-    fn aim(&mut self, _: usize, hinge: usize, target: f64) {
-        if let Some(joint) = self.world.impulse_joints.get_mut(self.joints[hinge], false)
-            && let Some(spec) = &self.lowered.bodies[hinge + 1].hinge
-        {
-            let (stiffness, damping) = (spec.stiffness * TORQUE, spec.damping * TORQUE);
-            joint.data.set_motor_position(JointAxis::AngX, target as f32, stiffness as f32, damping as f32);
+    fn aim(&mut self, _: usize, servo: usize, target: f64) {
+        let hinges = self.lowered.bodies.iter().skip(1).zip(&self.joints);
+        for (body, &joint) in hinges.filter(|(body, _)| body.servo == servo) {
+            if let Some(joint) = self.world.impulse_joints.get_mut(joint, false)
+                && let Some(spec) = &body.hinge
+            {
+                let (stiffness, damping) = (spec.stiffness * TORQUE, spec.damping * TORQUE);
+                joint.data.set_motor_position(
+                    JointAxis::AngX,
+                    target as f32,
+                    stiffness as f32,
+                    damping as f32,
+                );
+            }
         }
     }
 
@@ -157,7 +165,7 @@ impl Stepper for World {
         for hinge in 0..self.joints.len() {
             let angle = self.turn(hinge);
             let turned = angle - self.angles[hinge];
-            self.work[hinge] = self.torque(hinge, turned) * turned;
+            self.work[hinge] += (self.torque(hinge, turned) * turned).max(0.0);
             self.angles[hinge] = angle;
         }
     }
