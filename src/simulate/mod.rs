@@ -57,6 +57,23 @@ pub enum Invalid {
     NotFinite,
     /// An element went faster than the model's speed limit.
     TooFast,
+    /// The centre of a body went through the ground.
+    Sunk,
+    /// There was energy that no servo had put in.
+    EnergyFromNowhere,
+}
+
+impl Invalid {
+    /// In words, for "so many evaluations were invalid: ...".
+    #[must_use]
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::NotFinite => "not finite",
+            Self::TooFast => "too fast",
+            Self::Sunk => "through the ground",
+            Self::EnergyFromNowhere => "energy from nowhere",
+        }
+    }
 }
 
 /// Every solver by the name that `--solver` uses; the first is the default.

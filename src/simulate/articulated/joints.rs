@@ -154,6 +154,7 @@ impl<S: Scalar> Joints<S> {
     }
 
     /// The work that has been done at a body's hinge since the last reset, erg.
+    #[inline(always)]
     pub(super) fn work(&self, body: usize) -> S {
         self.drives[body].work.0
     }

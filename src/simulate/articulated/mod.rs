@@ -11,6 +11,7 @@
 mod angle;
 mod bias;
 mod collide;
+mod energy;
 mod factor;
 mod ground;
 mod inertia;

@@ -2,6 +2,7 @@
 
 use super::bias::{Wrench, bias};
 use super::collide::{Collisions, reaches};
+use super::energy::Ledger;
 use super::factor::Factor;
 use super::ground::{Ground, top_speed};
 use super::inertia::{Composite, mass_matrix, turn_inertias};
@@ -25,6 +26,8 @@ const MEND_SPEED: f64 = 20.0;
 /// Gap in cm below which a point is a contact even when all is still.
 const MARGIN: f64 = 0.02;
 
+/// Steps between two looks at the energy.
+const AUDIT: u32 = 8;
 /// Times a step is solved at most while servos come to or leave their limits.
 const PASSES: usize = 4;
 
@@ -67,6 +70,9 @@ pub(super) struct Solver<S: Scalar> {
     memory: Vec<V3<S>>,
     /// Lane and slot of those that are not null.
     remembered: Vec<(usize, u32)>,
+    /// Steps since the start.
+    age: u32,
+    pub(super) ledger: Ledger<S>,
     /// What went wrong in each lane, which ends its run.
     pub(super) failures: Vec<Option<Invalid>>,
     /// The lanes where nothing has gone wrong.
@@ -119,6 +125,8 @@ impl<S: Scalar> Solver<S> {
             rows: Rows::new(&tree, contacts),
             memory: vec![null(kit); slots],
             remembered: Vec::with_capacity(contacts * S::LANES),
+            age: 0,
+            ledger: Ledger::new(&tree, settings),
             failures: vec![None; S::LANES],
             going: S::mask(kit, true),
             impulses: dofs.clone(),
@@ -139,6 +147,8 @@ impl<S: Scalar> Solver<S> {
         self.joints.reset();
         self.memory.fill(null(self.tree.kit));
         self.remembered.clear();
+        self.age = 0;
+        self.ledger.reset();
         self.failures.fill(None);
         self.going = S::mask(self.tree.kit, true);
         if let Some(collisions) = &mut self.collisions {
@@ -321,6 +331,15 @@ impl<S: Scalar> Solver<S> {
             // Only lanes in which a body might be too fast are looked at closely.
             fine = fine & top_speed(frame.spin, frame.velocity, reach).less(self.speed_limit);
         }
+        let sinks = if self.ground.is_some() { self.frames.as_slice() } else { &[] };
+        for frame in sinks {
+            fine = fine & zero.less(self.state.position[1] + frame.centre[1]);
+        }
+        self.age += 1;
+        if self.age % AUDIT == 0 {
+            let gained = self.ledger.gain(&self.tree, &self.state, &self.frames, self.gravity, &self.joints);
+            fine = fine & gained.at_most(self.ledger.allowed);
+        }
         let doubtful = self.going & !fine;
         if doubtful.any() {
             self.examine(doubtful);
@@ -354,22 +373,14 @@ impl<S: Scalar> Solver<S> {
             // Not the other way round: what is not a number is not slow.
             !(dot(velocity, velocity).sqrt() <= limit)
         };
-        self.centres.iter().any(fast).then_some(Invalid::TooFast)
-    }
-
-    /// Kinetic energy of all bodies plus their potential energy, erg.
-    #[cfg(test)]
-    pub(super) fn energy(&self) -> f64 {
-        use super::vector::{apply_sym, apply_transposed};
-        let mut sum = 0.0;
-        for (frame, link) in self.frames.iter().zip(&self.tree.links) {
-            let spin = apply_transposed(&frame.rotation, frame.spin);
-            let turning = dot(spin, apply_sym(&link.inertia, spin)).lane(0);
-            let moving = dot(frame.velocity, frame.velocity).lane(0) * link.mass.lane(0);
-            let place = add(self.state.position, frame.centre);
-            sum += 0.5 * (turning + moving) - dot(self.gravity, place).lane(0) * link.mass.lane(0);
+        if self.centres.iter().any(fast) {
+            return Some(Invalid::TooFast);
         }
-        sum
+        let height = |frame: &Frame<S>| self.state.position[1].lane(lane) + frame.centre[1].lane(lane);
+        if self.ground.is_some() && self.frames.iter().any(|frame| height(frame) <= 0.0) {
+            return Some(Invalid::Sunk);
+        }
+        (self.ledger.gained.lane(lane) > self.ledger.allowed.lane(lane)).then_some(Invalid::EnergyFromNowhere)
     }
 }
 

@@ -1,0 +1,75 @@
+//! Energy bookkeeping: what the servos have not put in must not be there.
+
+use super::joints::Joints;
+use super::kinematics::{Frame, State};
+use super::scalar::Scalar;
+use super::tree::{LENGTH, Tree};
+use super::vector::{V3, add, apply_sym, apply_transposed, dot};
+use crate::simulate::Settings;
+
+/// Energy that may come from nowhere, as a height in cm to which it lifts the
+/// whole body: contacts that mend an overlap and the coarseness of steps give some.
+const ALLOWED: f64 = 0.25;
+
+/// Kinetic and potential energy less the work of the servos. In truth it only
+/// falls, as hinges, friction and impacts take from it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ledger<S> {
+    /// The lowest balance so far, erg.
+    lowest: S,
+    /// How much more there was when it was last looked at.
+    pub(super) gained: S,
+    /// How much more is too much.
+    pub(super) allowed: S,
+}
+
+impl<S: Scalar> Ledger<S> {
+    /// Before the first step.
+    pub(super) fn new(tree: &Tree<S>, settings: &Settings) -> Self {
+        let mass: f64 = tree.links.iter().map(|link| link.mass.lane(0)).sum();
+        // Without weight a body may still spin: as much as on earth.
+        let weight = mass * settings.gravity.max(9.81) * LENGTH;
+        let of = |value: f64| S::of(tree.kit, value);
+        Self { lowest: of(f64::MAX), gained: of(0.0), allowed: of(weight * ALLOWED) }
+    }
+
+    /// Back to before the first step.
+    pub(super) fn reset(&mut self) {
+        self.lowest = self.lowest.like(f64::MAX);
+        self.gained = self.gained.like(0.0);
+    }
+
+    /// How much energy has come from nowhere since the balance was lowest, erg.
+    #[inline(always)]
+    pub(super) fn gain(
+        &mut self,
+        tree: &Tree<S>,
+        state: &State<S>,
+        frames: &[Frame<S>],
+        gravity: V3<S>,
+        joints: &Joints<S>,
+    ) -> S {
+        let mut balance = energy(tree, state, frames, gravity);
+        for body in 1..tree.links.len() {
+            balance -= joints.work(body);
+        }
+        self.lowest = self.lowest.min(balance);
+        self.gained = balance - self.lowest;
+        self.gained
+    }
+}
+
+/// Kinetic energy of all bodies plus their potential energy, erg.
+#[inline(always)]
+pub(super) fn energy<S: Scalar>(tree: &Tree<S>, state: &State<S>, frames: &[Frame<S>], gravity: V3<S>) -> S {
+    let mut sum = S::zero(tree.kit);
+    let half = sum.like(0.5);
+    for (frame, link) in frames.iter().zip(&tree.links) {
+        let spin = apply_transposed(&frame.rotation, frame.spin);
+        let turning = dot(spin, apply_sym(&link.inertia, spin));
+        let moving = dot(frame.velocity, frame.velocity) * link.mass;
+        let place = add(state.position, frame.centre);
+        sum += half * (turning + moving) - dot(gravity, place) * link.mass;
+    }
+    sum
+}
