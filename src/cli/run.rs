@@ -145,6 +145,16 @@ impl Run {
             outcome.end.text()
         );
         output::note(&spent);
+        let tally = &outcome.tally;
+        if tally.invalid() > 0 {
+            output::note(&format!("{} evaluations had no value: {}", tally.invalid(), tally.reasons()));
+        }
+        if tally.unstable > 0 {
+            let many = tally.unstable;
+            output::note(&format!(
+                "{many} would-be best gaits lost their value at half the step and were refused"
+            ));
+        }
         let Some(best) = &outcome.best else {
             if outcome.end == End::Interrupted {
                 return Err(Fault {
@@ -164,7 +174,7 @@ impl Run {
         if outcome.end != End::Interrupted {
             // The second opinion on the final best is kept beside the value; it takes some seconds.
             if !self.quiet {
-                output::note("cross-checking the best design with rapier ...");
+                output::note("cross-checking the best design: rapier, other friction, masses and motors ...");
             }
             design = judge::final_check(&rules, &design).map_err(Fault::input)?;
             keeper.folder.best(&design).map_err(Fault::usage)?;

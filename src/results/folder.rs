@@ -1,5 +1,6 @@
 //! The run folder: what a run was asked, what it did, what it found.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -41,6 +42,10 @@ struct Finished<'a> {
     unit: &'a str,
     evaluations: u64,
     moves: usize,
+    /// Evaluations without a value, by reason.
+    invalid: BTreeMap<&'static str, u64>,
+    /// Would-be bests that lost their value at half the step.
+    unstable: u64,
     end: &'a str,
 }
 
@@ -106,7 +111,7 @@ fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> 
 }
 
 /// The columns of `evals.csv`.
-const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable\n";
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid\n";
 
 impl RunFolder {
     /// Makes a folder for a run.
@@ -196,7 +201,7 @@ impl RunFolder {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
         let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
         let line = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
             row.number,
             row.iteration,
             row.rule.as_deref().unwrap_or(""),
@@ -208,8 +213,9 @@ impl RunFolder {
             number(row.best),
             row.temperature,
             row.evaluations,
-            row.invalid,
-            row.unstable,
+            row.tally.invalid(),
+            row.tally.unstable,
+            quoted(&row.tally.reasons()),
         );
         self.evals
             .write_all(line.as_bytes())
@@ -242,6 +248,8 @@ impl RunFolder {
             unit,
             evaluations: outcome.evaluations,
             moves: outcome.moves,
+            invalid: outcome.tally.invalid.iter().map(|(why, n)| (why.describe(), *n)).collect(),
+            unstable: outcome.tally.unstable,
             end: outcome.end.text(),
         };
         let text = serde_json::to_string_pretty(&finished).map_err(|e| e.to_string())? + "\n";

@@ -8,14 +8,24 @@ use super::describe;
 use super::saved::{Check, Grammar, SavedDesign, SavedTask};
 use crate::derive::Derivation;
 use crate::design::Body;
+use crate::design::assembly::{Assembly, JointKind};
 use crate::drive::Drive;
 use crate::score::{self, Recording, Score, score};
 use crate::search::{Best, keeps, settings};
-use crate::simulate::{self, Invalid, Motion};
+use crate::simulate::{self, Invalid, Motion, Settings};
 
 /// The names of the checks that every final best goes through.
 const HALF_STEP: &str = "half the step";
 const RAPIER: &str = "rapier";
+/// By how much friction, masses and motors are moved, one after the other.
+const SHIFTS: [(&str, Shift); 6] = [
+    ("friction 10 % lower", Shift::Friction(0.9)),
+    ("friction 10 % higher", Shift::Friction(1.1)),
+    ("masses 10 % lower", Shift::Mass(0.9)),
+    ("masses 10 % higher", Shift::Mass(1.1)),
+    ("motors 10 % weaker", Shift::Motors(0.9)),
+    ("motors 10 % stronger", Shift::Motors(1.1)),
+];
 
 /// A saved design that has been simulated again.
 pub struct Replayed {
@@ -55,7 +65,8 @@ pub fn replay(
     let (derivation, body) = body_of(rules, design)?;
     let mut tasks = Vec::new();
     for saved in &design.tasks {
-        tasks.push(replay_task(rules, saved, (&derivation, &body), solver, step)?);
+        let trial = Trial { solver, step, shift: None };
+        tasks.push(replay_task(rules, saved, (&derivation, &body), trial)?);
     }
     if tasks.len() != rules.tasks.len() {
         return Err("its tasks are not those of this grammar".to_owned());
@@ -67,6 +78,46 @@ pub fn replay(
         None => None,
     };
     Ok(Replayed { derivation, body, tasks, value })
+}
+
+/// How a design is simulated again.
+#[derive(Clone, Copy, Debug)]
+struct Trial<'a> {
+    solver: &'a str,
+    step: Option<Step>,
+    shift: Option<Shift>,
+}
+
+/// A body or a ground that is not quite what was thought: a factor for one of its numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Shift {
+    /// Friction of the parts with the ground and each other.
+    Friction(f64),
+    /// The masses of all parts.
+    Mass(f64),
+    /// Largest torque, stiffness and damping of the servos.
+    Motors(f64),
+}
+
+impl Shift {
+    fn apply(self, assembly: &mut Assembly, settings: &mut Settings) {
+        match self {
+            Self::Friction(factor) => {
+                settings.ground_friction *= factor;
+                assembly.elements.iter_mut().for_each(|element| element.friction *= factor);
+            }
+            Self::Mass(factor) => assembly.elements.iter_mut().for_each(|element| element.mass *= factor),
+            Self::Motors(factor) => {
+                for joint in &mut assembly.joints {
+                    if let JointKind::Hinge(hinge) = &mut joint.kind {
+                        hinge.torque *= factor;
+                        hinge.stiffness *= factor;
+                        hinge.damping *= factor;
+                    }
+                }
+            }
+        }
+    }
 }
 
 /// Another time step than the model's.
@@ -89,8 +140,7 @@ fn replay_task(
     rules: &RuleSet,
     saved: &SavedTask,
     (derivation, body): (&Arc<Derivation>, &Body),
-    solver: &str,
-    step: Option<Step>,
+    trial: Trial<'_>,
 ) -> Result<ReplayedTask, String> {
     let task = task_of(rules, saved)?;
     let drive = Drive::new(rules, task, Arc::clone(derivation), body).map_err(|e| e.reason)?;
@@ -101,13 +151,18 @@ fn replay_task(
     }
     let targets = drive.targets(&parameters).map_err(|e| e.reason)?;
     let mut settings = settings(&task.model);
-    match step {
+    match trial.step {
         Some(Step::Seconds(step)) => settings.step = step,
         Some(Step::Half) => settings.step /= 2.0,
         None => {}
     }
-    let model = simulate::model(solver).ok_or_else(|| format!("there is no solver `{solver}`"))?;
-    let mut simulation = model.prepare(&body.assembly, &settings).map_err(|u| u.reason)?;
+    let mut assembly = body.assembly.clone();
+    if let Some(shift) = trial.shift {
+        shift.apply(&mut assembly, &mut settings);
+    }
+    let model =
+        simulate::model(trial.solver).ok_or_else(|| format!("there is no solver `{}`", trial.solver))?;
+    let mut simulation = model.prepare(&assembly, &settings).map_err(|u| u.reason)?;
     let motion =
         simulation.run(std::slice::from_ref(&targets)).into_iter().next().unwrap_or(Err(Invalid::NotFinite));
     let score = match &motion {
@@ -156,7 +211,8 @@ pub fn save(
             checks: Vec::new(),
             drive: drive.labels().into_iter().zip(tune.parameters.iter().copied()).collect(),
         };
-        let replayed = replay_task(rules, &saved, (&best.derivation, &body), solver, None)?;
+        let trial = Trial { solver, step: None, shift: None };
+        let replayed = replay_task(rules, &saved, (&best.derivation, &body), trial)?;
         saved.terms = replayed.score.map(|s| s.terms).unwrap_or_default();
         if let Some(half) = tune.half_step {
             saved.checks.push(Check { name: HALF_STEP.to_owned(), value: Some(half) });
@@ -167,7 +223,7 @@ pub fn save(
 }
 
 /// Adds what a final best is checked with: half the step, where the search had
-/// no need to, and the opinion of the reference solver.
+/// no need to, the opinion of the reference solver, and other friction, masses and motors.
 ///
 /// # Errors
 ///
@@ -175,23 +231,20 @@ pub fn save(
 pub fn final_check(rules: &RuleSet, design: &SavedDesign) -> Result<SavedDesign, String> {
     let mut design = design.clone();
     let (derivation, body) = body_of(rules, &design)?;
-    let solver = design.solver.clone();
+    let solver = design.solver.as_str();
+    let plain = Trial { solver, step: None, shift: None };
+    let mut trials = vec![(HALF_STEP, Trial { step: Some(Step::Half), ..plain })];
+    if solver != RAPIER {
+        trials.push((RAPIER, Trial { solver: RAPIER, ..plain }));
+        trials.extend(SHIFTS.map(|(name, shift)| (name, Trial { shift: Some(shift), ..plain })));
+    }
     for saved in &mut design.tasks {
-        let again = |solver: &str, step| {
-            let replayed = replay_task(rules, saved, (&derivation, &body), solver, step)?;
-            Ok::<_, String>(replayed.score.map(|s| s.value))
-        };
-        let fine = match saved.checks.iter().any(|c| c.name == HALF_STEP) {
-            true => None,
-            false => Some(again(&solver, Some(Step::Half))?),
-        };
-        let other = if solver == RAPIER { None } else { Some(again(RAPIER, None)?) };
-        if let Some(value) = fine {
-            saved.checks.insert(0, Check { name: HALF_STEP.to_owned(), value });
-        }
-        if let Some(value) = other {
-            saved.checks.retain(|c| c.name != RAPIER);
-            saved.checks.push(Check { name: RAPIER.to_owned(), value });
+        for &(name, trial) in &trials {
+            if saved.checks.iter().all(|check| check.name != name) {
+                let replayed = replay_task(rules, saved, (&derivation, &body), trial)?;
+                let value = replayed.score.map(|score| score.value);
+                saved.checks.push(Check { name: name.to_owned(), value });
+            }
         }
     }
     Ok(design)

@@ -11,7 +11,7 @@ use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::{Drive, Parameters};
 use crate::score::{self, Recording};
-use crate::simulate::{Invalid, Model, Settings, Simulation};
+use crate::simulate::{Invalid, Model, Motion, Settings, Simulation};
 
 /// The value of an evaluation, or why it has none.
 pub(super) type Valued = Result<f64, Invalid>;
@@ -69,25 +69,27 @@ impl<'r> Evaluator<'r> {
         Ok(Self { rules, task, derivation, body, drive, pool, workers, fine })
     }
 
+    /// How many evaluations go on at once at most: threads, and lanes of each.
+    pub(super) fn room(&self) -> (usize, usize) {
+        (self.workers.len(), self.workers.iter().map(|worker| worker.lanes()).min().unwrap_or(1))
+    }
+
     /// Evaluates several parameters at once; each as if it were alone.
-    pub fn evaluate(&mut self, batch: &[Parameters]) -> Vec<Result<Valued, EvalError>> {
+    pub(super) fn evaluate(&mut self, batch: &[Parameters]) -> Vec<Result<Valued, EvalError>> {
         let Self { rules, task, derivation, body, drive, pool, workers, .. } = self;
         let one = Judging { rules, task, derivation, body, drive };
-        if let ([worker, ..], [single]) = (workers.as_mut_slice(), batch) {
-            return vec![one.value(worker.as_mut(), single)];
+        let share = batch.len().div_ceil(workers.len()).max(1);
+        if let ([worker, ..], true) = (workers.as_mut_slice(), batch.len() <= share) {
+            return one.values(worker.as_mut(), batch);
         }
-        let mut out = Vec::with_capacity(batch.len());
-        for chunk in batch.chunks(workers.len()) {
-            let part: Vec<_> = pool.install(|| {
-                workers
-                    .par_iter_mut()
-                    .zip(chunk.par_iter())
-                    .map(|(worker, parameters)| one.value(worker.as_mut(), parameters))
-                    .collect()
-            });
-            out.extend(part);
-        }
-        out
+        let parts: Vec<_> = pool.install(|| {
+            workers
+                .par_iter_mut()
+                .zip(batch.par_chunks(share))
+                .map(|(worker, part)| one.values(worker.as_mut(), part))
+                .collect()
+        });
+        parts.into_iter().flatten().collect()
     }
 
     /// The value at half the step.
@@ -97,7 +99,9 @@ impl<'r> Evaluator<'r> {
     /// [`EvalError`] when an expression has no value.
     pub fn at_half_step(&mut self, parameters: &Parameters) -> Result<Valued, EvalError> {
         let Self { rules, task, derivation, body, drive, fine, .. } = self;
-        Judging { rules, task, derivation, body, drive }.value(fine.as_mut(), parameters)
+        let judging = Judging { rules, task, derivation, body, drive };
+        let values = judging.values(fine.as_mut(), std::slice::from_ref(parameters));
+        values.into_iter().next().unwrap_or(Ok(Err(Invalid::NotFinite)))
     }
 }
 
@@ -111,16 +115,27 @@ struct Judging<'a> {
 }
 
 impl Judging<'_> {
-    fn value(&self, simulation: &mut dyn Simulation, parameters: &[f64]) -> Result<Valued, EvalError> {
-        let Self { rules, task, derivation, body, drive } = *self;
-        let targets = drive.targets(parameters)?;
-        match simulation.run(std::slice::from_ref(&targets)).into_iter().next() {
-            Some(Ok(motion)) => {
-                let recording = Recording { derivation, body, motion: &motion, drive, parameters };
-                score::objective(rules, task, recording).map(Ok)
+    /// The values of parameters, simulated side by side.
+    fn values(
+        &self,
+        simulation: &mut dyn Simulation,
+        batch: &[Parameters],
+    ) -> Vec<Result<Valued, EvalError>> {
+        let targets: Vec<_> = batch.iter().map(|parameters| self.drive.targets(parameters)).collect();
+        let drives: Vec<_> = targets.iter().flatten().cloned().collect();
+        let mut motions = simulation.run(&drives).into_iter();
+        let mut value = |(targets, parameters): (Result<_, EvalError>, &Parameters)| {
+            targets?;
+            match motions.next().unwrap_or(Err(Invalid::NotFinite)) {
+                Ok(motion) => self.score(&motion, parameters).map(Ok),
+                Err(invalid) => Ok(Err(invalid)),
             }
-            Some(Err(invalid)) => Ok(Err(invalid)),
-            None => Ok(Err(Invalid::NotFinite)),
-        }
+        };
+        targets.into_iter().zip(batch).map(&mut value).collect()
+    }
+
+    fn score(&self, motion: &Motion, parameters: &[f64]) -> Result<f64, EvalError> {
+        let Self { rules, task, derivation, body, drive } = *self;
+        score::objective(rules, task, Recording { derivation, body, motion, drive, parameters })
     }
 }

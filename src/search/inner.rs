@@ -4,8 +4,10 @@ use std::sync::Arc;
 
 use grammar_lang::ir::{RuleSet, Task};
 
-use super::evaluator::Evaluator;
+use super::evaluator::{Evaluator, Valued};
+use super::forecast::Forecast;
 use super::schedule::{Course, Plan};
+use super::tally::Tally;
 use super::{Budget, End, Failure, accepts, keeps};
 use crate::derive::Derivation;
 use crate::derive::random::Stream;
@@ -25,10 +27,8 @@ pub(super) struct Found {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tuned {
     pub(super) found: Option<Found>,
-    /// Evaluations without a value.
-    pub(super) invalid: u64,
-    /// Candidates that lost their value at half the step.
-    pub(super) unstable: u64,
+    /// Evaluations that came to nothing.
+    pub(super) tally: Tally,
     /// Why it was cut short, if it was.
     pub(super) cut: Option<End>,
 }
@@ -41,7 +41,6 @@ pub(super) struct Tuning<'a, 'b> {
     evaluator: Evaluator<'a>,
     seed: u64,
     name: &'a str,
-    jobs: usize,
     budget: &'a mut Budget<'b>,
     tuned: Tuned,
     notify: &'a mut dyn FnMut(u64, Option<f64>, f64),
@@ -57,20 +56,10 @@ pub(super) fn tune(
     budget: &mut Budget<'_>,
     notify: &mut dyn FnMut(u64, Option<f64>, f64),
 ) -> Result<Tuned, Failure> {
-    let (seed, jobs) = (budget.limits.seed, pool.current_num_threads().max(1));
+    let seed = budget.limits.seed;
     let evaluator = Evaluator::new(rules, task, model, Arc::clone(derivation), pool)?;
-    let tuning = Tuning {
-        rules,
-        task,
-        derivation,
-        evaluator,
-        seed,
-        name,
-        jobs,
-        budget,
-        tuned: Tuned::default(),
-        notify,
-    };
+    let tuning =
+        Tuning { rules, task, derivation, evaluator, seed, name, budget, tuned: Tuned::default(), notify };
     tuning.run()
 }
 
@@ -87,12 +76,12 @@ impl Tuning<'_, '_> {
     fn run(mut self) -> Result<Tuned, Failure> {
         let first = self.evaluator.drive.draw(&mut self.stream("start"));
         let mut fitness = f64::NEG_INFINITY;
-        if let Some(value) = self.evaluate(std::slice::from_ref(&first))?.into_iter().next().flatten() {
-            if self.count(&first, Some(value))? {
+        for value in self.evaluate(std::slice::from_ref(&first))? {
+            if self.count(&first, value)?
+                && let Ok(value) = value
+            {
                 fitness = self.fitness(value);
             }
-        } else {
-            self.count(&first, None)?;
         }
         let schedule = match &self.rules.search.inner {
             Some(schedule) if !self.evaluator.drive.is_fixed() => schedule,
@@ -102,6 +91,7 @@ impl Tuning<'_, '_> {
         let mut course = Course::new(self.task.objective.maximize, self.best());
         let mut current = first;
         let mut number = 0u64;
+        let mut forecast = Forecast::new(&self.evaluator);
         while course.iteration < plan.iterations(&course)? {
             let temperature = plan.temperature(&course)?;
             let moves = plan.moves(&course)?;
@@ -113,7 +103,7 @@ impl Tuning<'_, '_> {
                 }
                 // Moves that may not come to pass: all start from the current
                 // curves, as they will if none before them is accepted.
-                let ahead = self.jobs.min(moves - made);
+                let ahead = forecast.ahead().min(moves - made);
                 let mut draws = Vec::with_capacity(ahead);
                 let mut candidates = Vec::with_capacity(ahead);
                 for i in 0..ahead {
@@ -135,7 +125,9 @@ impl Tuning<'_, '_> {
                     number += 1;
                     let sound = self.count(&candidate, value)?;
                     let new = value.map_or(f64::NEG_INFINITY, |v| self.fitness(v));
-                    if sound && accepts(fitness, new, temperature, drawn) {
+                    let accepted = sound && accepts(fitness, new, temperature, drawn);
+                    forecast.learn(accepted);
+                    if accepted {
                         (current, fitness) = (candidate, new);
                         break;
                     }
@@ -155,19 +147,22 @@ impl Tuning<'_, '_> {
         self.tuned.found.as_ref().map(|f| f.value)
     }
 
-    /// Values of candidates; none for an invalid evaluation.
-    fn evaluate(&mut self, candidates: &[Parameters]) -> Result<Vec<Option<f64>>, Failure> {
-        self.evaluator.evaluate(candidates).into_iter().map(|r| Ok(r?.ok())).collect()
+    /// Values of candidates, each as if it were alone.
+    fn evaluate(&mut self, candidates: &[Parameters]) -> Result<Vec<Valued>, Failure> {
+        self.evaluator.evaluate(candidates).into_iter().map(|r| Ok(r?)).collect()
     }
 
     /// Counts an evaluation and keeps it if it is the best. A best must hold its
     /// value at half the step; what does not is no candidate at all, or the
     /// search would go and live on an error of the simulation.
-    fn count(&mut self, candidate: &Parameters, value: Option<f64>) -> Result<bool, Failure> {
+    fn count(&mut self, candidate: &Parameters, value: Valued) -> Result<bool, Failure> {
         self.budget.spent += 1;
-        let Some(value) = value else {
-            self.tuned.invalid += 1;
-            return Ok(false);
+        let value = match value {
+            Ok(value) => value,
+            Err(reason) => {
+                *self.tuned.tally.invalid.entry(reason).or_default() += 1;
+                return Ok(false);
+            }
         };
         let fitness = self.fitness(value);
         if self.tuned.found.as_ref().is_some_and(|f| fitness <= self.fitness(f.value)) {
@@ -179,7 +174,7 @@ impl Tuning<'_, '_> {
             self.budget.spent += 1;
             let half = self.evaluator.at_half_step(candidate)?.ok();
             if !half.is_some_and(|half| keeps(self.rules, self.task, value, half)) {
-                self.tuned.unstable += 1;
+                self.tuned.tally.unstable += 1;
                 return Ok(false);
             }
             half_step = half;

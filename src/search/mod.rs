@@ -7,9 +7,11 @@
 //! are neither counted nor used.
 
 mod evaluator;
+mod forecast;
 mod inner;
 mod outer;
 mod schedule;
+mod tally;
 
 use std::fmt;
 
@@ -18,6 +20,7 @@ use grammar_lang::ir::{RuleSet, Task};
 
 pub use evaluator::{Evaluator, settings};
 pub use outer::{Best, Observer, Outcome, Row, Tune, run, tune_body};
+pub use tally::Tally;
 
 use crate::simulate::Unfit;
 

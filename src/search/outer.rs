@@ -7,6 +7,7 @@ use grammar_lang::ir::RuleSet;
 
 use super::inner::{Tuned, tune};
 use super::schedule::{Course, Plan};
+use super::tally::Tally;
 use super::{Budget, End, Failure, Limits, MOST_IDLE_MOVES, accepts};
 use crate::derive::Derivation;
 use crate::derive::random::Stream;
@@ -41,8 +42,7 @@ pub struct Tune {
 #[derive(Default)]
 struct Body {
     found: Option<(Vec<Tune>, f64)>,
-    invalid: u64,
-    unstable: u64,
+    tally: Tally,
     cut: Option<End>,
 }
 
@@ -75,10 +75,8 @@ pub struct Row {
     pub temperature: f64,
     /// All evaluations spent so far.
     pub evaluations: u64,
-    /// Evaluations of this move without a value.
-    pub invalid: u64,
-    /// Candidates of this move that lost their value at half the step.
-    pub unstable: u64,
+    /// Evaluations of this move that came to nothing.
+    pub tally: Tally,
 }
 
 /// Follows a search.
@@ -110,6 +108,8 @@ pub struct Outcome {
     pub moves: usize,
     /// Bodies evaluated.
     pub bodies: usize,
+    /// Evaluations that came to nothing.
+    pub tally: Tally,
     /// Why it ended.
     pub end: End,
 }
@@ -125,6 +125,7 @@ struct Annealing<'a> {
     best: Option<Best>,
     moves: usize,
     bodies: usize,
+    tally: Tally,
     /// Moves in a row that could do nothing.
     idle_moves: usize,
 }
@@ -155,6 +156,7 @@ pub fn run(
         best: None,
         moves: 0,
         bodies: 0,
+        tally: Tally::default(),
         idle_moves: 0,
     };
     let end = annealing.anneal(Arc::new(first))?;
@@ -163,6 +165,7 @@ pub fn run(
         evaluations: annealing.budget.spent,
         moves: annealing.moves,
         bodies: annealing.bodies,
+        tally: annealing.tally,
         end,
     })
 }
@@ -193,6 +196,7 @@ pub fn tune_body(
         evaluations: budget.spent,
         moves: 0,
         bodies: 1,
+        tally: body.tally,
         end: body.cut.unwrap_or(End::Stopped),
     })
 }
@@ -212,10 +216,9 @@ fn tune_all(
     for (task_name, task) in &rules.tasks {
         let stream =
             if *task_name == RuleSet::ONLY_TASK { name.to_owned() } else { format!("{name} {task_name}") };
-        let Tuned { found, invalid, unstable, cut } =
+        let Tuned { found, tally, cut } =
             tune((rules, task), model, pool, derivation, &stream, budget, notify)?;
-        body.invalid += invalid;
-        body.unstable += unstable;
+        body.tally.add(&tally);
         body.cut = cut;
         tunes.extend(found.map(|f| Tune {
             parameters: f.parameters,
@@ -354,6 +357,7 @@ impl Annealing<'_> {
         temperature: f64,
         accepted: bool,
     ) -> Result<(), Failure> {
+        self.tally.add(&tuned.tally);
         if let Some((tasks, value)) = &tuned.found {
             let better =
                 self.best.as_ref().is_none_or(|b| self.fitness(Some(*value)) > self.fitness(Some(b.value)));
@@ -382,8 +386,7 @@ impl Annealing<'_> {
             best: self.best.as_ref().map(|b| b.value),
             temperature,
             evaluations: self.budget.spent,
-            invalid: tuned.invalid,
-            unstable: tuned.unstable,
+            tally: tuned.tally.clone(),
         };
         self.observer.moved(&row).map_err(Failure::Output)
     }

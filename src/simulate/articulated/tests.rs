@@ -468,7 +468,9 @@ fn report_energy() {
         for step in [1.0 / 120.0, 1.0 / 240.0, 1.0 / 480.0] {
             let settings = Settings { step, ..settings() };
             let gains: Vec<_> = (1..9)
-                .map(|n| format!("{:.3}", most_gained(&body, &gait(body.actuators, n, n % 2 == 1), &settings)))
+                .map(|n| {
+                    format!("{:.3}", most_gained(&body, &gait(body.actuators, n, n % 2 == 1), &settings))
+                })
                 .collect();
             println!("step {step:.4} s: {}", gains.join(" "));
         }
