@@ -101,36 +101,38 @@ impl Tuning<'_, '_> {
                     self.tuned.cut = Some(end);
                     return Ok(self.tuned);
                 }
-                // Moves that may not come to pass: all start from the current
-                // curves, as they will if none before them is accepted.
-                let ahead = forecast.ahead().min(moves - made);
-                let mut draws = Vec::with_capacity(ahead);
-                let mut candidates = Vec::with_capacity(ahead);
-                for i in 0..ahead {
-                    let mut random = self.stream(&format!("{}", number + i as u64));
+                let guesses = forecast.ahead(moves - made);
+                let mut draws = Vec::with_capacity(guesses.len());
+                let mut candidates: Vec<Parameters> = Vec::with_capacity(guesses.len());
+                for guess in &guesses {
+                    let mut random = self.stream(&format!("{}", number + guess.depth as u64));
                     draws.push(random.unit());
+                    let from = guess.from.map_or(&current, |from| &candidates[from]);
+                    let iteration = course.iteration;
                     candidates.push(self.evaluator.drive.mutate(
-                        &current,
+                        from,
                         temperature,
-                        course.iteration,
+                        iteration,
                         &mut random,
                     )?);
                 }
                 let values = self.evaluate(&candidates)?;
-                for ((candidate, value), drawn) in candidates.into_iter().zip(values).zip(draws) {
+                let mut next = Some(0);
+                while let Some(now) = next {
                     if self.budget.exhausted().is_some() {
                         break;
                     }
                     made += 1;
                     number += 1;
-                    let sound = self.count(&candidate, value)?;
+                    let (candidate, value) = (&candidates[now], values[now]);
+                    let sound = self.count(candidate, value)?;
                     let new = value.map_or(f64::NEG_INFINITY, |v| self.fitness(v));
-                    let accepted = sound && accepts(fitness, new, temperature, drawn);
+                    let accepted = sound && accepts(fitness, new, temperature, draws[now]);
                     forecast.learn(accepted);
                     if accepted {
-                        (current, fitness) = (candidate, new);
-                        break;
+                        (current, fitness) = (candidate.clone(), new);
                     }
+                    next = if accepted { guesses[now].accepted } else { guesses[now].refused };
                 }
                 let best = self.best();
                 (self.notify)(self.budget.spent, best, temperature);
