@@ -2,6 +2,7 @@
 
 mod expr;
 mod resolved;
+mod spans;
 mod ty;
 
 use indexmap::IndexMap;
@@ -9,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Word};
 pub use resolved::resolved;
+pub use spans::without_spans;
 pub use ty::Ty;
 
 use crate::source::Span;

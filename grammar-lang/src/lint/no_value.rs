@@ -2,9 +2,12 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{EvalError, UNKNOWN_HERE, evaluate};
-use crate::ir::{Effect, Expr, RuleSet};
+use crate::ir::{Effect, Expr};
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
     let mut exprs: Vec<&Expr> = Vec::new();
     for rule in &ruleset.rules {
         exprs.push(&rule.weight);

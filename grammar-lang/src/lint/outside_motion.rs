@@ -1,20 +1,26 @@
 //! `e.position at 30 s` in a motion of 20 s.
 
-use crate::bounds::{Facts, Interval, Reasoning};
+use std::collections::BTreeSet;
+
+use crate::bounds::{Interval, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Expr, ExprKind, RuleSet, Task, Word};
+use crate::source::Span;
 use crate::units;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
+    let mut told: BTreeSet<Span> = findings.iter().map(Diagnostic::span).collect();
     for (name, task) in &ruleset.tasks {
         let duration = task.model.duration;
-        let known = Interval::point(duration);
-        let facts = Facts::new(ruleset).with(Word::End, known).with(Word::Duration, known);
+        let whole = Interval::point(duration);
+        let facts = known.facts.clone().with(Word::End, whole).with(Word::Duration, whole);
         for expr in used(ruleset, task) {
             for time in times(expr) {
                 let at = Reasoning::new(&facts, Vec::new()).numbers(time);
-                let told = findings.iter().any(|d: &Diagnostic| d.span() == time.span);
-                if (at.high < 0.0 || at.low > duration * (1.0 + 1e-9)) && !told {
+                if (at.high < 0.0 || at.low > duration * (1.0 + 1e-9)) && told.insert(time.span) {
                     findings.push(report(name, time, duration));
                 }
             }
