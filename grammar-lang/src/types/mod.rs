@@ -1,13 +1,17 @@
 //! Checks a program and lowers it to the typed rule set.
 
+mod actuations;
 mod call;
 mod cases;
 mod examples;
 mod expr;
 mod fields;
+mod fit;
 mod found;
 mod items;
+mod members;
 mod mend;
+mod names;
 mod rules;
 mod signature;
 mod stage;
