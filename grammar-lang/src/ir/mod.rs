@@ -3,6 +3,7 @@
 mod expr;
 mod resolved;
 mod spans;
+mod terms;
 mod ty;
 
 use indexmap::IndexMap;
@@ -11,6 +12,7 @@ use serde::{Deserialize, Serialize};
 pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Word};
 pub use resolved::resolved;
 pub use spans::without_spans;
+pub use terms::builds_on;
 pub use ty::Ty;
 
 use crate::source::Span;

@@ -76,7 +76,7 @@ const POINTLESS: &[Lint] = &[pointless::check, constant_if::check, excludes_noth
 
 /// Runs every check; later ones only where those before found no error.
 /// `entry` is the text that declares the grammar, `varied` whether it is a variant of another.
-pub(crate) fn run(ruleset: &RuleSet, entry: FileId, varied: bool, findings: &mut Vec<Diagnostic>) {
+pub fn run(ruleset: &RuleSet, entry: FileId, varied: bool, findings: &mut Vec<Diagnostic>) {
     let stop = |findings: &[Diagnostic]| findings.iter().any(Diagnostic::is_error);
     circles::check(ruleset, findings);
     // The others evaluate: not in circles.

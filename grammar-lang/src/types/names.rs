@@ -37,7 +37,7 @@ impl Checker<'_> {
             }
             return make(ExprKind::Group(group), Ty::Group);
         }
-        if let Some((_, what)) = self.placed.iter().find(|(p, _)| p == name) {
+        if let Some((_, what)) = self.placed.get_key_value(name) {
             let kind = match &what.kind {
                 ast::ExprKind::Call(callee, _) => &callee.kind,
                 kind => kind,
@@ -144,7 +144,7 @@ impl Checker<'_> {
                 .filter(|name| !name.is_empty())
                 .chain(Word::ALL.iter().filter(|w| cx.stage.sees_word(**w)).map(|w| w.text()))
                 .chain(self.guessable(span).map(|(n, _)| n))
-                .chain(self.placed.iter().map(|(p, _)| p.as_str()))
+                .chain(self.placed.keys().map(String::as_str))
                 .chain(["part", "block", "actuator"]);
             let candidates: Vec<&str> = candidates.collect();
             fix = respell(span, name, candidates.iter().copied());
@@ -262,9 +262,9 @@ impl Checker<'_> {
                 // What `begin` calls its parts is the business of the grammar that does, not of
                 // the modules that it imports.
                 let own = self.program.own.contains(&self.program.module_at(name.span));
-                let placed = self.placed.iter().find(|(p, _)| own && *p == name.text);
+                let placed = self.placed.get(&name.text).filter(|_| own);
                 let word = Word::named(&name.text).is_some_and(|w| cx.stage.sees_word(w));
-                placed.map(|(_, what)| Some(what.span)).or(word.then_some(None))
+                placed.map(|what| Some(what.span)).or(word.then_some(None))
             });
         if let Some(place) = taken {
             let mut error = Diagnostic::new(

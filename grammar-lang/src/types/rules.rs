@@ -1,5 +1,7 @@
 //! Checks rules.
 
+use std::collections::BTreeMap;
+
 use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
@@ -310,7 +312,7 @@ impl Checker<'_> {
 
     /// Reports an effect that changes what an earlier one of the same rule has changed.
     fn check_twice(&mut self, clauses: &[RuleClause]) {
-        let mut seen: Vec<(&str, String, Span)> = Vec::new();
+        let mut seen: BTreeMap<(&str, String), Span> = BTreeMap::new();
         for clause in clauses {
             let (verb, target) = match &clause.kind {
                 RuleClauseKind::Set(target, _) => ("set", target),
@@ -320,8 +322,7 @@ impl Checker<'_> {
                 _ => continue,
             };
             let text: String = self.sources.slice(target.span).split_whitespace().collect();
-            if let Some((.., first)) = seen.iter().find(|(v, t, _)| *v == verb && *t == text) {
-                let first = *first;
+            if let Some(first) = seen.get(&(verb, text.clone())).copied() {
                 self.report(
                     Diagnostic::new(
                         Code::DUPLICATE,
@@ -333,7 +334,7 @@ impl Checker<'_> {
                     .help("keep one of them"),
                 );
             } else {
-                seen.push((verb, text, target.span));
+                seen.insert((verb, text), target.span);
             }
         }
     }
