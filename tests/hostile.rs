@@ -8,12 +8,17 @@ use std::time::{Duration, Instant};
 
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, render};
-use grammar_lang::source::SourceMap;
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::{FileId, SourceMap};
 use grammar_lang::{Compiled, compile, testing};
 
 use crate::fuzz::mutate::{Random, mutated};
 use crate::fuzz::{corpus, holds};
 use crate::support::{GRAMMARS, read, root};
+
+#[allow(dead_code)]
+#[path = "../benches/check/grown.rs"]
+mod grown;
 
 fn compiled(text: &str) -> (Compiled, SourceMap) {
     let mut sources = SourceMap::default();
@@ -159,6 +164,84 @@ fn large_texts_take_no_longer_than_their_length() {
     ] {
         let found = soon(what, &text);
         assert!(found.len() >= least, "{what}: {} found", found.len());
+    }
+}
+
+/// Parts, rules and whatever else, as a grammar.
+fn sound(rest: &str) -> String {
+    format!(
+        "grammar many\n\nuse std.blocks {{ cube, ball }}\nuse std.models {{ hinge_model }}\n\
+         use std.objectives {{ travel }}\nuse std.search {{ nested_annealing }}\n\n\
+         begin {{\n  place core : cube\n}}\n\n{rest}\n\
+         simulate hinge_model for 20 s\nmaximize travel\nsearch nested_annealing\n"
+    )
+}
+
+/// Kinds of parts.
+fn kinds(count: usize) -> String {
+    many(count, "part k_@ {\n  shape = box(4 cm, 2 cm, 2 cm)\n  mass  = 8 g\n}")
+}
+
+/// What is long without a mistake. Where one thing asks for all others, all is asked.
+fn long_and_sound(kind: usize, count: usize) -> String {
+    let attach = "rule add_@ {\n  match  p : part with free port q\n  attach k_@ to q\n}";
+    match kind {
+        0 => grown::grammar(count * 20, grown::Flaw::None),
+        // Each rule needs what the next one makes.
+        1 => {
+            let rule = |i: usize| {
+                let needs = if i + 1 == count { "cube".to_owned() } else { format!("k_{}", i + 1) };
+                format!("rule r_{i} {{\n  match  p : {needs} with free port q\n  attach k_{i} to q\n}}\n")
+            };
+            sound(&(kinds(count) + &(0..count).map(rule).collect::<String>()))
+        }
+        // One choice among all kinds, and a rule for each of them.
+        2 => {
+            let all: Vec<String> = (0..count).map(|i| format!("k_{i}")).collect();
+            let one = format!(
+                "rule any {{\n  match  p : part with free port q\n  choose w in {{ {} }}\n  attach w to q\n}}\n",
+                all.join(", ")
+            );
+            sound(&(kinds(count) + &one + &many(count, "rule take_@ {\n  match  p : k_@\n  remove p\n}")))
+        }
+        // Requirements that have to do with each other, one after the other.
+        3 => {
+            let require =
+                |i: usize| format!("require r_{i} : count(k_{i}) + count(k_{}) <= 20\n", (i + 1) % count);
+            sound(&(kinds(count) + &many(count, attach) + &(0..count).map(require).collect::<String>()))
+        }
+        // Terms of terms, each of which reads the one before it twice.
+        _ => {
+            let term = |i: usize| match i % 10 {
+                0 => format!("term t_{i} : Length = travel\n"),
+                _ => format!("term t_{i} : Length = if t_{0} > 3 cm then t_{0} else 1 cm\n", i - 1),
+            };
+            sound(&(0..20 * count).map(term).collect::<String>())
+        }
+    }
+}
+
+/// How long the checks of a sound rule set take, the least of several times.
+fn lint_time(rules: &RuleSet) -> Duration {
+    let once = || {
+        let start = Instant::now();
+        grammar_lang::lint::run(rules, FileId(0), false, &mut Vec::new());
+        start.elapsed()
+    };
+    (0..5).map(|_| once()).min().unwrap()
+}
+
+#[test]
+fn checks_of_a_sound_grammar_take_no_longer_than_its_length() {
+    for kind in 0..5 {
+        let [few, many] = [50, 400].map(|count| {
+            let (compiled, _) = compiled(&long_and_sound(kind, count));
+            compiled.ruleset.unwrap_or_else(|| panic!("{kind}: {:?}", compiled.diagnostics.first()))
+        });
+        // Others may use the machine at the same time: it is enough to be right once. What is linear
+        // takes 8 times as long, what is quadratic 64 times.
+        let growth = || lint_time(&many).as_secs_f64() / lint_time(&few).as_secs_f64();
+        assert!((0..5).any(|_| growth() < 20.0), "text {kind}: {}", growth());
     }
 }
 

@@ -55,20 +55,3 @@ pub(crate) fn compile_texts(texts: &BTreeMap<String, String>, entry: &str) -> Re
     let compiled = grammar_lang::compile(&world, &mut sources, file, &[], None);
     compiled.ruleset.ok_or_else(|| format!("{:?}", compiled.diagnostics))
 }
-
-/// A grammar's JSON without the places in the text.
-pub(crate) fn without_spans(rules: &RuleSet) -> serde_json::Value {
-    fn strip(value: &mut serde_json::Value) {
-        match value {
-            serde_json::Value::Object(map) => {
-                map.remove("span");
-                map.values_mut().for_each(strip);
-            }
-            serde_json::Value::Array(items) => items.iter_mut().for_each(strip),
-            _ => {}
-        }
-    }
-    let mut value = serde_json::to_value(rules).unwrap();
-    strip(&mut value);
-    value
-}

@@ -8,7 +8,7 @@ pub mod diagnostics;
 pub mod eval;
 pub mod format;
 pub mod ir;
-mod lint;
+pub mod lint;
 pub mod names;
 pub mod source;
 pub mod syntax;

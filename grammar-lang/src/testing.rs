@@ -19,7 +19,7 @@
 
 use crate::diagnostics::Diagnostic;
 use crate::diagnostics::render::{Format, render};
-use crate::ir::RuleSet;
+use crate::ir::{RuleSet, without_spans};
 use crate::source::{SourceMap, World};
 use crate::{Compiled, compile};
 
@@ -72,22 +72,8 @@ pub fn shown(findings: &[Diagnostic], sources: &SourceMap) -> String {
 /// or a blank line more changes nothing.
 #[must_use]
 pub fn rule_set(rules: &RuleSet) -> String {
-    let text = serde_json::to_value(rules).and_then(|mut value| {
-        without_spans(&mut value);
-        serde_json::to_string_pretty(&value)
-    });
+    let text = without_spans(rules).and_then(|value| serde_json::to_string_pretty(&value));
     text.map_or_else(|error| format!("this rule set cannot be written: {error}\n"), |text| text + "\n")
-}
-
-fn without_spans(value: &mut serde_json::Value) {
-    match value {
-        serde_json::Value::Object(map) => {
-            map.remove("span");
-            map.values_mut().for_each(without_spans);
-        }
-        serde_json::Value::Array(items) => items.iter_mut().for_each(without_spans),
-        _ => {}
-    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Reads a grammar for a command.
 
+use std::collections::BTreeSet;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -80,16 +81,16 @@ pub(super) fn check_all(
         return vec![first];
     }
     let mut all: Vec<Checked> = Vec::new();
+    let mut told = BTreeSet::new();
     for offer in &first.offers {
         let mut one = check(world, name, text, overrides, Some(offer));
-        one.diagnostics.retain(|d| {
-            let place = one.sources.get(d.span().file).map(|s| &s.name);
-            let told = |other: &Checked, o: &Diagnostic| {
-                let there = other.sources.get(o.span().file).map(|s| &s.name);
-                (o.code, &o.message, o.span().range(), there) == (d.code, &d.message, d.span().range(), place)
-            };
-            !all.iter().any(|other| other.diagnostics.iter().any(|o| told(other, o)))
-        });
+        let sources = &one.sources;
+        let key = |d: &Diagnostic| {
+            let place = sources.get(d.span().file).map(|s| s.name.clone());
+            (d.code.id, d.message.clone(), d.span().start, d.span().end, place)
+        };
+        one.diagnostics.retain(|d| !told.contains(&key(d)));
+        told.extend(one.diagnostics.iter().map(key));
         all.push(one);
     }
     all

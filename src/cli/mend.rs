@@ -7,7 +7,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use grammar_lang::diagnostics::{Diagnostic, Edit, apply};
+use grammar_lang::diagnostics::{Diagnostic, Edit, Together, apply};
 use grammar_lang::source::SourceMap;
 
 use super::load::{self, STDIN, Text};
@@ -179,15 +179,8 @@ fn offer(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<Offer> {
 
 /// The offers that can be taken together, first come, first served.
 fn compatible(offers: &[Offer]) -> Vec<&Offer> {
-    let mut chosen: Vec<&Offer> = Vec::new();
-    for offer in offers {
-        let mut with = chosen.clone();
-        with.push(offer);
-        if by_text(&with).into_values().all(|(text, edits)| apply(text, edits).is_some()) {
-            chosen = with;
-        }
-    }
-    chosen
+    let mut taken: BTreeMap<&Path, Together> = BTreeMap::new();
+    offers.iter().filter(|o| taken.entry(&o.key).or_default().add(&o.text, &o.edits)).collect()
 }
 
 type Edits<'o> = (&'o str, Vec<&'o Edit>);

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, without_spans};
 use grammar_lang::source::SourceMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -97,21 +97,8 @@ impl SavedTask {
 #[must_use]
 pub fn rules_hash(rules: &RuleSet) -> String {
     // A rule set always serialises: its maps have text keys.
-    let mut value = serde_json::to_value(rules).unwrap_or_default();
-    without_spans(&mut value);
-    let text = serde_json::to_string(&value).unwrap_or_default();
+    let text = without_spans(rules).unwrap_or_default().to_string();
     Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
-}
-
-fn without_spans(value: &mut serde_json::Value) {
-    match value {
-        serde_json::Value::Object(fields) => {
-            fields.remove("span");
-            fields.values_mut().for_each(without_spans);
-        }
-        serde_json::Value::Array(items) => items.iter_mut().for_each(without_spans),
-        _ => {}
-    }
 }
 
 impl Grammar {

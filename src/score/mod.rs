@@ -1,7 +1,9 @@
 //! Scores a recorded motion with the grammar's terms.
 
+use std::collections::BTreeSet;
+
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
-use grammar_lang::ir::{ExprKind, RuleSet, Task, Term, Word};
+use grammar_lang::ir::{RuleSet, Task, Term, Word, builds_on};
 
 use crate::derive::{Derivation, DesignScope};
 use crate::design::Body;
@@ -51,21 +53,9 @@ pub fn score(rules: &RuleSet, task: &Task, recording: Recording<'_>) -> Result<S
 
 /// The terms that a task's objective builds on, in the order of the rule set.
 fn used<'r>(rules: &'r RuleSet, task: &'r Task) -> Vec<(&'r str, &'r Term)> {
-    let mut names: Vec<&str> = Vec::new();
-    let mut open = vec![&task.objective.value];
-    while let Some(expr) = open.pop() {
-        expr.any(&mut |e| {
-            if let ExprKind::Term(name) = &e.kind
-                && let Some((name, term)) = rules.terms.get_key_value(name)
-                && !names.contains(&name.as_str())
-            {
-                names.push(name);
-                open.push(&term.value);
-            }
-            false
-        });
-    }
-    rules.terms.iter().filter(|(n, _)| names.contains(&n.as_str())).map(|(n, t)| (n.as_str(), t)).collect()
+    let names: BTreeSet<&str> =
+        builds_on(&task.objective.value, &rules.terms).filter_map(|(name, _)| name).collect();
+    rules.terms.iter().filter(|(n, _)| names.contains(n.as_str())).map(|(n, t)| (n.as_str(), t)).collect()
 }
 
 /// The objective of a task alone.

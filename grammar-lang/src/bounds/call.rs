@@ -1,6 +1,6 @@
 //! Built-in functions over intervals.
 
-use super::{Abstract, Interval, Reasoning};
+use super::{Abstract, Interval, Kinds, Reasoning};
 use crate::ir::{Expr, Function};
 
 impl Reasoning<'_> {
@@ -58,7 +58,7 @@ impl Reasoning<'_> {
             }
             F::First | F::Last => return first.item(),
             F::Neighbours => {
-                let parts = Abstract::Part(self.facts.kinds());
+                let parts = Abstract::Part(Kinds::all());
                 return Abstract::Many(Box::new(parts), Interval::NOT_NEGATIVE);
             }
             F::Images => {

@@ -1,41 +1,55 @@
 //! What is known of a grammar whatever the design.
 
-use super::{Abstract, Interval, Truth};
-use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, ExprKind, Group, RuleSet, Symmetry, Ty, Word};
+use std::cell::RefCell;
+use std::collections::BTreeMap;
+
+use indexmap::IndexSet;
+
+use super::kinds::Declared;
+use super::{Abstract, Interval, Kinds, Reasoning, Truth};
+use crate::ir::{Group, RuleSet, Symmetry, Ty, Word};
 
 /// What is known of a grammar whatever the design and the values of its parameters.
 #[derive(Clone, Debug)]
 pub struct Facts<'r> {
     /// The grammar.
     pub rules: &'r RuleSet,
+    declared: Declared<'r>,
     /// Words of which more is known than their meaning says.
     words: Vec<(Word, Interval)>,
+    /// What terms may be, once that was asked.
+    terms: RefCell<BTreeMap<String, Abstract>>,
 }
 
 impl<'r> Facts<'r> {
     /// The facts of a grammar.
     #[must_use]
     pub fn new(rules: &'r RuleSet) -> Self {
-        Self { rules, words: Vec::new() }
+        let terms = RefCell::new(BTreeMap::new());
+        Self { rules, declared: Declared::new(rules), words: Vec::new(), terms }
     }
 
     /// Knows more of a word.
     #[must_use]
     pub fn with(mut self, word: Word, interval: Interval) -> Self {
         self.words.push((word, interval));
+        self.terms.take();
         self
     }
 
-    /// Every declared kind of part.
+    /// The names of some kinds, each once.
     #[must_use]
-    pub fn kinds(&self) -> Vec<String> {
-        self.rules.parts.keys().chain(self.rules.actuators.keys()).cloned().collect()
+    pub fn names<'k>(&self, kinds: &'k Kinds) -> IndexSet<&'k str>
+    where
+        'r: 'k,
+    {
+        kinds.groups().flat_map(|group| self.declared.kinds_in(group)).collect()
     }
 
-    /// The declared kinds of a group.
+    /// Whether there is no such kind.
     #[must_use]
-    pub fn kinds_in(&self, group: &Group) -> Vec<String> {
-        self.kinds().into_iter().filter(|kind| self.belongs(kind, group)).collect()
+    pub fn is_empty(&self, kinds: &Kinds) -> bool {
+        kinds.groups().all(|group| self.declared.size(group) == 0)
     }
 
     /// Whether parts of a kind are of a group.
@@ -51,37 +65,72 @@ impl<'r> Facts<'r> {
 
     /// Whether a part of one of these kinds is of a group.
     #[must_use]
-    pub fn member(&self, kinds: &[String], group: &Group) -> Truth {
-        let inside = kinds.iter().filter(|kind| self.belongs(kind, group)).count();
-        Truth::of(inside == kinds.len() && inside > 0, inside == 0 && !kinds.is_empty())
+    pub fn member(&self, kinds: &Kinds, group: &Group) -> Truth {
+        let (mut inside, mut outside) = (false, false);
+        for some in kinds.groups() {
+            let shared = self.declared.shared(some, group);
+            inside |= shared > 0;
+            outside |= shared < self.declared.size(some);
+        }
+        Truth::of(inside && !outside, outside && !inside)
     }
 
-    /// How many parts of a kind the initial design has: they stay.
+    /// Those of these kinds that are of a group.
     #[must_use]
-    pub fn placed(&self, kind: &str) -> usize {
-        let is = |p: &&crate::ir::Placed| matches!(&p.what.kind, ExprKind::Kind(name, _) if name == kind);
-        self.rules.begin.iter().filter(is).count()
+    pub fn within(&self, kinds: &Kinds, group: &Group) -> Kinds {
+        let both = kinds.groups().filter_map(|some| self.declared.both(some, group));
+        Kinds { groups: both.cloned().collect() }
+    }
+
+    /// How many parts of a group the initial design has: they stay.
+    #[must_use]
+    pub fn placed(&self, group: &Group) -> usize {
+        self.declared.placed(group)
+    }
+
+    /// The kinds that a part of the initial design may be of.
+    #[must_use]
+    pub fn kinds_of_placed(&self, name: &str) -> Kinds {
+        self.declared.kinds_of_placed(name)
     }
 
     /// How many parts of a group there are.
     #[must_use]
     pub fn count(&self, group: &Group) -> Interval {
-        let kinds = self.kinds_in(group);
-        if kinds.is_empty() {
+        if self.declared.size(group) == 0 {
             return Interval::point(0.0);
         }
-        let placed: usize = kinds.iter().map(|kind| self.placed(kind)).sum();
-        Interval::new(placed as f64, f64::INFINITY)
+        Interval::new(self.placed(group) as f64, f64::INFINITY)
     }
 
-    /// The names of a kind's ports.
+    /// The names of all ports of some kinds.
     #[must_use]
-    pub fn ports(&self, kind: &str) -> Vec<&'r str> {
-        match self.rules.parts.get(kind) {
-            _ if self.rules.is_actuator(kind) => ACTUATOR_PORTS.to_vec(),
-            Some(block) if !block.ports.is_empty() => block.ports.iter().map(|p| p.name.as_str()).collect(),
-            _ => BLOCK_PORTS.to_vec(),
-        }
+    pub fn ports(&self, kinds: &Kinds) -> IndexSet<&'r str> {
+        self.declared.ports(kinds)
+    }
+
+    /// How many ports a part of a kind has.
+    #[must_use]
+    pub fn port_count(&self, kind: &str) -> usize {
+        self.declared.port_count(kind)
+    }
+
+    /// Whether a port of a part of these kinds has a name.
+    #[must_use]
+    pub fn are_ports(&self, kinds: &Kinds, name: &str) -> Truth {
+        self.declared.are_ports(kinds, name)
+    }
+
+    /// What a term may be. It is worked out once, or terms of terms would take long.
+    #[must_use]
+    pub fn term(&self, name: &str) -> Abstract {
+        let Some(term) = self.rules.terms.get(name) else { return Abstract::Any };
+        let known = self.terms.borrow().get(name).cloned();
+        known.unwrap_or_else(|| {
+            let value = Reasoning::new(self, Vec::new()).value(&term.value);
+            self.terms.borrow_mut().insert(name.to_owned(), value.clone());
+            value
+        })
     }
 
     /// How often a part off the axis of symmetry is there.
@@ -127,35 +176,22 @@ impl<'r> Facts<'r> {
     }
 
     /// An attribute of a part of one of these kinds.
-    pub(super) fn part_attribute(&self, kinds: &[String], name: &str) -> Abstract {
+    pub(super) fn part_attribute(&self, kinds: &Kinds, name: &str) -> Abstract {
         let full = 2.0 * std::f64::consts::PI;
         match name {
             "turn" => Abstract::Number(Interval::new(0.0, full)),
             "image" => Abstract::Number(Interval::new(0.0, self.images() as f64 - 1.0)),
             "depth" | "mass" => Abstract::Number(Interval::NOT_NEGATIVE),
-            "holder" => Abstract::Part(self.kinds()),
-            "twin" => Abstract::Part(kinds.to_vec()),
-            _ => self.instance_param(kinds, name),
+            "holder" => Abstract::Part(Kinds::all()),
+            "twin" => Abstract::Part(kinds.clone()),
+            _ => self.declared.instance_param(kinds, name),
         }
     }
 
-    fn instance_param(&self, kinds: &[String], name: &str) -> Abstract {
-        let declared: Vec<_> = kinds
-            .iter()
-            .filter_map(|kind| self.rules.actuators.get(kind)?.params.get(name))
-            .map(|param| match (&param.ty, param.domain) {
-                (Ty::Bool, _) => Abstract::Bool(Truth::Sometimes),
-                (_, Some((low, high))) => Abstract::Number(Interval::new(low, high)),
-                _ => Abstract::Any,
-            })
-            .collect();
-        declared.into_iter().reduce(Abstract::hull).unwrap_or(Abstract::Any)
-    }
-
     /// An attribute of a port of parts of these kinds.
-    pub(super) fn port_attribute(&self, kinds: &[String], name: &str) -> Abstract {
+    pub(super) fn port_attribute(&self, kinds: &Kinds, name: &str) -> Abstract {
         match name {
-            "part" => Abstract::Part(kinds.to_vec()),
+            "part" => Abstract::Part(kinds.clone()),
             "free" => Abstract::Bool(Truth::Sometimes),
             _ => Abstract::Any,
         }

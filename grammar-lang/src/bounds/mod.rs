@@ -8,6 +8,7 @@
 mod call;
 mod facts;
 mod interval;
+mod kinds;
 pub mod linear;
 mod locals;
 mod reason;
@@ -15,6 +16,7 @@ mod value;
 
 pub use facts::Facts;
 pub use interval::Interval;
-pub use locals::{actuation_locals, conjuncts, locals_of, made_by, narrowed_locals_of};
+pub use kinds::Kinds;
+pub use locals::{actuation_locals, conjuncts, locals_of, narrowed_locals_of};
 pub use reason::{Never, Reasoning};
 pub use value::{Abstract, Truth};

@@ -1,7 +1,7 @@
 //! Evaluates expressions over everything that they may read.
 
-use super::{Abstract, Facts, Interval, Truth};
-use crate::ir::{Binder, Expr, ExprKind, Gather, Operator, Ty};
+use super::{Abstract, Facts, Interval, Kinds, Truth};
+use crate::ir::{Binder, Expr, ExprKind, Gather, Group, Operator, Ty};
 use crate::source::Span;
 
 /// A place that never has a value, and why.
@@ -52,21 +52,18 @@ impl<'f> Reasoning<'f> {
             ExprKind::Param(name) => self.facts.param(name),
             ExprKind::Local(slot) => self.locals.get(*slot).cloned().unwrap_or(Abstract::Any),
             ExprKind::Word(word) => self.facts.word(*word),
-            ExprKind::Placed(name) => self.placed(name),
+            ExprKind::Placed(name) => Abstract::Part(self.facts.kinds_of_placed(name)),
             ExprKind::Group(group) => {
-                let kinds = self.facts.kinds_in(group);
+                let kinds = Kinds::of(group.clone());
                 Abstract::Many(Box::new(Abstract::Part(kinds)), self.facts.count(group))
             }
             ExprKind::Kind(name, params) => {
                 for (_, value) in params {
                     self.value(value);
                 }
-                Abstract::Kind(vec![name.clone()])
+                Abstract::Kind(Kinds::of(Group::Kind(name.clone())))
             }
-            ExprKind::Term(name) => match self.facts.rules.terms.get(name) {
-                Some(term) => Reasoning::new(self.facts, Vec::new()).value(&term.value),
-                None => Abstract::Any,
-            },
+            ExprKind::Term(name) => self.facts.term(name),
             ExprKind::Port(of, _, number) => {
                 let of = self.value(of);
                 if let Some(number) = number {
@@ -118,14 +115,6 @@ impl<'f> Reasoning<'f> {
         Abstract::Any
     }
 
-    fn placed(&self, name: &str) -> Abstract {
-        let placed = self.facts.rules.begin.iter().find(|p| p.name == name);
-        match placed.map(|p| &p.what.kind) {
-            Some(ExprKind::Kind(kind, _)) => Abstract::Part(vec![kind.clone()]),
-            _ => Abstract::Part(self.facts.kinds()),
-        }
-    }
-
     /// What a function is called with may be constant here and not elsewhere: inside
     /// it, nothing is known of its argument.
     fn bind(&mut self, slot: usize, value: &Expr, body: &Expr) -> Abstract {
@@ -135,13 +124,25 @@ impl<'f> Reasoning<'f> {
 
     /// Fills a local slot for as long as `inside` runs.
     fn within<T>(&mut self, slot: usize, value: Abstract, inside: impl FnOnce(&mut Self) -> T) -> T {
-        let before = self.locals.clone();
-        self.locals.resize(slot.max(self.locals.len()), Abstract::Any);
-        self.locals.truncate(slot);
+        let kept = self.set_aside(slot);
         self.locals.push(value);
         let result = inside(self);
-        self.locals = before;
+        self.restore(kept);
         result
+    }
+
+    /// Takes the locals from a slot on away, and makes as many as come before it.
+    fn set_aside(&mut self, slot: usize) -> (usize, Vec<Abstract>) {
+        let length = self.locals.len();
+        let kept = if slot < length { self.locals.split_off(slot) } else { Vec::new() };
+        self.locals.resize(slot, Abstract::Any);
+        (length, kept)
+    }
+
+    /// The locals as they were before some were set aside.
+    fn restore(&mut self, (length, kept): (usize, Vec<Abstract>)) {
+        self.locals.truncate(length - kept.len());
+        self.locals.extend(kept);
     }
 
     fn attribute(&mut self, of: &Expr, name: &str) -> Abstract {
@@ -149,8 +150,8 @@ impl<'f> Reasoning<'f> {
             (Abstract::Part(kinds), _) => self.facts.part_attribute(&kinds, name),
             (Abstract::Port(kinds), _) => self.facts.port_attribute(&kinds, name),
             (_, Ty::Step) if name == "number" => Abstract::Number(Interval::new(1.0, f64::INFINITY)),
-            (_, Ty::Joint) if name == "port" => Abstract::Port(self.facts.kinds()),
-            (_, Ty::Joint) => Abstract::Part(self.facts.kinds()),
+            (_, Ty::Joint) if name == "port" => Abstract::Port(Kinds::all()),
+            (_, Ty::Joint) => Abstract::Part(Kinds::all()),
             _ => Abstract::Any,
         }
     }
@@ -248,21 +249,12 @@ impl<'f> Reasoning<'f> {
         match (&left, &b.kind) {
             _ if operator == Operator::Adds => Truth::Sometimes,
             (Abstract::Part(kinds), ExprKind::Group(group)) => self.facts.member(kinds, group),
-            (Abstract::Port(kinds), ExprKind::PortName(name)) => {
-                let has = |kind: &String| self.facts.ports(kind).contains(&name.as_str());
-                let only = |kind: &String| self.facts.ports(kind).iter().all(|p| p == name);
-                Truth::of(
-                    !kinds.is_empty() && kinds.iter().all(only),
-                    !kinds.is_empty() && !kinds.iter().any(has),
-                )
+            (Abstract::Port(kinds), ExprKind::PortName(name)) => self.facts.are_ports(kinds, name),
+            (Abstract::Part(kinds), ExprKind::Placed(name)) => {
+                let of = self.facts.kinds_of_placed(name);
+                let apart = of.groups().all(|group| self.facts.member(kinds, group) == Truth::Never);
+                Truth::of(false, apart)
             }
-            (Abstract::Part(kinds), ExprKind::Placed(name)) => match self.placed(name) {
-                Abstract::Part(core) => {
-                    let apart = !kinds.is_empty() && !kinds.iter().any(|kind| core.contains(kind));
-                    Truth::of(false, apart)
-                }
-                _ => Truth::Sometimes,
-            },
             _ => Truth::Sometimes,
         }
     }
@@ -271,7 +263,10 @@ impl<'f> Reasoning<'f> {
         let ExprKind::Aggregate { how, binders, condition, body, otherwise } = &expr.kind else {
             return Abstract::Any;
         };
-        let before = (self.locals.clone(), self.never.len());
+        let before = self.never.len();
+        // A binder fills a slot beyond those of the binders before it.
+        let first = binders.iter().map(|b| b.slot).min().unwrap_or(self.locals.len());
+        let kept = self.set_aside(first);
         let mut count = self.run_over(binders);
         match condition.as_ref().map_or(Truth::Always, |c| self.truth(c)) {
             Truth::Always => {}
@@ -279,9 +274,9 @@ impl<'f> Reasoning<'f> {
             Truth::Sometimes => count.low = 0.0,
         }
         let body = body.as_ref().map(|body| self.value(body));
-        self.locals = before.0;
+        self.restore(kept);
         if count.low <= 0.0 {
-            self.never.truncate(before.1);
+            self.never.truncate(before);
         }
         gathered(*how, count, body, || otherwise.as_ref().map(|value| self.value(value)))
     }

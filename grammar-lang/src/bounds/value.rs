@@ -1,6 +1,6 @@
 //! What may be known of a value before there is a design.
 
-use super::Interval;
+use super::{Interval, Kinds};
 
 /// Whether something is true, as far as is known.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,25 +61,15 @@ pub enum Abstract {
     /// True or false.
     Bool(Truth),
     /// Parts of these kinds.
-    Part(Vec<String>),
+    Part(Kinds),
     /// A port of parts of these kinds.
-    Port(Vec<String>),
+    Port(Kinds),
     /// Kinds of parts, ready to be attached.
-    Kind(Vec<String>),
+    Kind(Kinds),
     /// Several values, in a list, a group or a domain: what each may be, and how many.
     Many(Box<Abstract>, Interval),
     /// Anything.
     Any,
-}
-
-/// The names of both, each once.
-fn both(mut a: Vec<String>, b: &[String]) -> Vec<String> {
-    for name in b {
-        if !a.contains(name) {
-            a.push(name.clone());
-        }
-    }
-    a
 }
 
 impl Abstract {
@@ -125,9 +115,9 @@ impl Abstract {
         match (self, other) {
             (Self::Number(a), Self::Number(b)) => Self::Number(a.hull(b)),
             (Self::Bool(a), Self::Bool(b)) => Self::Bool(if a == b { a } else { Truth::Sometimes }),
-            (Self::Part(a), Self::Part(b)) => Self::Part(both(a, &b)),
-            (Self::Port(a), Self::Port(b)) => Self::Port(both(a, &b)),
-            (Self::Kind(a), Self::Kind(b)) => Self::Kind(both(a, &b)),
+            (Self::Part(a), Self::Part(b)) => Self::Part(a.and(b)),
+            (Self::Port(a), Self::Port(b)) => Self::Port(a.and(b)),
+            (Self::Kind(a), Self::Kind(b)) => Self::Kind(a.and(b)),
             (Self::Many(a, n), Self::Many(b, m)) => Self::Many(Box::new(a.hull(*b)), n.hull(m)),
             _ => Self::Any,
         }

@@ -1,5 +1,7 @@
 //! Mends that a program can make.
 
+use std::collections::BTreeSet;
+
 use crate::source::Span;
 
 /// One replacement; an empty span inserts, an empty replacement removes.
@@ -65,6 +67,35 @@ pub fn apply<'a>(text: &str, edits: impl IntoIterator<Item = &'a Edit>) -> Optio
     Some(out)
 }
 
+/// Edits of one text that can be applied together.
+#[derive(Clone, Debug, Default)]
+pub struct Together {
+    /// The stretches that they change.
+    taken: BTreeSet<(u32, u32)>,
+}
+
+impl Together {
+    /// Adds edits, if they can be applied together with those that are there.
+    pub fn add(&mut self, text: &str, edits: &[Edit]) -> bool {
+        for (i, edit) in edits.iter().enumerate() {
+            let stretch = (edit.span.start, edit.span.end);
+            let before = self.taken.range(..stretch).next_back().is_none_or(|(_, end)| *end <= stretch.0);
+            let after = self.taken.range(stretch..).next().is_none_or(|(start, _)| stretch.1 <= *start);
+            // Two insertions at one place overlap, too.
+            let free =
+                before && after && !self.taken.contains(&stretch) && text.get(edit.span.range()).is_some();
+            if !free {
+                for edit in edits.iter().take(i) {
+                    self.taken.remove(&(edit.span.start, edit.span.end));
+                }
+                return false;
+            }
+            self.taken.insert(stretch);
+        }
+        true
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,5 +115,23 @@ mod tests {
         assert_eq!(apply(text, &[edit(1, 1, "x"), edit(1, 1, "y")]), None);
         assert_eq!(apply(text, &[edit(5, 9, "x")]), None);
         assert_eq!(apply("µ", &[edit(1, 2, "x")]), None);
+    }
+
+    proptest::proptest! {
+        /// Edits are found to go together one by one exactly where they can be applied at once.
+        #[test]
+        fn what_goes_together_can_be_applied(stretches in proptest::collection::vec((0usize..7, 0usize..3), 0..6)) {
+            let text = "aµbcde";
+            let (mut together, mut chosen) = (Together::default(), Vec::new());
+            for (start, length) in stretches {
+                let pair = [edit(start, start + length, "x"), edit(start + 2, start + 2, "y")];
+                let with: Vec<Edit> = chosen.iter().chain(&pair).cloned().collect();
+                let fits = apply(text, &with).is_some();
+                proptest::prop_assert_eq!(together.add(text, &pair), fits, "{:?}", with);
+                if fits {
+                    chosen = with;
+                }
+            }
+        }
     }
 }

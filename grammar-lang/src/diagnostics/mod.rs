@@ -6,7 +6,7 @@ mod guess;
 pub mod render;
 
 pub use codes::{CODES, Code, Severity, find};
-pub use fix::{Edit, Fix, apply};
+pub use fix::{Edit, Fix, Together, apply};
 pub use guess::{did_you_mean, nearest, respell, sure};
 
 use crate::source::Span;

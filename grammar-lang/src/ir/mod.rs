@@ -2,6 +2,8 @@
 
 mod expr;
 mod resolved;
+mod spans;
+mod terms;
 mod ty;
 
 use indexmap::IndexMap;
@@ -9,6 +11,8 @@ use serde::{Deserialize, Serialize};
 
 pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Word};
 pub use resolved::resolved;
+pub use spans::without_spans;
+pub use terms::builds_on;
 pub use ty::Ty;
 
 use crate::source::Span;

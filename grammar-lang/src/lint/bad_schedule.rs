@@ -1,15 +1,14 @@
 //! A schedule that does nothing: no iteration, no move, or a negative temperature.
 
-use crate::bounds::{Facts, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{ExprKind, RuleSet};
+use crate::ir::ExprKind;
 
+use super::known::Known;
 use super::places::schedules;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
-    for schedule in schedules(ruleset) {
-        let most = |expr| Reasoning::new(&facts, Vec::new()).numbers(expr).high;
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    for schedule in schedules(known.ruleset) {
+        let most = |expr| known.numbers(expr).high;
         let mut report = |span, message: &str, label: &str, help: &str| {
             findings.push(Diagnostic::new(Code::BAD_SCHEDULE, span, message).label(label).help(help));
         };

@@ -1,21 +1,19 @@
 //! Distributions and probabilities that cannot be: a negative deviation, a list of
 //! weights of another length than the domain, a probability beyond 1.
 
-use crate::bounds::{Abstract, Facts, Interval, Reasoning, locals_of};
+use crate::bounds::{Interval, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Choice, Expr, Kernel, RuleSet, Spread};
+use crate::ir::{Choice, Expr, Kernel, Spread};
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
-    for rule in &ruleset.rules {
-        let locals = locals_of(&facts, rule);
-        for choice in &rule.choices {
-            let asks = Asks { facts: &facts, locals: &locals };
-            findings.extend(asks.spread(choice));
-        }
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    for (rule, locals) in known.rules() {
+        let mut asks = Asks { reasoning: known.reasoning(&locals.all) };
+        findings.extend(rule.choices.iter().filter_map(|choice| asks.spread(choice)));
     }
-    let asks = Asks { facts: &facts, locals: &[] };
-    for variable in ruleset.actuations.values().flat_map(|a| &a.variables) {
+    let mut asks = Asks { reasoning: known.reasoning(&[]) };
+    for variable in known.ruleset.actuations.values().flat_map(|a| &a.variables) {
         findings.extend(asks.probability(&variable.mutation.probability));
         findings.extend(match &variable.mutation.kernel {
             Kernel::Flip => None,
@@ -26,20 +24,15 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
 }
 
 struct Asks<'f> {
-    facts: &'f Facts<'f>,
-    locals: &'f [Abstract],
+    reasoning: Reasoning<'f>,
 }
 
 impl Asks<'_> {
-    fn value(&self, expr: &Expr) -> Abstract {
-        Reasoning::new(self.facts, self.locals.to_vec()).value(expr)
+    fn numbers(&mut self, expr: &Expr) -> Interval {
+        self.reasoning.numbers(expr)
     }
 
-    fn numbers(&self, expr: &Expr) -> Interval {
-        self.value(expr).numbers()
-    }
-
-    fn spread(&self, choice: &Choice) -> Option<Diagnostic> {
+    fn spread(&mut self, choice: &Choice) -> Option<Diagnostic> {
         match &choice.spread {
             Spread::Even | Spread::Fixed => None,
             Spread::Normal(_, deviation) => self.deviation(deviation),
@@ -48,7 +41,7 @@ impl Asks<'_> {
         }
     }
 
-    fn deviation(&self, deviation: &Expr) -> Option<Diagnostic> {
+    fn deviation(&mut self, deviation: &Expr) -> Option<Diagnostic> {
         let negative = self.numbers(deviation).high < 0.0;
         negative.then(|| {
             Diagnostic::new(Code::BAD_SPREAD, deviation.span, "a deviation cannot be negative")
@@ -57,7 +50,7 @@ impl Asks<'_> {
         })
     }
 
-    fn ends(&self, low: &Expr, high: &Expr) -> Option<Diagnostic> {
+    fn ends(&mut self, low: &Expr, high: &Expr) -> Option<Diagnostic> {
         let swapped = self.numbers(low).low > self.numbers(high).high;
         swapped.then(|| {
             Diagnostic::new(Code::BAD_SPREAD, low.span, "there is nothing between these ends")
@@ -67,9 +60,9 @@ impl Asks<'_> {
         })
     }
 
-    fn weights(&self, choice: &Choice, weights: &Expr) -> Option<Diagnostic> {
-        let list = self.value(weights);
-        let (values, given) = (self.value(&choice.domain).length(), list.length());
+    fn weights(&mut self, choice: &Choice, weights: &Expr) -> Option<Diagnostic> {
+        let list = self.reasoning.value(weights);
+        let (values, given) = (self.reasoning.value(&choice.domain).length(), list.length());
         if let (Some(values), Some(given)) = (values.single(), given.single())
             && values != given
         {
@@ -90,7 +83,7 @@ impl Asks<'_> {
         })
     }
 
-    fn probability(&self, probability: &Expr) -> Option<Diagnostic> {
+    fn probability(&mut self, probability: &Expr) -> Option<Diagnostic> {
         let p = self.numbers(probability);
         (p.high < 0.0 || p.low > 1.0).then(|| {
             Diagnostic::new(Code::BAD_SPREAD, probability.span, "a probability lies within 0 .. 1")

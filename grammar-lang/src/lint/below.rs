@@ -3,8 +3,10 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Scope, Value, evaluate};
-use crate::ir::{Expr, Kernel, RuleSet, Schedule, Spread, Word};
+use crate::ir::{Expr, ExprKind, Kernel, RuleSet, Schedule, Spread, Word};
 use crate::units;
+
+use super::known::Known;
 
 /// How many iterations are followed.
 const FOLLOWED: usize = 10_000;
@@ -31,6 +33,7 @@ impl Scope for Moment<'_> {
 }
 
 impl Moment<'_> {
+    /// The value of an expression, if it has one that is a number.
     fn number(&self, expr: &Expr) -> Option<f64> {
         evaluate(expr, self, &mut Vec::new()).ok()?.as_number()
     }
@@ -53,7 +56,8 @@ fn course<'r>(ruleset: &'r RuleSet, schedule: &'r Schedule) -> Vec<Moment<'r>> {
     all
 }
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
     let outer = course(ruleset, &ruleset.search.outer);
     for schedule in super::places::schedules(ruleset) {
         cold(ruleset, schedule, findings);
@@ -114,7 +118,11 @@ fn first<'m, 'r>(
     expr: &Expr,
     wrong: impl Fn(f64) -> bool,
 ) -> Option<(&'m Moment<'r>, f64)> {
-    course.iter().find_map(|moment| Some((moment, moment.number(expr).filter(|x| wrong(*x))?)))
+    // Most expressions are the same at every moment.
+    let moving = |e: &Expr| matches!(e.kind, ExprKind::Word(Word::Iteration | Word::Temperature));
+    let followed = if expr.any(&mut |e| moving(e)) { course.len() } else { 1 };
+    let value = |moment: &Moment<'_>| moment.number(expr).filter(|x| wrong(*x));
+    course.iter().take(followed).find_map(|moment| Some((moment, value(moment)?)))
 }
 
 fn shown(expr: &Expr, x: f64) -> String {

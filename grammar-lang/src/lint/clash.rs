@@ -1,44 +1,93 @@
 //! Requirements that exclude each other: the smallest sets of them.
 
-use crate::bounds::linear::{Row, contradictory};
+use std::cmp::Reverse;
+
+use crate::bounds::linear::{Row, connected, contradictory};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Requirement, RuleSet};
+use crate::ir::Requirement;
 
 use super::counts::Counts;
+use super::known::Known;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let mut counts = Counts::new(ruleset);
-    let mut open: Vec<(&Requirement, Vec<Row>)> =
-        ruleset.requirements.iter().map(|r| (r, counts.rows(&r.condition))).collect();
-    let base = counts.base();
-    // Sets that share no requirement are told one by one.
-    while let Some(clash) = smallest(&base, &open) {
-        findings.push(report(&clash));
-        open.retain(|(r, _)| !clash.iter().any(|c| c.span == r.span && c.name == r.name));
-    }
-}
-
-/// A set that excludes each other, and none of which can be left out.
-pub(super) fn smallest<'r>(
-    base: &[Row],
-    all: &[(&'r Requirement, Vec<Row>)],
-) -> Option<Vec<&'r Requirement>> {
-    let excluded = |some: &[&(&Requirement, Vec<Row>)]| {
-        let rows = some.iter().flat_map(|(_, rows)| rows).chain(base).cloned();
-        contradictory(&rows.collect::<Vec<_>>())
-    };
-    let mut left: Vec<&(&'r Requirement, Vec<Row>)> =
-        all.iter().filter(|(_, rows)| !rows.is_empty()).collect();
-    if !excluded(&left) {
-        return None;
-    }
-    for one in left.clone() {
-        let fewer: Vec<_> = left.iter().copied().filter(|other| !std::ptr::eq(*other, one)).collect();
-        if excluded(&fewer) {
-            left = fewer;
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let mut counts = Counts::new(known);
+    let all: Vec<_> = known.ruleset.requirements.iter().map(|r| (r, counts.rows(&r.condition))).collect();
+    let mut clashes = Vec::new();
+    for mut group in groups(&counts.base(), &all) {
+        // Sets that share no requirement are told one by one.
+        while let Some(clash) = group.smallest() {
+            group.open.retain(|(number, _)| !clash.contains(number));
+            clashes.push(clash);
         }
     }
-    Some(left.into_iter().map(|(requirement, _)| *requirement).collect())
+    // Of several, the one that begins last in the text comes first.
+    clashes.sort_by_key(|clash| Reverse(clash.first().copied()));
+    findings.extend(clashes.iter().map(|clash| report(&named(clash, &all))));
+}
+
+/// A smallest set of requirements that exclude each other, if what always holds allows them one by one.
+pub(super) fn one<'r>(base: &[Row], all: &[(&'r Requirement, Vec<Row>)]) -> Option<Vec<&'r Requirement>> {
+    if contradictory(base) {
+        return None;
+    }
+    let clashes = groups(base, all).into_iter().filter_map(|group| group.smallest());
+    clashes.max_by_key(|clash| clash.first().copied()).map(|clash| named(&clash, all))
+}
+
+/// Requirements by their numbers.
+fn named<'r>(clash: &[usize], all: &[(&'r Requirement, Vec<Row>)]) -> Vec<&'r Requirement> {
+    clash.iter().filter_map(|i| all.get(*i)).map(|(requirement, _)| *requirement).collect()
+}
+
+/// Requirements that have to do with each other.
+struct Group<'a> {
+    /// What always holds of what they are about.
+    base: Vec<&'a Row>,
+    /// Their numbers, in the order of the text, and what they say.
+    open: Vec<(usize, &'a [Row])>,
+}
+
+fn groups<'a>(base: &'a [Row], all: &'a [(&Requirement, Vec<Row>)]) -> Vec<Group<'a>> {
+    let rows = all.iter().map(|(_, rows)| rows.as_slice());
+    let sets: Vec<&[Row]> = rows.chain(base.iter().map(std::slice::from_ref)).collect();
+    let group = |numbers: Vec<usize>| {
+        let sets = numbers.into_iter().filter_map(|i| Some((i, *sets.get(i)?)));
+        let (open, base): (Vec<_>, Vec<_>) = sets.partition(|(i, _)| *i < all.len());
+        Group { base: base.into_iter().flat_map(|(_, rows)| rows).collect(), open }
+    };
+    connected(&sets).into_iter().map(group).filter(|group| !group.open.is_empty()).collect()
+}
+
+impl Group<'_> {
+    /// A set that excludes each other, and none of which can be left out: of several, that which
+    /// begins last. Gives their numbers.
+    fn smallest(&self) -> Option<Vec<usize>> {
+        let mut kept: Vec<(usize, &[Row])> = Vec::new();
+        let mut from = 0;
+        let excluded = |kept: &[(usize, &[Row])], from: usize| {
+            let left = self.open.get(from..).unwrap_or(&[]);
+            let rows = kept.iter().chain(left).flat_map(|(_, rows)| *rows).chain(self.base.iter().copied());
+            contradictory(&rows.cloned().collect::<Vec<_>>())
+        };
+        if !excluded(&kept, from) {
+            return None;
+        }
+        while !excluded(&kept, self.open.len()) {
+            // All before the last without which nothing is excluded can be left out.
+            let mut beyond = self.open.len();
+            while from + 1 < beyond {
+                let middle = from.midpoint(beyond);
+                if excluded(&kept, middle) {
+                    from = middle;
+                } else {
+                    beyond = middle;
+                }
+            }
+            kept.extend(self.open.get(from).copied());
+            from += 1;
+        }
+        Some(kept.into_iter().map(|(number, _)| number).collect()).filter(|kept: &Vec<_>| !kept.is_empty())
+    }
 }
 
 /// `a`, `a and b`, `a, b and c`, each in backquotes.

@@ -1,24 +1,24 @@
 //! `if` with a condition that is always the same.
 
-use crate::bounds::{Facts, Reasoning, Truth};
+use indexmap::IndexMap;
+
+use crate::bounds::Truth;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::RuleSet;
 use crate::source::Span;
 
+use super::known::Known;
 use super::places::places;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     // An `if` may be evaluated in several places: only one that is the same in all is told.
-    let mut all: Vec<(Span, Truth)> = Vec::new();
-    for place in places(&facts) {
-        let mut reasoning = Reasoning::new(&facts, place.locals);
-        reasoning.value(place.expr);
+    let mut all: IndexMap<Span, Truth> = IndexMap::new();
+    for place in places(known) {
+        let mut reasoning = known.reasoning(&place.locals);
+        place.exprs.into_iter().for_each(|expr| drop(reasoning.value(expr)));
         for (span, truth) in reasoning.conditions {
-            match all.iter_mut().find(|(s, _)| *s == span) {
-                Some((_, known)) if *known != truth => *known = Truth::Sometimes,
-                Some(_) => {}
-                None => all.push((span, truth)),
+            let before = all.entry(span).or_insert(truth);
+            if *before != truth {
+                *before = Truth::Sometimes;
             }
         }
     }

@@ -2,12 +2,13 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Value, evaluate};
-use crate::ir::RuleSet;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    for requirement in &ruleset.requirements {
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    for requirement in &known.ruleset.requirements {
         // A condition that reads the design has no value here.
-        if evaluate(&requirement.condition, ruleset, &mut Vec::new()) == Ok(Value::Bool(false)) {
+        if evaluate(&requirement.condition, known.ruleset, &mut Vec::new()) == Ok(Value::Bool(false)) {
             findings.push(
                 Diagnostic::new(
                     Code::CONSTANT_REQUIRE,

@@ -4,31 +4,36 @@
 //! are sums of them. Whatever else a requirement compares is a variable of its
 //! own, of which only its least and greatest value are known.
 
-use crate::bounds::linear::Row;
-use crate::bounds::{Facts, Interval, Reasoning};
-use crate::eval::{Value, evaluate};
-use crate::ir::{Expr, ExprKind, Function, Gather, Group, Operator, RuleSet, Ty};
+use std::collections::BTreeMap;
 
-use super::kinds::{can_hold, possible_kinds};
+use indexmap::{IndexMap, IndexSet};
+
+use crate::bounds::linear::Row;
+use crate::bounds::{Interval, Kinds};
+use crate::eval::{Value, evaluate};
+use crate::ir::{Expr, ExprKind, Function, Gather, Group, Operator, Ty, without_spans};
+
+use super::known::Known;
 
 /// A sum of variables, each times a coefficient, and a constant.
 #[derive(Clone, Debug, Default)]
 struct Sum {
-    coefficients: Vec<f64>,
+    coefficients: BTreeMap<usize, f64>,
     constant: f64,
 }
 
 impl Sum {
     fn constant(constant: f64) -> Self {
-        Self { coefficients: Vec::new(), constant }
+        Self { coefficients: BTreeMap::new(), constant }
+    }
+
+    fn variable(variable: usize) -> Self {
+        Self { coefficients: BTreeMap::from([(variable, 1.0)]), constant: 0.0 }
     }
 
     fn plus(mut self, other: &Self, times: f64) -> Self {
-        if self.coefficients.len() < other.coefficients.len() {
-            self.coefficients.resize(other.coefficients.len(), 0.0);
-        }
-        for (mine, theirs) in self.coefficients.iter_mut().zip(&other.coefficients) {
-            *mine += theirs * times;
+        for (variable, theirs) in &other.coefficients {
+            *self.coefficients.entry(*variable).or_default() += theirs * times;
         }
         self.constant += other.constant * times;
         self
@@ -39,72 +44,67 @@ impl Sum {
     }
 
     fn is_whole(&self) -> bool {
-        self.coefficients.iter().chain([&self.constant]).all(|c| c.fract() == 0.0)
+        self.coefficients.values().chain([&self.constant]).all(|c| c.fract() == 0.0)
     }
 }
 
 /// Everything that is counted and compared.
-pub(super) struct Counts<'r> {
-    ruleset: &'r RuleSet,
-    kinds: Vec<String>,
+pub(super) struct Counts<'k, 'r> {
+    known: &'k Known<'r>,
+    /// The declared kinds: the first variables.
+    kinds: IndexSet<&'r str>,
     /// What else is compared: the text of the expression without places, and whether it is whole.
-    others: Vec<(String, bool)>,
+    others: IndexMap<String, bool>,
     /// What always holds.
     base: Vec<Row>,
 }
 
-impl<'r> Counts<'r> {
+impl<'k, 'r> Counts<'k, 'r> {
     /// Knows the kinds of a grammar: none has less than no parts, and what nothing
     /// makes stays as the initial design has it.
-    pub(super) fn new(ruleset: &'r RuleSet) -> Self {
-        let facts = Facts::new(ruleset);
-        let kinds = facts.kinds();
-        let mut counts = Self { ruleset, kinds, others: Vec::new(), base: Vec::new() };
-        let possible = possible_kinds(ruleset);
-        for (i, kind) in counts.kinds.clone().iter().enumerate() {
+    pub(super) fn new(known: &'k Known<'r>) -> Self {
+        let rules = known.ruleset;
+        let kinds: IndexSet<&str> =
+            rules.parts.keys().chain(rules.actuators.keys()).map(String::as_str).collect();
+        let mut counts = Self { known, kinds, others: IndexMap::new(), base: Vec::new() };
+        for i in 0..counts.kinds.len() {
+            let group = counts.kind(i);
             counts.limit(i, Interval::NOT_NEGATIVE);
-            if !can_hold(&Group::Kind(kind.clone()), &possible, ruleset) {
-                counts.limit(i, Interval::new(0.0, (facts.placed(kind) * facts.images()) as f64));
+            if !known.possible.contains(&group) {
+                let most = known.facts.placed(&group) * known.facts.images();
+                counts.limit(i, Interval::new(0.0, most as f64));
             }
         }
         counts
     }
 
+    fn kind(&self, variable: usize) -> Group {
+        Group::Kind(self.kinds.get_index(variable).map_or(String::new(), |kind| (*kind).to_owned()))
+    }
+
     fn limit(&mut self, variable: usize, within: Interval) {
-        let row = |sign: f64, bound: f64| {
-            let mut coefficients = vec![0.0; variable + 1];
-            if let Some(last) = coefficients.last_mut() {
-                *last = sign;
-            }
-            Row { coefficients, bound }
-        };
         if within.low.is_finite() {
-            self.base.push(row(-1.0, -within.low));
+            self.base.push(Row::new([(variable, -1.0)], -within.low));
         }
         if within.high.is_finite() {
-            self.base.push(row(1.0, within.high));
+            self.base.push(Row::new([(variable, 1.0)], within.high));
         }
     }
 
     /// What always holds.
-    pub(super) fn base(&self) -> Vec<Row> {
-        self.base.clone()
+    pub(super) fn base(&self) -> &[Row] {
+        &self.base
     }
 
     /// That the initial design stays.
     pub(super) fn begun(&self) -> Vec<Row> {
-        let facts = Facts::new(self.ruleset);
-        let at_least = |(i, kind): (usize, &String)| {
-            let mut coefficients = vec![0.0; i];
-            coefficients.push(-1.0);
-            Row { coefficients, bound: -(facts.placed(kind) as f64) }
-        };
-        self.kinds.iter().enumerate().map(at_least).collect()
+        let at_least = |i: usize| Row::new([(i, -1.0)], -(self.known.facts.placed(&self.kind(i)) as f64));
+        (0..self.kinds.len()).map(at_least).collect()
     }
 
     /// That there are at least so many parts.
     pub(super) fn parts_at_least(&self, number: f64) -> Row {
-        Row { coefficients: vec![-1.0; self.kinds.len()], bound: -number }
+        Row::new((0..self.kinds.len()).map(|kind| (kind, -1.0)), -number)
     }
 
     /// Whether only counts of parts are compared, and all of it is in the rows.
@@ -173,17 +173,18 @@ impl<'r> Counts<'r> {
 
     /// Whether every variable of a sum is a whole number.
     fn is_whole(&self, sum: &Sum) -> bool {
-        let used = sum.coefficients.iter().enumerate().filter(|(_, c)| **c != 0.0);
-        used.skip_while(|(i, _)| *i < self.kinds.len())
-            .all(|(i, _)| self.others.get(i - self.kinds.len()).is_some_and(|(_, whole)| *whole))
+        let used = sum.coefficients.iter().filter(|(_, c)| **c != 0.0).map(|(variable, _)| *variable);
+        let mut others = used.filter_map(|variable| variable.checked_sub(self.kinds.len()));
+        others.all(|other| self.others.get_index(other).is_some_and(|(_, whole)| *whole))
     }
 
     fn sum(&mut self, expr: &Expr) -> Sum {
         // Parameters count with the values that they are set to.
-        if let Ok(Value::Number(x)) = evaluate(expr, self.ruleset, &mut Vec::new()) {
+        if let Ok(Value::Number(x)) = evaluate(expr, self.known.ruleset, &mut Vec::new()) {
             return Sum::constant(x);
         }
-        let number = |e: &Expr| evaluate(e, self.ruleset, &mut Vec::new()).ok().and_then(|v| v.as_number());
+        let ruleset = self.known.ruleset;
+        let number = |e: &Expr| evaluate(e, ruleset, &mut Vec::new()).ok().and_then(|v| v.as_number());
         match &expr.kind {
             ExprKind::Call(Function::Count, arguments) => match arguments.as_slice() {
                 [Expr { kind: ExprKind::Group(group), .. }] => self.group(group),
@@ -222,59 +223,37 @@ impl<'r> Counts<'r> {
     }
 
     fn group(&self, group: &Group) -> Sum {
-        let facts = Facts::new(self.ruleset);
-        let one = |kind: &String| f64::from(u8::from(facts.belongs(kind, group)));
-        Sum { coefficients: self.kinds.iter().map(one).collect(), constant: 0.0 }
+        let kinds = Kinds::of(group.clone());
+        let kinds =
+            self.known.facts.names(&kinds).into_iter().filter_map(|kind| self.kinds.get_index_of(kind));
+        Sum { coefficients: kinds.map(|kind| (kind, 1.0)).collect(), constant: 0.0 }
     }
 
     /// Something that is no sum of counts: the same expression is the same variable.
     fn other(&mut self, expr: &Expr) -> Sum {
-        let name = without_places(expr);
-        let known = self.others.iter().position(|(n, _)| *n == name);
-        let index = known.unwrap_or(self.others.len()) + self.kinds.len();
-        if known.is_none() {
-            self.others.push((name, expr.ty == Ty::Count));
-            let within = Reasoning::new(&Facts::new(self.ruleset), Vec::new()).numbers(expr);
-            self.limit(index, within);
-            self.no_more_than_its_group(index, expr);
+        let name = without_spans(expr).unwrap_or_default().to_string();
+        let (place, before) = self.others.insert_full(name, expr.ty == Ty::Count);
+        let variable = self.kinds.len() + place;
+        if before.is_none() {
+            self.limit(variable, self.known.numbers(expr));
+            self.no_more_than_its_group(variable, expr);
         }
-        let mut coefficients = vec![0.0; index];
-        coefficients.push(1.0);
-        Sum { coefficients, constant: 0.0 }
+        Sum::variable(variable)
     }
 
     /// `count over p in part where ...` is at most `count(part)`.
-    fn no_more_than_its_group(&mut self, index: usize, expr: &Expr) {
+    fn no_more_than_its_group(&mut self, variable: usize, expr: &Expr) {
         if let ExprKind::Aggregate { how: Gather::Count, binders, .. } = &expr.kind
             && let [binder] = binders.as_slice()
             && let ExprKind::Group(group) = &binder.over.kind
         {
-            let mut coefficients = self.group(group).times(-1.0).coefficients;
-            coefficients.resize(index, 0.0);
-            coefficients.push(1.0);
-            self.base.push(Row { coefficients, bound: 0.0 });
+            let sum = Sum::variable(variable).plus(&self.group(group), -1.0);
+            self.base.push(at_most(&sum, 0.0));
         }
     }
 }
 
 /// `sum <= most`
 fn at_most(sum: &Sum, most: f64) -> Row {
-    Row { coefficients: sum.coefficients.clone(), bound: most - sum.constant }
-}
-
-/// The text of an expression, the same wherever it stands.
-fn without_places(expr: &Expr) -> String {
-    fn strip(value: &mut serde_json::Value) {
-        match value {
-            serde_json::Value::Object(fields) => {
-                fields.remove("span");
-                fields.values_mut().for_each(strip);
-            }
-            serde_json::Value::Array(items) => items.iter_mut().for_each(strip),
-            _ => {}
-        }
-    }
-    let mut value = serde_json::to_value(expr).unwrap_or_default();
-    strip(&mut value);
-    value.to_string()
+    Row::new(sum.coefficients.iter().map(|(variable, c)| (*variable, *c)), most - sum.constant)
 }

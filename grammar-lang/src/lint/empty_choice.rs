@@ -5,7 +5,10 @@ use crate::eval::{Value, evaluate};
 use crate::ir::{Effect, ExprKind, Rule, RuleSet};
 use crate::units;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
     for rule in &ruleset.rules {
         for choice in &rule.choices {
             let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else {

@@ -1,15 +1,14 @@
 //! A choice that has nothing to choose from, whatever the design.
 
-use crate::bounds::{Facts, narrowed_locals_of};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::RuleSet;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
-    for rule in &ruleset.rules {
-        let locals = narrowed_locals_of(&facts, rule);
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    for (rule, locals) in known.rules() {
+        let mut reasoning = known.reasoning(&locals.narrowed);
         for choice in &rule.choices {
-            if facts.is_empty_domain(&choice.domain, &locals) {
+            if reasoning.is_empty_domain(&choice.domain) {
                 findings.push(
                     Diagnostic::new(
                         Code::EMPTY_DOMAIN,

@@ -1,26 +1,31 @@
 //! Growth without an end: parts are attached for ever, nothing takes any away, and
 //! no requirement says how many are enough.
 
+use indexmap::IndexMap;
+
 use crate::bounds::linear::contradictory;
-use crate::bounds::{Abstract, Facts, Reasoning, conjuncts, made_by, narrowed_locals_of};
+use crate::bounds::{Abstract, Kinds, conjuncts};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, Expr, ExprKind, Operator, Rule, RuleSet, Word};
+use crate::ir::{Effect, Expr, ExprKind, Group, Operator, Rule, Word};
 
 use super::counts::Counts;
+use super::cycles::on_cycles;
+use super::known::{Known, Locals, groups_of};
 use super::places::conditions;
 
 /// More parts than any body has.
 const ENDLESS: f64 = 1e6;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
     let shrinks = |e: &Effect| matches!(e, Effect::Remove(_) | Effect::Revert(_) | Effect::Replace { .. });
-    if ruleset.rules.iter().flat_map(|r| &r.effects).any(shrinks) || bounded(ruleset) {
+    if ruleset.rules.iter().flat_map(|r| &r.effects).any(shrinks) || bounded(known) {
         return;
     }
     // Growth has no end where parts hold parts of kinds that hold them in turn.
-    let facts = Facts::new(ruleset);
-    let steps: Vec<Growth<'_>> = ruleset.rules.iter().flat_map(|rule| growth(&facts, rule)).collect();
-    if let Some(endless) = steps.iter().find(|step| comes_back(&steps, step)) {
+    let steps: Vec<Growth<'_>> =
+        known.rules().flat_map(|(rule, locals)| growth(known, rule, locals)).collect();
+    if let Some(endless) = coming_back(known, &steps).and_then(|step| steps.get(step)) {
         findings.push(
             Diagnostic::new(Code::ENDLESS, endless.rule.span, "designs of this grammar grow without an end")
                 .label("this rule can be applied for ever")
@@ -32,10 +37,10 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
 }
 
 /// Whether requirements bound the number of parts, or may do so in a way that is not followed here.
-fn bounded(ruleset: &RuleSet) -> bool {
-    let mut counts = Counts::new(ruleset);
+fn bounded(known: &Known<'_>) -> bool {
+    let mut counts = Counts::new(known);
     let mut rows = Vec::new();
-    for condition in ruleset.requirements.iter().flat_map(|r| conjuncts(&r.condition)) {
+    for condition in known.ruleset.requirements.iter().flat_map(|r| conjuncts(&r.condition)) {
         let said = counts.rows(condition);
         let geometry = matches!(condition.kind, ExprKind::Word(Word::Connected | Word::NoOverlap));
         if said.is_empty() && !geometry {
@@ -43,7 +48,7 @@ fn bounded(ruleset: &RuleSet) -> bool {
         }
         rows.extend(said);
     }
-    rows.extend(counts.base());
+    rows.extend_from_slice(counts.base());
     rows.push(counts.parts_at_least(ENDLESS));
     !counts.only_counts() || contradictory(&rows)
 }
@@ -51,24 +56,22 @@ fn bounded(ruleset: &RuleSet) -> bool {
 /// What a rule attaches, and to what.
 struct Growth<'r> {
     rule: &'r Rule,
-    holders: Vec<String>,
-    made: Vec<String>,
+    holders: Kinds,
+    made: Kinds,
 }
 
-fn growth<'r>(facts: &Facts<'r>, rule: &'r Rule) -> Vec<Growth<'r>> {
+fn growth<'r>(known: &Known<'r>, rule: &'r Rule, locals: &Locals) -> Vec<Growth<'r>> {
     let simple = conditions(rule).flat_map(conjuncts).all(asks_only_what);
     let always = matches!(rule.weight.kind, ExprKind::Number(x) if x > 0.0);
     if !simple || !always {
         // It may stop by itself.
         return Vec::new();
     }
-    let locals = narrowed_locals_of(facts, rule);
-    let attach = |effect: &Effect| match effect {
-        Effect::Attach { on, .. } => match Reasoning::new(facts, locals.clone()).value(&on.port) {
-            Abstract::Port(holders) => Some(Growth { rule, holders, made: made_by(facts, rule, effect) }),
-            _ => None,
-        },
-        _ => None,
+    let mut reasoning = known.reasoning(&locals.narrowed);
+    let attach = |effect: &Effect| {
+        let Effect::Attach { on, .. } = effect else { return None };
+        let Abstract::Port(holders) = reasoning.value(&on.port) else { return None };
+        Some(Growth { rule, holders, made: reasoning.made_by(effect)? })
     };
     rule.effects.iter().filter_map(attach).collect()
 }
@@ -79,22 +82,62 @@ fn asks_only_what(condition: &Expr) -> bool {
         if matches!(b.kind, ExprKind::Group(_)))
 }
 
-/// Whether what a step makes can, after more steps, hold what the step makes again.
-fn comes_back(steps: &[Growth<'_>], start: &Growth<'_>) -> bool {
-    let mut reached = start.made.clone();
-    let mut next = 0;
-    while let Some(kind) = reached.get(next).cloned() {
-        next += 1;
-        if start.holders.contains(&kind) {
-            return true;
+/// The first step of which what it makes can, after more steps, hold what the step makes again.
+fn coming_back(known: &Known<'_>, steps: &[Growth<'_>]) -> Option<usize> {
+    let mut graph = Graph { ways: vec![Vec::new(); steps.len()], groups: IndexMap::new() };
+    for (step, growth) in steps.iter().enumerate() {
+        for group in growth.made.groups() {
+            let made = graph.node(Side::Made, group);
+            graph.lead(step, made);
         }
-        for step in steps.iter().filter(|s| s.holders.contains(&kind)) {
-            for made in &step.made {
-                if !reached.contains(made) {
-                    reached.push(made.clone());
-                }
-            }
+        for group in growth.holders.groups() {
+            let holder = graph.node(Side::Holds, group);
+            graph.lead(holder, step);
         }
     }
-    false
+    // What is of a kind may hold whatever asks for one of its groups.
+    for group in [Group::Part, Group::Block, Group::Actuator] {
+        let made = graph.node(Side::Made, &group);
+        let kinds = Kinds::of(group.clone());
+        for kind in known.facts.names(&kinds) {
+            let kind = graph.node(Side::Made, &Group::Kind(kind.to_owned()));
+            graph.lead(made, kind);
+        }
+    }
+    for kind in known.facts.names(&Kinds::all()) {
+        let made = graph.node(Side::Made, &Group::Kind(kind.to_owned()));
+        for group in groups_of(&known.facts, kind) {
+            let holder = graph.node(Side::Holds, &group);
+            graph.lead(made, holder);
+        }
+    }
+    on_cycles(&graph.ways).into_iter().take(steps.len()).position(|comes_back| comes_back)
+}
+
+/// On which side of a step a part is.
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
+enum Side {
+    Made,
+    Holds,
+}
+
+/// What leads to what: first the steps, then what they make and what holds that.
+struct Graph {
+    ways: Vec<Vec<usize>>,
+    groups: IndexMap<(Side, Group), usize>,
+}
+
+impl Graph {
+    fn node(&mut self, side: Side, group: &Group) -> usize {
+        *self.groups.entry((side, group.clone())).or_insert_with(|| {
+            self.ways.push(Vec::new());
+            self.ways.len() - 1
+        })
+    }
+
+    fn lead(&mut self, from: usize, to: usize) {
+        if let Some(ways) = self.ways.get_mut(from) {
+            ways.push(to);
+        }
+    }
 }

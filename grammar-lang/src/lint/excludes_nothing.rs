@@ -1,13 +1,13 @@
 //! A requirement that every design fulfils.
 
-use crate::bounds::{Facts, Reasoning, Truth};
+use crate::bounds::Truth;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::RuleSet;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
-    for requirement in &ruleset.requirements {
-        if Reasoning::new(&facts, Vec::new()).truth(&requirement.condition) == Truth::Always {
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    for requirement in &known.ruleset.requirements {
+        if known.reasoning(&[]).truth(&requirement.condition) == Truth::Always {
             findings.push(
                 Diagnostic::new(
                     Code::EXCLUDES_NOTHING,

@@ -8,11 +8,12 @@ mod clash;
 mod constant_if;
 mod constant_requirement;
 mod counts;
+mod cycles;
 mod empty_choice;
 mod empty_for_all;
 mod endless;
 mod excludes_nothing;
-mod kinds;
+mod known;
 mod negative_weight;
 mod never_applies;
 mod never_drawn;
@@ -34,7 +35,9 @@ use crate::diagnostics::Diagnostic;
 use crate::ir::RuleSet;
 use crate::source::FileId;
 
-type Lint = fn(&RuleSet, &mut Vec<Diagnostic>);
+use known::Known;
+
+type Lint = fn(&Known<'_>, &mut Vec<Diagnostic>);
 
 /// What makes a grammar unusable, as far as it can be evaluated as it stands.
 const EXACT: &[Lint] =
@@ -73,19 +76,23 @@ const POINTLESS: &[Lint] = &[pointless::check, constant_if::check, excludes_noth
 
 /// Runs every check; later ones only where those before found no error.
 /// `entry` is the text that declares the grammar, `varied` whether it is a variant of another.
-pub(crate) fn run(ruleset: &RuleSet, entry: FileId, varied: bool, findings: &mut Vec<Diagnostic>) {
+pub fn run(ruleset: &RuleSet, entry: FileId, varied: bool, findings: &mut Vec<Diagnostic>) {
     let stop = |findings: &[Diagnostic]| findings.iter().any(Diagnostic::is_error);
     circles::check(ruleset, findings);
+    // The others evaluate: not in circles.
+    if stop(findings) {
+        return;
+    }
+    let known = Known::new(ruleset);
     for lints in [EXACT, SOUND, DOUBTFUL] {
-        // The others evaluate: not in circles.
         if stop(findings) {
             return;
         }
-        lints.iter().for_each(|lint| lint(ruleset, findings));
+        lints.iter().for_each(|lint| lint(&known, findings));
     }
     if !varied && !stop(findings) {
         let mut own = Vec::new();
-        POINTLESS.iter().for_each(|lint| lint(ruleset, &mut own));
+        POINTLESS.iter().for_each(|lint| lint(&known, &mut own));
         findings.extend(own.into_iter().filter(|d| d.span().file == entry));
     }
 }

@@ -1,22 +1,28 @@
 //! A rule with a condition that no design and no choice fulfils.
 
-use crate::bounds::{Facts, Reasoning, Truth, narrowed_locals_of};
-use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::RuleSet;
+use std::collections::BTreeSet;
 
+use crate::bounds::Truth;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::source::Span;
+
+use super::known::Known;
 use super::places::conditions;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
-    for rule in &ruleset.rules {
-        let locals = narrowed_locals_of(&facts, rule);
-        let never = conditions(rule)
-            .find(|condition| Reasoning::new(&facts, locals.clone()).truth(condition) == Truth::Never);
-        // A port that is not there is told more exactly.
-        let told = findings
-            .iter()
-            .any(|d| d.code == Code::NO_SUCH_PORT && never.is_some_and(|n| n.span.join(d.span()) == n.span));
-        if let Some(never) = never.filter(|_| !told) {
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    // A port that is not there is told more exactly.
+    let told: BTreeSet<Span> =
+        findings.iter().filter(|d| d.code == Code::NO_SUCH_PORT).map(Diagnostic::span).collect();
+    let told = |condition: Span| {
+        let after = Span { end: condition.start, ..condition };
+        told.range(after..)
+            .take_while(|s| s.file == condition.file && s.start < condition.end)
+            .any(|s| s.end <= condition.end)
+    };
+    for (rule, locals) in known.rules() {
+        let mut reasoning = known.reasoning(&locals.narrowed);
+        let never = conditions(rule).find(|condition| reasoning.truth(condition) == Truth::Never);
+        if let Some(never) = never.filter(|never| !told(never.span)) {
             findings.push(
                 Diagnostic::new(
                     Code::NEVER_APPLIES,

@@ -1,13 +1,12 @@
 //! A rule whose weight is never above zero.
 
-use crate::bounds::{Facts, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::RuleSet;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
-    for rule in &ruleset.rules {
-        if Reasoning::new(&facts, Vec::new()).numbers(&rule.weight).high <= 0.0 {
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    for rule in &known.ruleset.rules {
+        if known.numbers(&rule.weight).high <= 0.0 {
             findings.push(
                 Diagnostic::new(
                     Code::NEVER_DRAWN,

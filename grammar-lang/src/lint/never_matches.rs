@@ -1,12 +1,15 @@
 //! A rule that matches a kind of part that nothing ever adds, or that undoes
 //! steps although no step adds anything.
 
-use super::kinds::{can_hold, possible_kinds};
-use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, Expr, ExprKind, Group, Matched, Operator, RuleSet};
+use std::collections::BTreeSet;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let kinds = possible_kinds(ruleset);
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Effect, Expr, ExprKind, Group, Matched, Operator};
+
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let (ruleset, possible) = (known.ruleset, &known.possible);
     let grows = ruleset.rules.iter().any(|r| r.effects.iter().any(|e| matches!(e, Effect::Attach { .. })))
         || ruleset.begin.len() > 1;
     let name = |group: &Group| match group {
@@ -20,13 +23,13 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
         let mut reason = None;
         for matched in &rule.matches {
             let impossible = match &matched.what {
-                Matched::Part { kind, .. } if !can_hold(kind, &kinds, ruleset) => {
+                Matched::Part { kind, .. } if !possible.contains(kind) => {
                     Some(format!("no design ever has a `{}`", name(kind)))
                 }
                 Matched::Part { .. } => matched
                     .condition
                     .as_ref()
-                    .and_then(|c| impossible_kind(c, slot, &kinds, ruleset))
+                    .and_then(|c| impossible_kind(c, slot, possible))
                     .map(|group| format!("no design ever has a `{}`", name(group))),
                 Matched::Joint | Matched::Step if !grows => Some("no rule ever adds a part".to_owned()),
                 _ => None,
@@ -49,12 +52,7 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
 }
 
 /// The kind that `where p is KIND` asks for, alone or joined by `and`, if no design ever has it.
-fn impossible_kind<'r>(
-    condition: &'r Expr,
-    slot: usize,
-    kinds: &[String],
-    ruleset: &RuleSet,
-) -> Option<&'r Group> {
+fn impossible_kind<'r>(condition: &'r Expr, slot: usize, possible: &BTreeSet<Group>) -> Option<&'r Group> {
     let mut open = vec![condition];
     while let Some(e) = open.pop() {
         match &e.kind {
@@ -62,7 +60,7 @@ fn impossible_kind<'r>(
             ExprKind::Binary(a, Operator::Is, b) => {
                 if let (ExprKind::Local(local), ExprKind::Group(group)) = (&a.kind, &b.kind)
                     && *local == slot
-                    && !can_hold(group, kinds, ruleset)
+                    && !possible.contains(group)
                 {
                     return Some(group);
                 }

@@ -2,21 +2,23 @@
 
 use crate::bounds::linear::Row;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, Requirement, RuleSet};
+use crate::ir::{Effect, Requirement};
 
-use super::clash::{listed, smallest};
+use super::clash::{listed, one};
 use super::counts::Counts;
+use super::known::Known;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
     let attaches = |e: &Effect| matches!(e, Effect::Attach { .. });
     let Some(rule) = ruleset.rules.iter().find(|rule| rule.effects.iter().any(attaches)) else { return };
-    let mut counts = Counts::new(ruleset);
+    let mut counts = Counts::new(known);
     let all: Vec<(&Requirement, Vec<Row>)> =
         ruleset.requirements.iter().map(|r| (r, counts.rows(&r.condition))).collect();
-    let mut base = counts.base();
+    let mut base = counts.base().to_vec();
     base.extend(counts.begun());
     base.push(counts.parts_at_least(ruleset.begin.len() as f64 + 1.0));
-    let Some(stops) = smallest(&base, &all) else { return };
+    let Some(stops) = one(&base, &all) else { return };
     let Some(first) = stops.first() else { return };
     let verb = if stops.len() == 1 { "leaves" } else { "leave" };
     let mut finding = Diagnostic::new(

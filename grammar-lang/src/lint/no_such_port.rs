@@ -1,23 +1,22 @@
 //! A rule that asks for a port that no part there can have.
 
-use crate::bounds::{Abstract, Facts, Reasoning, conjuncts, narrowed_locals_of};
+use crate::bounds::{Abstract, Truth, conjuncts};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{Effect, Expr, ExprKind, Operator, Rule, RuleSet};
+use crate::ir::{Effect, Expr, ExprKind, Operator, Rule};
 
+use super::known::Known;
 use super::places::conditions;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
-    for rule in &ruleset.rules {
-        let locals = narrowed_locals_of(&facts, rule);
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let facts = &known.facts;
+    for (rule, locals) in known.rules() {
+        let mut reasoning = known.reasoning(&locals.narrowed);
         for (at, of, name) in asked(rule) {
-            let kinds = match Reasoning::new(&facts, locals.clone()).value(of) {
-                Abstract::Port(kinds) | Abstract::Part(kinds) if !kinds.is_empty() => kinds,
-                _ => continue,
-            };
-            let has: Vec<&str> = kinds.iter().flat_map(|kind| facts.ports(kind)).collect();
-            if !has.contains(&name) {
-                findings.push(report(rule, at, name, &kinds, &has));
+            let (Abstract::Port(kinds) | Abstract::Part(kinds)) = reasoning.value(of) else { continue };
+            if facts.are_ports(&kinds, name) == Truth::Never {
+                let ports = facts.ports(&kinds).into_iter().collect::<Vec<_>>();
+                let kinds = facts.names(&kinds).into_iter().collect::<Vec<_>>();
+                findings.push(report(rule, at, name, &kinds, &ports));
             }
         }
     }
@@ -43,19 +42,13 @@ fn asked(rule: &Rule) -> Vec<(&Expr, &Expr, &str)> {
     found
 }
 
-fn report(rule: &Rule, at: &Expr, name: &str, kinds: &[String], has: &[&str]) -> Diagnostic {
+fn report(rule: &Rule, at: &Expr, name: &str, kinds: &[&str], ports: &[&str]) -> Diagnostic {
     let whose = match kinds {
         [one] => format!("a `{one}` has none"),
         _ => format!("none of {} has one", kinds.join(", ")),
     };
-    let mut known: Vec<&str> = Vec::new();
-    for port in has {
-        if !known.contains(port) {
-            known.push(port);
-        }
-    }
-    let help = did_you_mean(name, known.iter().copied())
-        .unwrap_or_else(|| format!("the ports there are: {}", known.join(", ")));
+    let help = did_you_mean(name, ports.iter().copied())
+        .unwrap_or_else(|| format!("the ports there are: {}", ports.join(", ")));
     Diagnostic::new(
         Code::NO_SUCH_PORT,
         at.span,

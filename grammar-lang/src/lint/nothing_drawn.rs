@@ -1,17 +1,17 @@
 //! No rule has a weight above zero.
 
-use crate::bounds::{Facts, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Value, evaluate};
-use crate::ir::{Expr, RuleSet};
+use crate::ir::Expr;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
     // What the parameters are set to counts here: this search would do nothing.
     let none = |weight: &Expr| {
         let now = evaluate(weight, ruleset, &mut Vec::new());
-        matches!(now, Ok(Value::Number(x)) if x <= 0.0)
-            || Reasoning::new(&facts, Vec::new()).numbers(weight).high <= 0.0
+        matches!(now, Ok(Value::Number(x)) if x <= 0.0) || known.numbers(weight).high <= 0.0
     };
     if let Some(first) = ruleset.rules.first()
         && ruleset.rules.iter().all(|rule| none(&rule.weight))

@@ -1,9 +1,11 @@
 //! Neither a rule nor a varied quantity: there is only one candidate.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::RuleSet;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
     let used = ruleset.tasks.values().flat_map(|task| task.actuated.values());
     let varied = used.filter_map(|name| ruleset.actuations.get(name)).any(|a| !a.variables.is_empty());
     if ruleset.rules.is_empty()

@@ -1,14 +1,17 @@
 //! Parts that are larger than a room or thinner than a hair: mostly a wrong unit.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{RuleSet, Shape};
+use crate::ir::Shape;
 use crate::units::{self, Dimension};
+
+use super::known::Known;
 
 /// Sizes beyond these (m) are told.
 const LEAST: f64 = 1e-4;
 const MOST: f64 = 10.0;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
     let parts = ruleset.parts.iter().map(|(name, p)| (name, p.shape, p.span));
     let actuators = ruleset.actuators.iter().map(|(name, a)| (name, a.segment, a.span));
     for (name, shape, span) in parts.chain(actuators) {

@@ -1,20 +1,26 @@
 //! `e.position at 30 s` in a motion of 20 s.
 
-use crate::bounds::{Facts, Interval, Reasoning};
+use std::collections::BTreeSet;
+
+use crate::bounds::{Interval, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Expr, ExprKind, RuleSet, Task, Word};
+use crate::ir::{Expr, ExprKind, Word, builds_on};
+use crate::source::Span;
 use crate::units;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
+    let mut told: BTreeSet<Span> = findings.iter().map(Diagnostic::span).collect();
     for (name, task) in &ruleset.tasks {
         let duration = task.model.duration;
-        let known = Interval::point(duration);
-        let facts = Facts::new(ruleset).with(Word::End, known).with(Word::Duration, known);
-        for expr in used(ruleset, task) {
+        let whole = Interval::point(duration);
+        let facts = known.facts.clone().with(Word::End, whole).with(Word::Duration, whole);
+        for (_, expr) in builds_on(&task.objective.value, &ruleset.terms) {
             for time in times(expr) {
                 let at = Reasoning::new(&facts, Vec::new()).numbers(time);
-                let told = findings.iter().any(|d: &Diagnostic| d.span() == time.span);
-                if (at.high < 0.0 || at.low > duration * (1.0 + 1e-9)) && !told {
+                if (at.high < 0.0 || at.low > duration * (1.0 + 1e-9)) && told.insert(time.span) {
                     findings.push(report(name, time, duration));
                 }
             }
@@ -29,27 +35,6 @@ fn report(task: &str, time: &Expr, duration: f64) -> Diagnostic {
     Diagnostic::new(Code::OUTSIDE_MOTION, time.span, format!("this time lies outside the motion{of}"))
         .label(format!("the motion is recorded over {whole}"))
         .help("write `start`, `end` or a part of `duration`, or simulate for longer")
-}
-
-/// The objective of a task, and the terms that it builds on.
-fn used<'r>(ruleset: &'r RuleSet, task: &'r Task) -> Vec<&'r Expr> {
-    let mut names: Vec<&str> = Vec::new();
-    let mut all = vec![&task.objective.value];
-    let mut next = 0;
-    while let Some(expr) = all.get(next).copied() {
-        next += 1;
-        expr.any(&mut |e| {
-            if let ExprKind::Term(name) = &e.kind
-                && let Some((name, term)) = ruleset.terms.get_key_value(name)
-                && !names.contains(&name.as_str())
-            {
-                names.push(name);
-                all.push(&term.value);
-            }
-            false
-        });
-    }
-    all
 }
 
 /// The times at which an expression reads the motion.

@@ -1,11 +1,13 @@
 //! Where expressions stand in a rule set, with what is known of their locals.
 
-use crate::bounds::{Abstract, Facts, actuation_locals, narrowed_locals_of};
+use crate::bounds::{Abstract, actuation_locals};
 use crate::ir::{Effect, Expr, Kernel, Rule, RuleSet, Schedule, Spread};
 
-/// An expression with what is known of the locals that it may read.
+use super::known::Known;
+
+/// Expressions that stand together, with what is known of the locals that they may read.
 pub(super) struct Place<'r> {
-    pub(super) expr: &'r Expr,
+    pub(super) exprs: Vec<&'r Expr>,
     pub(super) locals: Vec<Abstract>,
 }
 
@@ -21,40 +23,33 @@ pub(super) fn schedules(ruleset: &RuleSet) -> impl Iterator<Item = &Schedule> {
 }
 
 /// Every expression that is evaluated while designs are made, driven, scored and searched.
-pub(super) fn places<'r>(facts: &Facts<'r>) -> Vec<Place<'r>> {
-    let ruleset = facts.rules;
+pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Place<'r>> {
+    let ruleset = known.ruleset;
     let mut all = Vec::new();
-    let mut add = |expr: &'r Expr, locals: &[Abstract]| all.push(Place { expr, locals: locals.to_vec() });
-    for rule in &ruleset.rules {
-        let locals = narrowed_locals_of(facts, rule);
-        in_rule(rule).into_iter().for_each(|expr| add(expr, &locals));
-        add(&rule.weight, &[]);
+    let mut add = |exprs: Vec<&'r Expr>, locals: Vec<Abstract>| all.push(Place { exprs, locals });
+    for (rule, locals) in known.rules() {
+        add(in_rule(rule), locals.narrowed.clone());
+        add(vec![&rule.weight], Vec::new());
     }
-    for requirement in &ruleset.requirements {
-        add(&requirement.condition, &[]);
-    }
-    for preference in &ruleset.preferences {
-        add(&preference.condition, &[]);
-        add(&preference.weight, &[]);
-    }
+    add(ruleset.requirements.iter().map(|r| &r.condition).collect(), Vec::new());
+    add(ruleset.preferences.iter().flat_map(|p| [&p.condition, &p.weight]).collect(), Vec::new());
     for actuation in ruleset.actuations.values() {
-        let locals = actuation_locals(facts, actuation);
         let values = actuation.lets.iter().chain(&actuation.moving).map(|(_, e)| e);
-        values.chain([&actuation.drive]).for_each(|expr| add(expr, &locals));
-        for variable in &actuation.variables {
-            add(&variable.mutation.probability, &[]);
-            if let Kernel::Normal(a, b) | Kernel::Uniform(a, b) = &variable.mutation.kernel {
-                add(a, &[]);
-                add(b, &[]);
-            }
+        add(values.chain([&actuation.drive]).collect(), actuation_locals(&known.facts, actuation));
+        for mutation in actuation.variables.iter().map(|v| &v.mutation) {
+            let kernel = match &mutation.kernel {
+                Kernel::Normal(a, b) | Kernel::Uniform(a, b) => vec![a, b],
+                Kernel::Flip => Vec::new(),
+            };
+            add([vec![&mutation.probability], kernel].concat(), Vec::new());
         }
     }
-    ruleset.terms.values().for_each(|term| add(&term.value, &[]));
-    ruleset.tasks.values().for_each(|task| add(&task.objective.value, &[]));
-    add(&ruleset.objective.value, &[]);
+    add(ruleset.terms.values().map(|term| &term.value).collect(), Vec::new());
+    add(ruleset.tasks.values().map(|task| &task.objective.value).collect(), Vec::new());
+    add(vec![&ruleset.objective.value], Vec::new());
     for schedule in schedules(ruleset) {
-        let parts = [&schedule.iterations, &schedule.moves, &schedule.temperature, &schedule.stop];
-        parts.into_iter().for_each(|expr| add(expr, &[]));
+        let parts = vec![&schedule.iterations, &schedule.moves, &schedule.temperature, &schedule.stop];
+        add(parts, Vec::new());
     }
     all
 }

@@ -1,17 +1,16 @@
 //! Conditions of rules that hold whatever the design and the choices.
 
-use crate::bounds::{Facts, Reasoning, Truth, locals_of};
+use crate::bounds::Truth;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::RuleSet;
 
+use super::known::Known;
 use super::places::conditions;
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
-    let facts = Facts::new(ruleset);
-    for rule in &ruleset.rules {
-        let locals = locals_of(&facts, rule);
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    for (rule, locals) in known.rules() {
+        let mut reasoning = known.reasoning(&locals.all);
         for condition in conditions(rule) {
-            if Reasoning::new(&facts, locals.clone()).truth(condition) == Truth::Always {
+            if reasoning.truth(condition) == Truth::Always {
                 findings.push(
                     Diagnostic::new(
                         Code::POINTLESS,

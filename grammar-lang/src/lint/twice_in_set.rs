@@ -4,7 +4,10 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::evaluate;
 use crate::ir::{Expr, ExprKind, RuleSet};
 
-pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
     for choice in ruleset.rules.iter().flat_map(|rule| &rule.choices) {
         let ExprKind::Set(items) = &choice.domain.kind else { continue };
         for (i, item) in items.iter().enumerate() {

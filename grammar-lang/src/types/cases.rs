@@ -1,7 +1,8 @@
 //! Checks `match` expressions.
 
 use super::Checker;
-use super::expr::{Context, Local, article, as_group, unknown};
+use super::expr::{Context, Local, as_group, unknown};
+use super::fit::article;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{Expr, ExprKind, Operator, Ty};
 use crate::source::Span;

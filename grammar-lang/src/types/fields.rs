@@ -497,7 +497,7 @@ impl Checker<'_> {
             (_, Some(ir::InstanceParam { ty: Ty::Unknown, .. })) => return,
             (Some(param), Some(ir::InstanceParam { ty, .. })) if *ty != Ty::Count => {
                 Diagnostic::new(Code::WRONG_TYPE, param.ty.span, "`segments` is a Count: so many segments")
-                    .label(format!("this is {}", super::expr::article(ty)))
+                    .label(format!("this is {}", super::fit::article(ty)))
             }
             (Some(param), Some(ir::InstanceParam { domain, .. })) => {
                 let place = param.domain.as_ref().map_or(param.name.span, |d| d.span);

@@ -1,13 +1,17 @@
 //! Checks a program and lowers it to the typed rule set.
 
+mod actuations;
 mod call;
 mod cases;
 mod examples;
 mod expr;
 mod fields;
+mod fit;
 mod found;
 mod items;
+mod members;
 mod mend;
+mod names;
 mod rules;
 mod signature;
 mod stage;
@@ -67,15 +71,17 @@ pub fn check(
     sources: &SourceMap,
     overrides: &[(String, String)],
 ) -> (Option<RuleSet>, Vec<Diagnostic>) {
-    let placed = program
+    let mut placed = IndexMap::new();
+    let places = program
         .entries()
         .filter_map(|(_, item)| match &item.kind {
             ItemKind::Begin(places) => Some(places),
             _ => None,
         })
-        .flatten()
-        .map(|place| (place.name.text.clone(), place.what.clone()))
-        .collect();
+        .flatten();
+    for place in places {
+        placed.entry(place.name.text.clone()).or_insert_with(|| place.what.clone());
+    }
     let mut checker = Checker {
         program,
         sources,
@@ -129,7 +135,7 @@ struct Checker<'a> {
     sources: &'a SourceMap,
     overrides: &'a [(String, String)],
     /// What `begin` calls its parts, and what they are.
-    placed: Vec<(String, ast::Expr)>,
+    placed: IndexMap<String, ast::Expr>,
     errors: Found,
     /// The names of all ports that parts of the program have.
     ports: IndexSet<String>,

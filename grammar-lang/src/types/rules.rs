@@ -1,17 +1,19 @@
-//! Checks rules and actuations.
+//! Checks rules.
+
+use std::collections::BTreeMap;
 
 use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Expr, ExprKind, Group, Ty};
 use crate::source::Span;
-use crate::syntax::ast::{self, ActuationClause, Name, RuleClause, RuleClauseKind};
+use crate::syntax::ast::{self, Name, RuleClause, RuleClauseKind};
 use crate::units::Dimension;
 
 impl Checker<'_> {
     /// The group of parts that a kind's name stands for.
-    fn group_named(&mut self, kind: &Name, cx: &mut Context) -> Option<Group> {
+    pub(super) fn group_named(&mut self, kind: &Name, cx: &mut Context) -> Option<Group> {
         let tree = ast::Expr { kind: ast::ExprKind::Name(kind.text.clone()), span: kind.span };
         let expr = self.expect(&tree, cx, &Ty::Group, "what is matched");
         match expr.kind {
@@ -310,7 +312,7 @@ impl Checker<'_> {
 
     /// Reports an effect that changes what an earlier one of the same rule has changed.
     fn check_twice(&mut self, clauses: &[RuleClause]) {
-        let mut seen: Vec<(&str, String, Span)> = Vec::new();
+        let mut seen: BTreeMap<(&str, String), Span> = BTreeMap::new();
         for clause in clauses {
             let (verb, target) = match &clause.kind {
                 RuleClauseKind::Set(target, _) => ("set", target),
@@ -320,8 +322,7 @@ impl Checker<'_> {
                 _ => continue,
             };
             let text: String = self.sources.slice(target.span).split_whitespace().collect();
-            if let Some((.., first)) = seen.iter().find(|(v, t, _)| *v == verb && *t == text) {
-                let first = *first;
+            if let Some(first) = seen.get(&(verb, text.clone())).copied() {
                 self.report(
                     Diagnostic::new(
                         Code::DUPLICATE,
@@ -333,13 +334,13 @@ impl Checker<'_> {
                     .help("keep one of them"),
                 );
             } else {
-                seen.push((verb, text, target.span));
+                seen.insert((verb, text), target.span);
             }
         }
     }
 
     /// Warns of names that a rule or actuation of the first text binds and never reads.
-    fn unread<'n>(&mut self, names: impl Iterator<Item = &'n Name>, help: &str) {
+    pub(super) fn unread<'n>(&mut self, names: impl Iterator<Item = &'n Name>, help: &str) {
         for name in names {
             if self.program.module_at(name.span) != 0 || self.read.contains(&name.span) {
                 continue;
@@ -512,276 +513,6 @@ impl Checker<'_> {
             self.check_instance_domain(only, name, value);
         }
     }
-
-    pub(super) fn actuation(
-        &mut self,
-        name: &Name,
-        binder: &Name,
-        kind: &Name,
-        clauses: &[ActuationClause],
-        damaged: bool,
-    ) -> Option<ir::Actuation> {
-        let found = self.errors.len();
-        let mut cx = Context::new(Stage::Drive, damaged);
-        let group = self.group_named(kind, &mut cx);
-        let fine = match &group {
-            Some(Group::Actuator) | None => true,
-            Some(Group::Kind(kind_name)) => self.is_actuator(kind_name, kind.span),
-            _ => false,
-        };
-        if !fine {
-            self.report(
-                Diagnostic::new(Code::WRONG_TYPE, kind.span, format!("`{}` cannot be driven", kind.text))
-                    .label("not an actuator")
-                    .help("write `for a : actuator`"),
-            );
-        }
-        self.bind(binder, Ty::Actuator, &mut cx);
-        let mut variables = Vec::new();
-        for clause in clauses {
-            let ActuationClause::Variable(variable) = clause else { continue };
-            let checked = self.variable(variable, &cx);
-            let item = checked.as_ref().map_or(Ty::Unknown, |v| v.ty.clone());
-            let ty = if variable.size.is_some() { Ty::List(Box::new(item)) } else { item };
-            self.bind(&variable.name, ty, &mut cx);
-            variables.extend(checked);
-        }
-        let complete = variables.len() + 1 == cx.locals.len();
-        // Values without the time come first, so that they are found once for a motion.
-        let mut lets: Vec<(String, Expr)> = Vec::new();
-        let mut moving: Vec<(String, Expr)> = Vec::new();
-        let mut drive = None;
-        for clause in clauses {
-            match clause {
-                ActuationClause::Let(name, value) => {
-                    let value = self.infer(value, &mut cx);
-                    let timed = value.any(&mut |e| matches!(e.kind, ExprKind::Word(ir::Word::Time)));
-                    let first_moving = 1 + variables.len() + lets.len();
-                    let follows = value.any(&mut |e| matches!(e.kind, ExprKind::Local(slot) if slot >= first_moving && !moving.is_empty()));
-                    self.bind(name, value.ty.clone(), &mut cx);
-                    // Slots are in the order of the text: once one value moves, those after it do too.
-                    if timed || follows || !moving.is_empty() {
-                        moving.push((name.text.clone(), value));
-                    } else {
-                        lets.push((name.text.clone(), value));
-                    }
-                }
-                ActuationClause::Drive(what, value) => {
-                    if what.text != "angle" {
-                        self.report(
-                            Diagnostic::new(
-                                Code::UNKNOWN_FIELD,
-                                what.span,
-                                format!("an actuator has no `{}` to drive", what.text),
-                            )
-                            .label("not known")
-                            .help("write `drive angle = ...`")
-                            .fix_if(respell(what.span, &what.text, ["angle"])),
-                        );
-                    }
-                    let value =
-                        self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "the driven angle");
-                    if drive.replace(value).is_some() {
-                        self.report(
-                            Diagnostic::new(Code::DUPLICATE, what.span, "an actuation has one `drive`")
-                                .label("another one"),
-                        );
-                    }
-                }
-                ActuationClause::Variable(_) => {}
-            }
-        }
-        if drive.is_none() && !damaged {
-            self.report(
-                Diagnostic::new(
-                    Code::MISSING_FIELD,
-                    name.span,
-                    format!("the actuation `{}` drives nothing", name.text),
-                )
-                .label("without `drive`")
-                .help("add a line such as `drive angle = 30 deg * sin(t / period * 360 deg)`"),
-            );
-        }
-        if !damaged && self.errors.len() == found {
-            self.unread(clauses.iter().filter_map(varied_by), "use it in `drive`, or take it out");
-        }
-        if !complete {
-            return None;
-        }
-        Some(ir::Actuation { variables, lets, moving, drive: drive?, span: name.span })
-    }
-
-    /// Who has a variable of its own.
-    fn owner(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Owner> {
-        let Some(per) = &variable.per else {
-            return Some(if variable.shared { ir::Owner::Body } else { ir::Owner::Actuator });
-        };
-        if variable.shared {
-            self.report(
-                Diagnostic::new(
-                    Code::DUPLICATE,
-                    per.span,
-                    "a shared variable is there once for the whole body",
-                )
-                .label("which one counts?")
-                .help("write `vary` instead of `shared`, or take `per` out"),
-            );
-            return None;
-        }
-        // Only the actuator itself is known: its variables are what is being declared.
-        let mut cx = Context { stage: Stage::Derivation, ..cx.clone() };
-        cx.locals.truncate(1);
-        let value = self.infer(per, &mut cx);
-        match value.ty {
-            Ty::Count | Ty::Quantity(_) | Ty::Enum(_) | Ty::Bool => Some(ir::Owner::Group(value)),
-            Ty::Unknown => None,
-            ref other => {
-                self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, per.span, "actuators are grouped by a number")
-                        .label(format!("this is a {other}"))
-                        .help("write for example `per a.channel`"),
-                );
-                None
-            }
-        }
-    }
-
-    fn variable(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Variable> {
-        let name = &variable.name;
-        let mut constant = Context::new(Stage::Declaration, cx.damaged);
-        let ty = self.type_named(&variable.ty);
-        let owner = self.owner(variable, cx);
-        let size = match &variable.size {
-            None => None,
-            Some(size) => {
-                let span = size.span;
-                let size = self.expect(size, &mut constant, &Ty::Count, "the length of a list");
-                let n = self.constant_number(&size)?;
-                if !(1.0..=64.0).contains(&n) {
-                    self.report(
-                        Diagnostic::new(
-                            Code::OUT_OF_DOMAIN,
-                            span,
-                            "the length of a list must lie within 1 .. 64",
-                        )
-                        .label("too short or too long"),
-                    );
-                    return None;
-                }
-                Some(n as usize)
-            }
-        };
-        let domain = match (&ty, &variable.domain) {
-            (Ty::Unknown, _) => return None,
-            (Ty::Bool, _) => (0.0, 1.0),
-            (Ty::Quantity(_) | Ty::Count, Some(domain)) => {
-                let what = format!("the domain of `{}`", name.text);
-                let domain = self.expect(domain, &mut constant, &Ty::Domain(Box::new(ty.clone())), &what);
-                self.constant_range(&domain)?
-            }
-            (Ty::Quantity(_) | Ty::Count, None) => {
-                self.report(
-                    Diagnostic::new(Code::MISSING_FIELD, name.span, format!("`{}` has no domain", name.text))
-                        .label("between which values?")
-                        .help("write `in LEAST .. GREATEST` after its type"),
-                );
-                return None;
-            }
-            _ => {
-                self.report(
-                    Diagnostic::new(
-                        Code::WRONG_TYPE,
-                        variable.ty.span,
-                        "the search varies quantities, Counts and Bools",
-                    )
-                    .label("not one of these"),
-                );
-                return None;
-            }
-        };
-        let mut mutating = Context::new(Stage::Mutation, cx.damaged);
-        let chance = |checker: &mut Self, tree: &ast::Expr, cx: &mut Context| {
-            let expr = checker.expect(tree, cx, &Ty::NUMBER, "a probability");
-            if let Some(p) = checker.quiet_number(&expr)
-                && !(0.0..=1.0).contains(&p)
-            {
-                checker.report(
-                    Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, "a probability lies within 0 .. 1")
-                        .label("outside"),
-                );
-            }
-            expr
-        };
-        let (probability, kernel) = match (&ty, &variable.mutate, &variable.flip) {
-            (Ty::Bool, None, Some(p)) => (chance(self, p, &mut mutating), ir::Kernel::Flip),
-            (Ty::Bool, ..) => {
-                self.report(
-                    Diagnostic::new(
-                        Code::MISSING_FIELD,
-                        name.span,
-                        format!("`{}` is never varied", name.text),
-                    )
-                    .label("how often does it change?")
-                    .help("write `flip 0.1` after its type"),
-                );
-                return None;
-            }
-            (_, Some((p, kernel)), None) => {
-                let p = chance(self, p, &mut mutating);
-                let wanted = match &ty {
-                    Ty::Count => Dimension::NUMBER,
-                    ty => ty.dimension()?,
-                };
-                let kernel =
-                    self.expect(kernel, &mut mutating, &Ty::Distribution(wanted), "what follows `by`");
-                let ExprKind::Call(function, arguments) = kernel.kind else { return None };
-                let [a, b] = <[Expr; 2]>::try_from(arguments).ok()?;
-                let normal = function == ir::Function::Normal;
-                (p, if normal { ir::Kernel::Normal(a, b) } else { ir::Kernel::Uniform(a, b) })
-            }
-            _ => {
-                self.report(
-                    Diagnostic::new(
-                        Code::MISSING_FIELD,
-                        name.span,
-                        format!("`{}` is never varied", name.text),
-                    )
-                    .label("how does it change?")
-                    .help("write `mutate 0.5 by normal(0, ...)` after its domain"),
-                );
-                return None;
-            }
-        };
-        let bound = match variable.bound.as_ref().map(|b| (b.text.as_str(), b.span)) {
-            Some(("reflect", _)) => ir::Bound::Reflect,
-            None | Some(("clamp", _)) => ir::Bound::Clamp,
-            Some(("resample", _)) => ir::Bound::Resample,
-            Some((other, span)) => {
-                self.report(
-                    Diagnostic::new(
-                        Code::UNKNOWN_FIELD,
-                        span,
-                        format!("`{other}` is nothing that can happen at a bound"),
-                    )
-                    .label("not known")
-                    .help(
-                        did_you_mean(other, ["clamp", "reflect", "resample"])
-                            .unwrap_or_else(|| "write `clamp`, `reflect` or `resample`".to_owned()),
-                    )
-                    .fix_if(respell(span, other, ["clamp", "reflect", "resample"])),
-                );
-                ir::Bound::Reflect
-            }
-        };
-        Some(ir::Variable {
-            name: name.text.clone(),
-            owner: owner?,
-            size,
-            ty,
-            domain,
-            mutation: ir::Mutation { probability, kernel, bound },
-        })
-    }
 }
 
 /// The name that a clause of a rule binds for no other reason than to be read.
@@ -789,16 +520,6 @@ fn bound_by(clause: &RuleClauseKind) -> Option<&Name> {
     match clause {
         RuleClauseKind::Choose(name, ..) | RuleClauseKind::Let(name, _) => Some(name),
         RuleClauseKind::Attach { product, .. } | RuleClauseKind::Replace { product, .. } => product.as_ref(),
-        _ => None,
-    }
-}
-
-/// The name that a clause of an actuation binds, unless others can read it:
-/// terms read the period and what the whole body shares.
-fn varied_by(clause: &ActuationClause) -> Option<&Name> {
-    match clause {
-        ActuationClause::Variable(variable) if !variable.shared => Some(&variable.name),
-        ActuationClause::Let(name, _) if name.text != "period" => Some(name),
         _ => None,
     }
 }

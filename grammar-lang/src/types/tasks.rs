@@ -316,22 +316,11 @@ fn names_only(actuated: &Actuated) -> IndexMap<String, String> {
 
 /// Where an expression, or a term that it uses, reads the period.
 fn period_in(expr: &Expr, terms: &IndexMap<String, ir::Term>) -> Option<Span> {
-    let mut open = vec![expr];
-    let mut seen: Vec<&str> = Vec::new();
     let mut found = None;
-    while let Some(expr) = open.pop() {
+    for (_, expr) in ir::builds_on(expr, terms) {
         expr.any(&mut |e| {
-            match &e.kind {
-                ExprKind::Word(ir::Word::Period) => found = Some(e.span),
-                ExprKind::Term(name) => {
-                    if let Some((name, term)) = terms.get_key_value(name)
-                        && !seen.contains(&name.as_str())
-                    {
-                        seen.push(name);
-                        open.push(&term.value);
-                    }
-                }
-                _ => {}
+            if matches!(e.kind, ExprKind::Word(ir::Word::Period)) {
+                found = Some(e.span);
             }
             false
         });

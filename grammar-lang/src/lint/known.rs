@@ -1,0 +1,82 @@
+//! What many checks need to know of a rule set, worked out once.
+
+use std::collections::BTreeSet;
+
+use crate::bounds::{Abstract, Facts, Interval, Reasoning, locals_of, narrowed_locals_of};
+use crate::ir::{Effect, Expr, ExprKind, Group, Rule, RuleSet};
+
+/// A rule set, and what holds of it whatever the design.
+pub(super) struct Known<'r> {
+    pub(super) ruleset: &'r RuleSet,
+    pub(super) facts: Facts<'r>,
+    /// The groups that a part of a design can ever be of.
+    pub(super) possible: BTreeSet<Group>,
+    /// What is known of the locals of each rule.
+    locals: Vec<Locals>,
+}
+
+/// What is known of the locals of a rule.
+pub(super) struct Locals {
+    /// Whatever its conditions say.
+    pub(super) all: Vec<Abstract>,
+    /// Where its conditions hold.
+    pub(super) narrowed: Vec<Abstract>,
+}
+
+impl<'r> Known<'r> {
+    pub(super) fn new(ruleset: &'r RuleSet) -> Self {
+        let facts = Facts::new(ruleset);
+        let locals =
+            |rule| Locals { all: locals_of(&facts, rule), narrowed: narrowed_locals_of(&facts, rule) };
+        let locals = ruleset.rules.iter().map(locals).collect();
+        Self { ruleset, possible: possible(&facts), locals, facts }
+    }
+
+    /// The rules, with what is known of their locals.
+    pub(super) fn rules(&self) -> impl Iterator<Item = (&'r Rule, &Locals)> {
+        self.ruleset.rules.iter().zip(&self.locals)
+    }
+
+    /// Reasons about several expressions that read the same locals.
+    pub(super) fn reasoning(&self, locals: &[Abstract]) -> Reasoning<'_> {
+        Reasoning::new(&self.facts, locals.to_vec())
+    }
+
+    /// The numbers that an expression without locals may have.
+    pub(super) fn numbers(&self, expr: &Expr) -> Interval {
+        self.reasoning(&[]).numbers(expr)
+    }
+}
+
+/// The groups that a part of a design can ever be of.
+fn possible(facts: &Facts<'_>) -> BTreeSet<Group> {
+    let mut possible = BTreeSet::new();
+    let mut gather = |expr: &Expr| {
+        expr.any(&mut |e| {
+            if let ExprKind::Kind(name, _) = &e.kind {
+                possible.extend(groups_of(facts, name));
+            }
+            false
+        });
+    };
+    facts.rules.begin.iter().for_each(|p| gather(&p.what));
+    for rule in &facts.rules.rules {
+        let mut makes = false;
+        for effect in &rule.effects {
+            if let Effect::Attach { what, .. } | Effect::Replace { with: what, .. } = effect {
+                makes = true;
+                gather(what);
+            }
+        }
+        if makes {
+            rule.choices.iter().for_each(|c| gather(&c.domain));
+        }
+    }
+    possible
+}
+
+/// The groups that parts of a kind are of.
+pub(super) fn groups_of(facts: &Facts<'_>, kind: &str) -> impl Iterator<Item = Group> {
+    let all = [Group::Part, Group::Block, Group::Actuator, Group::Kind(kind.to_owned())];
+    all.into_iter().filter(|group| facts.belongs(kind, group))
+}

@@ -1,0 +1,248 @@
+//! Types that must fit: what is expected of an expression, and what two have in common.
+
+use super::Checker;
+use super::expr::{Context, as_group, unknown};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::ir::{Expr, ExprKind, Operator, Ty};
+use crate::syntax::ast;
+use crate::syntax::ast::Name;
+use crate::units::{self, Dimension, UnitError};
+
+impl Checker<'_> {
+    /// Checks an expression that must have a type; says `what` it is for.
+    pub(super) fn expect(&mut self, tree: &ast::Expr, cx: &mut Context, wanted: &Ty, what: &str) -> Expr {
+        let expr = self.infer(tree, cx);
+        self.fit(expr, wanted, what)
+    }
+
+    /// Makes an expression fit a type, or reports why it does not.
+    pub(super) fn fit(&mut self, mut expr: Expr, wanted: &Ty, what: &str) -> Expr {
+        if expr.ty.fits(wanted) {
+            return expr;
+        }
+        if *wanted == Ty::Group
+            && let Some(group) = as_group(&expr)
+        {
+            return group;
+        }
+        if let (Ty::Domain(inner), ExprKind::Range(low, high)) = (wanted, &expr.kind) {
+            let (known, have) = (self.errors.len(), low.ty.clone());
+            let low = self.fit((**low).clone(), inner, what);
+            // Both ends in a unit of the same wrong kind are one mistake.
+            let told = self.errors.len() > known && high.ty == have && bare_number(high).is_none();
+            let high = if told { unknown(high.span) } else { self.fit((**high).clone(), inner, what) };
+            let ok = low.ty != Ty::Unknown && high.ty != Ty::Unknown;
+            expr.kind = ExprKind::Range(Box::new(low), Box::new(high));
+            expr.ty = if ok { wanted.clone() } else { Ty::Unknown };
+            return expr;
+        }
+        if let (Some(dimension), true) = (wanted.dimension(), is_zero(&expr)) {
+            expr.ty = Ty::Quantity(dimension);
+            return expr;
+        }
+        let fix =
+            wanted.dimension().filter(|_| *wanted != Ty::Count).and_then(|want| match bare_number(&expr) {
+                Some(x) => self.missing_unit(&expr, x, want, None),
+                None => self.mended_quantity(&expr, want),
+            });
+        self.report(mismatch(&expr, wanted, what).fix_if(fix));
+        expr.ty = Ty::Unknown;
+        expr
+    }
+
+    /// Makes two operands have one type; `None` if they cannot (reported).
+    pub(super) fn unify(&mut self, mut a: Expr, mut b: Expr, what: &str) -> Option<(Expr, Expr, Ty)> {
+        if let (true, Ty::Quantity(d)) = (is_zero(&a), &b.ty) {
+            a.ty = Ty::Quantity(*d);
+        } else if let (true, Ty::Quantity(d)) = (is_zero(&b), &a.ty) {
+            b.ty = Ty::Quantity(*d);
+        }
+        if let Some(ty) = a.ty.common(&b.ty) {
+            return Some((a, b, ty));
+        }
+        let numbers = (a.ty.dimension(), b.ty.dimension());
+        let bare = match numbers {
+            (Some(_), Some(want)) if bare_number(&a).is_some() => Some((&a, &b, want)),
+            (Some(want), Some(_)) if bare_number(&b).is_some() => Some((&b, &a, want)),
+            _ => None,
+        };
+        let error = match bare {
+            Some((number, other, want)) if !want.is_number() => {
+                let x = bare_number(number).unwrap_or_default();
+                Diagnostic::new(
+                    Code::MISSING_UNIT,
+                    number.span,
+                    format!("this number needs a unit: {what} joins it with {}", article(&other.ty)),
+                )
+                .label("without a unit")
+                .also(other.span, article(&other.ty))
+                .help(match self.unit_beside(want, Some(other)) {
+                    Some(unit) => format!("write `{x} {unit}`"),
+                    None => format!("write `{x} {}`", units::suggest(want)),
+                })
+                .fix_if(self.missing_unit(number, x, want, Some(other)))
+            }
+            _ => {
+                let code = if numbers.0.is_some() && numbers.1.is_some() {
+                    Code::WRONG_DIMENSION
+                } else {
+                    Code::WRONG_TYPE
+                };
+                Diagnostic::new(
+                    code,
+                    b.span,
+                    format!("{what} joins {} and {}", article(&a.ty), article(&b.ty)),
+                )
+                .label(article(&b.ty))
+                .also(a.span, article(&a.ty))
+                .help("both must be of the same kind")
+            }
+        };
+        self.report(error);
+        None
+    }
+
+    /// Reads a unit.
+    pub(super) fn unit(&mut self, unit: &Name) -> Option<units::Unit> {
+        match units::parse(&unit.text) {
+            Ok(unit) => Some(unit),
+            Err(UnitError::Unknown(word)) => {
+                let meant = super::mend::unit_meant(&word).map(|m| format!("did you mean `{m}`?"));
+                let help = meant.or_else(|| did_you_mean(&word, units::unit_names())).unwrap_or_else(|| {
+                    if unit.text.contains('*') || unit.text.contains('/') {
+                        "to calculate with a name, put spaces around `*` and `/`".to_owned()
+                    } else {
+                        format!("units are: {}", units::unit_names().collect::<Vec<_>>().join(", "))
+                    }
+                });
+                self.report(
+                    Diagnostic::new(Code::UNKNOWN_UNIT, unit.span, format!("unknown unit `{word}`"))
+                        .label("no unit of this name")
+                        .help(help)
+                        .fix_if(self.mended_unit(unit, &word)),
+                );
+                None
+            }
+            Err(UnitError::TooHigh) => {
+                self.report(
+                    Diagnostic::new(
+                        Code::UNKNOWN_UNIT,
+                        unit.span,
+                        "the exponents of this unit are too large",
+                    )
+                    .label("no quantity has such a unit"),
+                );
+                None
+            }
+        }
+    }
+}
+
+fn is_zero(expr: &Expr) -> bool {
+    matches!(expr.kind, ExprKind::Number(x) if x == 0.0) && expr.ty == Ty::Count
+}
+
+/// A number that was written without a unit.
+fn bare_number(expr: &Expr) -> Option<f64> {
+    match &expr.kind {
+        ExprKind::Number(x) if expr.ty.dimension().is_some_and(Dimension::is_number) => Some(*x),
+        ExprKind::Negate(inner) => bare_number(inner).map(|x| -x),
+        _ => None,
+    }
+}
+
+/// Says that a quantity cannot be counted in a unit of another kind.
+pub(super) fn other_unit(value: &Expr, dimension: Dimension, unit: &Name) -> Diagnostic {
+    let have = article(&value.ty);
+    Diagnostic::new(
+        Code::WRONG_DIMENSION,
+        unit.span,
+        format!("{have} cannot be turned into a number in `{}`", unit.text),
+    )
+    .label("a unit of another kind")
+    .also(value.span, format!("this is {have}"))
+    .help(format!("write a unit that fits, such as `in {}`", units::suggest(dimension)))
+}
+
+/// A type with its article.
+pub(super) fn article(ty: &Ty) -> String {
+    let name = ty.to_string();
+    let an = name.starts_with(['A', 'E', 'a', 'e']);
+    format!("{} {name}", if an { "an" } else { "a" })
+}
+
+/// Says why an expression does not fit, and how it would.
+fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
+    let (Some(have), Some(want)) = (expr.ty.dimension(), wanted.dimension()) else {
+        let help = match (&expr.ty, wanted) {
+            (Ty::Track(_), _) => Some("ask for it at a time: `e.position at end`".to_owned()),
+            (Ty::Domain(_), _) => Some("a single value is needed here, not a range or set".to_owned()),
+            (_, Ty::Distribution(d)) => {
+                let unit = if d.is_number() { String::new() } else { format!(" {}", units::suggest(*d)) };
+                Some(format!("write for example `normal(0{unit}, 1{unit})` or `uniform(-1{unit}, 1{unit})`"))
+            }
+            (Ty::Part | Ty::Actuator, Ty::Port) => {
+                Some("name one of its ports, as in `core.top` or `a.tip`".to_owned())
+            }
+            (_, Ty::Kind) => Some("name a kind of part, such as `cube`".to_owned()),
+            (Ty::Count | Ty::Quantity(_), Ty::Bool) => {
+                Some("compare it with something, as in `count(part) > 3`".to_owned())
+            }
+            (_, Ty::Domain(_)) => Some("write a range `a .. b` or a set `{ a, b }`".to_owned()),
+            _ => None,
+        };
+        return Diagnostic::new(
+            Code::WRONG_TYPE,
+            expr.span,
+            format!("{what} must be {}, but this is {}", article(wanted), article(&expr.ty)),
+        )
+        .label(format!("this is {}", article(&expr.ty)))
+        .help_if(help);
+    };
+    if *wanted == Ty::Count {
+        return Diagnostic::new(Code::WRONG_TYPE, expr.span, format!("{what} must be a whole number"))
+            .label(if have.is_number() {
+                "not a whole number".to_owned()
+            } else {
+                format!("this is {}", article(&expr.ty))
+            })
+            .help(if have.is_number() {
+                "write a number such as 3, or use `floor` or `round`"
+            } else {
+                "write a whole number without a unit, such as 3"
+            });
+    }
+    if let Some(x) = bare_number(expr) {
+        return Diagnostic::new(
+            Code::MISSING_UNIT,
+            expr.span,
+            format!("{what} must be {}, but this number has no unit", article(wanted)),
+        )
+        .label("without a unit")
+        .help(format!("write `{x} {}`", units::suggest(want)));
+    }
+    let upside_down = match &expr.kind {
+        ExprKind::Binary(a, Operator::Divide, b) if Dimension::NUMBER.over(want) == Some(have) => {
+            bare_number(a).is_some() && matches!(b.kind, ExprKind::Number(_))
+        }
+        _ => false,
+    };
+    let per_angle =
+        have.over(want).is_some_and(|d| d == Dimension::ANGLE || Some(d) == Dimension::ANGLE.power(2));
+    let help = if upside_down {
+        "a unit belongs to the number before it: write the unit before dividing, as in `1 s / 240`".to_owned()
+    } else if want.is_number() {
+        format!("divide it by a quantity of the same kind, or write `in {}` after it", units::suggest(have))
+    } else if per_angle {
+        format!("angles count as a dimension here: write it in {}", units::suggest(want))
+    } else {
+        format!("write it in a unit of {want}, such as {}", units::suggest(want))
+    };
+    Diagnostic::new(
+        Code::WRONG_DIMENSION,
+        expr.span,
+        format!("{what} must be {}, but this is {}", article(wanted), article(&expr.ty)),
+    )
+    .label(format!("this is {}", article(&expr.ty)))
+    .help(help)
+}

@@ -1,0 +1,135 @@
+//! What follows a dot: members of values, and ports of parts.
+
+use indexmap::IndexMap;
+
+use super::expr::{Context, unknown};
+use super::fit::article;
+use super::{Checker, signature};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
+use crate::ir::{Expr, ExprKind, Ty};
+use crate::source::Span;
+use crate::syntax::ast;
+use crate::syntax::ast::Name;
+
+impl Checker<'_> {
+    /// A port by its name, if that is what an expression is.
+    pub(super) fn port_name(&self, tree: &ast::Expr) -> Option<Expr> {
+        let ast::ExprKind::Name(name) = &tree.kind else { return None };
+        self.ports.contains(name).then(|| Expr {
+            kind: ExprKind::PortName(name.clone()),
+            ty: Ty::Port,
+            span: tree.span,
+        })
+    }
+
+    pub(super) fn member(&mut self, of: &ast::Expr, name: &Name, span: Span, cx: &mut Context) -> Expr {
+        if let Some(value) = self.qualified(of, name, span, cx) {
+            return value;
+        }
+        let of = self.infer(of, cx);
+        let make =
+            |of: Expr, ty| Expr { kind: ExprKind::Attribute(Box::new(of), name.text.clone()), ty, span };
+        let candidates: Vec<String> = match of.ty.clone() {
+            Ty::Unknown => return unknown(span),
+            ty @ (Ty::Part | Ty::Actuator | Ty::Element | Ty::Port | Ty::Joint | Ty::Step) => {
+                if let Some((_, ty)) = signature::attributes(&ty).iter().find(|(n, _)| *n == name.text) {
+                    return make(of, ty.clone());
+                }
+                if cx.stage.sees_motion() {
+                    if let Some(ty) = signature::motion_attribute(&ty, &name.text) {
+                        return make(of, ty);
+                    }
+                } else if signature::motion_attribute(&ty, &name.text).is_some() {
+                    return self.stage_error(
+                        name.span,
+                        &name.text,
+                        cx.stage,
+                        "terms, as in `e.position at end` for `e in elements`",
+                    );
+                }
+                let of_part = matches!(ty, Ty::Part | Ty::Actuator);
+                if of_part && self.ports.contains(&name.text) {
+                    let kind = ExprKind::Port(Box::new(of), name.text.clone(), None);
+                    return Expr { kind, ty: Ty::Port, span };
+                }
+                let known = if of_part { Some(self.instance_params()) } else { None };
+                if ty == Ty::Actuator && known.is_some_and(IndexMap::is_empty) {
+                    // A module on its own does not know which actuators it will meet.
+                    return unknown(span);
+                }
+                let param = known.and_then(|p| p.get(&name.text)).cloned();
+                if ty == Ty::Actuator {
+                    if let Some(ty) = param {
+                        return make(of, ty);
+                    }
+                } else if param.is_some() {
+                    return self.wrong(
+                        name.span,
+                        format!("only an actuator has a `{}`", name.text),
+                        "match an actuator: `match a : actuator`",
+                    );
+                }
+                let own = signature::attributes(&ty).iter().map(|(n, _)| *n);
+                let moving = signature::MOTION_ATTRIBUTES
+                    .iter()
+                    .copied()
+                    .filter(|n| cx.stage.sees_motion() && signature::motion_attribute(&ty, n).is_some());
+                let ports = self.ports.iter().filter(|_| of_part).cloned();
+                let params = self.instance_params.iter().flat_map(IndexMap::keys).cloned();
+                let params = params.filter(|_| ty == Ty::Actuator);
+                own.chain(moving).map(str::to_owned).chain(ports).chain(params).collect()
+            }
+            Ty::Record(_, fields) => {
+                if let Some(index) = fields.iter().position(|(n, _)| *n == name.text) {
+                    let ty = fields.get(index).map_or(Ty::Unknown, |(_, ty)| ty.clone());
+                    let index = Expr { kind: ExprKind::Number(index as f64), ty: Ty::Count, span: name.span };
+                    return Expr { kind: ExprKind::Index(Box::new(of), Box::new(index)), ty, span };
+                }
+                fields.iter().map(|(n, _)| n.clone()).collect()
+            }
+            Ty::Vector(d) => {
+                if ["x", "y", "z"].contains(&name.text.as_str()) {
+                    return make(of, Ty::Quantity(d));
+                }
+                ["x", "y", "z"].map(str::to_owned).into()
+            }
+            _ => Vec::new(),
+        };
+        let help = did_you_mean(&name.text, candidates.iter().map(String::as_str)).or_else(|| {
+            (!candidates.is_empty()).then(|| format!("{} has: {}", article(&of.ty), candidates.join(", ")))
+        });
+        self.report(
+            Diagnostic::new(
+                Code::UNKNOWN_FIELD,
+                name.span,
+                format!("{} has no `{}`", article(&of.ty), name.text),
+            )
+            .label("not an attribute")
+            .help_if(help)
+            .fix_if(respell(name.span, &name.text, candidates.iter().map(String::as_str))),
+        );
+        unknown(span)
+    }
+
+    /// What a port is compared with, if it is no name of a port.
+    pub(super) fn named_port(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
+        if let ast::ExprKind::Name(name) = &tree.kind {
+            let local = cx.locals.iter().any(|l| l.name == *name);
+            if !local && self.program.lookup(tree.span, name).is_none() {
+                self.unknown_port(&Name { text: name.clone(), span: tree.span });
+                return unknown(tree.span);
+            }
+        }
+        self.expect(tree, cx, &Ty::Port, "what a port is compared with")
+    }
+
+    pub(super) fn unknown_port(&mut self, name: &Name) {
+        let names: Vec<&str> = self.ports.iter().map(String::as_str).collect();
+        let help = did_you_mean(&name.text, names.iter().copied());
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("no part has a port `{}`", name.text))
+                .label("not a port")
+                .help(help.unwrap_or_else(|| format!("ports are: {}", names.join(", ")))),
+        );
+    }
+}

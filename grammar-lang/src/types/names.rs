@@ -1,0 +1,301 @@
+//! What a name in an expression stands for, and where it may be read.
+
+use super::expr::{Context, Local, unknown};
+use super::{Checker, signature};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
+use crate::ir::{Expr, ExprKind, Function, Group, Ty, Word};
+use crate::source::Span;
+use crate::syntax::ast;
+use crate::syntax::ast::{ItemKind, Name};
+use crate::types::stage::{Stage, stages_of};
+use crate::units;
+
+impl Checker<'_> {
+    pub(super) fn name(&mut self, name: &str, span: Span, cx: &mut Context) -> Expr {
+        let make = |kind, ty| Expr { kind, ty, span };
+        if let Some(slot) = cx.locals.iter().rposition(|l| l.name == name) {
+            let local = cx.locals.get(slot);
+            self.read.extend(local.map(|l| l.span));
+            return make(ExprKind::Local(slot), local.map_or(Ty::Unknown, |l| l.ty.clone()));
+        }
+        let declared = self.program.lookup(span, name).is_some();
+        if let Some(word) = Word::named(name).filter(|w| !declared || cx.stage.sees_word(*w)) {
+            if cx.stage.sees_word(word) {
+                return make(ExprKind::Word(word), signature::word(word));
+            }
+            let places: Vec<&str> = stages_of(word).unwrap_or(&[]).iter().map(|s| s.name()).collect();
+            return self.stage_error(span, name, cx.stage, &one_of(&places));
+        }
+        if let Some(group) = match name {
+            "part" => Some(Group::Part),
+            "block" => Some(Group::Block),
+            "actuator" => Some(Group::Actuator),
+            _ => None,
+        } {
+            if !cx.stage.sees_design() {
+                return self.stage_error(span, name, cx.stage, "rules, requirements and terms");
+            }
+            return make(ExprKind::Group(group), Ty::Group);
+        }
+        if let Some((_, what)) = self.placed.get_key_value(name) {
+            let kind = match &what.kind {
+                ast::ExprKind::Call(callee, _) => &callee.kind,
+                kind => kind,
+            };
+            let active = matches!(kind, ast::ExprKind::Name(kind) if self.is_actuator(kind, what.span));
+            if !cx.stage.sees_design() {
+                return self.stage_error(span, name, cx.stage, "rules and requirements");
+            }
+            let ty = if active { Ty::Actuator } else { Ty::Part };
+            return make(ExprKind::Placed(name.to_owned()), ty);
+        }
+        let program = self.program;
+        let Some((declaration, item)) = program.lookup(span, name) else {
+            return self.unknown_name(name, span, cx);
+        };
+        self.touched.insert(declaration);
+        let what = match &item.kind {
+            ItemKind::Param(_) => {
+                let ty = self.param(declaration).map_or(Ty::Unknown, |p| p.ty);
+                return make(ExprKind::Param(name.to_owned()), ty);
+            }
+            ItemKind::Part(_) | ItemKind::Actuator(_) => {
+                return make(ExprKind::Kind(name.to_owned(), Vec::new()), Ty::Kind);
+            }
+            ItemKind::Pattern(..) => return make(ExprKind::Pattern(name.to_owned()), Ty::Pattern),
+            ItemKind::Term(_, ty, _) => {
+                if !cx.stage.sees_motion() {
+                    return self.stage_error(span, name, cx.stage, "terms and objectives");
+                }
+                let ty = self.type_named(ty);
+                return make(ExprKind::Term(name.to_owned()), ty);
+            }
+            ItemKind::Let(_, None, value) => {
+                let value = self.inline(declaration, value);
+                return Expr { span, ..value };
+            }
+            ItemKind::Let(_, Some(parameters), _) => {
+                let words: Vec<&str> = parameters.iter().map(|p| p.name.text.as_str()).collect();
+                let help = format!("call it: `{name}({})`", words.join(", "));
+                return self.wrong(span, format!("`{name}` is a function, not a value"), &help);
+            }
+            ItemKind::Enum(_, values) => {
+                let ty = Ty::Enum(name.to_owned());
+                let all = (0..values.len())
+                    .map(|i| Expr { kind: ExprKind::Number(i as f64), ty: ty.clone(), span })
+                    .collect();
+                return make(ExprKind::Set(all), Ty::Domain(Box::new(ty)));
+            }
+            ItemKind::Task(..) => {
+                return self.wrong(
+                    span,
+                    format!("`{name}` is a task, not a value"),
+                    &format!("ask for its value: `{name}.value`"),
+                );
+            }
+            ItemKind::Record(..) => "a record",
+            ItemKind::Example(..) => "an example",
+            ItemKind::Prefer { .. } => "a preference",
+            ItemKind::Rule(..) => "a rule",
+            ItemKind::Model(_) => "a model",
+            ItemKind::Search(_) => "a search",
+            ItemKind::Actuation { .. } => "an actuation",
+            _ => "a requirement",
+        };
+        self.wrong(span, format!("`{name}` is {what}, not a value"), "only values can be calculated with")
+    }
+
+    pub(super) fn stage_error(&mut self, span: Span, name: &str, stage: Stage, where_known: &str) -> Expr {
+        self.report(
+            Diagnostic::new(Code::WRONG_STAGE, span, format!("`{name}` cannot be read in {}", stage.name()))
+                .label("not known yet, or not any more")
+                .help(format!("`{name}` is known only in {where_known}")),
+        );
+        unknown(span)
+    }
+
+    /// Parts of a kind are asked for where there is no design.
+    pub(super) fn parts_unknown(&mut self, kind: Span, stage: Stage) -> Expr {
+        let name = self.sources.slice(kind).to_owned();
+        self.stage_error(kind, &name, stage, "rules, requirements and terms, as the parts of a design")
+    }
+
+    pub(super) fn unknown_name(&mut self, name: &str, span: Span, cx: &Context) -> Expr {
+        if cx.damaged || self.is_lost(span, name) {
+            return unknown(span);
+        }
+        if self.report_dropped(span, name) {
+            return unknown(span);
+        }
+        let mut fix = None;
+        let help = if units::parse(name).is_ok() {
+            format!("`{name}` is a unit: write a number before it")
+        } else if Function::named(name).is_some() {
+            format!(
+                "`{name}` is a function: call it as `{}`",
+                Function::named(name).map_or("", |f| signature::usage(f).0)
+            )
+        } else {
+            let candidates = cx
+                .locals
+                .iter()
+                .map(|l| l.name.as_str())
+                // What an effect made without a name has none to guess at.
+                .filter(|name| !name.is_empty())
+                .chain(Word::ALL.iter().filter(|w| cx.stage.sees_word(**w)).map(|w| w.text()))
+                .chain(self.guessable(span).map(|(n, _)| n))
+                .chain(self.placed.keys().map(String::as_str))
+                .chain(["part", "block", "actuator"]);
+            let candidates: Vec<&str> = candidates.collect();
+            fix = respell(span, name, candidates.iter().copied());
+            did_you_mean(name, candidates).unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
+        };
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_NAME, span, format!("unknown name `{name}`"))
+                .label("not declared")
+                .help(help)
+                .fix_if(fix),
+        );
+        unknown(span)
+    }
+
+    /// Whether an unknown name is the echo of another error.
+    pub(super) fn is_lost(&self, place: Span, name: &str) -> bool {
+        self.program.is_lost(self.program.module_at(place), name)
+    }
+
+    /// Reports a name that a variant drops; false if it does not.
+    pub(super) fn report_dropped(&mut self, span: Span, name: &str) -> bool {
+        let Some(place) = self.program.dropped_at(span, name) else { return false };
+        self.report(
+            Diagnostic::new(Code::DROPPED, span, format!("`{name}` is used, but the variant drops it"))
+                .label("still used here")
+                .also(place, "dropped here")
+                .help("drop or replace this, too"),
+        );
+        true
+    }
+
+    /// Names that are followed by a dot but are no values: enumerations, tasks, actuations.
+    pub(super) fn qualified(
+        &mut self,
+        of: &ast::Expr,
+        name: &Name,
+        span: Span,
+        cx: &Context,
+    ) -> Option<Expr> {
+        let ast::ExprKind::Name(head) = &of.kind else { return None };
+        if cx.locals.iter().any(|l| l.name == *head) {
+            return None;
+        }
+        let program = self.program;
+        let (declaration, item) = program.lookup(of.span, head)?;
+        let (offers, what): (Vec<&str>, &str) = match &item.kind {
+            ItemKind::Enum(_, values) => {
+                self.touched.insert(declaration);
+                if let Some(index) = values.iter().position(|v| v.text == name.text) {
+                    let kind = ExprKind::Number(index as f64);
+                    return Some(Expr { kind, ty: Ty::Enum(head.clone()), span });
+                }
+                (values.iter().map(|v| v.text.as_str()).collect(), "value")
+            }
+            ItemKind::Task(..) => {
+                self.touched.insert(declaration);
+                if cx.stage != Stage::Outcome {
+                    return Some(self.stage_error(
+                        of.span,
+                        head,
+                        cx.stage,
+                        "the objective of the whole grammar",
+                    ));
+                }
+                if name.text == "value" {
+                    return Some(Expr { kind: ExprKind::Task(head.clone()), ty: Ty::NUMBER, span });
+                }
+                (vec!["value"], "attribute")
+            }
+            ItemKind::Actuation { clauses, .. } => {
+                self.touched.insert(declaration);
+                if !cx.stage.sees_motion() {
+                    return Some(self.stage_error(of.span, head, cx.stage, "terms and objectives"));
+                }
+                let shared = clauses.iter().filter_map(|c| match c {
+                    ast::ActuationClause::Variable(v) if v.shared => Some(&**v),
+                    _ => None,
+                });
+                let shared: Vec<&ast::Variable> = shared.collect();
+                if let Some(variable) = shared.iter().find(|v| v.name.text == name.text) {
+                    let ty = self.type_named(&variable.ty);
+                    let ty = if variable.size.is_some() { Ty::List(Box::new(ty)) } else { ty };
+                    return Some(Expr { kind: ExprKind::Shared(head.clone(), name.text.clone()), ty, span });
+                }
+                (shared.iter().map(|v| v.name.text.as_str()).collect(), "shared variable")
+            }
+            _ => return None,
+        };
+        let help = did_you_mean(&name.text, offers.iter().copied())
+            .unwrap_or_else(|| format!("it has: {}", offers.join(", ")));
+        self.report(
+            Diagnostic::new(
+                Code::UNKNOWN_FIELD,
+                name.span,
+                format!("`{head}` has no {what} `{}`", name.text),
+            )
+            .label("not known")
+            .help(help),
+        );
+        Some(unknown(span))
+    }
+
+    /// Adds a name that must not hide another.
+    pub(super) fn bind(&mut self, name: &Name, ty: Ty, cx: &mut Context) {
+        let taken = cx
+            .locals
+            .iter()
+            .find(|l| l.name == name.text)
+            .map(|l| Some(l.span))
+            .or_else(|| {
+                let (_, item) = self.program.lookup(name.span, &name.text)?;
+                Some(crate::names::declared(item).map(|n| n.span))
+            })
+            .or_else(|| {
+                // What `begin` calls its parts is the business of the grammar that does, not of
+                // the modules that it imports.
+                let own = self.program.own.contains(&self.program.module_at(name.span));
+                let placed = self.placed.get(&name.text).filter(|_| own);
+                let word = Word::named(&name.text).is_some_and(|w| cx.stage.sees_word(w));
+                placed.map(|what| Some(what.span)).or(word.then_some(None))
+            });
+        if let Some(place) = taken {
+            let mut error = Diagnostic::new(
+                Code::DUPLICATE,
+                name.span,
+                format!("`{}` already means something else here", name.text),
+            )
+            .label("hides another meaning")
+            .help("choose another name");
+            if let Some(place) = place {
+                error = error.also(place, "the other meaning");
+            }
+            self.report(error);
+        }
+        cx.locals.push(Local { name: name.text.clone(), ty, span: name.span });
+    }
+
+    /// Adds a parameter of a function; that two of them share a name is told where they stand.
+    pub(super) fn bind_parameter(&mut self, name: &Name, ty: Ty, cx: &mut Context) {
+        if cx.locals.iter().any(|l| l.name == name.text) {
+            cx.locals.push(Local { name: name.text.clone(), ty, span: name.span });
+        } else {
+            self.bind(name, ty, cx);
+        }
+    }
+}
+
+/// `a, b or c`
+fn one_of(words: &[&str]) -> String {
+    match words {
+        [head @ .., last] if !head.is_empty() => format!("{} or {last}", head.join(", ")),
+        other => other.concat(),
+    }
+}
