@@ -15,19 +15,23 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
         Group::Actuator => "actuator".to_owned(),
         Group::Kind(kind) => kind.clone(),
     };
+    let never = |kind: &str| {
+        let an = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+        format!("no design ever has {an} `{kind}`")
+    };
     for rule in &ruleset.rules {
         let mut slot = 0;
         let mut reason = None;
         for matched in &rule.matches {
             let impossible = match &matched.what {
                 Matched::Part { kind, .. } if !can_hold(kind, &kinds, ruleset) => {
-                    Some(format!("no design ever has a `{}`", name(kind)))
+                    Some(never(&name(kind)))
                 }
                 Matched::Part { .. } => matched
                     .condition
                     .as_ref()
                     .and_then(|c| impossible_kind(c, slot, &kinds, ruleset))
-                    .map(|group| format!("no design ever has a `{}`", name(group))),
+                    .map(|group| never(&name(group))),
                 Matched::Joint | Matched::Step if !grows => Some("no rule ever adds a part".to_owned()),
                 _ => None,
             };

@@ -2,7 +2,7 @@
 
 use crate::bounds::{Abstract, Facts, Reasoning, conjuncts, narrowed_locals_of};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{Effect, Expr, ExprKind, Operator, Rule, RuleSet};
+use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, Effect, Expr, ExprKind, Operator, Rule, RuleSet};
 
 use super::places::conditions;
 
@@ -54,8 +54,10 @@ fn report(rule: &Rule, at: &Expr, name: &str, kinds: &[String], has: &[&str]) ->
             known.push(port);
         }
     }
-    let help = did_you_mean(name, known.iter().copied())
-        .unwrap_or_else(|| format!("the ports there are: {}", known.join(", ")));
+    let there = format!("the ports there are: {}", known.join(", "));
+    // A real port of another kind is no slip of the finger.
+    let exists = BLOCK_PORTS.iter().chain(ACTUATOR_PORTS).any(|p| *p == name);
+    let help = did_you_mean(name, known.iter().copied()).filter(|_| !exists).unwrap_or(there);
     Diagnostic::new(
         Code::NO_SUCH_PORT,
         at.span,

@@ -222,12 +222,24 @@ impl Loader<'_> {
         match loaded.scope.get(&name.text).copied() {
             Some(first) if first != declaration => {
                 let place = self.program.item(first).and_then(declared).map(|n| n.span);
+                let (message, here, there, help) = if declaration.module == module {
+                    ("declared twice", "declared again here", "first declared here", "give one of them another name")
+                } else if first.module == module {
+                    (
+                        "imported and declared, too",
+                        "imported here",
+                        "declared here",
+                        "give the one that is declared here another name, or do not import the other",
+                    )
+                } else {
+                    ("imported from two modules", "imported again here", "the first one", "import one of them")
+                };
                 let mut error =
-                    Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is declared twice", name.text))
-                        .label("declared again here")
-                        .help("give one of them another name");
+                    Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is {message}", name.text))
+                        .label(here)
+                        .help(help);
                 if let Some(place) = place {
-                    error = error.also(place, "first declared here");
+                    error = error.also(place, there);
                 }
                 self.errors.push(error);
             }

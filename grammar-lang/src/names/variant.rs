@@ -352,7 +352,11 @@ fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<
     if let Err(offers) = outcome {
         let last = path.last().unwrap_or(head);
         let whole: Vec<&str> = path.iter().map(|n| n.text.as_str()).collect();
-        let help = did_you_mean(&last.text, offers.iter().map(String::as_str)).unwrap_or_else(|| {
+        let within = rest.split_last().map_or(String::new(), |(_, before)| {
+            before.iter().map(|n| format!("{}.", n.text)).collect()
+        });
+        let near = offers.iter().filter_map(|o| o.strip_prefix(within.as_str()));
+        let help = did_you_mean(&last.text, near).unwrap_or_else(|| {
             if offers.is_empty() {
                 format!("`{}` as a whole can be replaced: `replace ...`", head.text)
             } else {

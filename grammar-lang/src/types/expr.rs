@@ -145,7 +145,7 @@ impl Checker<'_> {
                 )
                 .label(article(&b.ty))
                 .also(a.span, article(&a.ty))
-                .help("both must be of the same kind")
+                .help(unlike(&a.ty, &b.ty))
             }
         };
         self.report(error);
@@ -542,7 +542,7 @@ impl Checker<'_> {
                 .chain(["part", "block", "actuator"]);
             let candidates: Vec<&str> = candidates.collect();
             fix = respell(span, name, candidates.iter().copied());
-            did_you_mean(name, candidates).unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
+            did_you_mean(name, candidates).unwrap_or_else(|| not_declared(name, cx))
         };
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, span, format!("unknown name `{name}`"))
@@ -681,12 +681,13 @@ impl Checker<'_> {
                 new.span,
                 format!(
                     "the base chooses {} here, but this holds {}",
-                    article(&Ty::Quantity(before)),
-                    article(&Ty::Quantity(now))
+                    article(&chosen(&old.ty, before)),
+                    article(&chosen(&new.ty, now))
                 ),
             )
             .label("another kind of quantity")
-            .also(old.span, "the domain in the base"),
+            .also(old.span, "the domain in the base")
+            .help("what reads the choice needs the kind of quantity of the base"),
         );
         unknown(new.span)
     }
@@ -833,7 +834,7 @@ impl Checker<'_> {
                 if !matches!(b.ty, Ty::Group | Ty::Part | Ty::Actuator | Ty::Unknown) {
                     return self.wrong(
                         b.span,
-                        format!("a part is never a {}", b.ty),
+                        format!("a part is never {}", article(&b.ty)),
                         "compare with a part or a kind of part",
                     );
                 }
@@ -937,8 +938,8 @@ impl Checker<'_> {
                 name.span,
                 format!("`{}` already means something else here", name.text),
             )
-            .label("hides another meaning")
-            .help("choose another name");
+            .label("a second meaning")
+            .help("choose another name: no name hides another");
             if let Some(place) = place {
                 error = error.also(place, "the other meaning");
             }
@@ -1008,7 +1009,7 @@ impl Checker<'_> {
                 Ty::Count if *how == Gather::Mean => Ty::NUMBER,
                 ty @ (Ty::Quantity(_) | Ty::Count | Ty::Unknown) => ty.clone(),
                 other => {
-                    self.wrong(body.span, format!("{} cannot be gathered", article(other)), "gather numbers")
+                    self.wrong(body.span, format!("{} cannot be gathered", article(other)), "gather numbers, as in `of p.mass`")
                         .ty
                 }
             },
@@ -1025,6 +1026,14 @@ fn quantity_in(domain: &Ty) -> Option<Dimension> {
     match domain {
         Ty::Domain(item) | Ty::List(item) => item.dimension(),
         _ => None,
+    }
+}
+
+/// What is chosen from a domain of quantities, as people call it.
+fn chosen(domain: &Ty, dimension: Dimension) -> Ty {
+    match domain {
+        Ty::Domain(item) | Ty::List(item) => (**item).clone(),
+        _ => Ty::Quantity(dimension),
     }
 }
 
@@ -1065,6 +1074,33 @@ fn other_unit(value: &Expr, dimension: Dimension, unit: &Name) -> Diagnostic {
     .help(format!("write a unit that fits, such as `in {}`", units::suggest(dimension)))
 }
 
+/// What helps where two operands are of different kinds.
+fn unlike(a: &Ty, b: &Ty) -> &'static str {
+    let number = |ty: &Ty| ty.dimension().is_some();
+    match (a, b) {
+        (a, b) if number(a) && number(b) => "both must be of the same kind: is one of the units right?",
+        (Ty::Enum(_), _) | (_, Ty::Enum(_)) => "a value of an enumeration is only compared with another one",
+        (Ty::Bool, _) | (_, Ty::Bool) => "use `if CONDITION then a else b` to make a number of yes and no",
+        _ => "both must be of the same kind",
+    }
+}
+
+/// What helps where a name is not known and resembles no other.
+fn not_declared(name: &str, cx: &Context) -> String {
+    // Short names are those that clauses bind, longer ones are declared.
+    if name.chars().count() > 2 {
+        return super::UNDECLARED.to_owned();
+    }
+    let mut bound: Vec<String> =
+        cx.locals.iter().filter(|l| !l.name.is_empty()).map(|l| format!("`{}`", l.name)).collect();
+    bound.dedup();
+    match (bound.is_empty(), cx.stage) {
+        (true, Stage::Derivation) => "bind it first, as in `match p : part with free port q`".to_owned(),
+        (true, _) => super::UNDECLARED.to_owned(),
+        _ => format!("bound here: {}; others are declared, or imported with `use`", bound.join(", ")),
+    }
+}
+
 /// `a, b or c`
 fn one_of(words: &[&str]) -> String {
     match words {
@@ -1094,6 +1130,20 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
                 Some("name one of its ports, as in `core.top` or `a.tip`".to_owned())
             }
             (_, Ty::Kind) => Some("name a kind of part, such as `cube`".to_owned()),
+            (Ty::Count, Ty::Bool) if bare_number(expr).is_some_and(|x| x == 0.0 || x == 1.0) => {
+                Some(format!("write `{}`", bare_number(expr) == Some(1.0)))
+            }
+            (Ty::Port, Ty::Part) => Some("`.part` is the part that a port belongs to".to_owned()),
+            (_, Ty::Part) => Some("name a part, such as one that the rule matches".to_owned()),
+            (_, Ty::Step) => Some("match a step: `match s : step where s adds part`".to_owned()),
+            (_, Ty::Group) => Some("name `part`, `block`, `actuator` or a kind, as in `s adds part`".to_owned()),
+            (_, Ty::Enum(name)) => Some(format!("write one of its values, as in `{name}.VALUE`")),
+            (_, Ty::Vector(d)) => {
+                let unit = units::display_unit(*d);
+                let unit = if *d == Dimension::LENGTH { " cm".to_owned() } else { format!(" {unit}") };
+                let unit = if d.is_number() { "" } else { &unit };
+                Some(format!("write for example `vector(1{unit}, 0{unit}, 0{unit})`"))
+            }
             (Ty::Count | Ty::Quantity(_), Ty::Bool) => {
                 Some("compare it with something, as in `count(part) > 3`".to_owned())
             }
@@ -1138,8 +1188,23 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
     };
     let per_angle =
         have.over(want).is_some_and(|d| d == Dimension::ANGLE || Some(d) == Dimension::ANGLE.power(2));
+    let literal = matches!(&expr.kind, ExprKind::Number(_))
+        || matches!(&expr.kind, ExprKind::Negate(x) if matches!(x.kind, ExprKind::Number(_)));
     let help = if upside_down {
         "a unit belongs to the number before it: write the unit before dividing, as in `1 s / 240`".to_owned()
+    } else if want.is_number() && literal {
+        "write it without a unit".to_owned()
+    } else if matches!(&expr.kind, ExprKind::Word(Word::Cycle)) && want == Dimension::ANGLE {
+        "`cycle` runs from 0 to 1: write `cycle * 360 deg`".to_owned()
+    } else if have.is_number() && !literal {
+        let unit = units::suggest(want);
+        format!("give one of its numbers a unit of {want}, such as {unit}, or multiply it by `1 {unit}`")
+    } else if !want.is_number() && !per_angle && !literal {
+        if what == "this term" {
+            format!("declare it as `: {have}`, or change what it is calculated from")
+        } else {
+            format!("its calculation comes out as {}: is a factor or a unit missing?", article(&expr.ty))
+        }
     } else if want.is_number() {
         format!("divide it by a quantity of the same kind, or write `in {}` after it", units::suggest(have))
     } else if per_angle {

@@ -389,7 +389,7 @@ impl<'a> Checker<'a> {
                     self.named(with, "actuation", |k| matches!(k, ItemKind::Actuation { .. })).is_some();
                 if kind_ok && with_ok {
                     let entry = (with.text.clone(), with.span);
-                    if singles.actuated.insert(kind.text.clone(), entry).is_some() {
+                    if let Some((_, first)) = singles.actuated.insert(kind.text.clone(), entry) {
                         self.report(
                             Diagnostic::new(
                                 Code::DUPLICATE,
@@ -397,7 +397,8 @@ impl<'a> Checker<'a> {
                                 format!("`{}` is actuated twice", kind.text),
                             )
                             .label("again")
-                            .help("an actuator follows one actuation"),
+                            .also(first, "by this actuation already")
+                            .help("an actuator follows one actuation: keep one of the two lines"),
                         );
                     }
                 }
@@ -509,7 +510,8 @@ impl<'a> Checker<'a> {
                                 place,
                                 "a radial symmetry repeats the design 2 to 64 times",
                             )
-                            .label(format!("this is {count}")),
+                            .label(format!("this is {count}"))
+                            .help("write `symmetry none` for none"),
                         );
                         return None;
                     }
@@ -521,8 +523,15 @@ impl<'a> Checker<'a> {
             ("none", _, Some(plane)) => (plane.span, "`symmetry none` takes nothing more".to_owned()),
             (other, ..) => (kind.span, format!("there is no symmetry `{other}`")),
         };
+        let label = if message.contains("needs") {
+            "incomplete"
+        } else if message.contains("nothing more") {
+            "too much"
+        } else {
+            "not known"
+        };
         self.report(
-            Diagnostic::new(Code::BAD_VALUE, span, message).label("not known").help(HELP).fix_if(
+            Diagnostic::new(Code::BAD_VALUE, span, message).label(label).help(HELP).fix_if(
                 respell(span, &kind.text, ["none", "mirror", "radial"]).filter(|_| span == kind.span),
             ),
         );

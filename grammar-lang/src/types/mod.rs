@@ -29,6 +29,9 @@ use expr::Context;
 use found::Found;
 use stage::Stage;
 
+/// What helps where a name is not known.
+const UNDECLARED: &str = "declare it, or import it with `use`";
+
 /// How many constants may build on each other.
 const DEEPEST: usize = 100;
 
@@ -268,7 +271,7 @@ impl Checker<'_> {
         self.report(
             Diagnostic::new(Code::BAD_VALUE, span, "this is defined by itself")
                 .label("its value depends on its own value")
-                .help("break the circle"),
+                .help("nothing can use itself, not even through others: give one of them a value of its own"),
         );
     }
 
@@ -309,7 +312,8 @@ impl Checker<'_> {
                     param.ty.span,
                     "a parameter is a quantity, a Count, a Bool or a value of an enumeration",
                 )
-                .label(format!("this is {ty}")),
+                .label(format!("this is {}", expr::article(&ty)))
+                .help("what has another type is declared with `let`"),
             );
             return None;
         }
@@ -558,7 +562,8 @@ impl Checker<'_> {
                         shown(low, &ty),
                         shown(high, &ty)
                     ))
-                    .also(param.name.span, "declared here"),
+                    .also(param.name.span, "declared here")
+                    .help(format!("choose a value within {} .. {}", shown(low, &ty), shown(high, &ty))),
             );
         }
     }

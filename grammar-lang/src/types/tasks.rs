@@ -291,9 +291,11 @@ impl<'a> Checker<'a> {
         }
         let others: Vec<&str> =
             self.guessable(name.span).filter(|(_, i)| fits(&i.kind)).map(|(n, _)| n).collect();
-        let help = did_you_mean(&name.text, others.iter().copied())
-            .unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
         let other = program.lookup(name.span, &name.text).and_then(|(_, i)| declared(i));
+        let help = did_you_mean(&name.text, others.iter().copied()).unwrap_or_else(|| match others.first() {
+            Some(one) if other.is_some() => format!("name {}, such as `{one}`", an(what)),
+            _ => format!("declare it with `{what}`, or import it with `use`"),
+        });
         let (message, label) = match other {
             Some(_) => (format!("`{}` is no {what}", name.text), "another kind of declaration"),
             None => (format!("there is no {what} `{}`", name.text), "not declared"),
@@ -308,6 +310,11 @@ impl<'a> Checker<'a> {
         self.report(error);
         None
     }
+}
+
+/// A word of the language with its article.
+fn an(what: &str) -> String {
+    format!("{} {what}", if what.starts_with(['a', 'e']) { "an" } else { "a" })
 }
 
 fn names_only(actuated: &Actuated) -> IndexMap<String, String> {
