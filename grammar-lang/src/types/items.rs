@@ -642,6 +642,7 @@ impl<'a> Checker<'a> {
             version: ir::VERSION,
             name: name.text.clone(),
             params: IndexMap::new(),
+            enumerations: self.enumerations(),
             parts,
             actuators,
             patterns,
@@ -658,6 +659,18 @@ impl<'a> Checker<'a> {
             search: singles.search?,
             from: derived.from,
         })
+    }
+
+    /// The values of every enumeration that is used.
+    fn enumerations(&self) -> IndexMap<String, Vec<String>> {
+        let used = self.program.items().filter(|(d, _)| self.touched.contains(d));
+        used.filter_map(|(_, item)| match &item.kind {
+            ItemKind::Enum(name, values) => {
+                Some((name.text.clone(), values.iter().map(|v| v.text.clone()).collect()))
+            }
+            _ => None,
+        })
+        .collect()
     }
 
     fn unknown_overrides(&mut self, span: Span) {
