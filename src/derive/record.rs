@@ -106,7 +106,9 @@ impl Recorded {
             Self::Range(low, high, whole) => {
                 Value::Domain(Arc::new(Domain::Range { low: *low, high: *high, whole: *whole }))
             }
-            Self::Set(items) => Value::Domain(Arc::new(Domain::Items(items.iter().map(Self::value).collect()))),
+            Self::Set(items) => {
+                Value::Domain(Arc::new(Domain::Items(items.iter().map(Self::value).collect())))
+            }
         }
     }
 }

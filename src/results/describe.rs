@@ -43,8 +43,9 @@ fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: Option<&Ty>)
         Recorded::List(items) => match ty {
             Some(Ty::Record(name, fields)) => {
                 let fields = fields.iter().zip(items);
-                let fields: Vec<String> =
-                    fields.map(|((n, ty), i)| format!("{n} = {}", value(rules, design, i, Some(ty)))).collect();
+                let fields: Vec<String> = fields
+                    .map(|((n, ty), i)| format!("{n} = {}", value(rules, design, i, Some(ty))))
+                    .collect();
                 format!("{name}({})", fields.join(", "))
             }
             Some(Ty::List(item)) => format!("[{}]", several(items, Some(item))),
@@ -103,9 +104,7 @@ pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
     let values: Vec<String> = names
         .iter()
         .zip(&step.locals)
-        .map(|(name, local)| {
-            format!("{name} = {}", value(rules, design, local, item(name)))
-        })
+        .map(|(name, local)| format!("{name} = {}", value(rules, design, local, item(name))))
         .collect();
     format!("{}({})", step.rule, values.join(", "))
 }

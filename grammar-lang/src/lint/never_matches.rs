@@ -24,9 +24,7 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
         let mut reason = None;
         for matched in &rule.matches {
             let impossible = match &matched.what {
-                Matched::Part { kind, .. } if !can_hold(kind, &kinds, ruleset) => {
-                    Some(never(&name(kind)))
-                }
+                Matched::Part { kind, .. } if !can_hold(kind, &kinds, ruleset) => Some(never(&name(kind))),
                 Matched::Part { .. } => matched
                     .condition
                     .as_ref()

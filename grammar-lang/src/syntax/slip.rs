@@ -169,7 +169,9 @@ impl Stop<'_> {
             ")" | "," if self.expects("`:`") && self.piece.starts_with("let") => {
                 "say of which kind a parameter is: `let half(x : Length) = x / 2`"
             }
-            "{" if self.expects("`where`") => "a condition follows `where`: `match s : step where s adds part`",
+            "{" if self.expects("`where`") => {
+                "a condition follows `where`: `match s : step where s adds part`"
+            }
             "=" if self.piece.starts_with("choose") => {
                 "a choice is drawn from a domain: `choose n in 3 .. 6`; one value is given by `let n = 3`"
             }

@@ -157,7 +157,9 @@ impl Checker<'_> {
                     .and_then(|k| did_you_mean(&k.text, settable.iter().copied()))
                     .unwrap_or_else(|| format!("it takes: {}", settable.join(", ")));
                 self.report(
-                    Diagnostic::new(Code::WRONG_ARGUMENTS, span, what).label(if key.is_some() { "no such name in the rule" } else { "a value of what?" }).help(help),
+                    Diagnostic::new(Code::WRONG_ARGUMENTS, span, what)
+                        .label(if key.is_some() { "no such name in the rule" } else { "a value of what?" })
+                        .help(help),
                 );
                 continue;
             };

@@ -1009,8 +1009,12 @@ impl Checker<'_> {
                 Ty::Count if *how == Gather::Mean => Ty::NUMBER,
                 ty @ (Ty::Quantity(_) | Ty::Count | Ty::Unknown) => ty.clone(),
                 other => {
-                    self.wrong(body.span, format!("{} cannot be gathered", article(other)), "gather numbers, as in `of p.mass`")
-                        .ty
+                    self.wrong(
+                        body.span,
+                        format!("{} cannot be gathered", article(other)),
+                        "gather numbers, as in `of p.mass`",
+                    )
+                    .ty
                 }
             },
         };
@@ -1089,14 +1093,14 @@ fn unlike(a: &Ty, b: &Ty) -> &'static str {
 fn not_declared(name: &str, cx: &Context) -> String {
     // Short names are those that clauses bind, longer ones are declared.
     if name.chars().count() > 2 {
-        return super::UNDECLARED.to_owned();
+        return crate::names::UNDECLARED.to_owned();
     }
     let mut bound: Vec<String> =
         cx.locals.iter().filter(|l| !l.name.is_empty()).map(|l| format!("`{}`", l.name)).collect();
     bound.dedup();
     match (bound.is_empty(), cx.stage) {
         (true, Stage::Derivation) => "bind it first, as in `match p : part with free port q`".to_owned(),
-        (true, _) => super::UNDECLARED.to_owned(),
+        (true, _) => crate::names::UNDECLARED.to_owned(),
         _ => format!("bound here: {}; others are declared, or imported with `use`", bound.join(", ")),
     }
 }
@@ -1136,7 +1140,9 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
             (Ty::Port, Ty::Part) => Some("`.part` is the part that a port belongs to".to_owned()),
             (_, Ty::Part) => Some("name a part, such as one that the rule matches".to_owned()),
             (_, Ty::Step) => Some("match a step: `match s : step where s adds part`".to_owned()),
-            (_, Ty::Group) => Some("name `part`, `block`, `actuator` or a kind, as in `s adds part`".to_owned()),
+            (_, Ty::Group) => {
+                Some("name `part`, `block`, `actuator` or a kind, as in `s adds part`".to_owned())
+            }
             (_, Ty::Enum(name)) => Some(format!("write one of its values, as in `{name}.VALUE`")),
             (_, Ty::Vector(d)) => {
                 let unit = units::display_unit(*d);

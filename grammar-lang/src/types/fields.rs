@@ -203,7 +203,8 @@ impl Checker<'_> {
     /// What does not fit a field is mended as the field is usually written.
     fn show_example(&mut self, known: usize, place: crate::source::Span, name: &str, example: &str) {
         for mut error in self.errors.split_off(known) {
-            let unit = example.split_once(' ').map(|(_, unit)| unit).filter(|u| crate::units::parse(u).is_ok());
+            let unit =
+                example.split_once(' ').map(|(_, unit)| unit).filter(|u| crate::units::parse(u).is_ok());
             if error.span() == place && error.code == Code::MISSING_UNIT {
                 if let Some(unit) = unit {
                     error.help = Some(format!("write `{} {unit}`", self.sources.slice(place)));
@@ -340,11 +341,12 @@ impl Checker<'_> {
         let mut sound = true;
         for field in &block.fields {
             let Field::Port(port) = field else { continue };
-            let first = block.fields.iter().find_map(|f| match f {
-                Field::Port(p) if p.name.text == port.name.text && p.name.span != port.name.span => Some(p.name.span),
-                _ => None,
-            });
-            if let Some(first) = first.filter(|_| ports.iter().any(|p| p.name == port.name.text)) {
+            if ports.iter().any(|p| p.name == port.name.text) {
+                let first = block.fields.iter().find_map(|f| match f {
+                    Field::Port(p) if p.name.text == port.name.text => Some(p.name.span),
+                    _ => None,
+                });
+                let first = first.unwrap_or(port.name.span);
                 self.report(
                     Diagnostic::new(
                         Code::DUPLICATE,
@@ -503,11 +505,12 @@ impl Checker<'_> {
                     .label("by its default"),
                 );
             }
-            let first = block.fields.iter().find_map(|f| match f {
-                Field::Param(p) if p.name.text == param.name.text => Some(p.name.span),
-                _ => None,
-            });
-            if let Some(first) = first.filter(|_| params.contains_key(&param.name.text)) {
+            if params.contains_key(&param.name.text) {
+                let first = block.fields.iter().find_map(|f| match f {
+                    Field::Param(p) if p.name.text == param.name.text => Some(p.name.span),
+                    _ => None,
+                });
+                let first = first.unwrap_or(param.name.span);
                 self.report(
                     Diagnostic::new(
                         Code::DUPLICATE,
@@ -540,10 +543,12 @@ impl Checker<'_> {
             )
             .label("an actuator is a row of segments"),
             (_, Some(ir::InstanceParam { ty: Ty::Unknown, .. })) => return,
-            (Some(param), Some(ir::InstanceParam { ty, .. })) if *ty != Ty::Count => {
-                Diagnostic::new(Code::WRONG_TYPE, param.ty.span, "`segments` says how many there are: it is a Count")
-                    .label(format!("this is {}", super::expr::article(ty)))
-            }
+            (Some(param), Some(ir::InstanceParam { ty, .. })) if *ty != Ty::Count => Diagnostic::new(
+                Code::WRONG_TYPE,
+                param.ty.span,
+                "`segments` says how many there are: it is a Count",
+            )
+            .label(format!("this is {}", super::expr::article(ty))),
             (Some(param), Some(ir::InstanceParam { domain, .. })) => {
                 let place = param.domain.as_ref().map_or(param.name.span, |d| d.span);
                 match domain {

@@ -34,9 +34,9 @@ impl Found {
         change: impl FnOnce(&mut Diagnostic),
     ) -> bool {
         let here = self.at.get(&place).into_iter().flatten();
-        let known = here.copied().find(|i| {
-            self.all.get(*i).is_some_and(|d| d.code == code && d.message.starts_with(begins))
-        });
+        let known = here
+            .copied()
+            .find(|i| self.all.get(*i).is_some_and(|d| d.code == code && d.message.starts_with(begins)));
         let Some(found) = known.and_then(|i| self.all.get_mut(i)) else { return false };
         change(found);
         true

@@ -274,7 +274,8 @@ impl<'a> Checker<'a> {
                         format!("there are two {what}s `{}`", name.text),
                     )
                     .label("again")
-                    .also(first, "the first one"),
+                    .also(first, "the first one")
+                    .help("choose another name, or keep one of them"),
                 );
             }
         }
@@ -288,10 +289,7 @@ impl<'a> Checker<'a> {
             return;
         }
         let program = self.program;
-        // Of several grammars in a text, each may leave to the others what it does not use.
-        if program.modules.first().is_some_and(|m| crate::names::offers(&m.tree).len() > 1) {
-            return;
-        }
+        let mut there = Vec::new();
         let mut idle: Vec<(&Name, String)> = Vec::new();
         let used = |d: &Declaration, c: &Self| c.touched.contains(d) || rest.contains(d);
         for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
@@ -303,6 +301,7 @@ impl<'a> Checker<'a> {
                     | ItemKind::Example(..)
                     | ItemKind::Task(..)
             );
+            there.extend(declared(item).map(|n| n.span));
             if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
                 idle.push((name, format!("nothing uses `{}`", name.text)));
             }
@@ -316,17 +315,21 @@ impl<'a> Checker<'a> {
             let Some((declaration, item)) = program.lookup(name.span, &name.text) else { continue };
             let by_itself =
                 matches!(item.kind, ItemKind::Rule(..) | ItemKind::Require { .. } | ItemKind::Prefer { .. });
+            there.push(name.span);
             if !by_itself && !used(&declaration, self) {
                 idle.push((name, format!("`{}` is imported, but nothing uses it", name.text)));
             }
         }
-        for (name, message) in idle {
-            self.report(
-                Diagnostic::new(Code::UNUSED, name.span, message)
-                    .label("not used")
-                    .help("use it, or take it out"),
-            );
+        let unused = idle.into_iter().map(|(name, message)| {
+            Diagnostic::new(Code::UNUSED, name.span, message).label("not used").help("use it, or take it out")
+        });
+        let unused: Vec<Diagnostic> = unused.collect();
+        // Of several grammars in a text, each may leave to the others what it does not use.
+        if program.modules.first().is_some_and(|m| crate::names::offers(&m.tree).len() > 1) {
+            self.idle = super::Idle { there, unused };
+            return;
         }
+        unused.into_iter().for_each(|warning| self.report(warning));
     }
 
     fn fixed_pattern(&mut self, value: &Tree, damaged: bool) -> Expr {
@@ -560,7 +563,7 @@ impl<'a> Checker<'a> {
                     self.report(
                         Diagnostic::new(Code::MISSING_ITEM, span, format!("this grammar has no `{what}`"))
                             .label("incomplete")
-                            .help(format!("add for example: {example}")),
+                            .help(format!("add for example `{example}`")),
                     );
                 }
             }

@@ -29,8 +29,26 @@ use expr::Context;
 use found::Found;
 use stage::Stage;
 
-/// What helps where a name is not known.
-const UNDECLARED: &str = "declare it, or import it with `use`";
+/// Of a text with several grammars and variants, what one of them could use: each may leave to the
+/// others what it does not use itself.
+#[derive(Clone, Debug, Default)]
+pub struct Idle {
+    /// The names that could be used.
+    pub there: Vec<Span>,
+    /// A warning for each that is not.
+    pub unused: Vec<Diagnostic>,
+}
+
+/// What a check gives.
+#[derive(Debug)]
+pub struct Checked {
+    /// The rule set, if no error was found and the first module is a grammar.
+    pub ruleset: Option<RuleSet>,
+    /// What was found.
+    pub found: Vec<Diagnostic>,
+    /// What is not used, of a text with several grammars.
+    pub idle: Idle,
+}
 
 /// How many constants may build on each other.
 const DEEPEST: usize = 100;
@@ -62,14 +80,9 @@ fn nodes(expr: &Expr) -> usize {
     count
 }
 
-/// Checks a program. The rule set is there only if no error was found and the
-/// first module is a grammar.
+/// Checks a program.
 #[must_use]
-pub fn check(
-    program: &Program,
-    sources: &SourceMap,
-    overrides: &[(String, String)],
-) -> (Option<RuleSet>, Vec<Diagnostic>) {
+pub fn check(program: &Program, sources: &SourceMap, overrides: &[(String, String)]) -> Checked {
     let placed = program
         .entries()
         .filter_map(|(_, item)| match &item.kind {
@@ -96,9 +109,10 @@ pub fn check(
         open_functions: Vec::new(),
         constants: Constants::default(),
         guesses: std::cell::Cell::new(GUESSES),
+        idle: Idle::default(),
     };
     let ruleset = checker.grammar();
-    (ruleset, checker.errors.into_vec())
+    Checked { ruleset, found: checker.errors.into_vec(), idle: checker.idle }
 }
 
 /// What constant expressions can read: the parameters of the grammar.
@@ -155,6 +169,8 @@ struct Checker<'a> {
     constants: Constants,
     /// How many more names misspelt ones may be compared with.
     guesses: std::cell::Cell<usize>,
+    /// What is not used, of a text with several grammars.
+    idle: Idle,
 }
 
 /// With how many names misspelt ones are compared in one check. Guessing takes as long as there are
@@ -364,7 +380,8 @@ impl Checker<'_> {
                         shown(low, &ty),
                         shown(high, &ty)
                     ))
-                    .help("choose a value inside, or widen the domain"),
+                    .help("choose a value inside, or widen the domain")
+                    .also(param.domain.as_ref().map_or(param.name.span, |d| d.span), "the domain"),
             );
             return None;
         }

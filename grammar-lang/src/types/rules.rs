@@ -461,9 +461,11 @@ impl Checker<'_> {
                     format!("`{}` is no part that this rule has matched", owner.text),
                 )
                 .label("not matched before")
-                .help(did_you_mean(&owner.text, parts).unwrap_or_else(|| {
-                    format!("match the part before it: `match {} : part`", owner.text)
-                })),
+                .help(
+                    did_you_mean(&owner.text, parts).unwrap_or_else(|| {
+                        format!("match the part before it: `match {} : part`", owner.text)
+                    }),
+                ),
             );
             return None;
         }
@@ -671,7 +673,8 @@ impl Checker<'_> {
                             span,
                             "the length of a list must lie within 1 .. 64",
                         )
-                        .label("too short or too long"),
+                        .label(format!("this is {n}"))
+                        .help("leave the brackets out for a single value"),
                     );
                     return None;
                 }
@@ -714,7 +717,8 @@ impl Checker<'_> {
             {
                 checker.report(
                     Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, "a probability lies within 0 .. 1")
-                        .label("outside"),
+                        .label(format!("this is {p}"))
+                        .help("write for example `0.3` or `30 %`"),
                 );
             }
             expr
