@@ -115,6 +115,9 @@ fn apply(
     })
 }
 
+/// Why values do not fit a rule, and which of them is to blame if one is.
+type Unfit = (String, Option<Span>);
+
 /// The values of all locals of a rule, if the rule could have drawn them.
 fn values(
     rules: &RuleSet,
@@ -122,7 +125,7 @@ fn values(
     rule: &Rule,
     application: &Application,
     names: &[Value],
-) -> Result<Result<Vec<Value>, (String, Option<Span>)>, EvalError> {
+) -> Result<Result<Vec<Value>, Unfit>, EvalError> {
     let scope = DesignScope::new(rules, derivation);
     let matched: usize = rule.matches.iter().map(grammar_lang::ir::Match::slots).sum();
     let mut locals: Vec<Value> = Vec::new();
