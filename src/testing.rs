@@ -44,7 +44,8 @@ impl Checked {
         let entry = sources.add(name, text);
         let compiled = grammar_lang::compile(&world, &mut sources, entry, &[], None);
         let mut findings = compiled.diagnostics;
-        findings.extend(compiled.ruleset.as_ref().and_then(check_start));
+        let start = compiled.ruleset.as_ref().and_then(check_start);
+        findings.extend(start.map(|d| grammar_lang::names::with_changes(d, &compiled.changes, &sources)));
         let sound = !findings.iter().any(Diagnostic::is_error);
         let rules = compiled.ruleset.filter(|_| sound && compiled.is_grammar);
         Ok(Self { rules, is_grammar: compiled.is_grammar, findings, sources })

@@ -367,3 +367,32 @@ fn doc_writes_a_page_where_it_is_told() {
     assert_eq!(code(&sgc(&["doc", &path("nowhere.sgr")])), 2);
     assert_eq!(code(&sgc(&["doc", "std", "--out", &path("mine.sgr")])), 2, "a file is no folder");
 }
+
+#[test]
+fn what_none_of_several_grammars_uses_is_told_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("several.sgr");
+    let text = "
+        grammar one
+        use std.blocks     { cube, ball }
+        use std.objectives { travel }
+        use std.models     { hinge_model }
+        use std.search     { plain_annealing }
+        let nobody = 3 cm
+        let second = 4
+        begin { place core : cube }
+        rule grow { match p : part with free port q  attach cube to q }
+        require few : count(part) <= 9
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search   plain_annealing
+        variant two of one { replace require few : count(part) <= second }
+        variant three of one { add rule roll { match p : part with free port q  attach ball to q } }
+    ";
+    std::fs::write(&path, text).unwrap();
+    let output = sgc(&["check", &path.to_string_lossy(), "--format", "concise"]);
+    let told = String::from_utf8_lossy(&output.stdout);
+    let lines: Vec<&str> = told.lines().collect();
+    assert_eq!(lines.len(), 1, "{told}");
+    assert!(lines[0].contains("7:13: warning[W0701] nothing uses `nobody`"), "{told}");
+}

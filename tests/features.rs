@@ -469,3 +469,47 @@ fn a_search_may_start_from_an_example() {
     assert_eq!(best.derivation.design.parts.len(), 3);
     assert_eq!(best.derivation.steps.len(), 2);
 }
+
+#[test]
+fn a_choice_may_be_a_value_of_an_enumeration_or_a_record() {
+    let rules = rules(
+        "
+        enum Surface { carpet, sand }
+        record Servo { tilt : Angle, segments : Count }
+        let small = Servo(tilt = 0 deg, segments = 3)
+        let large = Servo(tilt = 90 deg, segments = 6)
+        begin { place core : cube }
+        rule grow {
+          match  p : block with free port q
+          choose on in Surface
+          choose servo in { small, large }
+          let    near = neighbours(p)
+          let    edge = vector(1 cm, 0 cm, 2 cm)
+          attach bender(segments = servo.segments) to q turned if on == Surface.sand then servo.tilt else 0 deg
+        }
+        rule undo {
+          match  s : step where s adds part
+          revert s
+        }
+        require few : count(part) <= 5 because \"of the test\"
+        example x {
+          step a = grow(p = core, q = core.left, on = Surface.carpet, servo = small)
+          step b = grow(p = core, q = core.right, on = Surface.sand, servo = large)
+        }
+        ",
+    );
+    let both = example(&rules).unwrap();
+    let text = sgc::results::describe::derivation(&rules, &both);
+    let first = "grow(p = core, q = left, on = carpet, servo = Servo(tilt = 0 deg, segments = 3), near = [], \
+                 edge = vector(10 mm, 0 mm, 20 mm))";
+    let second = "on = sand, servo = Servo(tilt = 90 deg, segments = 6), near = [bender 1]";
+    assert!(text.contains(first) && text.contains(second), "{text}");
+
+    // Steps are repeated with such values, too: the second can be taken back, and the rest stays.
+    let undo = rules.rules.iter().find(|r| r.name == "undo").unwrap();
+    let last = both.steps.last().unwrap().id;
+    let step = grammar_lang::eval::Value::Reference(grammar_lang::eval::Reference::Step(last));
+    let one = both.apply(&rules, undo, &[step]).unwrap().expect("it can be undone");
+    assert_eq!(one.steps, both.steps[..1]);
+    assert_eq!(one.design.parts.len(), 2);
+}

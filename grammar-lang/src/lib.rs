@@ -31,6 +31,10 @@ pub struct Compiled {
     pub offers: Vec<String>,
     /// Everything found.
     pub diagnostics: Vec<Diagnostic>,
+    /// Of a text with several grammars and variants: what this one could use, and what it does not.
+    pub idle: types::Idle,
+    /// What variants changed.
+    pub changes: Vec<names::Change>,
 }
 
 impl Compiled {
@@ -53,7 +57,7 @@ pub fn compile(
     let (program, mut diagnostics) = names::load(world, sources, entry, wanted);
     let offers = program.modules.first().map_or(Vec::new(), |m| names::offers(&m.tree));
     let is_grammar = !offers.is_empty();
-    let (ruleset, found) = types::check(&program, sources, overrides);
+    let types::Checked { ruleset, found, idle } = types::check(&program, sources, overrides);
     diagnostics.extend(found);
     let clean = !diagnostics.iter().any(Diagnostic::is_error);
     if let Some(ruleset) = ruleset.as_ref().filter(|_| clean) {
@@ -61,5 +65,8 @@ pub fn compile(
         lint::run(ruleset, entry, varied, &mut diagnostics);
     }
     let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
-    Compiled { ruleset, is_grammar, offers, diagnostics }
+    names::with_imports(&mut diagnostics, world, sources);
+    let changes = program.changes;
+    let diagnostics = diagnostics.into_iter().map(|d| names::with_changes(d, &changes, sources)).collect();
+    Compiled { ruleset, is_grammar, offers, diagnostics, idle, changes }
 }

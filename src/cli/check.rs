@@ -136,10 +136,10 @@ fn summary(checked: &[Checked]) -> String {
     };
     match checked {
         [Checked { rules: Some(rules), .. }] => format!(
-            "grammar {}: {} rules, {} requirements, {found}",
+            "grammar {}: {}, {}, {found}",
             rules.name,
-            rules.rules.len(),
-            rules.requirements.len()
+            plural(rules.rules.len(), "rule"),
+            plural(rules.requirements.len(), "requirement")
         ),
         [one] if !one.is_grammar && errors == 0 => format!("a module, {found}"),
         [_] => found,

@@ -7,7 +7,9 @@ use std::path::{Path, PathBuf};
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, more, render};
 use grammar_lang::ir::RuleSet;
+use grammar_lang::names::with_changes;
 use grammar_lang::source::{SourceMap, World};
+use grammar_lang::types::Idle;
 
 use super::exit;
 use super::output::{self, Fault};
@@ -24,6 +26,8 @@ pub(super) struct Checked {
     pub(super) rules: Option<RuleSet>,
     pub(super) is_grammar: bool,
     pub(super) diagnostics: Vec<Diagnostic>,
+    /// What it could use, and what it does not, where the file declares several.
+    idle: Idle,
     pub(super) sources: SourceMap,
 }
 
@@ -61,11 +65,12 @@ pub(super) fn check(
     let entry = sources.add(name, text);
     let compiled = grammar_lang::compile(world, &mut sources, entry, overrides, wanted);
     let mut diagnostics = compiled.diagnostics;
-    diagnostics.extend(compiled.ruleset.as_ref().and_then(check_start));
+    let start = compiled.ruleset.as_ref().and_then(check_start);
+    diagnostics.extend(start.map(|d| with_changes(d, &compiled.changes, &sources)));
     let offers = compiled.offers;
     let sound = !diagnostics.iter().any(Diagnostic::is_error);
     let rules = compiled.ruleset.filter(|_| sound);
-    Checked { offers, rules, is_grammar: compiled.is_grammar, diagnostics, sources }
+    Checked { offers, rules, is_grammar: compiled.is_grammar, diagnostics, idle: compiled.idle, sources }
 }
 
 /// Checks the grammar of a text and each of its variants. What several of them share is
@@ -93,7 +98,30 @@ pub(super) fn check_all(
         told.extend(one.diagnostics.iter().map(key));
         all.push(one);
     }
+    let idle = used_by_none(&all);
+    if let Some(first) = all.first_mut() {
+        first.diagnostics.extend(idle);
+    }
     all
+}
+
+/// Warnings of what none of several grammars and variants uses: each that has it leaves it idle.
+fn used_by_none(all: &[Checked]) -> Vec<Diagnostic> {
+    if all.iter().any(|one| one.diagnostics.iter().any(Diagnostic::is_error)) {
+        // What an error hides might be the use.
+        return Vec::new();
+    }
+    let mut found: Vec<Diagnostic> = Vec::new();
+    for warning in all.iter().flat_map(|one| &one.idle.unused) {
+        let used = all.iter().any(|one| {
+            let idle = one.idle.unused.iter().any(|w| w.span() == warning.span());
+            one.idle.there.contains(&warning.span()) && !idle
+        });
+        if !used && !found.contains(warning) {
+            found.push(warning.clone());
+        }
+    }
+    found
 }
 
 /// Reads a grammar that is to be run: findings go to standard error.

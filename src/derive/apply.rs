@@ -86,7 +86,7 @@ impl Derivation {
             return Ok(Err(Blocked::Requirement(broken)));
         }
         if !rule.effects.iter().any(|e| matches!(e, Effect::Revert(_))) {
-            let locals = locals.iter().filter_map(Recorded::new).collect();
+            let locals = locals.iter().map(Recorded::new).collect();
             next.steps.push(Step { id: next.next, rule: rule.name.clone(), locals });
         }
         next.next += 1;
@@ -164,12 +164,13 @@ impl Derivation {
     fn revert(&mut self, rules: &RuleSet, step: u64) -> Result<(), Blocked> {
         let mut again = Self::begin(rules);
         for old in self.steps.iter().filter(|s| s.id != step) {
-            let gone = old.locals.iter().any(|local| match local {
-                Recorded::Reference(Reference::Part(id) | Reference::Port(id, _) | Reference::Joint(id)) => {
+            let there_no_more = |reference: &Reference| match reference {
+                Reference::Part(id) | Reference::Port(id, _) | Reference::Joint(id) => {
                     id >> 8 == step && !again.design.parts.contains_key(id)
                 }
                 _ => false,
-            });
+            };
+            let gone = old.locals.iter().any(|local| local.refers(&there_no_more));
             if gone {
                 let builds = |e: &Effect| matches!(e, Effect::Attach { .. } | Effect::Replace { .. });
                 let attaches = rules

@@ -1,9 +1,10 @@
 //! Examples: derivations that a grammar writes down by hand.
 
 use grammar_lang::diagnostics::{Code, Diagnostic};
-use grammar_lang::eval::{EvalError, Reference, UNKNOWN_HERE, Value, evaluate};
-use grammar_lang::ir::{Application, Example, ExampleClause, Rule, RuleSet, Spread};
+use grammar_lang::eval::{Domain, EvalError, Reference, UNKNOWN_HERE, Value, evaluate};
+use grammar_lang::ir::{Application, Example, ExampleClause, Expr, ExprKind, Rule, RuleSet, Spread, Ty};
 use grammar_lang::source::Span;
+use grammar_lang::units;
 
 use super::choosing::domain_of;
 use super::{Blocked, Derivation, DesignScope};
@@ -40,15 +41,17 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                         return Err(fail(
                             condition.span,
                             "an expectation does not hold".into(),
-                            "false here".into(),
+                            falsehood(condition, &scope, &locals),
                         ));
                     }
                 }
             }
             ExampleClause::Step { name, application } => {
                 let step = apply(rules, &derivation, application, &locals).map_err(no_value)?;
-                let step = step
-                    .map_err(|reason| fail(application.span, format!("`{name}` cannot be done"), reason.1))?;
+                let step = step.map_err(|reason| {
+                    let place = reason.2.unwrap_or(application.span);
+                    fail(place, format!("`{name}` cannot be done"), reason.1)
+                })?;
                 let id = step.steps.last().map_or(0, |s| s.id);
                 derivation = step;
                 let product = derivation.design.parts.keys().find(|p| *p >> 8 == id);
@@ -58,7 +61,7 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
             }
             ExampleClause::Refuse { application, by } => {
                 let outcome = apply(rules, &derivation, application, &locals).map_err(no_value)?;
-                let Err((blocked, reason)) = outcome else {
+                let Err((blocked, reason, _)) = outcome else {
                     let message = format!("`{}` should be refused", application.rule);
                     return Err(fail(application.span, message, "but it can be done".into()));
                 };
@@ -73,9 +76,22 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
     Ok(derivation)
 }
 
-/// The outcome of a rule that is applied with chosen values: the reason in words, and as
-/// a table has it.
-type Outcome = Result<Derivation, (Option<Blocked>, String)>;
+/// Why an expectation does not hold: what stands on its two sides, if that is what it compares.
+fn falsehood(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> String {
+    let ExprKind::Binary(a, operator, b) = &condition.kind else { return "false here".to_owned() };
+    let side = |e: &Expr| match evaluate(e, scope, &mut locals.to_vec()) {
+        Ok(Value::Number(x)) => e.ty.dimension().map(|d| units::shown(x, d)),
+        _ => None,
+    };
+    match (side(a), side(b)) {
+        (Some(a), Some(b)) => format!("false here: {a} {} {b}", operator.symbol()),
+        _ => "false here".to_owned(),
+    }
+}
+
+/// The outcome of a rule that is applied with chosen values: the reason as a table has it and in
+/// words, and which value is to blame if one is.
+type Outcome = Result<Derivation, (Option<Blocked>, String, Option<Span>)>;
 
 fn apply(
     rules: &RuleSet,
@@ -84,20 +100,23 @@ fn apply(
     names: &[Value],
 ) -> Result<Outcome, EvalError> {
     let Some(rule) = rules.rules.iter().find(|r| r.name == application.rule) else {
-        return Ok(Err((None, "there is no such rule".to_owned())));
+        return Ok(Err((None, "there is no such rule".to_owned(), None)));
     };
     let locals = match values(rules, derivation, rule, application, names)? {
         Ok(locals) => locals,
-        Err(reason) => return Ok(Err((Some(Blocked::NoMatch), reason))),
+        Err((reason, place)) => return Ok(Err((Some(Blocked::NoMatch), reason, place))),
     };
     Ok(match derivation.apply(rules, rule, &locals)? {
         Ok(next) => Ok(next),
         Err(blocked) => {
             let reason = blocked.sentence(rules);
-            Err((Some(blocked), reason))
+            Err((Some(blocked), reason, None))
         }
     })
 }
+
+/// Why values do not fit a rule, and which of them is to blame if one is.
+type Unfit = (String, Option<Span>);
 
 /// The values of all locals of a rule, if the rule could have drawn them.
 fn values(
@@ -106,7 +125,7 @@ fn values(
     rule: &Rule,
     application: &Application,
     names: &[Value],
-) -> Result<Result<Vec<Value>, String>, EvalError> {
+) -> Result<Result<Vec<Value>, Unfit>, EvalError> {
     let scope = DesignScope::new(rules, derivation);
     let matched: usize = rule.matches.iter().map(grammar_lang::ir::Match::slots).sum();
     let mut locals: Vec<Value> = Vec::new();
@@ -117,31 +136,45 @@ fn values(
             // What is not there (any more) is a reason like any other.
             (Some(given), _) => match evaluate(given, &scope, &mut names.to_vec()) {
                 Ok(value) => value,
-                Err(error) => return Ok(Err(format!("`{called}` has no value: {}", error.reason))),
+                Err(error) => {
+                    let reason = format!("`{called}` has no value: {}", error.reason);
+                    return Ok(Err((reason, Some(given.span))));
+                }
             },
             (None, Some(choice)) => {
                 let only = domain_of(evaluate(&choice.domain, &scope, &mut locals.clone())?).item(0);
                 only.unwrap_or(Value::Bool(false))
             }
-            (None, None) => return Ok(Err(format!("`{called}` has no value"))),
+            (None, None) => return Ok(Err((format!("`{called}` has no value"), None))),
         };
         if let Some(choice) = choice.filter(|c| c.spread != Spread::Fixed) {
             let domain = domain_of(evaluate(&choice.domain, &scope, &mut locals.clone())?);
             if !domain.holds(&value) {
-                return Ok(Err(format!("`{called}` cannot be chosen like this: outside its domain")));
+                let reason = format!("`{called}` cannot be chosen like this: outside its domain");
+                let dimension = match &choice.domain.ty {
+                    Ty::Domain(item) | Ty::List(item) => item.dimension(),
+                    _ => None,
+                };
+                let reason = match (&*domain, dimension) {
+                    (Domain::Range { low, high, .. }, Some(d)) => {
+                        format!("{reason} {} .. {}", units::shown(*low, d), units::shown(*high, d))
+                    }
+                    _ => reason,
+                };
+                return Ok(Err((reason, given.as_ref().map(|g| g.span))));
             }
         }
         locals.push(value);
         if slot + 1 == matched && !derivation.matches(rules, rule)?.contains(&locals) {
-            return Ok(Err("the rule does not match there".to_owned()));
+            return Ok(Err(("the rule does not match there".to_owned(), None)));
         }
     }
     if matched == 0 && derivation.matches(rules, rule)?.is_empty() {
-        return Ok(Err("a guard of the rule forbids it".to_owned()));
+        return Ok(Err(("a guard of the rule forbids it".to_owned(), None)));
     }
     for guard in rule.guards.iter().filter(|g| g.needs > matched) {
         if evaluate(&guard.condition, &scope, &mut locals.clone())? != Value::Bool(true) {
-            return Ok(Err("a guard of the rule forbids it".to_owned()));
+            return Ok(Err(("a guard of the rule forbids it".to_owned(), None)));
         }
     }
     Ok(Ok(locals))

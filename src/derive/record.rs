@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{KindValue, Reference, Value};
+use grammar_lang::eval::{Curve, Domain, KindValue, Reference, Value};
+use grammar_lang::ir::Shape;
 use serde::{Deserialize, Serialize};
 
 /// One rule application: what it matched and what it chose.
@@ -32,28 +33,56 @@ pub enum Recorded {
     Kind(String, Vec<(String, Recorded)>),
     /// A part, port or step.
     Reference(Reference),
+    /// A vector.
+    Vector([f64; 3]),
+    /// A rotation.
+    Rotation([f64; 4]),
+    /// A shape.
+    Shape(Shape),
+    /// A curve.
+    Curve(Curve),
+    /// Several in order: a list, or the fields of a record.
+    List(Vec<Recorded>),
+    /// A range to draw from: its ends, and whether only whole numbers count.
+    Range(f64, f64, bool),
+    /// Values to draw from.
+    Set(Vec<Recorded>),
 }
 
 impl Recorded {
-    /// Records a value; `None` for one that no rule can match or choose.
+    /// Records a value.
     #[must_use]
-    pub fn new(value: &Value) -> Option<Self> {
-        Some(match value {
+    pub fn new(value: &Value) -> Self {
+        match value {
             Value::Number(x) => Self::Number(*x),
             Value::Bool(x) => Self::Bool(*x),
             Value::Text(x) => Self::Text(x.to_string()),
             Value::Pattern(x) => Self::Pattern(x.to_string()),
             Value::Reference(x) => Self::Reference(*x),
             Value::Kind(kind) => {
-                let params = kind
-                    .params
-                    .iter()
-                    .map(|(n, v)| Some((n.clone(), Self::new(v)?)))
-                    .collect::<Option<_>>()?;
+                let params = kind.params.iter().map(|(n, v)| (n.clone(), Self::new(v))).collect();
                 Self::Kind(kind.name.clone(), params)
             }
-            _ => return None,
-        })
+            Value::Vector(x) => Self::Vector(*x),
+            Value::Rotation(x) => Self::Rotation(*x),
+            Value::Shape(x) => Self::Shape(*x),
+            Value::Curve(x) => Self::Curve((**x).clone()),
+            Value::List(items) => Self::List(items.iter().map(Self::new).collect()),
+            Value::Domain(domain) => match &**domain {
+                Domain::Range { low, high, whole } => Self::Range(*low, *high, *whole),
+                Domain::Items(items) => Self::Set(items.iter().map(Self::new).collect()),
+            },
+        }
+    }
+
+    /// Whether it is something in the design that is asked for, or holds it.
+    #[must_use]
+    pub fn refers(&self, to: &impl Fn(&Reference) -> bool) -> bool {
+        match self {
+            Self::Reference(reference) => to(reference),
+            Self::List(items) | Self::Set(items) => items.iter().any(|i| i.refers(to)),
+            _ => false,
+        }
     }
 
     /// The value that was recorded.
@@ -69,6 +98,17 @@ impl Recorded {
                 name: name.clone(),
                 params: params.iter().map(|(n, v)| (n.clone(), v.value())).collect(),
             })),
+            Self::Vector(x) => Value::Vector(*x),
+            Self::Rotation(x) => Value::Rotation(*x),
+            Self::Shape(x) => Value::Shape(*x),
+            Self::Curve(x) => Value::Curve(Arc::new(x.clone())),
+            Self::List(items) => Value::List(items.iter().map(Self::value).collect()),
+            Self::Range(low, high, whole) => {
+                Value::Domain(Arc::new(Domain::Range { low: *low, high: *high, whole: *whole }))
+            }
+            Self::Set(items) => {
+                Value::Domain(Arc::new(Domain::Items(items.iter().map(Self::value).collect())))
+            }
         }
     }
 }

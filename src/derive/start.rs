@@ -46,8 +46,17 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
     if let Some(error) = unplaced {
         return Some(
             Diagnostic::new(Code::START_BREAKS, error.span, "the initial design cannot be built")
-                .label(error.reason)
-                .help("every design starts from `begin`; with a symmetry, the core must be its own image: a box is one of `radial 2` and, if square, `radial 4`, a disk of any, with ports that fit"),
+                .help(match error.reason.as_str() {
+                    "the port is taken" => {
+                        "something is held there already, or by its image under the symmetry: name another port"
+                    }
+                    "the symmetry would be lost" => {
+                        "the core must be its own image: a box is one of `radial 2` and, if square, \
+                         `radial 4`, a disk of any, with ports that fit"
+                    }
+                    _ => "every design starts from `begin`",
+                })
+                .label(error.reason),
         );
     }
     match start.broken(rules) {

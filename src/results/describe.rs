@@ -30,9 +30,51 @@ fn port_name(rules: &RuleSet, part: &Part, port: u8) -> Option<String> {
     Some(if several { format!("{}[{}]", own.name, own.number) } else { own.name.clone() })
 }
 
-fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, dimension: Dimension) -> String {
+fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: Option<&Ty>) -> String {
+    let several = |items: &[Recorded], ty: Option<&Ty>| {
+        let items: Vec<String> = items.iter().map(|i| value(rules, design, i, ty)).collect();
+        items.join(", ")
+    };
     match recorded {
-        Recorded::Number(x) => units::shown(*x, dimension),
+        Recorded::Number(x) => match ty {
+            Some(Ty::Enum(name)) => rules.value_of(name, *x).map_or_else(|| x.to_string(), str::to_owned),
+            _ => units::shown(*x, ty.and_then(Ty::dimension).unwrap_or_default()),
+        },
+        Recorded::List(items) => match ty {
+            Some(Ty::Record(name, fields)) => {
+                let fields = fields.iter().zip(items);
+                let fields: Vec<String> = fields
+                    .map(|((n, ty), i)| format!("{n} = {}", value(rules, design, i, Some(ty))))
+                    .collect();
+                format!("{name}({})", fields.join(", "))
+            }
+            Some(Ty::List(item)) => format!("[{}]", several(items, Some(item))),
+            _ => format!("[{}]", several(items, None)),
+        },
+        Recorded::Set(items) => {
+            let item = match ty {
+                Some(Ty::Domain(item)) => Some(&**item),
+                _ => None,
+            };
+            format!("{{ {} }}", several(items, item))
+        }
+        Recorded::Range(low, high, _) => {
+            let dimension = match ty {
+                Some(Ty::Domain(item)) => item.dimension().unwrap_or_default(),
+                _ => Dimension::NUMBER,
+            };
+            format!("{} .. {}", units::shown(*low, dimension), units::shown(*high, dimension))
+        }
+        Recorded::Vector(x) => {
+            let dimension = match ty {
+                Some(Ty::Vector(d)) => *d,
+                _ => Dimension::NUMBER,
+            };
+            format!("vector({})", x.map(|x| units::shown(x, dimension)).join(", "))
+        }
+        Recorded::Rotation(_) => "a rotation".to_owned(),
+        Recorded::Shape(_) => "a shape".to_owned(),
+        Recorded::Curve(_) => "a curve".to_owned(),
         Recorded::Bool(x) => x.to_string(),
         Recorded::Text(x) | Recorded::Pattern(x) => x.clone(),
         Recorded::Kind(name, _) => name.clone(),
@@ -52,19 +94,17 @@ fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, dimension: Dimen
 pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
     let rule = rules.rules.iter().find(|r| r.name == step.rule);
     let names = rule.map(|r| r.locals.as_slice()).unwrap_or_default();
-    let dimension = |name: &String| {
+    let item = |name: &String| {
         let choice = rule.and_then(|r| r.choices.iter().find(|c| c.name == *name))?;
         match &choice.domain.ty {
-            Ty::Domain(item) | Ty::List(item) => item.dimension(),
+            Ty::Domain(item) | Ty::List(item) => Some(&**item),
             _ => None,
         }
     };
     let values: Vec<String> = names
         .iter()
         .zip(&step.locals)
-        .map(|(name, local)| {
-            format!("{name} = {}", value(rules, design, local, dimension(name).unwrap_or_default()))
-        })
+        .map(|(name, local)| format!("{name} = {}", value(rules, design, local, item(name))))
         .collect();
     format!("{}({})", step.rule, values.join(", "))
 }

@@ -22,7 +22,9 @@ fn may_be_within(word: &str, candidate: &str, most: usize) -> bool {
 
 /// How many slips of the finger are likely in words of this length.
 fn likely(word: &str, candidate: &str) -> usize {
-    1.max(word.chars().count().min(candidate.chars().count()) / 3)
+    let (word, candidate) = (word.chars().count(), candidate.chars().count());
+    // One letter is no slip of another.
+    if word == 1 && candidate == 1 { 0 } else { 1.max(word.min(candidate) / 3) }
 }
 
 /// The word among `candidates` that `word` was probably meant to be.
@@ -85,6 +87,8 @@ mod tests {
         assert_eq!(sure("leg_lenght", ["leg_length"]), Some("leg_length"));
         assert_eq!(sure("p", ["q"]), None, "too short to be recognised");
         assert_eq!(sure("brick", ["cube"]), None);
+        assert_eq!(nearest("r", ["p", "q"]), None, "another letter is no slip");
+        assert_eq!(nearest("P", ["p", "q"]), Some("p"));
         assert_eq!(did_you_mean("mirror", ["mirror"]), None, "a word is no guess for itself");
     }
 }

@@ -1,7 +1,9 @@
 //! Closed curves over a cycle.
 
+use serde::{Deserialize, Serialize};
+
 /// A Bezier curve of one value over a cycle from 0 to 1.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Curve {
     /// Control points times their binomial coefficients.
     weighted: Vec<f64>,

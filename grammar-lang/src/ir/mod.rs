@@ -35,6 +35,9 @@ pub struct RuleSet {
     pub name: String,
     /// What a user may set from outside, with the values in force.
     pub params: IndexMap<String, Param>,
+    /// The values of enumerations, in order: a value is kept as its number.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub enumerations: IndexMap<String, Vec<String>>,
     /// Passive parts.
     pub parts: IndexMap<String, Part>,
     /// Actuators.
@@ -580,5 +583,12 @@ impl RuleSet {
     #[must_use]
     pub fn is_actuator(&self, kind: &str) -> bool {
         self.actuators.contains_key(kind)
+    }
+
+    /// What a value of an enumeration is called.
+    #[must_use]
+    pub fn value_of(&self, enumeration: &str, number: f64) -> Option<&str> {
+        let values = self.enumerations.get(enumeration)?;
+        values.iter().enumerate().find(|(i, _)| *i as f64 == number).map(|(_, name)| name.as_str())
     }
 }

@@ -66,13 +66,24 @@ impl Writer<'_> {
         self.text.push('\n');
     }
 
+    /// A number, or the value of an enumeration that it stands for.
+    fn constant(&self, value: f64, ty: &Ty) -> String {
+        match ty {
+            Ty::Enum(name) => match self.rules.value_of(name, value) {
+                Some(word) => format!("{name}.{word}"),
+                None => value.to_string(),
+            },
+            ty => quantity(value, ty),
+        }
+    }
+
     fn rule_set(&mut self) {
         let rules = self.rules;
         self.line(0, format!("grammar {}", rules.name));
         self.gap();
         for (name, param) in &rules.params {
             let domain = param.domain.map_or(String::new(), |d| format!(" in {}", range(d, &param.ty)));
-            let value = quantity(param.value, &param.ty);
+            let value = self.constant(param.value, &param.ty);
             self.line(0, format!("param {name} : {}{domain} = {value}", param.ty));
         }
         rules.parts.iter().for_each(|(name, part)| self.part(name, part));
@@ -376,7 +387,7 @@ impl Writer<'_> {
         let show = |e: &Expr| self.expr(e, names);
         let all = |items: &[Expr]| items.iter().map(show).collect::<Vec<_>>().join(", ");
         match &expr.kind {
-            ExprKind::Number(x) => quantity(*x, &expr.ty),
+            ExprKind::Number(x) => self.constant(*x, &expr.ty),
             ExprKind::Bool(x) => x.to_string(),
             ExprKind::Text(x) => format!("{x:?}"),
             ExprKind::Param(name)

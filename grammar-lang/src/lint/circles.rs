@@ -21,8 +21,16 @@ pub(super) fn check(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
             if let Err(reason) = measure(name, &all, &mut sizes, 0) {
                 findings.push(
                     Diagnostic::new(Code::BAD_VALUE, expr.span, format!("the {what} `{name}` {reason}"))
-                        .label("has no value")
-                        .help("break the circle, or split it"),
+                        .label(if reason.contains("itself") {
+                            "uses itself, at once or through others"
+                        } else {
+                            "too much to work out"
+                        })
+                        .help(if reason.contains("itself") {
+                            "nothing can use itself: give one of them a value of its own"
+                        } else {
+                            "build it on fewer others"
+                        }),
                 );
                 return;
             }

@@ -13,7 +13,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(
                     Code::CONSTANT_REQUIRE,
                     requirement.condition.span,
-                    format!("`{}` never holds", requirement.name),
+                    format!("the requirement `{}` never holds", requirement.name),
                 )
                 .label("false for every design")
                 .help("a requirement reads the design, as in `count(part) <= 20`"),

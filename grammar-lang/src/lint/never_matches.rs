@@ -18,19 +18,21 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         Group::Actuator => "actuator".to_owned(),
         Group::Kind(kind) => kind.clone(),
     };
+    let never = |kind: &str| {
+        let an = if kind.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+        format!("no design ever has {an} `{kind}`")
+    };
     for rule in &ruleset.rules {
         let mut slot = 0;
         let mut reason = None;
         for matched in &rule.matches {
             let impossible = match &matched.what {
-                Matched::Part { kind, .. } if !possible.contains(kind) => {
-                    Some(format!("no design ever has a `{}`", name(kind)))
-                }
+                Matched::Part { kind, .. } if !possible.contains(kind) => Some(never(&name(kind))),
                 Matched::Part { .. } => matched
                     .condition
                     .as_ref()
                     .and_then(|c| impossible_kind(c, slot, possible))
-                    .map(|group| format!("no design ever has a `{}`", name(group))),
+                    .map(|group| never(&name(group))),
                 Matched::Joint | Matched::Step if !grows => Some("no rule ever adds a part".to_owned()),
                 _ => None,
             };

@@ -2,7 +2,7 @@
 
 use crate::bounds::{Abstract, Truth, conjuncts};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{Effect, Expr, ExprKind, Operator, Rule};
+use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, Effect, Expr, ExprKind, Operator, Rule};
 
 use super::known::Known;
 use super::places::conditions;
@@ -47,8 +47,10 @@ fn report(rule: &Rule, at: &Expr, name: &str, kinds: &[&str], ports: &[&str]) ->
         [one] => format!("a `{one}` has none"),
         _ => format!("none of {} has one", kinds.join(", ")),
     };
-    let help = did_you_mean(name, ports.iter().copied())
-        .unwrap_or_else(|| format!("the ports there are: {}", ports.join(", ")));
+    let there = format!("the ports there are: {}", ports.join(", "));
+    // A real port of another kind is no slip of the finger.
+    let exists = BLOCK_PORTS.iter().chain(ACTUATOR_PORTS).any(|p| *p == name);
+    let help = did_you_mean(name, ports.iter().copied()).filter(|_| !exists).unwrap_or(there);
     Diagnostic::new(
         Code::NO_SUCH_PORT,
         at.span,

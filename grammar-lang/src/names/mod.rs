@@ -1,8 +1,12 @@
 //! Modules and what their names mean: imports, scopes, cycles, duplicates, variants.
 
+mod blame;
 mod variant;
 
 use std::collections::{BTreeMap, BTreeSet};
+
+pub use blame::{Change, with_changes};
+pub(crate) use blame::{UNDECLARED, with_imports};
 
 use indexmap::IndexMap;
 
@@ -50,6 +54,8 @@ pub struct Program {
     pub taking_part: Vec<Declaration>,
     /// Declarations that a variant took out, and where it says so.
     pub dropped: BTreeMap<Declaration, Span>,
+    /// What variants changed.
+    pub changes: Vec<Change>,
 }
 
 impl Program {
@@ -222,12 +228,34 @@ impl Loader<'_> {
         match loaded.scope.get(&name.text).copied() {
             Some(first) if first != declaration => {
                 let place = self.program.item(first).and_then(declared).map(|n| n.span);
+                let (message, here, there, help) = if declaration.module == module {
+                    (
+                        "declared twice",
+                        "declared again here",
+                        "first declared here",
+                        "give one of them another name",
+                    )
+                } else if first.module == module {
+                    (
+                        "imported and declared, too",
+                        "imported here",
+                        "declared here",
+                        "give the one that is declared here another name, or do not import the other",
+                    )
+                } else {
+                    (
+                        "imported from two modules",
+                        "imported again here",
+                        "the first one",
+                        "import one of them",
+                    )
+                };
                 let mut error =
-                    Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is declared twice", name.text))
-                        .label("declared again here")
-                        .help("give one of them another name");
+                    Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is {message}", name.text))
+                        .label(here)
+                        .help(help);
                 if let Some(place) = place {
-                    error = error.also(place, "first declared here");
+                    error = error.also(place, there);
                 }
                 self.errors.push(error);
             }
@@ -316,13 +344,19 @@ impl Loader<'_> {
 
     /// Warns of a name that an earlier import has brought already.
     fn imported_twice(&mut self, into: usize, name: &Name, declaration: Declaration) {
-        let known = self.program.modules.get(into).and_then(|m| m.scope.get(&name.text));
-        if known == Some(&declaration) {
-            self.errors.push(
-                Diagnostic::new(Code::UNUSED, name.span, format!("`{}` is imported twice", name.text))
-                    .label("again")
-                    .help("take one of the two out"),
-            );
+        let Some(loaded) = self.program.modules.get(into) else { return };
+        if loaded.scope.get(&name.text) == Some(&declaration) {
+            let imports = loaded.tree.items.iter().filter_map(|i| match &i.kind {
+                ItemKind::Use { names: Some(names), .. } => Some(names),
+                _ => None,
+            });
+            let first = imports.flatten().find(|n| n.text == name.text).map_or(name.span, |n| n.span);
+            let mut error =
+                Diagnostic::new(Code::UNUSED, name.span, format!("`{}` is imported twice", name.text));
+            if first != name.span {
+                error = error.also(first, "first imported here");
+            }
+            self.errors.push(error.label("again").help("take one of the two out"));
         }
     }
 

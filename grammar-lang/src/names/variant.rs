@@ -244,6 +244,7 @@ fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
             );
             continue;
         }
+        note(loader, module, variant, edit, span);
         match &edit.kind {
             EditKind::Set(path, value) => change(loader, module, path, Change::Set(value)),
             EditKind::Narrow(path, value) => change(loader, module, path, Change::Narrow(value)),
@@ -254,6 +255,22 @@ fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
     }
     // At once: each alone would walk over all that takes part.
     loader.program.taking_part.retain(|d| !dropped.contains(d));
+}
+
+/// Keeps what an edit changes, so that findings about it can say so.
+fn note(loader: &mut Loader<'_>, module: usize, variant: &Variant, edit: &Edit, place: Span) {
+    let path: Vec<String> = match &edit.kind {
+        EditKind::Set(path, _) | EditKind::Narrow(path, _) => path.iter().map(|n| n.text.clone()).collect(),
+        EditKind::Replace(item) => declared(item).map(|n| n.text.clone()).into_iter().collect(),
+        EditKind::Drop(_) | EditKind::Add(_) => return,
+    };
+    let Some(loaded) = loader.program.modules.get(module) else { return };
+    let declaration = path.first().and_then(|head| loaded.scope.get(head));
+    let Some(target) = declaration.and_then(|d| loader.program.item(*d)).map(|i| i.span) else { return };
+    // The edit as a whole: findings inside it stand where it is.
+    let place = Span::join(place, edit.span);
+    let variant = variant.name.text.clone();
+    loader.program.changes.push(super::Change { path, place, target, variant });
 }
 
 /// What an edit is about, for messages, and where it says so.
@@ -352,7 +369,11 @@ fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<
     if let Err(offers) = outcome {
         let last = path.last().unwrap_or(head);
         let whole: Vec<&str> = path.iter().map(|n| n.text.as_str()).collect();
-        let help = did_you_mean(&last.text, offers.iter().map(String::as_str)).unwrap_or_else(|| {
+        let within = rest
+            .split_last()
+            .map_or(String::new(), |(_, before)| before.iter().map(|n| format!("{}.", n.text)).collect());
+        let near = offers.iter().filter_map(|o| o.strip_prefix(within.as_str()));
+        let help = did_you_mean(&last.text, near).unwrap_or_else(|| {
             if offers.is_empty() {
                 format!("`{}` as a whole can be replaced: `replace ...`", head.text)
             } else {
@@ -546,7 +567,7 @@ fn drop_path(loader: &mut Loader<'_>, module: usize, path: &[Name]) -> Option<De
         loader.errors.push(
             Diagnostic::new(Code::NOTHING_TO_CHANGE, field.span, "only a whole declaration can be dropped")
                 .label("a part of one")
-                .help(format!("write `replace` and `{}` as it should be", head.text)),
+                .help(format!("set it, or write `replace` and the whole of `{}` as it should be", head.text)),
         );
         return None;
     }

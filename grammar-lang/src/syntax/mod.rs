@@ -2,6 +2,7 @@
 
 pub mod ast;
 mod braces;
+mod forms;
 mod levels;
 mod lower;
 mod parse;

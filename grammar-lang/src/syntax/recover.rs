@@ -7,6 +7,7 @@ use pest::iterators::Pair;
 use super::ITEM_WORDS;
 use super::ast::{Block, Item, ItemKind, Module};
 use super::braces::{bare, doubled_brace, find_bare, last_line_end, matching_close, two_braces};
+use super::forms::form;
 use super::lower::Lowering;
 use super::parse::{Rule, SgrParser};
 use super::slip::Stop;
@@ -362,11 +363,33 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     } else {
         None
     };
+    let like = help.is_none().then(|| looks_like(entry, piece, place, &expected)).flatten();
     if in_expression && !expected.contains(&"an operator") {
         expected.push("an operator");
     }
-    let error = Diagnostic::new(Code::SYNTAX, span, message).label("not expected here").help_if(help);
-    Stop { piece, start, place, found, expected: &expected, file }.explain(error)
+    let error = Diagnostic::new(Code::SYNTAX, span, message)
+        .label(if found.is_empty() { "something is missing here" } else { "not expected here" })
+        .help_if(help);
+    let error = Stop { piece, start, place, found, expected: &expected, file }.explain(error);
+    if error.help.is_some() { error } else { error.help_if(like) }
+}
+
+/// What the whole declaration or clause looks like, where that helps: not in the middle of a value.
+fn looks_like(entry: Rule, piece: &str, place: usize, expected: &[&str]) -> Option<String> {
+    let before = piece.get(..place).unwrap_or("").trim_end();
+    let after_word = before.ends_with(|c: char| c.is_alphanumeric() || c == '_');
+    let inside = expected.iter().any(|e| ["`)`", "`]`", "`then`", "`else`"].contains(e));
+    if inside || expected == ["a value"] && !after_word {
+        return None;
+    }
+    let first = word_at(piece);
+    // What stands on a line of its own, as in an example of a variant, is nearer.
+    let line = before.rsplit('\n').next().map_or("", |line| word_at(line.trim_start()));
+    if let Some(form) = form(entry, line).or_else(|| form(entry, first)) {
+        return Some(format!("write for example `{form}`"));
+    }
+    let field = entry == Rule::only_field && expected.contains(&"`=`");
+    field.then(|| format!("write `{first} = VALUE`"))
 }
 
 /// What the parser expected, with the brackets that it looked ahead for: where an operator can

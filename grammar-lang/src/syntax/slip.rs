@@ -57,13 +57,21 @@ impl Stop<'_> {
 
     /// The finding with what was meant, where that can be told.
     pub(super) fn explain(&self, error: Diagnostic) -> Diagnostic {
+        if let Some(span) = self.attached_at() {
+            let help = "write `to` instead of `at`";
+            return Diagnostic::new(error.code, span, "expected `to`, found `at`")
+                .label("not expected here")
+                .help(help)
+                .fix(Fix::replace(span, "to", help));
+        }
         let slip = self
             .look_alike()
             .or_else(|| self.quotes())
             .or_else(|| self.comment())
             .or_else(|| self.equals())
             .or_else(|| self.needless())
-            .or_else(|| self.time());
+            .or_else(|| self.time())
+            .or_else(|| self.little_word());
         match slip {
             Some((help, fix)) => error.help(help).fix_if(fix),
             None => error,
@@ -124,6 +132,11 @@ impl Stop<'_> {
                 let first = Span { start: self.span(0).start.saturating_sub(1), ..self.span(1) };
                 Some(Fix::replace(first, "=", "write `=` instead of `==`"))
             })),
+            // A condition may begin with a name, too: what is meant is not certain.
+            "=" if self.expects("`:`") && ["require", "prefer"].iter().any(|w| self.piece.starts_with(w)) => {
+                let help = "a `:` stands between the name and the condition; `==` compares two values";
+                Some((help.to_owned(), None))
+            }
             "=" if self.expects("an operator") => {
                 Some((words.to_owned(), replace(1, "==").filter(|_| condition && alone)))
             }
@@ -133,6 +146,49 @@ impl Stop<'_> {
             )),
             _ => None,
         }
+    }
+
+    /// `attach cube at q`, of which the parser has taken `at q` for a time.
+    fn attached_at(&self) -> Option<Span> {
+        let attaches = self.piece.starts_with("attach") || self.piece.starts_with("place");
+        let at = self.before().find(" at ").filter(|_| attaches && self.expects("`to`"))?;
+        let start = self.start + at + 1;
+        Some(Span::new(self.file, start, start + 2))
+    }
+
+    /// A little word of plain English where the language has another, or a sign.
+    fn little_word(&self) -> Option<(String, Option<Fix>)> {
+        let last = self.before().split_whitespace().next_back().unwrap_or("");
+        let word = last.trim_start_matches(|c: char| !c.is_alphabetic());
+        let gathers = ["sum", "mean", "count", "min", "max", "forall", "exists"].contains(&word);
+        let help = match self.found {
+            "of" if self.expects("`in`") => {
+                "say over which things it runs with `in`, and of what with `of`: \
+                 `max over e in elements of e.size`"
+            }
+            ")" | "," if self.expects("`:`") && self.piece.starts_with("let") => {
+                "say of which kind a parameter is: `let half(x : Length) = x / 2`"
+            }
+            "{" if self.expects("`where`") => {
+                "a condition follows `where`: `match s : step where s adds part`"
+            }
+            "=" if self.piece.starts_with("choose") => {
+                "a choice is drawn from a domain: `choose n in 3 .. 6`; one value is given by `let n = 3`"
+            }
+            "of" if gathers => "write for example `sum over p in part of p.mass`",
+            "to" if self.expects("an operator") && self.before().contains('=') => {
+                "a range is written with two dots: `0 deg .. 90 deg`"
+            }
+            _ if self.expects("`->`") => "a case is written `VALUE -> RESULT`",
+            _ if self.expects("`:`") && self.expects("`where`") && self.before().contains("in ") => {
+                "a `:` stands before what must hold: `forall p in part: p.mass < 9 g`"
+            }
+            _ if self.expects("a text in quotes") && word == "because" => {
+                "write the reason in quotes: `because \"the box is small\"`"
+            }
+            _ => return None,
+        };
+        Some((help.to_owned(), None))
     }
 
     /// A sign at the end of a line that needs none.

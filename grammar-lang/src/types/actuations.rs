@@ -75,10 +75,12 @@ impl Checker<'_> {
                     }
                     let value =
                         self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "the driven angle");
-                    if drive.replace(value).is_some() {
+                    if let Some(first) = drive.replace(value) {
                         self.report(
                             Diagnostic::new(Code::DUPLICATE, what.span, "an actuation has one `drive`")
-                                .label("another one"),
+                                .label("another one")
+                                .also(first.span, "the first one")
+                                .help("keep one of them; angles can be added: `drive angle = a + b`"),
                         );
                     }
                 }
@@ -158,7 +160,8 @@ impl Checker<'_> {
                             span,
                             "the length of a list must lie within 1 .. 64",
                         )
-                        .label("too short or too long"),
+                        .label(format!("this is {n}"))
+                        .help("leave the brackets out for a single value"),
                     );
                     return None;
                 }
@@ -201,7 +204,8 @@ impl Checker<'_> {
             {
                 checker.report(
                     Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, "a probability lies within 0 .. 1")
-                        .label("outside"),
+                        .label(format!("this is {p}"))
+                        .help("write for example `0.3` or `30 %`"),
                 );
             }
             expr

@@ -18,6 +18,18 @@ struct Declared<'t> {
     body: &'t ast::Expr,
 }
 
+/// How many arguments there are, in words.
+fn given(arguments: &[ast::Argument]) -> String {
+    if arguments.iter().any(|a| a.name.is_some()) {
+        return "arguments of a function have no names".to_owned();
+    }
+    match arguments.len() {
+        0 => "no argument is given".to_owned(),
+        1 => "one argument is given".to_owned(),
+        n => format!("{n} arguments are given"),
+    }
+}
+
 impl Checker<'_> {
     pub(super) fn call(
         &mut self,
@@ -149,11 +161,11 @@ impl Checker<'_> {
             };
             let Some((_, ty)) = params.iter().find(|(n, _)| *n == key.text) else {
                 let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
-                    (!params.is_empty()).then(|| {
-                        format!(
-                            "it has: {}",
-                            params.iter().map(|(n, _)| n.as_str()).collect::<Vec<_>>().join(", ")
-                        )
+                    let names: Vec<&str> = params.iter().map(|(n, _)| n.as_str()).collect();
+                    Some(if names.is_empty() {
+                        format!("only actuators have parameters: write `{name}` alone")
+                    } else {
+                        format!("it has: {}", names.join(", "))
                     })
                 });
                 self.report(
@@ -173,10 +185,7 @@ impl Checker<'_> {
                 continue;
             };
             if given.iter().any(|(n, _)| *n == key.text) {
-                self.report(
-                    Diagnostic::new(Code::DUPLICATE, key.span, format!("`{}` is given twice", key.text))
-                        .label("again"),
-                );
+                self.given_twice(arguments, key);
                 continue;
             }
             let value = self.expect(&argument.value, cx, &ty.clone(), &format!("`{}`", key.text));
@@ -184,6 +193,32 @@ impl Checker<'_> {
             given.push((key.text.clone(), value));
         }
         Expr { kind: ExprKind::Kind(name.to_owned(), given), ty: Ty::Kind, span }
+    }
+
+    /// Where one argument lacks a unit and another has one, that is the unit to write.
+    fn unit_of_others(&mut self, known: usize, arguments: &[Expr]) {
+        for mut error in self.errors.split_off(known) {
+            if error.code == Code::MISSING_UNIT && error.fix.is_none() {
+                let others = arguments.iter().filter(|a| a.span != error.span());
+                let unit = others.filter_map(|a| self.unit_beside(a.ty.dimension()?, Some(a))).next();
+                if let Some(unit) = unit.filter(|u| !u.is_empty()) {
+                    error.help = Some(format!("write `{} {unit}`", self.sources.slice(error.span())));
+                }
+            }
+            self.errors.add(error);
+        }
+    }
+
+    /// A second value under one name.
+    pub(super) fn given_twice(&mut self, arguments: &[ast::Argument], key: &ast::Name) {
+        let mut names = arguments.iter().filter_map(|a| a.name.as_ref());
+        let first = names.find(|n| n.text == key.text).map_or(key.span, |n| n.span);
+        self.report(
+            Diagnostic::new(Code::DUPLICATE, key.span, format!("`{}` is given twice", key.text))
+                .label("again")
+                .also(first, "first given here")
+                .help("keep one of them"),
+        );
     }
 
     /// `limit(3 cm)`: a function that the grammar declares. Its body is checked
@@ -204,8 +239,9 @@ impl Checker<'_> {
             let message = format!("`{}` is called as `{}`", function.name.text, usage());
             self.report(
                 Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)
-                    .label(format!("{} argument(s)", arguments.len()))
-                    .also(function.name.span, "declared here"),
+                    .label(given(arguments))
+                    .also(function.name.span, "declared here")
+                    .help("give one value for each parameter, in their order and without names"),
             );
             return unknown;
         }
@@ -311,10 +347,7 @@ impl Checker<'_> {
             let value = self.expect(&argument.value, cx, wanted, &format!("`{}`", key.text));
             let Some(slot) = values.get_mut(index) else { continue };
             if slot.replace(value).is_some() {
-                self.report(
-                    Diagnostic::new(Code::DUPLICATE, key.span, format!("`{}` is given twice", key.text))
-                        .label("again"),
-                );
+                self.given_twice(arguments, key);
             }
         }
         // A field that is there under another name is not missing, too.
@@ -370,7 +403,7 @@ impl Checker<'_> {
             let message = format!("`{}` is called as `{usage}`", function.text());
             self.report(
                 Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)
-                    .label(format!("{} argument(s)", arguments.len()))
+                    .label(given(arguments))
                     .help(function.doc()),
             );
             return unknown;
@@ -380,6 +413,7 @@ impl Checker<'_> {
                 if arity == (1..=1) { "the argument".to_owned() } else { format!("argument {}", i + 1) };
             format!("{place} of `{}`", function.text())
         };
+        let known = self.errors.len();
         let mut checked: Vec<Expr> = Vec::new();
         let fixed: &[Ty] = &match function {
             F::Floor | F::Ceil | F::Round | F::Fraction | F::Exp | F::Ln => vec![Ty::NUMBER],
@@ -412,6 +446,7 @@ impl Checker<'_> {
                     .collect();
             }
         }
+        self.unit_of_others(known, &checked);
         if function == F::Count {
             checked = checked
                 .into_iter()

@@ -49,7 +49,7 @@ impl Checker<'_> {
             let message = if missing.is_empty() {
                 "not every case is covered".to_owned()
             } else {
-                format!("there is no case for {}", missing.join(", "))
+                format!("there is no case for `{}`", missing.join("`, `"))
             };
             self.report(
                 Diagnostic::new(Code::MISSING_CASE, span, message)

@@ -157,17 +157,16 @@ impl Checker<'_> {
                     .and_then(|k| did_you_mean(&k.text, settable.iter().copied()))
                     .unwrap_or_else(|| format!("it takes: {}", settable.join(", ")));
                 self.report(
-                    Diagnostic::new(Code::WRONG_ARGUMENTS, span, what).label("which one?").help(help),
+                    Diagnostic::new(Code::WRONG_ARGUMENTS, span, what)
+                        .label(if key.is_some() { "no such name in the rule" } else { "a value of what?" })
+                        .help(help),
                 );
                 continue;
             };
             let wanted = known.types.get(slot).cloned().unwrap_or(Ty::Unknown);
             let value = self.argument(&argument.value, &wanted, &key.text, cx);
             if values.insert(slot, value).is_some() {
-                self.report(
-                    Diagnostic::new(Code::DUPLICATE, key.span, format!("`{}` is given twice", key.text))
-                        .label("again"),
-                );
+                self.given_twice(&application.arguments, key);
             }
         }
         let missing: Vec<&str> = (0..rule.locals.len())
@@ -179,7 +178,7 @@ impl Checker<'_> {
                 Diagnostic::new(
                     Code::WRONG_ARGUMENTS,
                     application.span,
-                    format!("`{}` needs a value for {}", name.text, missing.join(", ")),
+                    format!("`{}` needs a value for `{}`", name.text, missing.join("`, `")),
                 )
                 .label("incomplete")
                 .help(

@@ -308,12 +308,13 @@ impl Checker<'_> {
                 new.span,
                 format!(
                     "the base chooses {} here, but this holds {}",
-                    article(&Ty::Quantity(before)),
-                    article(&Ty::Quantity(now))
+                    article(&chosen(&old.ty, before)),
+                    article(&chosen(&new.ty, now))
                 ),
             )
             .label("another kind of quantity")
-            .also(old.span, "the domain in the base"),
+            .also(old.span, "the domain in the base")
+            .help("what reads the choice needs the kind of quantity of the base"),
         );
         unknown(new.span)
     }
@@ -361,7 +362,7 @@ impl Checker<'_> {
                 if !matches!(b.ty, Ty::Group | Ty::Part | Ty::Actuator | Ty::Unknown) {
                     return self.wrong(
                         b.span,
-                        format!("a part is never a {}", b.ty),
+                        format!("a part is never {}", article(&b.ty)),
                         "compare with a part or a kind of part",
                     );
                 }
@@ -470,8 +471,12 @@ impl Checker<'_> {
                 Ty::Count if *how == Gather::Mean => Ty::NUMBER,
                 ty @ (Ty::Quantity(_) | Ty::Count | Ty::Unknown) => ty.clone(),
                 other => {
-                    self.wrong(body.span, format!("{} cannot be gathered", article(other)), "gather numbers")
-                        .ty
+                    self.wrong(
+                        body.span,
+                        format!("{} cannot be gathered", article(other)),
+                        "gather numbers, as in `of p.mass`",
+                    )
+                    .ty
                 }
             },
         };
@@ -487,6 +492,14 @@ fn quantity_in(domain: &Ty) -> Option<Dimension> {
     match domain {
         Ty::Domain(item) | Ty::List(item) => item.dimension(),
         _ => None,
+    }
+}
+
+/// What is chosen from a domain of quantities, as people call it.
+fn chosen(domain: &Ty, dimension: Dimension) -> Ty {
+    match domain {
+        Ty::Domain(item) | Ty::List(item) => (**item).clone(),
+        _ => Ty::Quantity(dimension),
     }
 }
 

@@ -157,14 +157,27 @@ impl Checker<'_> {
         if damaged || from.misspelt.iter().any(|m| m == name) {
             return;
         }
+        let lacks = format!("`{}` has no ", from.block.name.text);
+        // All that one block lacks is one finding.
+        let place = from.block.name.span;
+        let more = self.errors.amend(place, Code::MISSING_FIELD, &lacks, |known| {
+            known.message = format!("{}, `{name}`", known.message.replace(" or `", ", `"));
+            if let Some(last) = known.message.rfind(", ") {
+                known.message.replace_range(last..last + 2, " or ");
+            }
+            if let Some(label) = known.labels.first_mut() {
+                label.text = format!("{} needs them", from.what);
+            }
+            let help = known.help.take().unwrap_or_default().replace("a line such", "lines such");
+            known.help = Some(format!("{help}, `{name} = {example}`"));
+        });
+        if more {
+            return;
+        }
         self.report(
-            Diagnostic::new(
-                Code::MISSING_FIELD,
-                from.block.name.span,
-                format!("`{}` has no `{name}`", from.block.name.text),
-            )
-            .label(format!("{} needs it", from.what))
-            .help(format!("add a line such as `{name} = {example}`")),
+            Diagnostic::new(Code::MISSING_FIELD, place, format!("{lacks}`{name}`"))
+                .label(format!("{} needs it", from.what))
+                .help(format!("add a line such as `{name} = {example}`")),
         );
     }
 
@@ -181,8 +194,26 @@ impl Checker<'_> {
             return None;
         };
         let mut cx = cx.clone();
+        let known = self.errors.len();
         let expr = self.expect(tree, &mut cx, ty, &format!("`{name}`"));
+        self.show_example(known, tree.span, name, example);
         Some((self.constant(&expr)?, tree.span))
+    }
+
+    /// What does not fit a field is mended as the field is usually written.
+    fn show_example(&mut self, known: usize, place: crate::source::Span, name: &str, example: &str) {
+        for mut error in self.errors.split_off(known) {
+            let unit =
+                example.split_once(' ').map(|(_, unit)| unit).filter(|u| crate::units::parse(u).is_ok());
+            if error.span() == place && error.code == Code::MISSING_UNIT {
+                if let Some(unit) = unit {
+                    error.help = Some(format!("write `{} {unit}`", self.sources.slice(place)));
+                }
+            } else if error.span() == place && error.code == Code::WRONG_TYPE && error.fix.is_none() {
+                error.help = Some(format!("write for example `{name} = {example}`"));
+            }
+            self.errors.add(error);
+        }
     }
 
     fn number(
@@ -215,10 +246,11 @@ impl Checker<'_> {
 
     /// The mass of one piece: given, or from its density.
     fn mass(&mut self, from: &Values<'_>, shape: Option<Shape>, cx: &Context) -> Option<f64> {
-        if let (Some((_, _)), Some((name, _))) = (from.values.get("mass"), from.values.get("density")) {
+        if let (Some((mass, _)), Some((name, _))) = (from.values.get("mass"), from.values.get("density")) {
             self.report(
                 Diagnostic::new(Code::DUPLICATE, name.span, "mass and density are both given")
                     .label("which one counts?")
+                    .also(mass.span, "the mass")
                     .help("keep the one that was measured"),
             );
         }
@@ -244,7 +276,8 @@ impl Checker<'_> {
         if let Some(bad) = sizes.iter().find(|s| **s <= 0.0) {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, span, "every size of a shape must be above 0")
-                    .label(format!("one is {}", super::shown(*bad, &Ty::Quantity(Dimension::LENGTH)))),
+                    .label(format!("one is {}", super::shown(*bad, &Ty::Quantity(Dimension::LENGTH))))
+                    .help(format!("write for example `{name} = {example}`")),
             );
             return None;
         }
@@ -309,6 +342,11 @@ impl Checker<'_> {
         for field in &block.fields {
             let Field::Port(port) = field else { continue };
             if ports.iter().any(|p| p.name == port.name.text) {
+                let first = block.fields.iter().find_map(|f| match f {
+                    Field::Port(p) if p.name.text == port.name.text => Some(p.name.span),
+                    _ => None,
+                });
+                let first = first.unwrap_or(port.name.span);
                 self.report(
                     Diagnostic::new(
                         Code::DUPLICATE,
@@ -316,8 +354,9 @@ impl Checker<'_> {
                         format!("there are two ports `{}`", port.name.text),
                     )
                     .label("again")
+                    .also(first, "the first one")
                     .help(format!(
-                        "several of one name are written `port {}[i in 0 .. 7] ...`",
+                        "choose another name; several of one name are written `port {}[i in 0 .. 7] ...`",
                         port.name.text
                     )),
                 );
@@ -330,7 +369,8 @@ impl Checker<'_> {
         if ports.len() > 64 {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, block.name.span, "a part has at most 64 ports")
-                    .label(format!("this one has {}", ports.len())),
+                    .label(format!("this one has {}", ports.len()))
+                    .help("declare fewer, or narrow the ranges of their numbers"),
             );
             return None;
         }
@@ -353,7 +393,7 @@ impl Checker<'_> {
         if !matches!(facing.ty, Ty::Vector(_) | Ty::Unknown) {
             self.report(
                 Diagnostic::new(Code::WRONG_TYPE, facing.span, "where a port looks must be a vector")
-                    .label(format!("this is a {}", facing.ty))
+                    .label(format!("this is {}", super::fit::article(&facing.ty)))
                     .help("write for example `facing vector(0, 0, 1)`"),
             );
         }
@@ -369,7 +409,8 @@ impl Checker<'_> {
             if length <= 0.0 || !length.is_finite() {
                 self.report(
                     Diagnostic::new(Code::BAD_VALUE, port.facing.span, "a port must look somewhere")
-                        .label("a vector without length"),
+                        .label("a vector without length")
+                        .help("write for example `facing vector(1, 0, 0)`"),
                 );
                 return None;
             }
@@ -426,7 +467,7 @@ impl Checker<'_> {
                 Diagnostic::new(
                     Code::OUT_OF_DOMAIN,
                     tree.span,
-                    "the range of `bend` must hold 0 deg and more",
+                    "the range of `bend` must hold 0 deg, and more than that",
                 )
                 .label("the actuator is straight at rest")
                 .help("write for example `bend = 0 deg .. 90 deg`"),
@@ -465,13 +506,20 @@ impl Checker<'_> {
                 );
             }
             if params.contains_key(&param.name.text) {
+                let first = block.fields.iter().find_map(|f| match f {
+                    Field::Param(p) if p.name.text == param.name.text => Some(p.name.span),
+                    _ => None,
+                });
+                let first = first.unwrap_or(param.name.span);
                 self.report(
                     Diagnostic::new(
                         Code::DUPLICATE,
                         param.name.span,
                         format!("`{}` is declared twice", param.name.text),
                     )
-                    .label("again"),
+                    .label("again")
+                    .also(first, "first declared here")
+                    .help("keep one of them"),
                 );
             }
             params.insert(param.name.text.clone(), ir::InstanceParam { ty, domain, default });
@@ -495,10 +543,12 @@ impl Checker<'_> {
             )
             .label("an actuator is a row of segments"),
             (_, Some(ir::InstanceParam { ty: Ty::Unknown, .. })) => return,
-            (Some(param), Some(ir::InstanceParam { ty, .. })) if *ty != Ty::Count => {
-                Diagnostic::new(Code::WRONG_TYPE, param.ty.span, "`segments` is a Count: so many segments")
-                    .label(format!("this is {}", super::fit::article(ty)))
-            }
+            (Some(param), Some(ir::InstanceParam { ty, .. })) if *ty != Ty::Count => Diagnostic::new(
+                Code::WRONG_TYPE,
+                param.ty.span,
+                "`segments` says how many there are: it is a Count",
+            )
+            .label(format!("this is {}", super::fit::article(ty))),
             (Some(param), Some(ir::InstanceParam { domain, .. })) => {
                 let place = param.domain.as_ref().map_or(param.name.span, |d| d.span);
                 match domain {
@@ -594,7 +644,8 @@ impl Checker<'_> {
                     tree.span,
                     "`keep` is a share: it must lie within 0 % .. 100 %",
                 )
-                .label("too much"),
+                .label("too much")
+                .help("write for example `keep = 80 %`"),
             );
         }
         let Some(outer) = from.groups.get("outer").copied() else {
@@ -628,7 +679,10 @@ impl Checker<'_> {
                 return None;
             };
             let mut cx = Context::new(Stage::Schedule, damaged);
-            Some(self.expect(tree, &mut cx, ty, &format!("`{name}`")))
+            let known = self.errors.len();
+            let value = self.expect(tree, &mut cx, ty, &format!("`{name}`"));
+            self.show_example(known, tree.span, name, example);
+            Some(value)
         };
         let iterations = get("iterations", &Ty::Count, "100");
         let moves = get("moves", &Ty::Count, "3");

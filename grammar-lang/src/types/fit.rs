@@ -3,7 +3,7 @@
 use super::Checker;
 use super::expr::{Context, as_group, unknown};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{Expr, ExprKind, Operator, Ty};
+use crate::ir::{Expr, ExprKind, Operator, Ty, Word};
 use crate::syntax::ast;
 use crate::syntax::ast::Name;
 use crate::units::{self, Dimension, UnitError};
@@ -95,7 +95,7 @@ impl Checker<'_> {
                 )
                 .label(article(&b.ty))
                 .also(a.span, article(&a.ty))
-                .help("both must be of the same kind")
+                .help(unlike(&a.ty, &b.ty))
             }
         };
         self.report(error);
@@ -185,6 +185,22 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
                 Some("name one of its ports, as in `core.top` or `a.tip`".to_owned())
             }
             (_, Ty::Kind) => Some("name a kind of part, such as `cube`".to_owned()),
+            (Ty::Count, Ty::Bool) if bare_number(expr).is_some_and(|x| x == 0.0 || x == 1.0) => {
+                Some(format!("write `{}`", bare_number(expr) == Some(1.0)))
+            }
+            (Ty::Port, Ty::Part) => Some("`.part` is the part that a port belongs to".to_owned()),
+            (_, Ty::Part) => Some("name a part, such as one that the rule matches".to_owned()),
+            (_, Ty::Step) => Some("match a step: `match s : step where s adds part`".to_owned()),
+            (_, Ty::Group) => {
+                Some("name `part`, `block`, `actuator` or a kind, as in `s adds part`".to_owned())
+            }
+            (_, Ty::Enum(name)) => Some(format!("write one of its values, as in `{name}.VALUE`")),
+            (_, Ty::Vector(d)) => {
+                let unit = units::display_unit(*d);
+                let unit = if *d == Dimension::LENGTH { " cm".to_owned() } else { format!(" {unit}") };
+                let unit = if d.is_number() { "" } else { &unit };
+                Some(format!("write for example `vector(1{unit}, 0{unit}, 0{unit})`"))
+            }
             (Ty::Count | Ty::Quantity(_), Ty::Bool) => {
                 Some("compare it with something, as in `count(part) > 3`".to_owned())
             }
@@ -229,8 +245,23 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
     };
     let per_angle =
         have.over(want).is_some_and(|d| d == Dimension::ANGLE || Some(d) == Dimension::ANGLE.power(2));
+    let literal = matches!(&expr.kind, ExprKind::Number(_))
+        || matches!(&expr.kind, ExprKind::Negate(x) if matches!(x.kind, ExprKind::Number(_)));
     let help = if upside_down {
         "a unit belongs to the number before it: write the unit before dividing, as in `1 s / 240`".to_owned()
+    } else if want.is_number() && literal {
+        "write it without a unit".to_owned()
+    } else if matches!(&expr.kind, ExprKind::Word(Word::Cycle)) && want == Dimension::ANGLE {
+        "`cycle` runs from 0 to 1: write `cycle * 360 deg`".to_owned()
+    } else if have.is_number() && !literal {
+        let unit = units::suggest(want);
+        format!("give one of its numbers a unit of {want}, such as {unit}, or multiply it by `1 {unit}`")
+    } else if !want.is_number() && !per_angle && !literal {
+        if what == "this term" {
+            format!("declare it as `: {have}`, or change what it is calculated from")
+        } else {
+            format!("its calculation comes out as {}: is a factor or a unit missing?", article(&expr.ty))
+        }
     } else if want.is_number() {
         format!("divide it by a quantity of the same kind, or write `in {}` after it", units::suggest(have))
     } else if per_angle {
@@ -245,4 +276,15 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
     )
     .label(format!("this is {}", article(&expr.ty)))
     .help(help)
+}
+
+/// What helps where two operands are of different kinds.
+fn unlike(a: &Ty, b: &Ty) -> &'static str {
+    let number = |ty: &Ty| ty.dimension().is_some();
+    match (a, b) {
+        (a, b) if number(a) && number(b) => "both must be of the same kind: is one of the units right?",
+        (Ty::Enum(_), _) | (_, Ty::Enum(_)) => "a value of an enumeration is only compared with another one",
+        (Ty::Bool, _) | (_, Ty::Bool) => "use `if CONDITION then a else b` to make a number of yes and no",
+        _ => "both must be of the same kind",
+    }
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::ops::Deref;
 
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
 
 /// Findings without repetition.
@@ -23,6 +23,23 @@ impl Found {
         }
         here.push(self.all.len());
         self.all.push(diagnostic);
+    }
+
+    /// Changes a finding that stands at a place and begins like this; false if there is none.
+    pub(super) fn amend(
+        &mut self,
+        place: Span,
+        code: &Code,
+        begins: &str,
+        change: impl FnOnce(&mut Diagnostic),
+    ) -> bool {
+        let here = self.at.get(&place).into_iter().flatten();
+        let known = here
+            .copied()
+            .find(|i| self.all.get(*i).is_some_and(|d| d.code == code && d.message.starts_with(begins)));
+        let Some(found) = known.and_then(|i| self.all.get_mut(i)) else { return false };
+        change(found);
+        true
     }
 
     /// Takes out what was found after the first `known`, to be looked at again.

@@ -274,7 +274,8 @@ impl<'a> Checker<'a> {
                         format!("there are two {what}s `{}`", name.text),
                     )
                     .label("again")
-                    .also(first, "the first one"),
+                    .also(first, "the first one")
+                    .help("choose another name, or keep one of them"),
                 );
             }
         }
@@ -288,10 +289,7 @@ impl<'a> Checker<'a> {
             return;
         }
         let program = self.program;
-        // Of several grammars in a text, each may leave to the others what it does not use.
-        if program.modules.first().is_some_and(|m| crate::names::offers(&m.tree).len() > 1) {
-            return;
-        }
+        let mut there = Vec::new();
         let mut idle: Vec<(&Name, String)> = Vec::new();
         let used = |d: &Declaration, c: &Self| c.touched.contains(d) || rest.contains(d);
         for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
@@ -303,6 +301,7 @@ impl<'a> Checker<'a> {
                     | ItemKind::Example(..)
                     | ItemKind::Task(..)
             );
+            there.extend(declared(item).map(|n| n.span));
             if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
                 idle.push((name, format!("nothing uses `{}`", name.text)));
             }
@@ -316,17 +315,21 @@ impl<'a> Checker<'a> {
             let Some((declaration, item)) = program.lookup(name.span, &name.text) else { continue };
             let by_itself =
                 matches!(item.kind, ItemKind::Rule(..) | ItemKind::Require { .. } | ItemKind::Prefer { .. });
+            there.push(name.span);
             if !by_itself && !used(&declaration, self) {
                 idle.push((name, format!("`{}` is imported, but nothing uses it", name.text)));
             }
         }
-        for (name, message) in idle {
-            self.report(
-                Diagnostic::new(Code::UNUSED, name.span, message)
-                    .label("not used")
-                    .help("use it, or take it out"),
-            );
+        let unused = idle.into_iter().map(|(name, message)| {
+            Diagnostic::new(Code::UNUSED, name.span, message).label("not used").help("use it, or take it out")
+        });
+        let unused: Vec<Diagnostic> = unused.collect();
+        // Of several grammars in a text, each may leave to the others what it does not use.
+        if program.modules.first().is_some_and(|m| crate::names::offers(&m.tree).len() > 1) {
+            self.idle = super::Idle { there, unused };
+            return;
         }
+        unused.into_iter().for_each(|warning| self.report(warning));
     }
 
     fn fixed_pattern(&mut self, value: &Tree, damaged: bool) -> Expr {
@@ -389,7 +392,7 @@ impl<'a> Checker<'a> {
                     self.named(with, "actuation", |k| matches!(k, ItemKind::Actuation { .. })).is_some();
                 if kind_ok && with_ok {
                     let entry = (with.text.clone(), with.span);
-                    if singles.actuated.insert(kind.text.clone(), entry).is_some() {
+                    if let Some((_, first)) = singles.actuated.insert(kind.text.clone(), entry) {
                         self.report(
                             Diagnostic::new(
                                 Code::DUPLICATE,
@@ -397,7 +400,8 @@ impl<'a> Checker<'a> {
                                 format!("`{}` is actuated twice", kind.text),
                             )
                             .label("again")
-                            .help("an actuator follows one actuation"),
+                            .also(first, "by this actuation already")
+                            .help("an actuator follows one actuation: keep one of the two lines"),
                         );
                     }
                 }
@@ -509,7 +513,8 @@ impl<'a> Checker<'a> {
                                 place,
                                 "a radial symmetry repeats the design 2 to 64 times",
                             )
-                            .label(format!("this is {count}")),
+                            .label(format!("this is {count}"))
+                            .help("write `symmetry none` for none"),
                         );
                         return None;
                     }
@@ -521,8 +526,15 @@ impl<'a> Checker<'a> {
             ("none", _, Some(plane)) => (plane.span, "`symmetry none` takes nothing more".to_owned()),
             (other, ..) => (kind.span, format!("there is no symmetry `{other}`")),
         };
+        let label = if message.contains("needs") {
+            "incomplete"
+        } else if message.contains("nothing more") {
+            "too much"
+        } else {
+            "not known"
+        };
         self.report(
-            Diagnostic::new(Code::BAD_VALUE, span, message).label("not known").help(HELP).fix_if(
+            Diagnostic::new(Code::BAD_VALUE, span, message).label(label).help(HELP).fix_if(
                 respell(span, &kind.text, ["none", "mirror", "radial"]).filter(|_| span == kind.span),
             ),
         );
@@ -551,7 +563,7 @@ impl<'a> Checker<'a> {
                     self.report(
                         Diagnostic::new(Code::MISSING_ITEM, span, format!("this grammar has no `{what}`"))
                             .label("incomplete")
-                            .help(format!("add for example: {example}")),
+                            .help(format!("add for example `{example}`")),
                     );
                 }
             }
@@ -633,6 +645,7 @@ impl<'a> Checker<'a> {
             version: ir::VERSION,
             name: name.text.clone(),
             params: IndexMap::new(),
+            enumerations: self.enumerations(),
             parts,
             actuators,
             patterns,
@@ -649,6 +662,18 @@ impl<'a> Checker<'a> {
             search: singles.search?,
             from: derived.from,
         })
+    }
+
+    /// The values of every enumeration that is used.
+    fn enumerations(&self) -> IndexMap<String, Vec<String>> {
+        let used = self.program.items().filter(|(d, _)| self.touched.contains(d));
+        used.filter_map(|(_, item)| match &item.kind {
+            ItemKind::Enum(name, values) => {
+                Some((name.text.clone(), values.iter().map(|v| v.text.clone()).collect()))
+            }
+            _ => None,
+        })
+        .collect()
     }
 
     fn unknown_overrides(&mut self, span: Span) {

@@ -33,6 +33,27 @@ use expr::Context;
 use found::Found;
 use stage::Stage;
 
+/// Of a text with several grammars and variants, what one of them could use: each may leave to the
+/// others what it does not use itself.
+#[derive(Clone, Debug, Default)]
+pub struct Idle {
+    /// The names that could be used.
+    pub there: Vec<Span>,
+    /// A warning for each that is not.
+    pub unused: Vec<Diagnostic>,
+}
+
+/// What a check gives.
+#[derive(Debug)]
+pub struct Checked {
+    /// The rule set, if no error was found and the first module is a grammar.
+    pub ruleset: Option<RuleSet>,
+    /// What was found.
+    pub found: Vec<Diagnostic>,
+    /// What is not used, of a text with several grammars.
+    pub idle: Idle,
+}
+
 /// How many constants may build on each other.
 const DEEPEST: usize = 100;
 
@@ -63,14 +84,9 @@ fn nodes(expr: &Expr) -> usize {
     count
 }
 
-/// Checks a program. The rule set is there only if no error was found and the
-/// first module is a grammar.
+/// Checks a program.
 #[must_use]
-pub fn check(
-    program: &Program,
-    sources: &SourceMap,
-    overrides: &[(String, String)],
-) -> (Option<RuleSet>, Vec<Diagnostic>) {
+pub fn check(program: &Program, sources: &SourceMap, overrides: &[(String, String)]) -> Checked {
     let mut placed = IndexMap::new();
     let places = program
         .entries()
@@ -99,9 +115,10 @@ pub fn check(
         open_functions: Vec::new(),
         constants: Constants::default(),
         guesses: std::cell::Cell::new(GUESSES),
+        idle: Idle::default(),
     };
     let ruleset = checker.grammar();
-    (ruleset, checker.errors.into_vec())
+    Checked { ruleset, found: checker.errors.into_vec(), idle: checker.idle }
 }
 
 /// What constant expressions can read: the parameters of the grammar.
@@ -158,6 +175,8 @@ struct Checker<'a> {
     constants: Constants,
     /// How many more names misspelt ones may be compared with.
     guesses: std::cell::Cell<usize>,
+    /// What is not used, of a text with several grammars.
+    idle: Idle,
 }
 
 /// With how many names misspelt ones are compared in one check. Guessing takes as long as there are
@@ -274,7 +293,7 @@ impl Checker<'_> {
         self.report(
             Diagnostic::new(Code::BAD_VALUE, span, "this is defined by itself")
                 .label("its value depends on its own value")
-                .help("break the circle"),
+                .help("nothing can use itself, not even through others: give one of them a value of its own"),
         );
     }
 
@@ -315,7 +334,8 @@ impl Checker<'_> {
                     param.ty.span,
                     "a parameter is a quantity, a Count, a Bool or a value of an enumeration",
                 )
-                .label(format!("this is {ty}")),
+                .label(format!("this is {}", fit::article(&ty)))
+                .help("what has another type is declared with `let`"),
             );
             return None;
         }
@@ -366,7 +386,8 @@ impl Checker<'_> {
                         shown(low, &ty),
                         shown(high, &ty)
                     ))
-                    .help("choose a value inside, or widen the domain"),
+                    .help("choose a value inside, or widen the domain")
+                    .also(param.domain.as_ref().map_or(param.name.span, |d| d.span), "the domain"),
             );
             return None;
         }
@@ -564,7 +585,8 @@ impl Checker<'_> {
                         shown(low, &ty),
                         shown(high, &ty)
                     ))
-                    .also(param.name.span, "declared here"),
+                    .also(param.name.span, "declared here")
+                    .help(format!("choose a value within {} .. {}", shown(low, &ty), shown(high, &ty))),
             );
         }
     }

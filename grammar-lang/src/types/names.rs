@@ -148,7 +148,7 @@ impl Checker<'_> {
                 .chain(["part", "block", "actuator"]);
             let candidates: Vec<&str> = candidates.collect();
             fix = respell(span, name, candidates.iter().copied());
-            did_you_mean(name, candidates).unwrap_or_else(|| "declare it, or import it with `use`".to_owned())
+            did_you_mean(name, candidates).unwrap_or_else(|| not_declared(name, cx))
         };
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, span, format!("unknown name `{name}`"))
@@ -272,8 +272,8 @@ impl Checker<'_> {
                 name.span,
                 format!("`{}` already means something else here", name.text),
             )
-            .label("hides another meaning")
-            .help("choose another name");
+            .label("a second meaning")
+            .help("choose another name: no name hides another");
             if let Some(place) = place {
                 error = error.also(place, "the other meaning");
             }
@@ -289,6 +289,22 @@ impl Checker<'_> {
         } else {
             self.bind(name, ty, cx);
         }
+    }
+}
+
+/// What helps where a name is not known and resembles no other.
+fn not_declared(name: &str, cx: &Context) -> String {
+    // Short names are those that clauses bind, longer ones are declared.
+    if name.chars().count() > 2 {
+        return crate::names::UNDECLARED.to_owned();
+    }
+    let mut bound: Vec<String> =
+        cx.locals.iter().filter(|l| !l.name.is_empty()).map(|l| format!("`{}`", l.name)).collect();
+    bound.dedup();
+    match (bound.is_empty(), cx.stage) {
+        (true, Stage::Derivation) => "bind it first, as in `match p : part with free port q`".to_owned(),
+        (true, _) => crate::names::UNDECLARED.to_owned(),
+        _ => format!("bound here: {}; others are declared, or imported with `use`", bound.join(", ")),
     }
 }
 

@@ -79,10 +79,11 @@ impl Checker<'_> {
                 RuleClauseKind::Weight(value) => {
                     let mut cx = Context::new(Stage::Weight, damaged);
                     let value = self.expect(value, &mut cx, &Ty::NUMBER, "a weight");
-                    if weight.replace(value).is_some() {
+                    if let Some(first) = weight.replace(value) {
                         self.report(
                             Diagnostic::new(Code::DUPLICATE, clause.span, "a rule has one `weight`")
                                 .label("another one")
+                                .also(first.span, "the first one")
                                 .help("keep one of them"),
                         );
                     }
@@ -266,14 +267,16 @@ impl Checker<'_> {
         if ports.is_empty() || ports.contains(&port.text) {
             return;
         }
-        let help = did_you_mean(&port.text, ports.iter().map(String::as_str));
+        // A real port of another kind is no slip of the finger.
+        let exists = self.ports.contains(&port.text);
+        let help = did_you_mean(&port.text, ports.iter().map(String::as_str)).filter(|_| !exists);
         self.report(
             Diagnostic::new(
                 Code::UNKNOWN_FIELD,
                 port.span,
                 format!("`{kind}` has no port `{}` to be held by", port.text),
             )
-            .label("a port of another kind of part")
+            .label(if exists { "a port of another kind of part" } else { "not one of its ports" })
             .help(help.unwrap_or_else(|| format!("it has: {}", ports.join(", ")))),
         );
     }
@@ -459,7 +462,11 @@ impl Checker<'_> {
                     format!("`{}` is no part that this rule has matched", owner.text),
                 )
                 .label("not matched before")
-                .help(did_you_mean(&owner.text, parts).unwrap_or_else(|| "match the part first".to_owned())),
+                .help(
+                    did_you_mean(&owner.text, parts).unwrap_or_else(|| {
+                        format!("match the part before it: `match {} : part`", owner.text)
+                    }),
+                ),
             );
             return None;
         }

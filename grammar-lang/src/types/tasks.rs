@@ -90,7 +90,7 @@ impl<'a> Checker<'a> {
                         format!("the task `{}` says nothing about what is wanted", name.text),
                     )
                     .label("without an objective")
-                    .help("add for example: maximize travel in cm"),
+                    .help("add for example `maximize travel in cm`"),
                 );
                 None
             }
@@ -104,7 +104,7 @@ impl<'a> Checker<'a> {
                     format!("the task `{}` is not simulated", name.text),
                 )
                 .label("without `simulate`")
-                .help("add for example: simulate hinge_model for 20 s"),
+                .help("add for example `simulate hinge_model for 20 s`"),
             );
         }
         let task = ir::Task { actuated: names_only(&actuated), model: model?, objective: objective? };
@@ -126,7 +126,8 @@ impl<'a> Checker<'a> {
                     span,
                     "the simulated time must be above 0 s, and at most 1 h",
                 )
-                .label("outside"),
+                .label(super::shown(d, &time))
+                .help("write for example `20 s`"),
             );
             return None;
         }
@@ -190,11 +191,24 @@ impl<'a> Checker<'a> {
     ) {
         for (kind, actuator) in actuators {
             match actuated.get(kind) {
-                None => self.report(
-                    Diagnostic::new(Code::NOT_ACTUATED, actuator.span, format!("nothing drives `{kind}`"))
-                        .label("an actuator without an actuation")
-                        .help(format!("write for example `actuate {kind} with bezier_pac`")),
-                ),
+                None => {
+                    // Where the grammar imports it: the library is not what is to be changed.
+                    let imports = self.program.own.iter().filter_map(|m| self.program.modules.get(*m));
+                    let imports = imports.flat_map(|m| &m.tree.items).filter_map(|i| match &i.kind {
+                        ItemKind::Use { names: Some(names), .. } => Some(names),
+                        _ => None,
+                    });
+                    let import = imports.flatten().find(|n| n.text == *kind).map(|n| n.span);
+                    let place = import.unwrap_or(actuator.span);
+                    let mut error =
+                        Diagnostic::new(Code::NOT_ACTUATED, place, format!("nothing drives `{kind}`"))
+                            .label("an actuator without an actuation")
+                            .help(format!("write for example `actuate {kind} with bezier_pac`"));
+                    if import.is_some() {
+                        error = error.also(actuator.span, "declared here");
+                    }
+                    self.report(error);
+                }
                 Some((with, span)) => {
                     if let Some(actuation) = actuations.get(with) {
                         self.check_attributes(kind, actuator, actuation, *span);
@@ -291,9 +305,11 @@ impl<'a> Checker<'a> {
         }
         let others: Vec<&str> =
             self.guessable(name.span).filter(|(_, i)| fits(&i.kind)).map(|(n, _)| n).collect();
-        let help = did_you_mean(&name.text, others.iter().copied())
-            .unwrap_or_else(|| format!("declare it with `{what}`, or import it with `use`"));
         let other = program.lookup(name.span, &name.text).and_then(|(_, i)| declared(i));
+        let help = did_you_mean(&name.text, others.iter().copied()).unwrap_or_else(|| match others.first() {
+            Some(one) if other.is_some() => format!("name {}, such as `{one}`", an(what)),
+            _ => format!("declare it with `{what}`, or import it with `use`"),
+        });
         let (message, label) = match other {
             Some(_) => (format!("`{}` is no {what}", name.text), "another kind of declaration"),
             None => (format!("there is no {what} `{}`", name.text), "not declared"),
@@ -308,6 +324,11 @@ impl<'a> Checker<'a> {
         self.report(error);
         None
     }
+}
+
+/// A word of the language with its article.
+fn an(what: &str) -> String {
+    format!("{} {what}", if what.starts_with(['a', 'e']) { "an" } else { "a" })
 }
 
 fn names_only(actuated: &Actuated) -> IndexMap<String, String> {

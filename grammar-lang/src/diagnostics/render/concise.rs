@@ -3,6 +3,9 @@
 use crate::diagnostics::Diagnostic;
 use crate::source::SourceMap;
 
+/// How long a help may be to stand on the line: lists of all that is known are longer.
+const LONGEST: usize = 160;
+
 /// Writes one finding.
 #[must_use]
 pub fn render(diagnostic: &Diagnostic, sources: &SourceMap) -> String {
@@ -10,6 +13,11 @@ pub fn render(diagnostic: &Diagnostic, sources: &SourceMap) -> String {
     let (line, column) = sources.line_column(span);
     let name = sources.get(span.file).map_or("", |s| s.name.as_str());
     let severity = diagnostic.code.severity.name();
-    let help = diagnostic.help.as_ref().map_or(String::new(), |h| format!("; help: {h}"));
-    format!("{name}:{line}:{column}: {severity}[{}] {}{help}\n", diagnostic.code.id, diagnostic.message)
+    let help = diagnostic.help.as_ref().filter(|h| h.len() <= LONGEST);
+    let help = help.map_or(String::new(), |h| format!("; help: {h}"));
+    // A note that names or counts something says more than the message.
+    let note = diagnostic.labels.first().map_or("", |l| l.text.as_str());
+    let tells = note.contains(|c: char| c.is_ascii_digit() || c == '`');
+    let note = if tells { format!(": {note}") } else { String::new() };
+    format!("{name}:{line}:{column}: {severity}[{}] {}{note}{help}\n", diagnostic.code.id, diagnostic.message)
 }

@@ -218,7 +218,7 @@ impl Lowering<'_> {
             let (message, help) = if how == Gather::Count {
                 ("`count over` takes no `of`", "`count over x in xs where condition` counts the items")
             } else {
-                ("this aggregate lacks `of`", "say what is gathered: `min over e in elements of ...`")
+                ("this aggregate lacks `of`", "say what is gathered: `sum over p in part of p.mass`")
             };
             self.errors.push(Diagnostic::new(Code::SYNTAX, span, message).help(help));
             return None;

@@ -1,0 +1,108 @@
+//! What declarations and clauses look like: shown where one cannot be read.
+
+use super::parse::Rule;
+
+/// Declarations, by their first words.
+const DECLARATIONS: &[(&str, &str)] = &[
+    ("grammar", "grammar my_walker"),
+    ("use", "use std.blocks { cube, ball }"),
+    ("param", "param longest : Length in 5 cm .. 40 cm = 20 cm"),
+    ("part", "part brick { ... }"),
+    ("actuator", "actuator finger { ... }"),
+    ("model", "model slow { ... }"),
+    ("search", "search nested_annealing"),
+    ("begin", "begin { place core : cube }"),
+    ("symmetry", "symmetry radial 3 about y"),
+    ("rule", "rule grow { ... }"),
+    ("require", "require few : count(part) <= 20 because \"the box is small\""),
+    ("prefer", "prefer simple : count(actuator) <= 4 weight 3 because \"actuators are work\""),
+    ("pattern", "pattern swing = 60 deg * sin(cycle * 360 deg)"),
+    ("actuation", "actuation wave for a : actuator { ... }"),
+    ("actuate", "actuate bender with bezier_pac"),
+    ("term", "term far : Length = max over e in elements of height(e.position at end)"),
+    ("maximize", "maximize travel in cm"),
+    ("minimize", "minimize travel in cm"),
+    ("task", "task ahead { maximize travel in cm }"),
+    ("simulate", "simulate hinge_model for 20 s"),
+    ("let", "let width = 3 mm"),
+    ("enum", "enum Surface { carpet, sand }"),
+    ("record", "record Servo { torque : Torque, mass : Mass }"),
+    ("example", "example two_legs { ... }"),
+    ("variant", "variant workshop of \"./codesign.sgr\" { ... }"),
+];
+
+/// Clauses of rules, actuations, tasks, examples and blocks.
+const CLAUSES: &[(&str, &str)] = &[
+    ("match", "match p : part with free port q"),
+    ("choose", "choose n in 3 .. 6"),
+    ("when", "when count(part) < 9"),
+    ("unless", "unless p is core"),
+    ("attach", "attach cube to q"),
+    ("set", "set p.turn = 90 deg"),
+    ("remove", "remove p"),
+    ("replace", "replace p with cube"),
+    ("revert", "revert s"),
+    ("weight", "weight 2"),
+    ("shared", "shared period : Time in 2 s .. 6 s mutate 0.3 by normal(0 s, 1 s)"),
+    ("vary", "vary size : Angle in 0 deg .. 90 deg mutate 0.5 by normal(0 deg, 20 deg)"),
+    ("drive", "drive angle = 30 deg * sin(t / 1 s * 360 deg)"),
+    ("place", "place head : cube to core.front"),
+    ("step", "step head = grow(p = core, q = core.front)"),
+    ("refuse", "refuse grow(p = core, q = core.front)"),
+    ("expect", "expect count(part) == 2"),
+    ("param", "param segments : Count in 2 .. 12 = 5"),
+    ("port", "port left at vector(0 cm, 0 cm, -1 cm) facing vector(0, 0, -1)"),
+];
+
+/// Edits of variants.
+const EDITS: &[(&str, &str)] = &[
+    ("set", "set bender.bend = 0 deg .. 90 deg"),
+    ("narrow", "narrow grow.n in 4 .. 5"),
+    ("drop", "drop turn_part"),
+    ("replace", "replace require few : count(part) <= 9"),
+    ("add", "add require light : count(ball) == 0"),
+];
+
+/// What a declaration or clause that begins with this word looks like.
+pub(super) fn form(entry: Rule, first: &str) -> Option<&'static str> {
+    let in_order: &[&[(&str, &str)]] = match entry {
+        // A field may be called like a declaration: `record` of a model.
+        Rule::only_field if !["param", "port"].contains(&first) => return None,
+        Rule::only_edit => &[EDITS, DECLARATIONS, CLAUSES],
+        Rule::only_item => &[DECLARATIONS, CLAUSES, EDITS],
+        _ => &[CLAUSES, DECLARATIONS, EDITS],
+    };
+    in_order.iter().flat_map(|t| t.iter()).find(|(word, _)| *word == first).map(|(_, form)| *form)
+}
+
+#[cfg(test)]
+mod tests {
+    use pest::Parser;
+
+    use super::super::parse::SgrParser;
+    use super::*;
+
+    #[test]
+    fn what_is_shown_can_be_read() {
+        let read = |entry, form: &str| {
+            let form = form.replace("{ ... }", "{ }");
+            assert!(SgrParser::parse(entry, &form).is_ok(), "{form}");
+        };
+        for (_, form) in DECLARATIONS {
+            read(Rule::only_item, form);
+        }
+        for (_, form) in EDITS {
+            read(Rule::only_edit, form);
+        }
+        for (word, form) in CLAUSES {
+            let entry = match *word {
+                "shared" | "vary" | "drive" => Rule::only_actuation,
+                "place" => Rule::only_begin,
+                "step" | "refuse" | "expect" => Rule::only_example,
+                "param" | "port" => Rule::only_field,
+                _ => Rule::only_rule,
+            };
+            read(entry, form);
+        }
+    }
+}
