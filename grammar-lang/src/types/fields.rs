@@ -161,6 +161,10 @@ impl Checker<'_> {
         // All that one block lacks is one finding.
         let place = from.block.name.span;
         let more = self.errors.amend(place, Code::MISSING_FIELD, &lacks, |known| {
+            // A declaration may be looked at twice.
+            if known.message.contains(&format!("`{name}`")) {
+                return;
+            }
             known.message = format!("{}, `{name}`", known.message.replace(" or `", ", `"));
             if let Some(last) = known.message.rfind(", ") {
                 known.message.replace_range(last..last + 2, " or ");
