@@ -27,7 +27,7 @@ pub use scope::DesignScope;
 pub use start::check_start;
 
 use crate::design::Design;
-use random::Stream;
+pub use random::Stream;
 
 /// A design with the steps that made it.
 #[derive(Clone, Debug, PartialEq)]

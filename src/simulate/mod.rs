@@ -77,7 +77,7 @@ impl Invalid {
 }
 
 /// Every solver by the name that `--solver` uses; the first is the default.
-const REGISTRY: &[&dyn Model] = &[&articulated::Articulated, &rapier::Rapier];
+const REGISTRY: &[&dyn Model] = &[&articulated::Articulated, &rapier::Rapier::FINE];
 
 /// The names of all solvers, the default first.
 pub const MODELS: &[&str] = &["articulated", "rapier"];

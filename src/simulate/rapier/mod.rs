@@ -21,8 +21,16 @@ use super::{Model, Settings, Simulation, Unfit};
 use crate::design::assembly::Assembly;
 
 /// rapier3d with impulse joints.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Rapier;
+#[derive(Clone, Copy, Debug)]
+pub struct Rapier {
+    /// Longest substep in s.
+    pub substep: f64,
+}
+
+impl Rapier {
+    /// With substeps so short that a chain of hinges is about twice as soft as it should be.
+    pub const FINE: Self = Self { substep: 1.0 / 7680.0 };
+}
 
 impl Model for Rapier {
     fn name(&self) -> &'static str {
@@ -31,6 +39,6 @@ impl Model for Rapier {
 
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         let lowered = Lowered::new(assembly, settings)?;
-        Ok(Box::new(Run::new(World::new(&lowered, settings), &lowered, settings)))
+        Ok(Box::new(Run::new(World::new(&lowered, settings, self.substep), &lowered, settings)))
     }
 }

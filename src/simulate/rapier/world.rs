@@ -14,8 +14,6 @@ const LENGTH: f64 = 1e2;
 const MASS: f64 = 1e3;
 /// g cm^2/s^2 per N m; also g cm^2 per kg m^2.
 const TORQUE: f64 = MASS * LENGTH * LENGTH;
-/// Longest substep in s.
-const SUBSTEP: f64 = 1.0 / 7680.0;
 /// The ground is in the first group, the robot in the second.
 const GROUND: Group = Group::GROUP_1;
 const ROBOT: Group = Group::GROUP_2;
@@ -24,6 +22,8 @@ const ROBOT: Group = Group::GROUP_2;
 pub(super) struct World {
     lowered: Lowered,
     settings: Settings,
+    /// How many substeps a step is cut into.
+    substeps: usize,
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
     joints: Vec<ImpulseJointHandle>,
@@ -36,10 +36,11 @@ pub(super) struct World {
 
 impl World {
     /// At rest.
-    pub(super) fn new(lowered: &Lowered, settings: &Settings) -> Self {
+    pub(super) fn new(lowered: &Lowered, settings: &Settings, substep: f64) -> Self {
         let mut own = Self {
             lowered: lowered.clone(),
             settings: settings.clone(),
+            substeps: (settings.step / substep - 1e-6).ceil().max(1.0) as usize,
             world: PhysicsWorld::new(),
             bodies: Vec::new(),
             joints: Vec::new(),
@@ -54,7 +55,7 @@ impl World {
     fn build(&mut self) {
         self.world = PhysicsWorld::new();
         self.world.gravity = Vector::new(0.0, (-self.settings.gravity * LENGTH) as f32, 0.0);
-        self.world.integration_parameters = parameters(&self.settings);
+        self.world.integration_parameters = parameters(&self.settings, self.substeps);
         let ground = ColliderBuilder::new(SharedShape::halfspace(Vector::Y))
             .friction(self.settings.ground_friction as f32)
             .friction_combine_rule(CoefficientCombineRule::GeometricMean)
@@ -104,7 +105,7 @@ impl World {
         let (Some(joint), Some(spec)) = (joint, &own.hinge) else { return 0.0 };
         let step = self.settings.step;
         let impulse = f64::from(joint.data.motors[JointAxis::AngX as usize].impulse);
-        let last = -impulse * substeps(&self.settings) as f64 / step / TORQUE;
+        let last = -impulse * self.substeps as f64 / step / TORQUE;
         if last.abs() > 0.999 * spec.torque {
             return last;
         }
@@ -195,15 +196,10 @@ fn vector(v: Vector3<f64>) -> Vector {
     Vector::new(v.x as f32, v.y as f32, v.z as f32)
 }
 
-/// How many substeps a step is cut into.
-fn substeps(settings: &Settings) -> usize {
-    (settings.step / SUBSTEP - 1e-6).ceil().max(1.0) as usize
-}
-
-fn parameters(settings: &Settings) -> IntegrationParameters {
+fn parameters(settings: &Settings, substeps: usize) -> IntegrationParameters {
     IntegrationParameters {
         dt: settings.step as f32,
-        num_solver_iterations: substeps(settings),
+        num_solver_iterations: substeps,
         num_internal_pgs_iterations: settings.iterations,
         friction_model: FrictionModel::Coulomb,
         contact_recycling: false,

@@ -1,0 +1,85 @@
+//! How long an evaluation takes: milliseconds for a motion of 20 s at 1/240 s, by body and by the
+//! number of motions side by side, beside rapier's impulse joints with the same bodies and drives.
+//!
+//! `cargo bench --bench solver` (add `-- 9` for nine rounds instead of three). All methods take
+//! turns, each round every one; the least of the rounds counts. On an idle machine, please.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Instant;
+
+use grammar_lang::source::SourceMap;
+use sgc::derive::{Derivation, Stream};
+use sgc::design::Body;
+use sgc::drive::Drive;
+use sgc::search::settings;
+use sgc::simulate::rapier::Rapier;
+use sgc::simulate::{Model, Settings, Simulation, Targets, model};
+use sgc::world::Files;
+
+const LANES: [usize; 4] = [1, 4, 8, 16];
+
+fn main() {
+    let rounds = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(3);
+    let bodies = ["two", "four", "eight"].map(load);
+    println!("ms for an evaluation, the least of {rounds} rounds");
+    println!("{:>7}{:>8}{:>9}   articulated, by lanes", "body", "hinges", "rapier");
+    let mut ratios = [const { Vec::new() }; LANES.len()];
+    for (name, body, settings, drives) in &bodies {
+        let mut own = model("articulated").unwrap().prepare(&body.assembly, settings).unwrap();
+        // Four sweeps in four substeps are what rapier does by default.
+        let coarse = Settings { iterations: 1, ..settings.clone() };
+        let rapier = Rapier { substep: settings.step / 4.0 };
+        let mut other = rapier.prepare(&body.assembly, &coarse).unwrap();
+        let (mut least, mut most) = ([f64::INFINITY; LANES.len()], f64::INFINITY);
+        for _ in 0..rounds {
+            most = most.min(time(other.as_mut(), &drives[..2], 1));
+            for (least, lanes) in least.iter_mut().zip(LANES) {
+                *least = least.min(time(own.as_mut(), drives, lanes));
+            }
+        }
+        let hinges = body.assembly.joints.iter();
+        let hinges = hinges.filter(|j| matches!(j.kind, sgc::design::assembly::JointKind::Hinge(_))).count();
+        let own: Vec<_> = LANES.iter().zip(least).map(|(lanes, t)| format!("{lanes}: {t:5.2}")).collect();
+        println!(
+            "{name:>7}{hinges:>8}{most:9.1}   {}   widest here {}",
+            own.join("  "),
+            widest(body, settings)
+        );
+        ratios.iter_mut().zip(least).for_each(|(ratios, least)| ratios.push(most / least));
+    }
+    for (lanes, ratios) in LANES.iter().zip(&ratios) {
+        let mean = libm::exp(ratios.iter().map(|r| libm::log(*r)).sum::<f64>() / ratios.len() as f64);
+        println!("{lanes:2} lanes: {mean:5.1} times as fast as rapier (geometric mean)");
+    }
+}
+
+/// Milliseconds for each of several drives, so many side by side.
+fn time(simulation: &mut dyn Simulation, drives: &[Targets], lanes: usize) -> f64 {
+    let start = Instant::now();
+    for some in drives.chunks(lanes) {
+        assert!(simulation.run(some).iter().all(Result::is_ok));
+    }
+    start.elapsed().as_secs_f64() * 1e3 / drives.len() as f64
+}
+
+fn widest(body: &Body, settings: &Settings) -> usize {
+    model("articulated").unwrap().prepare(&body.assembly, settings).unwrap().lanes()
+}
+
+/// An example of the bodies, and sixteen drives of it as the search would start with.
+fn load(example: &'static str) -> (&'static str, Body, Settings, Vec<Targets>) {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/bodies/bodies.sgr");
+    let mut sources = SourceMap::default();
+    let entry = sources.add(path, std::fs::read_to_string(Path::new(path)).unwrap());
+    let rules = grammar_lang::compile(&Files, &mut sources, entry, &[], None).ruleset.unwrap();
+    let derivation = Arc::new(Derivation::start(&rules, Some(example)).unwrap());
+    let body = Body::new(&derivation.design, &rules);
+    let task = rules.tasks.values().next().unwrap();
+    let drive = Drive::new(&rules, task, Arc::clone(&derivation), &body).unwrap();
+    let drives =
+        (0..16).map(|n| drive.targets(&drive.draw(&mut Stream::named(n, "bench"))).unwrap()).collect();
+    (example, body.clone(), settings(&task.model), drives)
+}
