@@ -11,6 +11,7 @@ motions are scored by the design's own objective.
 
   early  the greatest distance in mm between where sgc at 1/1920 s and MuJoCo at 2000 Hz have an
          element in the first 0.5 s, before chance has had its say
+  law    the same between sgc at 1/1920 s and Coulomb's law at 2000 Hz
   step   the same between sgc at the step of its search and at 1/1920 s
   same   the time in s until which the core is nowhere 5 mm from where sgc at 1/1920 s has it
 
@@ -103,6 +104,9 @@ def measure(name, design, soft):
                 row["early"] = early(times, apart)
                 late = times[apart[:, 0] > 0.005]
                 row["same"] = float(late[0]) if len(late) else float("inf")
+    model, drive = in_mujoco.load(design, 1 / 2000)
+    rows = coulomb.simulate(model, drive[:1000])
+    row["law"] = early(*distance(fine, (np.arange(len(rows)) / in_mujoco.ROWS, rows[:, :, :3])))
     row["coulomb"] = score(design, in_mujoco.motion(coulomb.simulate(*in_mujoco.load(design, 1 / 1000))))
     row["ratio"] = row["mj1000"] / row["sgc"] if row["sgc"] else float("nan")
     row["steady"] = close(row["sgc"], row["half"], 0.05, 0) and close(row["sgc"], row["quarter"], 0.05, 0)
@@ -132,8 +136,9 @@ def summary(rows):
     for what, key in (("MuJoCo at 1000 or 2000 Hz", "mujoco"), ("Coulomb's law", "exact")):
         counts = [f"{sum(row[key] for row in some)} of {len(some)}" for some in (steady, others)]
         print(f"of these, within 10 % (or 0.1) of {what}: {counts[0]}; of the others: {counts[1]}")
-    early = [f"{np.nanmedian(of(key)):.2f} ({np.nanmax(of(key)):.2f})" for key in ("early", "step")]
-    print(f"early differences in mm, median (most): from MuJoCo {early[0]}; of the search step {early[1]}")
+    early = [f"{np.nanmedian(of(key)):.2f} ({np.nanmax(of(key)):.2f})" for key in ("early", "law", "step")]
+    print(f"early differences in mm, median (most): from MuJoCo {early[0]}; from Coulomb's law {early[1]}; ", end="")
+    print(f"of the search step {early[2]}")
     print("rank correlations (Spearman):")
     for what, a, b in (
         ("search step with 1/1920 s", "sgc", "1/1920"),

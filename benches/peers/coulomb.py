@@ -19,8 +19,8 @@ import numpy as np
 import in_mujoco
 from program import designs, score, value
 
-# Gap in m below which a pair of geoms is a contact.
-NEAR = 0.002
+# Twice this gap in m, a pair of geoms is a contact.
+NEAR = 0.0005
 
 
 @numba.njit(cache=True)
@@ -117,7 +117,7 @@ class Stepper:
                 g[np.diag_indices(len(g))] = np.maximum(g.diagonal(), 1e-12)
                 base = jacobian @ free
                 base[::3] += allowance
-                solve(g, base, friction, impulse, 2000, 1e-9)
+                solve(g, base, friction, impulse, 300, 1e-6)
                 free = free + inverse @ (jacobian.T @ impulse)
             servo = self.kp * (targets - angles - h * free[6:]) - self.kv * free[6:]
             now = np.where(np.abs(servo) > self.torque * 1.0001, np.sign(servo), 0.0)
