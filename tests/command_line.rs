@@ -130,6 +130,60 @@ fn a_design_of_another_grammar_is_refused_with_the_reason() {
 }
 
 #[test]
+fn a_design_is_exported_and_a_motion_of_it_is_scored() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = quick_grammar(folder.path());
+    let path = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let out = path("run");
+    let output = sgc(&["run", &grammar, "--seed", "2", "--max-evals", "60", "--out", &out]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let export = |more: &[&str]| {
+        let output = sgc(&[&["export", out.as_str()], more].concat());
+        assert_eq!(code(&output), 0, "{}", errors(&output));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let model = export(&["--to", "mjcf", "--step", "1/1000"]);
+    let document = roxmltree::Document::parse(&model).unwrap();
+    assert_eq!(document.root_element().attribute("model"), Some("codesign, seed 2"));
+    let option = document.descendants().find(|node| node.has_tag_name("option")).unwrap();
+    assert_eq!(option.attribute("timestep"), Some("0.001"));
+    let servos = document.descendants().filter(|node| node.has_tag_name("position")).count();
+    let drive = export(&["--to", "drive", "--step", "1/1000"]);
+    assert_eq!(drive.lines().count(), 1001);
+    assert!(drive.lines().all(|line| line.split(',').count() == servos + 1));
+
+    // The file that --out names holds the same, and standard output says where.
+    let file = path("model.xml");
+    assert_eq!(export(&["--to", "mjcf", "--step", "1/1000", "--out", &file]), format!("{file}\n"));
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), model);
+
+    let file = path("motion.csv");
+    export(&["--to", "motion", "--out", &file]);
+    let [again, scored] = [vec!["eval", &out], vec!["eval", &out, "--motion", &file]].map(|a| sgc(&a));
+    assert_eq!(code(&scored), 0, "{}", errors(&scored));
+    assert_eq!(scored.stdout, again.stdout, "the own motion has the own value");
+
+    std::fs::write(path("bad.csv"), "time\n0\n").unwrap();
+    let (bad, nowhere) = (path("bad.csv"), path("nowhere"));
+    for (arguments, wanted, says) in [
+        (vec!["export", out.as_str()], 2, "--to"),
+        (vec!["export", &out, "--to", "urdf"], 2, "invalid value"),
+        (vec!["export", &nowhere, "--to", "mjcf"], 2, "cannot read"),
+        (vec!["export", &file, "--to", "mjcf"], 2, "not a saved design"),
+        (vec!["export", &out, "--to", "mjcf", "--task", "dig"], 1, "no task `dig`"),
+        (vec!["export", &out, "--to", "drive", "--out", "nowhere/drive.csv"], 2, "nowhere"),
+        (vec!["eval", &out, "--motion", &nowhere], 2, "cannot read"),
+        (vec!["eval", &out, "--motion", &bad], 1, "does not name the columns"),
+        (vec!["eval", &out, "--motion", &file, "--step", "1/480"], 2, "cannot be used with"),
+        (vec!["eval", &out, "--task", "dig"], 2, "--motion"),
+    ] {
+        let output = sgc(&arguments);
+        assert_eq!(code(&output), wanted, "{arguments:?}: {}", errors(&output));
+        assert!(errors(&output).contains(says), "{arguments:?}: {}", errors(&output));
+    }
+}
+
+#[test]
 fn bad_input_gets_its_exit_code_and_no_panic() {
     let folder = tempfile::tempdir().unwrap();
     let binary = folder.path().join("binary.sgr");

@@ -79,3 +79,19 @@ fn what_cannot_be_tested_says_why() {
     assert!(imports.contains("cycle-b.sgr") && !imports.contains("/cycle-b.sgr"), "{imports}");
     assert_eq!(testing::derivation(root().join("std-rules/blocks.sgr"), 1, 5), testing::MODULE);
 }
+
+#[test]
+fn the_bodies_to_measure_with_have_their_hinges() {
+    use sgc::derive::Derivation;
+    use sgc::design::{Body, assembly::JointKind};
+    let rules = grammar("benches/bodies/bodies.sgr");
+    for (example, elements, hinges) in [("two", 17, 10), ("four", 31, 20), ("eight", 58, 40)] {
+        let derivation = Derivation::start(&rules, Some(example)).unwrap();
+        let assembly = Body::new(&derivation.design, &rules).assembly;
+        let hinge = |joint: &&sgc::design::assembly::Joint| matches!(joint.kind, JointKind::Hinge(_));
+        assert_eq!(
+            (assembly.elements.len(), assembly.joints.iter().filter(hinge).count()),
+            (elements, hinges)
+        );
+    }
+}

@@ -1,6 +1,6 @@
 //! `sgc eval`: simulates a saved design again.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -27,13 +27,19 @@ pub(super) struct Eval {
     /// Judge it by this grammar, not by the one that made it
     #[arg(long, value_name = "FILE")]
     grammar: Option<PathBuf>,
+    /// Score this motion, made by another program (as `sgc export --to motion` writes it), and simulate nothing
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["solver", "step"])]
+    motion: Option<PathBuf>,
+    /// The task that the motion is scored by [default: the first]
+    #[arg(long, value_name = "NAME", requires = "motion")]
+    task: Option<String>,
     /// The variant of that grammar
     #[arg(long, value_name = "NAME", requires = "grammar")]
     variant: Option<String>,
 }
 
 /// Reads `0.002` or `1/480`.
-fn seconds(text: &str) -> Result<f64, String> {
+pub(super) fn seconds(text: &str) -> Result<f64, String> {
     let number = |t: &str| t.trim().parse::<f64>().ok();
     let value = match text.split_once('/') {
         Some((a, b)) => number(a).zip(number(b)).map(|(a, b)| a / b),
@@ -61,6 +67,9 @@ impl Eval {
         let other = (rules.name != design.grammar.name).then(|| {
             format!("; it was made by the grammar `{}`, not by `{}`", design.grammar.name, rules.name)
         });
+        if let Some(motion) = &self.motion {
+            return self.score(&rules, &design, motion);
+        }
         let same_grammar = self.grammar.is_none();
         let solver = self.solver.as_deref().unwrap_or(&design.solver);
         let replayed = judge::replay(&rules, &design, solver, self.step.map(judge::Step::Seconds))
@@ -98,6 +107,20 @@ impl Eval {
             return Err(Fault::input(
                 "the value is not the saved one: the design was made by another version of sgc, or changed",
             ));
+        }
+        Ok(exit::DONE)
+    }
+
+    /// Scores a motion that another program made.
+    fn score(&self, rules: &RuleSet, design: &SavedDesign, motion: &Path) -> Result<u8, Fault> {
+        let text = load::read(motion)?.text;
+        let task = self.task.as_deref();
+        let score = judge::score_of(rules, design, task, &text)
+            .map_err(|e| Fault::input(format!("{}: {e}", motion.display())))?;
+        let unit = design.task(task).map_or("", |saved| saved.unit.as_str());
+        output::data(&format!("value {}\n", describe::quantity(score.value, unit)))?;
+        for (name, value) in &score.terms {
+            output::data(&format!("  {name} {}\n", describe::term(rules, unit, name, *value)))?;
         }
         Ok(exit::DONE)
     }

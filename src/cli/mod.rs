@@ -8,6 +8,7 @@ mod derive;
 mod doc;
 mod eval;
 mod explain;
+mod export;
 mod fmt;
 mod load;
 mod mend;
@@ -79,6 +80,7 @@ enum Command {
     Run(run::Run),
     Eval(eval::Eval),
     View(view::View),
+    Export(export::Export),
     Doc(doc::Doc),
     Completions(completions::Completions),
 }
@@ -107,6 +109,7 @@ pub fn main() -> ExitCode {
         Command::Run(command) => command.run(),
         Command::Eval(command) => command.run(),
         Command::View(command) => command.run(),
+        Command::Export(command) => command.run(),
         Command::Doc(command) => command.run(),
         Command::Completions(command) => command.run(),
     };

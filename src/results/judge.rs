@@ -136,43 +136,137 @@ fn body_of(rules: &RuleSet, design: &SavedDesign) -> Result<(Arc<Derivation>, Bo
     Ok((Arc::new(derivation), body))
 }
 
+/// A task with what drives the design in it.
+struct Driven<'a> {
+    task: &'a Task,
+    drive: Drive<'a>,
+    parameters: Vec<f64>,
+    targets: simulate::Targets,
+    settings: simulate::Settings,
+}
+
+impl<'a> Driven<'a> {
+    fn new(
+        rules: &'a RuleSet,
+        saved: &SavedTask,
+        (derivation, body): (&Arc<Derivation>, &Body),
+        step: Option<Step>,
+    ) -> Result<Self, String> {
+        let task = task_of(rules, saved)?;
+        let drive = Drive::new(rules, task, Arc::clone(derivation), body).map_err(|e| e.reason)?;
+        let parameters = saved.parameters();
+        let names: Vec<String> = saved.drive.iter().map(|(name, _)| name.clone()).collect();
+        if names != drive.labels() || !drive.fits(&parameters) {
+            return Err("its drive does not fit the actuation of this grammar".to_owned());
+        }
+        let targets = drive.targets(&parameters).map_err(|e| e.reason)?;
+        let mut settings = settings(&task.model);
+        match step {
+            Some(Step::Seconds(step)) => settings.step = step,
+            Some(Step::Half) => settings.step /= 2.0,
+            None => {}
+        }
+        Ok(Self { task, drive, parameters, targets, settings })
+    }
+
+    fn score(
+        &self,
+        rules: &RuleSet,
+        (derivation, body): (&Arc<Derivation>, &Body),
+        motion: &Motion,
+    ) -> Result<Score, String> {
+        let recording =
+            Recording { derivation, body, motion, drive: &self.drive, parameters: &self.parameters };
+        score(rules, self.task, recording).map_err(|e| e.reason)
+    }
+}
+
 fn replay_task(
     rules: &RuleSet,
     saved: &SavedTask,
-    (derivation, body): (&Arc<Derivation>, &Body),
+    of: (&Arc<Derivation>, &Body),
     trial: Trial<'_>,
 ) -> Result<ReplayedTask, String> {
-    let task = task_of(rules, saved)?;
-    let drive = Drive::new(rules, task, Arc::clone(derivation), body).map_err(|e| e.reason)?;
-    let parameters = saved.parameters();
-    let names: Vec<String> = saved.drive.iter().map(|(name, _)| name.clone()).collect();
-    if names != drive.labels() || !drive.fits(&parameters) {
-        return Err("its drive does not fit the actuation of this grammar".to_owned());
-    }
-    let targets = drive.targets(&parameters).map_err(|e| e.reason)?;
-    let mut settings = settings(&task.model);
-    match trial.step {
-        Some(Step::Seconds(step)) => settings.step = step,
-        Some(Step::Half) => settings.step /= 2.0,
-        None => {}
-    }
-    let mut assembly = body.assembly.clone();
+    let mut driven = Driven::new(rules, saved, of, trial.step)?;
+    let mut assembly = of.1.assembly.clone();
     if let Some(shift) = trial.shift {
-        shift.apply(&mut assembly, &mut settings);
+        shift.apply(&mut assembly, &mut driven.settings);
     }
-    let model =
-        simulate::model(trial.solver).ok_or_else(|| format!("there is no solver `{}`", trial.solver))?;
-    let mut simulation = model.prepare(&assembly, &settings).map_err(|u| u.reason)?;
-    let motion =
-        simulation.run(std::slice::from_ref(&targets)).into_iter().next().unwrap_or(Err(Invalid::NotFinite));
+    let motion = simulated(&assembly, &driven.settings, &driven.targets, trial.solver)?;
     let score = match &motion {
-        Ok(motion) => {
-            let recording = Recording { derivation, body, motion, drive: &drive, parameters: &parameters };
-            Some(score(rules, task, recording).map_err(|e| e.reason)?)
-        }
+        Ok(motion) => Some(driven.score(rules, of, motion)?),
         Err(_) => None,
     };
-    Ok(ReplayedTask { name: saved.name.clone(), motion, targets, score })
+    Ok(ReplayedTask { name: saved.name.clone(), motion, targets: driven.targets, score })
+}
+
+fn simulated(
+    assembly: &Assembly,
+    settings: &simulate::Settings,
+    targets: &simulate::Targets,
+    solver: &str,
+) -> Result<Result<Motion, Invalid>, String> {
+    let model = simulate::model(solver).ok_or_else(|| format!("there is no solver `{solver}`"))?;
+    let mut simulation = model.prepare(assembly, settings).map_err(|u| u.reason)?;
+    let outcome = simulation.run(std::slice::from_ref(targets)).into_iter().next();
+    Ok(outcome.unwrap_or(Err(Invalid::NotFinite)))
+}
+
+/// What is simulated when a design does a task.
+pub struct Setup {
+    /// Elements and joints.
+    pub body: Body,
+    /// The numbers of the simulation.
+    pub settings: simulate::Settings,
+    /// The targets of its actuators.
+    pub targets: simulate::Targets,
+}
+
+impl Setup {
+    /// The motion that a solver makes of it.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that says what does not fit, or that the motion is not valid.
+    pub fn motion(&self, solver: &str) -> Result<Motion, String> {
+        simulated(&self.body.assembly, &self.settings, &self.targets, solver)?
+            .map_err(|why| format!("the motion is not valid: {}", why.describe()))
+    }
+}
+
+/// What a saved design does in a task (the first, if none is named) before anything simulates it.
+///
+/// # Errors
+///
+/// A sentence that says what does not fit.
+pub fn setup(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    task: Option<&str>,
+    step: Option<Step>,
+) -> Result<Setup, String> {
+    let (derivation, body) = body_of(rules, design)?;
+    let Driven { targets, settings, .. } =
+        Driven::new(rules, design.task(task)?, (&derivation, &body), step)?;
+    Ok(Setup { body, settings, targets })
+}
+
+/// Scores a motion that another program has made of a design (see
+/// [`simulate::export::read_motion`]) by a task, the first if none is named.
+///
+/// # Errors
+///
+/// A sentence that says what does not fit.
+pub fn score_of(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    task: Option<&str>,
+    motion: &str,
+) -> Result<Score, String> {
+    let (derivation, body) = body_of(rules, design)?;
+    let driven = Driven::new(rules, design.task(task)?, (&derivation, &body), None)?;
+    let motion = simulate::export::read_motion(motion, &body.assembly, driven.settings.duration)?;
+    driven.score(rules, (&derivation, &body), &motion)
 }
 
 fn task_of<'r>(rules: &'r RuleSet, saved: &SavedTask) -> Result<&'r Task, String> {

@@ -16,18 +16,9 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Resul
     if replayed.value.map(f64::to_bits) != Some(design.value.to_bits()) {
         return Err("simulated again it has another value than the saved one: it was changed, or made by another version".to_owned());
     }
-    let index = match task {
-        None => 0,
-        Some(task) => design.tasks.iter().position(|t| t.name == task).ok_or_else(|| {
-            let names: Vec<&str> = design.tasks.iter().map(|t| t.name.as_str()).collect();
-            format!("it has no task `{task}`; it has: {}", names.join(", "))
-        })?,
-    };
-    let saved = design.tasks.get(index).ok_or("it has no task")?;
-    if replayed.tasks.len() <= index {
-        return Err("it has no task".to_owned());
-    }
-    let moved = replayed.tasks.swap_remove(index);
+    let saved = design.task(task)?;
+    let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or("it has no task")?;
+    let moved = replayed.tasks.swap_remove(place);
     let motion = moved.motion.map_err(|_| "the motion is not valid")?;
     let parts = &replayed.derivation.design.parts;
     let elements = replayed

@@ -175,6 +175,19 @@ impl SavedDesign {
         }
     }
 
+    /// The task of a name; the first, if none is named.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that tells the names of its tasks.
+    pub fn task(&self, name: Option<&str>) -> Result<&SavedTask, String> {
+        let Some(name) = name else { return self.tasks.first().ok_or_else(|| "it has no task".to_owned()) };
+        self.tasks.iter().find(|task| task.name == name).ok_or_else(|| {
+            let names: Vec<&str> = self.tasks.iter().map(|task| task.name.as_str()).collect();
+            format!("it has no task `{name}`; it has: {}", names.join(", "))
+        })
+    }
+
     /// Reads a file.
     ///
     /// # Errors

@@ -8,6 +8,7 @@
 
 pub mod articulated;
 mod check;
+pub mod export;
 mod extent;
 mod lowering;
 pub mod motion;

@@ -1,0 +1,83 @@
+//! `sgc export`: a saved design for other simulators.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+use grammar_lang::ir::RuleSet;
+
+use super::eval::{design_file, seconds};
+use super::exit;
+use super::output::{self, Fault};
+use crate::results::folder::write_whole;
+use crate::results::judge;
+use crate::results::saved::SavedDesign;
+use crate::simulate::{self, export};
+
+/// What a design is written as.
+#[derive(Clone, Copy, ValueEnum)]
+enum Format {
+    /// The body with its servos and the ground as a model of MuJoCo
+    Mjcf,
+    /// The target of every servo over time, as comma-separated values
+    Drive,
+    /// The poses of all elements over time, as comma-separated values
+    Motion,
+}
+
+/// Write a saved design for other simulators: its body, its drive or its motion
+#[derive(Args)]
+pub(super) struct Export {
+    /// The saved design, or the run folder that holds it
+    #[arg(value_name = "DESIGN")]
+    design: PathBuf,
+    /// What to write
+    #[arg(long, value_name = "FORMAT")]
+    to: Format,
+    /// Where to write it [default: standard output]
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// The task to write [default: the first]
+    #[arg(long, value_name = "NAME")]
+    task: Option<String>,
+    /// Another time step, such as 1/1000 (in seconds) [default: the grammar's]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    step: Option<f64>,
+    /// What simulates the motion [default: the one of the run]
+    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
+    solver: Option<String>,
+}
+
+impl Export {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let path = design_file(&self.design);
+        let design = SavedDesign::read(&path).map_err(Fault::usage)?;
+        let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
+        let rules = design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
+        let step = self.step.map(judge::Step::Seconds);
+        let setup = judge::setup(&rules, &design, self.task.as_deref(), step).map_err(fault)?;
+        let assembly = &setup.body.assembly;
+        let text = match self.to {
+            Format::Mjcf => export::mjcf(assembly, &setup.settings, &self.title(&design)),
+            Format::Drive => export::drive(assembly, &setup.settings, &setup.targets),
+            Format::Motion => {
+                let solver = self.solver.as_deref().unwrap_or(&design.solver);
+                Ok(export::motion(&setup.motion(solver).map_err(fault)?))
+            }
+        };
+        let text = text.map_err(|unfit| fault(unfit.reason))?;
+        match &self.out {
+            Some(out) => {
+                write_whole(out, &text).map_err(Fault::usage)?;
+                output::data(&format!("{}\n", out.display()))?;
+            }
+            None => output::data(&text)?,
+        }
+        Ok(exit::DONE)
+    }
+
+    fn title(&self, design: &SavedDesign) -> String {
+        let task = design.task(self.task.as_deref()).map_or(RuleSet::ONLY_TASK, |task| task.name.as_str());
+        let task = if task == RuleSet::ONLY_TASK { String::new() } else { format!(", task {task}") };
+        format!("{}, seed {}{task}", design.grammar.name, design.seed)
+    }
+}

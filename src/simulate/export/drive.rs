@@ -1,0 +1,41 @@
+//! The targets of the servos over time, as a table.
+
+use super::number;
+use crate::design::assembly::Assembly;
+use crate::simulate::lowering::Lowered;
+use crate::simulate::schedule::Schedule;
+use crate::simulate::servo::Servo;
+use crate::simulate::{Settings, Targets, Unfit};
+
+/// The target of every hinge after rate limiting, in rad, as comma-separated
+/// values: a row for each step, with the time at which that step ends. Hinges
+/// are those of [`super::mjcf`], in its order.
+///
+/// # Errors
+///
+/// [`Unfit`] when the assembly or its settings cannot be simulated, or the
+/// drive asks for no number.
+pub fn drive(assembly: &Assembly, settings: &Settings, targets: &Targets) -> Result<String, Unfit> {
+    let lowered = Lowered::new(assembly, settings)?;
+    let hinges = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref());
+    let mut servos: Vec<Servo> = hinges.map(Servo::new).collect();
+    let Schedule { step, steps, .. } = Schedule::new(settings);
+    let mut out = "time".to_owned();
+    for hinge in 0..servos.len() {
+        out.push_str(&format!(",hinge{hinge}"));
+    }
+    out.push('\n');
+    for now in 1..=steps {
+        let time = now as f64 * step;
+        out.push_str(&number(time));
+        for servo in &mut servos {
+            if !servo.follow(targets, time, step) {
+                return Err(Unfit { reason: format!("the drive asks for no number at {time} s") });
+            }
+            out.push(',');
+            out.push_str(&number(servo.target));
+        }
+        out.push('\n');
+    }
+    Ok(out)
+}

@@ -1,0 +1,231 @@
+//! The model file of MuJoCo (MJCF).
+//!
+//! Bodies have their frame at their centre of mass with the world's axes at
+//! rest, as in [`Lowered`]. MuJoCo's z is up: x, y, z here are x, -z, y there.
+//!
+//! Of two geoms that touch, MuJoCo takes the greater friction; the assembly asks
+//! for the geometric mean. Where the two differ, a `pair` says which it is.
+//! MuJoCo lets no body collide with its own parent, which is what "at least two
+//! hinges apart" asks for. Elements that overlap at rest are pushed apart there,
+//! and not here: a grammar should require `no_overlap`. Contacts are springs there
+//! and rigid here: with MuJoCo's default springs, which give way for 20 ms, robots
+//! take other paths.
+
+use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
+
+use super::xml::{Xml, numbers};
+use crate::design::assembly::{Assembly, Hinge, Shape};
+use crate::simulate::lowering::{Body, Lowered, Piece};
+use crate::simulate::{Settings, Unfit};
+
+/// What whoever opens the file should know.
+const ABOUT: [&str; 4] = [
+    "SI units and radians. The y of sgc is up and is z here: x, y, z there are x, -z, y here.",
+    "Bodies are rigidly joined parts; element N is the N-th element of the design.",
+    "Servos: actuator hingeN follows column hingeN of the drive (sgc export, format drive), a row for each step.",
+    "Contacts and limits are as stiff as the time step allows (solref); friction has a round cone (cone, impratio).",
+];
+
+/// An assembly as a model of MuJoCo; `title` may be any text.
+///
+/// # Errors
+///
+/// [`Unfit`] when the assembly or its settings cannot be simulated.
+pub fn mjcf(assembly: &Assembly, settings: &Settings, title: &str) -> Result<String, Unfit> {
+    let lowered = Lowered::new(assembly, settings)?;
+    let mut xml = Xml::default();
+    xml.open("mujoco", &[("model", title.to_owned())]);
+    for line in ABOUT {
+        xml.comment(line);
+    }
+    xml.leaf("compiler", &[("angle", "radian".into()), ("autolimits", "true".into())]);
+    xml.leaf(
+        "option",
+        &[
+            ("timestep", numbers(&[settings.step])),
+            ("gravity", numbers(&[0.0, 0.0, -settings.gravity])),
+            ("integrator", "implicitfast".into()),
+            ("cone", "elliptic".into()),
+            ("impratio", "10".into()),
+        ],
+    );
+    xml.open("default", &[]);
+    // Without self-collision, elements meet only what looks for them: the ground.
+    let seeks = if settings.self_collision { "1" } else { "0" };
+    let collides = |seeks: &str| [("contype", seeks.to_owned()), ("conaffinity", "1".to_owned())];
+    // Twice the step, the shortest time constant that is stable, and no bounce.
+    let stiff = numbers(&[2.0 * settings.step, 1.0]);
+    let geom = [("condim", "3".to_owned()), ("solref", stiff.clone())];
+    xml.leaf("geom", &[&geom[..], &collides(seeks)].concat());
+    xml.leaf("pair", &[("condim", "3".into()), ("solref", stiff.clone())]);
+    xml.leaf("joint", &[("solreflimit", stiff)]);
+    xml.close();
+    xml.open("worldbody", &[]);
+    xml.leaf("light", &[("pos", "0 0 3".into()), ("directional", "true".into())]);
+    let ground = [
+        ("name", "ground".to_owned()),
+        ("type", "plane".to_owned()),
+        ("size", "0 0 0.1".to_owned()),
+        ("friction", friction(settings.ground_friction)),
+    ];
+    xml.leaf("geom", &[&ground[..], &collides("1")].concat());
+    bodies(&mut xml, &lowered);
+    xml.close();
+    contacts(&mut xml, &lowered, settings);
+    xml.open("actuator", &[]);
+    for (index, hinge) in hinges(&lowered) {
+        servo(&mut xml, index, hinge);
+    }
+    Ok(xml.finish())
+}
+
+/// Hinges with their numbers.
+fn hinges(lowered: &Lowered) -> impl Iterator<Item = (usize, &Hinge)> {
+    lowered.bodies.iter().filter_map(|body| body.hinge.as_ref()).enumerate()
+}
+
+/// From here to MuJoCo: a quarter turn about x.
+fn turn() -> UnitQuaternion<f64> {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(half, half, 0.0, 0.0))
+}
+
+fn turned(v: &Vector3<f64>) -> [f64; 3] {
+    [v.x, -v.z, v.y]
+}
+
+/// Sliding friction; the others do not act on contacts of three directions.
+fn friction(coefficient: f64) -> String {
+    numbers(&[coefficient, 0.005, 0.0001])
+}
+
+/// The tree, depth first as it is numbered.
+fn bodies(xml: &mut Xml, lowered: &Lowered) {
+    let mut open: Vec<usize> = Vec::new();
+    for (index, body) in lowered.bodies.iter().enumerate() {
+        while index > 0 && open.last().is_some_and(|&last| last != body.parent) {
+            open.pop();
+            xml.close();
+        }
+        open.push(index);
+        let origin = if index == 0 { Vector3::zeros() } else { lowered.bodies[body.parent].centre };
+        let place = ("pos", numbers(&turned(&(body.centre - origin))));
+        xml.open("body", &[("name", format!("body{index}")), place]);
+        joint(xml, index, body);
+        let inertia = [("pos", "0 0 0".to_owned()), ("mass", numbers(&[body.mass]))];
+        let full = ("fullinertia", inertia_of(&body.inertia));
+        xml.leaf("inertial", &[&inertia[..], &[full]].concat());
+        for (element, piece) in lowered.pieces.iter().enumerate().filter(|(_, piece)| piece.body == index) {
+            geom(xml, element, piece);
+        }
+    }
+    for _ in open {
+        xml.close();
+    }
+}
+
+fn joint(xml: &mut Xml, body: usize, own: &Body) {
+    let Some(hinge) = &own.hinge else {
+        xml.leaf("freejoint", &[("name", "root".into())]);
+        return;
+    };
+    let mut attributes = vec![
+        ("name", format!("hinge{}", body - 1)),
+        ("type", "hinge".to_owned()),
+        ("pos", numbers(&turned(&(hinge.anchor.coords - own.centre)))),
+        ("axis", numbers(&turned(&hinge.axis))),
+    ];
+    let (low, high) = hinge.limits;
+    if low.is_finite() || high.is_finite() {
+        // Far beyond any turn is as good as no limit on that side.
+        attributes.push(("range", numbers(&[low.max(-1e3), high.min(1e3)])));
+    }
+    xml.leaf("joint", &attributes);
+}
+
+/// The inertia in MuJoCo's axes and order: xx, yy, zz, xy, xz, yz.
+fn inertia_of(inertia: &Matrix3<f64>) -> String {
+    let turn = turn().to_rotation_matrix();
+    let m = turn.matrix() * inertia * turn.matrix().transpose();
+    numbers(&[m.m11, m.m22, m.m33, m.m12, m.m13, m.m23])
+}
+
+fn geom(xml: &mut Xml, element: usize, piece: &Piece) {
+    let Isometry3 { rotation, translation } = piece.local;
+    let (kind, size, rotation) = match piece.shape {
+        Shape::Box { half } => ("box", vec![half.x, half.y, half.z], rotation),
+        Shape::Ball { radius } => ("sphere", vec![radius], rotation),
+        Shape::Cylinder { radius, half_length } => {
+            // Those of MuJoCo lie along z: a quarter turn about y brings z to x.
+            let half = std::f64::consts::FRAC_1_SQRT_2;
+            let lay = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(half, 0.0, half, 0.0));
+            ("cylinder", vec![radius, half_length], rotation * lay)
+        }
+    };
+    let q = (turn() * rotation).into_inner();
+    xml.leaf(
+        "geom",
+        &[
+            ("name", format!("element{element}")),
+            ("type", kind.to_owned()),
+            ("size", numbers(&size)),
+            ("pos", numbers(&turned(&translation.vector))),
+            ("quat", numbers(&[q.w, q.i, q.j, q.k])),
+            ("friction", friction(piece.friction)),
+        ],
+    );
+}
+
+/// Contacts that MuJoCo's own rules would not give as they should be.
+fn contacts(xml: &mut Xml, lowered: &Lowered, settings: &Settings) {
+    let mut pairs = Vec::new();
+    let ground = settings.ground_friction;
+    for (index, piece) in lowered.pieces.iter().enumerate() {
+        if let Some(mean) = other_than_greater(ground, piece.friction) {
+            pairs.push(("ground".to_owned(), index, mean));
+        }
+    }
+    for (first, a) in lowered.pieces.iter().enumerate() {
+        for (second, b) in lowered.pieces.iter().enumerate().skip(first + 1) {
+            if settings.self_collision
+                && lowered.distance(a.body, b.body) >= 2
+                && let Some(mean) = other_than_greater(a.friction, b.friction)
+            {
+                pairs.push((format!("element{first}"), second, mean));
+            }
+        }
+    }
+    if pairs.is_empty() {
+        return;
+    }
+    xml.open("contact", &[]);
+    for (first, second, mean) in pairs {
+        xml.leaf(
+            "pair",
+            &[
+                ("geom1", first),
+                ("geom2", format!("element{second}")),
+                ("friction", numbers(&[mean, mean, 0.005, 0.0001, 0.0001])),
+            ],
+        );
+    }
+    xml.close();
+}
+
+/// The geometric mean of two coefficients, unless it is the greater of them.
+fn other_than_greater(a: f64, b: f64) -> Option<f64> {
+    (a != b).then(|| (a * b).sqrt())
+}
+
+fn servo(xml: &mut Xml, index: usize, hinge: &Hinge) {
+    let mut attributes = vec![
+        ("name", format!("hinge{index}")),
+        ("joint", format!("hinge{index}")),
+        ("kp", numbers(&[hinge.stiffness])),
+        ("kv", numbers(&[hinge.damping])),
+    ];
+    if hinge.torque.is_finite() {
+        attributes.push(("forcerange", numbers(&[-hinge.torque, hinge.torque])));
+    }
+    xml.leaf("position", &attributes);
+}

@@ -1,0 +1,121 @@
+//! A motion as a table, and a motion from a table that another program wrote.
+
+use std::sync::Arc;
+
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+
+use super::number;
+use crate::design::assembly::Assembly;
+use crate::simulate::motion::{Motion, Placement};
+
+/// What a row tells of each element: its place in m and its rotation as a quaternion.
+const COLUMNS: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
+
+fn header(elements: usize) -> String {
+    let mut out = "time".to_owned();
+    for element in 0..elements {
+        for column in COLUMNS {
+            out.push_str(&format!(",element{element}.{column}"));
+        }
+    }
+    out
+}
+
+/// The poses of all elements over time, as comma-separated values: a row for
+/// each recorded frame. The frame is that of [`Assembly`]: y is up.
+#[must_use]
+pub fn motion(motion: &Motion) -> String {
+    let elements = motion.placements.len();
+    let mut out = header(elements);
+    out.push('\n');
+    for frame in 0..motion.frames() {
+        let time = motion.time(frame);
+        out.push_str(&number(time));
+        for element in 0..elements {
+            let Some(pose) = motion.pose(element, time) else { continue };
+            let (p, q) = (pose.translation.vector, pose.rotation.coords);
+            for value in [p.x, p.y, p.z, q.w, q.x, q.y, q.z] {
+                out.push(',');
+                out.push_str(&number(value));
+            }
+        }
+        out.push('\n');
+    }
+    out
+}
+
+/// Reads what [`motion`] writes. Rows are at equal intervals from time zero to
+/// `duration`; only the last may come early. It tells no bends and no work.
+///
+/// # Errors
+///
+/// A sentence that says what does not fit.
+pub fn read_motion(text: &str, assembly: &Assembly, duration: f64) -> Result<Motion, String> {
+    let elements = assembly.elements.len();
+    let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
+    if lines.next().map(|(_, line)| line.trim()) != Some(header(elements).as_str()) {
+        return Err(format!(
+            "the first line does not name the columns of a motion of {elements} elements: \
+             time,element0.x,element0.y,element0.z,element0.qw,element0.qx,element0.qy,element0.qz,element1.x and so on"
+        ));
+    }
+    let (mut times, mut poses) = (Vec::new(), Vec::new());
+    for (line, row) in lines {
+        let wrong = |what: &str| format!("line {}: {what}", line + 1);
+        let values: Option<Vec<f64>> =
+            row.split(',').map(|value| value.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
+        let values = values.ok_or_else(|| wrong("not every value is a number"))?;
+        let Some((time, rest)) = values.split_first().filter(|(_, rest)| rest.len() == 7 * elements) else {
+            return Err(wrong(&format!("{} values instead of {}", values.len(), 1 + 7 * elements)));
+        };
+        times.push(*time);
+        for pose in rest.chunks_exact(7) {
+            let &[x, y, z, w, i, j, k] = pose else { continue };
+            let rotation = Quaternion::new(w, i, j, k);
+            if (rotation.norm() - 1.0).abs() > 1e-3 {
+                return Err(wrong("a rotation is not a quaternion of length one"));
+            }
+            let rotation = if rotation.norm() == 1.0 {
+                UnitQuaternion::new_unchecked(rotation)
+            } else {
+                UnitQuaternion::new_normalize(rotation)
+            };
+            poses.push(Isometry3::from_parts(Translation3::new(x, y, z), rotation));
+        }
+    }
+    let interval = interval(&times, duration)?;
+    let placement = |(body, element): (usize, &crate::design::assembly::Element)| Placement {
+        body,
+        local: Isometry3::identity(),
+        shape: element.shape,
+    };
+    Ok(Motion {
+        interval,
+        duration,
+        bodies: elements,
+        poses,
+        bends: Vec::new(),
+        work: Vec::new(),
+        placements: assembly.elements.iter().enumerate().map(placement).collect::<Arc<[_]>>(),
+    })
+}
+
+/// The time between rows.
+fn interval(times: &[f64], duration: f64) -> Result<f64, String> {
+    let [first, second, ..] = times else {
+        return Err("a motion needs two rows at least".to_owned());
+    };
+    let (interval, last) = (second - first, times.len() - 1);
+    let close = 1e-6 * duration;
+    let even = |(row, time): (usize, &f64)| {
+        let wanted = (row as f64 * interval).min(if row == last { duration } else { f64::INFINITY });
+        (time - wanted).abs() <= close
+    };
+    if interval <= 0.0 || first.abs() > close || !times.iter().enumerate().all(even) {
+        return Err("its rows are not at equal intervals from time zero".to_owned());
+    }
+    if (times[last] - duration).abs() > close {
+        return Err(format!("it ends at {} s, but the task takes {duration} s", times[last]));
+    }
+    Ok(interval)
+}
