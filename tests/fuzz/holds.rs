@@ -33,8 +33,25 @@ fn compiled(world: &Frozen, text: &str, wanted: Option<&str>) -> (Compiled, Sour
     (compile(world, &mut sources, file, &[], wanted), sources)
 }
 
-/// Checks a text in every way; what does not hold, in a sentence. Panics are for the caller to catch.
-pub fn check(world: &Frozen, text: &str) -> Result<(), String> {
+/// How many texts got how far.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Reached {
+    /// Grammars that compiled without errors.
+    pub sound: u64,
+    /// Those of which a rule was applied.
+    pub derived: u64,
+}
+
+impl std::ops::AddAssign for Reached {
+    fn add_assign(&mut self, other: Self) {
+        self.sound += other.sound;
+        self.derived += other.derived;
+    }
+}
+
+/// Checks a text in every way. How far it gets, or what does not hold, in a sentence; panics are for the
+/// caller to catch.
+pub fn reached(world: &Frozen, text: &str) -> Result<Reached, String> {
     let (first, sources) = compiled(world, text, None);
     let (second, _) = compiled(world, text, None);
     if first.diagnostics != second.diagnostics || json(&first.ruleset) != json(&second.ruleset) {
@@ -49,12 +66,14 @@ pub fn check(world: &Frozen, text: &str) -> Result<(), String> {
         findings(&other.diagnostics, &sources)?;
         sets.push(other);
     }
+    let mut reached = Reached::default();
     for set in sets {
         if let Some(rules) = set.ruleset.filter(|_| set.is_grammar) {
-            derive(&rules)?;
+            reached.sound = 1;
+            reached.derived |= u64::from(derive(&rules)?);
         }
     }
-    Ok(())
+    Ok(reached)
 }
 
 fn json(rules: &Option<RuleSet>) -> String {
@@ -133,7 +152,8 @@ fn fixes(world: &Frozen, text: &str, before: &Compiled) -> Result<(), String> {
 }
 
 /// A rule set is the same after it was written and read, and rules can be applied without harm.
-fn derive(rules: &RuleSet) -> Result<(), String> {
+/// Whether one was.
+fn derive(rules: &RuleSet) -> Result<bool, String> {
     let text = serde_json::to_string(rules).unwrap();
     let read: RuleSet =
         serde_json::from_str(&text).map_err(|e| format!("its rule set cannot be read: {e}"))?;
@@ -142,7 +162,7 @@ fn derive(rules: &RuleSet) -> Result<(), String> {
     }
     let _ = grammar_lang::ir::resolved(rules);
     if check_start(rules).is_some() {
-        return Ok(());
+        return Ok(false);
     }
     for (name, example) in rules.examples.iter().take(3) {
         let _ = run_example(rules, name, example);
@@ -156,7 +176,9 @@ fn derive(rules: &RuleSet) -> Result<(), String> {
         }
     }
     match Derivation::replay(rules, &derivation.steps) {
-        Ok(again) if (&again.design, &again.steps) == (&derivation.design, &derivation.steps) => Ok(()),
+        Ok(again) if (&again.design, &again.steps) == (&derivation.design, &derivation.steps) => {
+            Ok(!derivation.steps.is_empty())
+        }
         Ok(_) => Err("its derivation is another one when repeated".to_owned()),
         Err((step, why)) => Err(format!("its derivation cannot be repeated at step {step}: {why}")),
     }

@@ -133,6 +133,122 @@ pub fn mutated(text: &str, corpus: &[String], random: &mut Random) -> String {
     text
 }
 
+/// A text with some small mutations, after which it is likely to be as sound as before.
+pub fn gently(text: &str, random: &mut Random) -> String {
+    let mut text = text.to_owned();
+    for _ in 0..1 + random.below(3) {
+        text = match random.below(9) {
+            0..3 => number(&text, random),
+            3..5 => exchanged(&text, random),
+            5 => renamed(&text, random),
+            _ => clauses(&text, random),
+        };
+    }
+    text
+}
+
+/// Words and signs in the place of which others of the same set can stand.
+const EXCHANGED: &[&[&str]] = &[
+    &["<", ">"],
+    &["+", "-"],
+    &["*", "/"],
+    &["and", "or"],
+    &["when", "unless"],
+    &["min", "max"],
+    &["maximize", "minimize"],
+    &["forall", "exists"],
+    &["front", "back", "left", "right", "top", "bottom"],
+    &["part", "block", "actuator"],
+    &["cube", "ball"],
+    &["xy", "yz", "xz"],
+    &["clamp", "reflect", "resample"],
+    &["start", "end"],
+    &["true", "false"],
+];
+
+fn number(text: &str, random: &mut Random) -> String {
+    let mut pieces: Vec<String> = pieces(text).into_iter().map(str::to_owned).collect();
+    let numbers: Vec<usize> = (0..pieces.len()).filter(|i| pieces[*i].parse::<u32>().is_ok()).collect();
+    if !numbers.is_empty() {
+        let at = *random.pick(&numbers);
+        let old: u64 = pieces[at].parse().unwrap_or(1);
+        pieces[at] =
+            [old + 1, old.saturating_sub(1), old * 2, old / 2, 0, 1, 2, 10][random.below(8)].to_string();
+    }
+    pieces.concat()
+}
+
+fn exchanged(text: &str, random: &mut Random) -> String {
+    let mut pieces = pieces(text);
+    let set = |piece: &str| EXCHANGED.iter().find(|set| set.contains(&piece));
+    let blank = |piece: Option<&&str>| piece.is_some_and(|p| p.trim().is_empty());
+    // A sign that stands alone, as that of an operator does.
+    let alone = |i: usize| pieces[i].len() > 1 || (blank(pieces.get(i.wrapping_sub(1))) && i > 0);
+    let places: Vec<usize> = (0..pieces.len()).filter(|i| set(pieces[*i]).is_some() && alone(*i)).collect();
+    if !places.is_empty() {
+        let at = *random.pick(&places);
+        let others = set(pieces[at]).copied().unwrap_or_default();
+        pieces[at] = random.pick::<&str>(others);
+    }
+    pieces.concat()
+}
+
+/// Gives one name another one wherever it stands.
+fn renamed(text: &str, random: &mut Random) -> String {
+    let names: Vec<&str> = text.lines().filter_map(declared).collect();
+    let Some(name) = (!names.is_empty()).then(|| *random.pick::<&str>(&names)) else {
+        return text.to_owned();
+    };
+    let other = format!("{name}_{}", random.below(1000));
+    pieces(text).into_iter().map(|piece| if piece == name { other.as_str() } else { piece }).collect()
+}
+
+/// What a line declares.
+fn declared(line: &str) -> Option<&str> {
+    let mut words = line.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|w| !w.is_empty());
+    let word = words.next().filter(|_| line.starts_with(char::is_alphabetic))?;
+    let declares = ["rule", "part", "actuator", "actuation", "term", "let", "param", "pattern", "require"];
+    declares.contains(&word).then(|| words.next())?
+}
+
+/// One mutation of a declaration or of a clause: left out, said twice, or said earlier.
+fn clauses(text: &str, random: &mut Random) -> String {
+    let mut lines: Vec<String> = text.split_inclusive('\n').map(str::to_owned).collect();
+    let begins = |line: &String| ["rule ", "require ", "prefer "].iter().any(|w| line.starts_with(w));
+    let is_clause = |line: &String| line.starts_with("  ") && !line.trim().is_empty();
+    let whole: Vec<usize> = (0..lines.len()).filter(|i| begins(&lines[*i])).collect();
+    let inner: Vec<usize> = (0..lines.len()).filter(|i| is_clause(&lines[*i])).collect();
+    match random.below(5) {
+        kind @ (0 | 1) if !whole.is_empty() => {
+            let at = *random.pick(&whole);
+            let open = lines[at].trim_end().ends_with('{');
+            let length = lines[at..].iter().position(|l| !open || l.starts_with('}')).unwrap_or(0) + 1;
+            let end = (at + length).min(lines.len());
+            let mut again = lines[at..end].to_vec();
+            if kind == 0 {
+                lines.drain(at..end);
+            } else {
+                // Two of a name are an error.
+                if let Some(name) = declared(&again[0]).map(str::to_owned) {
+                    again[0] = again[0].replacen(&name, &format!("{name}_again"), 1);
+                }
+                lines.splice(end..end, again);
+            }
+        }
+        2 if !inner.is_empty() => drop(lines.remove(*random.pick(&inner))),
+        3 if !inner.is_empty() => {
+            let at = *random.pick(&inner);
+            lines.insert(at, lines[at].clone());
+        }
+        _ if !inner.is_empty() => {
+            let at = *random.pick(&inner);
+            lines.swap(at, at.saturating_sub(1));
+        }
+        _ => {}
+    }
+    lines.concat()
+}
+
 /// One mutation of whole lines.
 fn lines(text: &str, corpus: &[String], random: &mut Random) -> String {
     let mut lines: Vec<&str> = text.split_inclusive('\n').collect();

@@ -13,7 +13,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let mut counts = Counts::new(known);
     let all: Vec<_> = known.ruleset.requirements.iter().map(|r| (r, counts.rows(&r.condition))).collect();
     let mut clashes = Vec::new();
-    for mut group in groups(&counts.base(), &all) {
+    for mut group in groups(counts.base(), &all) {
         // Sets that share no requirement are told one by one.
         while let Some(clash) = group.smallest() {
             group.open.retain(|(number, _)| !clash.contains(number));

@@ -8,8 +8,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stdout, missing_docs)]
 #![allow(unreachable_pub)]
 
-#[path = "../tests/fuzz/mod.rs"]
-mod fuzz;
+mod corpus;
+mod holds;
+mod mutate;
 
 use std::collections::BTreeSet;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -17,8 +18,8 @@ use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use fuzz::mutate::{Random, mutated};
-use fuzz::{corpus, holds};
+use holds::Reached;
+use mutate::{Random, gently, mutated};
 use sgc::world::Frozen;
 
 /// How long one text may take.
@@ -55,12 +56,20 @@ fn argument(name: &str) -> Option<String> {
 fn search(seconds: u64, seed: u64, out: &Path, trying: &Mutex<Instant>) {
     let corpus = corpus::texts();
     let world = holds::world();
+    let sound: Vec<String> =
+        corpus.iter().filter(|text| fault(&world, text).is_ok_and(|r| r.sound > 0)).cloned().collect();
     let mut random = Random(seed);
     let begun = Instant::now();
     let mut known: BTreeSet<String> = BTreeSet::new();
     let (mut tried, mut slowest) = (0u64, Duration::ZERO);
+    let mut reached = Reached::default();
     while begun.elapsed() < Duration::from_secs(seconds) {
-        let text = mutated(random.pick::<String>(&corpus), &corpus, &mut random);
+        // Half of the texts are likely to be sound, so that the engine is reached.
+        let text = if tried.is_multiple_of(2) {
+            gently(random.pick::<String>(&sound), &mut random)
+        } else {
+            mutated(random.pick::<String>(&corpus), &corpus, &mut random)
+        };
         std::fs::write(out.join("current.sgr"), &text).unwrap();
         *trying.lock().unwrap() = Instant::now();
         let start = Instant::now();
@@ -68,7 +77,9 @@ fn search(seconds: u64, seed: u64, out: &Path, trying: &Mutex<Instant>) {
         let took = start.elapsed();
         tried += 1;
         slowest = slowest.max(took);
-        let outcome = outcome.or_else(|| (took > SLOW).then(|| format!("it takes {} s", took.as_secs())));
+        reached += outcome.as_ref().copied().unwrap_or_default();
+        let outcome =
+            outcome.err().or_else(|| (took > SLOW).then(|| format!("it takes {} s", took.as_secs())));
         if let Some(why) = outcome.filter(|why| known.insert(class(why))) {
             let small = if took > SLOW { text } else { smallest(&world, text, &class(&why), trying) };
             let path = out.join(format!("{seed}-{}.sgr", known.len()));
@@ -77,17 +88,21 @@ fn search(seconds: u64, seed: u64, out: &Path, trying: &Mutex<Instant>) {
         }
     }
     let _ = std::fs::remove_file(out.join("current.sgr"));
-    println!("{tried} texts, {} faults, the slowest took {} ms", known.len(), slowest.as_millis());
+    println!(
+        "{tried} texts, of which {} compiled without errors and {} were derived",
+        reached.sound, reached.derived
+    );
+    println!("{} faults, the slowest took {} ms", known.len(), slowest.as_millis());
 }
 
-/// What does not hold of a text.
-fn fault(world: &Frozen, text: &str) -> Option<String> {
-    match catch_unwind(AssertUnwindSafe(|| holds::check(world, text))) {
-        Ok(held) => held.err(),
+/// How far a text gets, or what does not hold of it.
+fn fault(world: &Frozen, text: &str) -> Result<Reached, String> {
+    match catch_unwind(AssertUnwindSafe(|| holds::reached(world, text))) {
+        Ok(held) => held,
         Err(cause) => {
             let said = cause.downcast_ref::<String>().cloned();
             let said = said.or_else(|| cause.downcast_ref::<&str>().map(|s| (*s).to_owned()));
-            Some(format!("panic: {}", said.unwrap_or_default()))
+            Err(format!("panic: {}", said.unwrap_or_default()))
         }
     }
 }
@@ -101,10 +116,10 @@ fn class(why: &str) -> String {
 fn smallest(world: &Frozen, text: String, class_of: &str, trying: &Mutex<Instant>) -> String {
     let same = |text: &str| {
         *trying.lock().unwrap() = Instant::now();
-        fault(world, text).is_some_and(|why| class(&why) == class_of)
+        fault(world, text).is_err_and(|why| class(&why) == class_of)
     };
     let by_lines = shrunk(text.split_inclusive('\n').map(str::to_owned).collect(), &same);
-    shrunk(fuzz::mutate::pieces(&by_lines).into_iter().map(str::to_owned).collect(), &same)
+    shrunk(mutate::pieces(&by_lines).into_iter().map(str::to_owned).collect(), &same)
 }
 
 fn shrunk(mut pieces: Vec<String>, same: &dyn Fn(&str) -> bool) -> String {
