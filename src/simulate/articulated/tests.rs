@@ -120,6 +120,24 @@ fn energy_of<S: Scalar>(solver: &Solver<S>) -> f64 {
     super::energy::energy(&solver.tree, &solver.state, &solver.frames, solver.gravity).lane(0)
 }
 
+#[test]
+fn what_cannot_be_ends_the_run() {
+    use crate::simulate::Invalid;
+    let after = |harm: &dyn Fn(&mut Solver<f32>)| {
+        let mut solver = solver::<f32>(&m4(), &settings());
+        (0..240).for_each(|_| solver.advance());
+        assert_eq!(solver.failures, [None], "a body at rest is fine");
+        harm(&mut solver);
+        (0..16).for_each(|_| solver.advance());
+        solver.failures[0]
+    };
+    assert_eq!(after(&|_| {}), None);
+    assert_eq!(after(&|solver| solver.state.position[1] = -20.0), Some(Invalid::Sunk));
+    assert_eq!(after(&|solver| solver.state.speeds[4] = 120.0), Some(Invalid::EnergyFromNowhere));
+    assert_eq!(after(&|solver| solver.state.speeds[4] = 1e5), Some(Invalid::TooFast));
+    assert_eq!(after(&|solver| solver.state.speeds[7] = f32::NAN), Some(Invalid::NotFinite));
+}
+
 /// Largest and last change of energy, relative to that at the start.
 fn energy_drift<S: Scalar<Kit = ()>>(step: f64) -> (f64, f64) {
     let mut solver = tumbling::<S>(step);

@@ -144,6 +144,20 @@ pub(crate) fn m8() -> Assembly {
     body.0
 }
 
+/// A row of cubes with an actuator and a foot on either side of each: 13 elements
+/// and 10 hinges a pair.
+pub(crate) fn millipede(pairs: usize) -> Assembly {
+    let mut body = Builder::default();
+    let mut last = body.add(cube(Vector3::new(0.0, 0.1, 0.0)));
+    for pair in 0..pairs {
+        if pair > 0 {
+            last = body.block(last, Vector3::x(), CUBE);
+        }
+        body.limbs([last, last], Vector3::z(), Vector3::x(), pair % 2 == 0);
+    }
+    body.0
+}
+
 /// A gait: a sum of two waves per actuator, chosen by a number. `mirrored`
 /// gives actuators of a pair the same curve.
 pub(crate) fn gait(actuators: usize, number: u64, mirrored: bool) -> Targets {

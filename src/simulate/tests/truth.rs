@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::bodies::{Builder, cube, element, gait, hinge, idle, m2, m4, m8};
+use super::bodies::{Builder, cube, element, gait, hinge, idle, m2, m4, m8, millipede};
 use super::settings;
 use crate::design::assembly::{Assembly, Hinge, JointKind, Shape};
 use crate::simulate::{Invalid, MODELS, Motion, Settings, Targets, model};
@@ -237,6 +237,15 @@ fn the_solvers_agree_on_a_slow_bend() {
     for (a, b) in ends[0].bends.iter().zip(&ends[1].bends) {
         assert!((a - b).abs() < 0.06, "bends {a} and {b}");
     }
+}
+
+#[test]
+fn a_body_of_two_hundred_parts_walks() {
+    let body = millipede(16);
+    assert!(body.elements.len() > 200);
+    let motion = run("articulated", &body, &during(2.0), &gait(body.actuators, 3, true));
+    let top = (0..motion.frames()).map(|f| place(&motion, 0, motion.time(f)).y).fold(0.0, f64::max);
+    assert!(top.is_finite() && top < 0.15, "it rose to {top} m");
 }
 
 #[test]
