@@ -13,7 +13,7 @@ use super::rows::Rows;
 use super::scalar::{Mask, Scalar, lanes_of};
 use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
-use super::vector::{Sym, V3, add, apply, constant, cross, dot, null};
+use super::vector::{Sym, V3, add, apply, constant, copy_lane, cross, dot, null};
 use crate::simulate::lowering::Lowered;
 use crate::simulate::{Invalid, Settings};
 
@@ -277,9 +277,7 @@ impl<S: Scalar> Solver<S> {
         rows.fill(tree, frames, factor, &self.touches);
         for contact in &mut rows.contacts {
             for (lane, slot) in used(&contact.slots, S::LANES) {
-                for axis in 0..3 {
-                    contact.impulse[axis].copy_lane(lane, self.memory[slot][axis]);
-                }
+                copy_lane(&mut contact.impulse, lane, self.memory[slot]);
             }
         }
         joints.warm_start(y);
@@ -309,9 +307,7 @@ impl<S: Scalar> Solver<S> {
                 if live >> lane & 1 == 0 {
                     continue;
                 }
-                for axis in 0..3 {
-                    memory[slot][axis].copy_lane(lane, contact.impulse[axis]);
-                }
+                copy_lane(&mut memory[slot], lane, contact.impulse);
                 if first {
                     remembered.push((lane, slot as u32));
                 }
@@ -325,8 +321,8 @@ impl<S: Scalar> Solver<S> {
     fn check(&mut self) {
         let zero = S::zero(self.tree.kit);
         let away = dot(self.state.position, self.state.position);
-        // Infinity less infinity is not a number, and equals nothing.
-        let mut fine = (away - away).at_most(zero);
+        // Infinity times nothing is not a number, and less than none.
+        let mut fine = (away * zero).at_most(zero);
         for (frame, &reach) in self.frames.iter().zip(&self.reach) {
             // Only lanes in which a body might be too fast are looked at closely.
             fine = fine & top_speed(frame.spin, frame.velocity, reach).less(self.speed_limit);
@@ -336,7 +332,7 @@ impl<S: Scalar> Solver<S> {
             fine = fine & zero.less(self.state.position[1] + frame.centre[1]);
         }
         self.age += 1;
-        if self.age % AUDIT == 0 {
+        if self.age.is_multiple_of(AUDIT) {
             let gained = self.ledger.gain(&self.tree, &self.state, &self.frames, self.gravity, &self.joints);
             fine = fine & gained.at_most(self.ledger.allowed);
         }
@@ -370,8 +366,8 @@ impl<S: Scalar> Solver<S> {
             let frame = &self.frames[body];
             let arm = apply(&frame.rotation.map(vector), vector(centre));
             let velocity = add(vector(frame.velocity), cross(vector(frame.spin), arm));
-            // Not the other way round: what is not a number is not slow.
-            !(dot(velocity, velocity).sqrt() <= limit)
+            let speed = dot(velocity, velocity).sqrt();
+            speed.is_nan() || speed > limit
         };
         if self.centres.iter().any(fast) {
             return Some(Invalid::TooFast);

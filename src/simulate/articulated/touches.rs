@@ -9,7 +9,7 @@
 use super::kinematics::Frame;
 use super::scalar::{Mask, Scalar, lanes_of};
 use super::tree::{ROOT, Tree};
-use super::vector::{V3, null};
+use super::vector::{V3, copy_lane, null};
 
 /// The most lanes that any number has.
 pub(super) const MOST_LANES: usize = 16;
@@ -130,9 +130,7 @@ impl<S: Scalar> Touches<S> {
                 limb.touches.push(Touch::null(self.kit));
             }
             let touch = &mut limb.touches[place];
-            for axis in 0..3 {
-                touch.point[axis].copy_lane(lane, point[axis]);
-            }
+            copy_lane(&mut touch.point, lane, point);
             touch.allowance.copy_lane(lane, allowance);
             touch.friction.copy_lane(lane, friction);
             touch.depth.set_lane(lane, depth as f64);

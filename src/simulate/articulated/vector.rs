@@ -23,6 +23,12 @@ pub(super) fn null<S: Scalar>(kit: S::Kit) -> V3<S> {
     [S::zero(kit); 3]
 }
 
+/// Takes over one lane of another vector.
+#[inline(always)]
+pub(super) fn copy_lane<S: Scalar>(to: &mut V3<S>, lane: usize, from: V3<S>) {
+    to.iter_mut().zip(from).for_each(|(part, from)| part.copy_lane(lane, from));
+}
+
 /// One of two vectors, lane by lane.
 #[inline(always)]
 pub(super) fn pick<S: Scalar>(mask: S::Mask, yes: V3<S>, no: V3<S>) -> V3<S> {
