@@ -1,6 +1,6 @@
 //! Runs of one body with as many lanes as the processor has room for.
 
-use fearless_simd::{Level, f32x4, f32x8, f32x16};
+use fearless_simd::{Level, f32x4, f32x8};
 
 use super::scalar::Scalar;
 use super::solver::Solver;
@@ -68,7 +68,10 @@ fn widths() -> Vec<Width> {
             widths.push(Width { lanes: 8, make: |l, s| make::<f32x8<_>>(Level::new().as_avx2(), l, s) });
         }
         if level.as_avx512().is_some() {
-            widths.push(Width { lanes: 16, make: |l, s| make::<f32x16<_>>(Level::new().as_avx512(), l, s) });
+            widths.push(Width {
+                lanes: 16,
+                make: |l, s| make::<fearless_simd::f32x16<_>>(Level::new().as_avx512(), l, s),
+            });
         }
     }
     #[cfg(target_arch = "aarch64")]
