@@ -130,3 +130,19 @@ fn minimising_the_negative_is_maximising() {
         half
     )));
 }
+
+#[test]
+fn evaluations_without_a_value_are_counted_by_reason() {
+    let mut texts = texts();
+    let text = texts["std.models"].replace("speed_limit     = 10 m/s", "speed_limit     = 0.2 m/s");
+    assert_ne!(text, texts["std.models"]);
+    texts.insert("std.models".into(), text);
+    let text = texts["grammars/codesign.sgr"].replace("for 20 s", "for 2 s");
+    texts.insert("grammars/codesign.sgr".into(), text);
+    let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
+    let (outcome, log) = search(&rules, 2, 2, 150);
+    let (tally, reasons) = (&outcome.tally, outcome.tally.reasons());
+    assert!(tally.invalid() > 0, "a fifth of a metre a second is soon passed");
+    assert_eq!(reasons, format!("{} too fast", tally.invalid()));
+    assert!(log.iter().any(|row| row.contains("TooFast")));
+}

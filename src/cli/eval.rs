@@ -81,9 +81,9 @@ impl Eval {
             )));
         }
         let Some(value) = replayed.value else {
-            return Err(Fault::input(
-                "the motion is not valid: an element was too fast, or a number not finite",
-            ));
+            let why = replayed.tasks.iter().find_map(|task| task.motion.as_ref().err());
+            let why = why.map_or("a task has no value", |invalid| invalid.describe());
+            return Err(Fault::input(format!("the motion is not valid: {why}")));
         };
         output::data(&format!("value {}\n", describe::quantity(value, &rules.objective.unit)))?;
         for (task, saved) in replayed.tasks.iter().zip(&design.tasks) {

@@ -1,7 +1,7 @@
 //! Text as HTML.
 
 /// A text with nothing in it that HTML would read as markup.
-pub(super) fn escape(text: &str) -> String {
+pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
         match c {

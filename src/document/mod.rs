@@ -17,6 +17,7 @@ mod tests;
 use grammar_lang::names::{LoadedModule, Program, load};
 use grammar_lang::source::{Source, SourceMap, World};
 use grammar_lang::syntax::ast::Item;
+pub(crate) use html::escape;
 pub use names::is_name;
 
 /// A text that a page documents, with all that it imports.

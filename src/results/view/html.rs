@@ -6,6 +6,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::encode::Data;
 use super::{Check, Scene};
+use crate::document::escape;
 
 /// The frame: HTML with `{{name}}` where something goes.
 const FRAME: &str = include_str!("page.html");
@@ -98,22 +99,6 @@ fn check(check: &Check) -> String {
 /// The items, one after the other.
 fn each<T>(items: &[T], item: impl Fn(&T) -> String) -> String {
     items.iter().map(item).collect()
-}
-
-/// Text for use between tags or in a quoted attribute.
-fn escape(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for character in text.chars() {
-        match character {
-            '&' => escaped.push_str("&amp;"),
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '"' => escaped.push_str("&quot;"),
-            '\'' => escaped.push_str("&#39;"),
-            other => escaped.push(other),
-        }
-    }
-    escaped
 }
 
 /// JSON that cannot end the script tag around it: outside its strings JSON has

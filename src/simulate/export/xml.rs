@@ -1,6 +1,7 @@
 //! Writes XML, indented.
 
 use super::number;
+use crate::document::escape;
 
 /// A document while it is being written.
 #[derive(Debug, Default)]
@@ -68,17 +69,10 @@ pub(super) fn numbers(values: &[f64]) -> String {
 
 /// A text as the value of an attribute; characters that XML cannot hold are left out.
 fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
-            '\t' | '\n' | '\r' => out.push(' '),
-            c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => {}
-            c => out.push(c),
-        }
-    }
-    out
+    let held = text.chars().filter_map(|c| match c {
+        '\t' | '\n' | '\r' => Some(' '),
+        c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => None,
+        c => Some(c),
+    });
+    escape(&held.collect::<String>())
 }
