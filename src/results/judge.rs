@@ -15,7 +15,7 @@ use crate::search::{Best, keeps, settings};
 use crate::simulate::{self, Invalid, Motion, Settings};
 
 /// The names of the checks that every final best goes through.
-const HALF_STEP: &str = "half the step";
+const HALF_STEP: &str = "half the step, finer contacts";
 const RAPIER: &str = "rapier";
 /// By how much friction, masses and motors are moved, one after the other.
 const SHIFTS: [(&str, Shift); 6] = [
@@ -163,7 +163,7 @@ impl<'a> Driven<'a> {
         let mut settings = settings(&task.model);
         match step {
             Some(Step::Seconds(step)) => settings.step = step,
-            Some(Step::Half) => settings.step /= 2.0,
+            Some(Step::Half) => settings = settings.finer(),
             None => {}
         }
         Ok(Self { task, drive, parameters, targets, settings })

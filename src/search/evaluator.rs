@@ -41,6 +41,7 @@ pub fn settings(model: &ir::Model) -> Settings {
         gravity: model.gravity,
         ground_friction: model.ground_friction,
         iterations: model.iterations,
+        tolerance: model.tolerance,
         self_collision: model.self_collision,
         speed_limit: model.speed_limit,
     }
@@ -65,7 +66,7 @@ impl<'r> Evaluator<'r> {
         let workers = (0..pool.current_num_threads().max(1))
             .map(|_| model.prepare(&body.assembly, &full))
             .collect::<Result<Vec<_>, _>>()?;
-        let fine = model.prepare(&body.assembly, &Settings { step: full.step / 2.0, ..full })?;
+        let fine = model.prepare(&body.assembly, &full.finer())?;
         Ok(Self { rules, task, derivation, body, drive, pool, workers, fine })
     }
 
