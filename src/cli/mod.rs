@@ -14,6 +14,7 @@ mod load;
 mod mend;
 mod new;
 mod output;
+mod precision;
 mod progress;
 mod run;
 mod test;

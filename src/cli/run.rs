@@ -152,7 +152,7 @@ impl Run {
         if tally.unstable > 0 {
             let many = tally.unstable;
             output::note(&format!(
-                "{many} would-be best gaits lost their value at half the step and were refused"
+                "{many} would-be best gaits lost their value in a finer simulation and were refused"
             ));
         }
         let Some(best) = &outcome.best else {

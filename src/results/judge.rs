@@ -60,12 +60,12 @@ pub fn replay(
     rules: &RuleSet,
     design: &SavedDesign,
     solver: &str,
-    step: Option<Step>,
+    precision: Precision,
 ) -> Result<Replayed, String> {
     let (derivation, body) = body_of(rules, design)?;
     let mut tasks = Vec::new();
     for saved in &design.tasks {
-        let trial = Trial { solver, step, shift: None };
+        let trial = Trial { solver, precision, shift: None };
         tasks.push(replay_task(rules, saved, (&derivation, &body), trial)?);
     }
     if tasks.len() != rules.tasks.len() {
@@ -84,7 +84,7 @@ pub fn replay(
 #[derive(Clone, Copy, Debug)]
 struct Trial<'a> {
     solver: &'a str,
-    step: Option<Step>,
+    precision: Precision,
     shift: Option<Shift>,
 }
 
@@ -120,13 +120,36 @@ impl Shift {
     }
 }
 
-/// Another time step than the model's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Step {
-    /// In s.
-    Seconds(f64),
-    /// Half of the model's.
-    Half,
+/// How closely a motion is simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Precision {
+    /// As the model says.
+    #[default]
+    Model,
+    /// [`Settings::finer`].
+    Finer,
+    /// With a time step (s) or a number of sweeps, all of which are made.
+    Own {
+        /// The step.
+        step: Option<f64>,
+        /// The sweeps.
+        sweeps: Option<usize>,
+    },
+}
+
+impl Precision {
+    fn apply(self, settings: Settings) -> Settings {
+        match self {
+            Self::Model => settings,
+            Self::Finer => settings.finer(),
+            Self::Own { step, sweeps } => Settings {
+                step: step.unwrap_or(settings.step),
+                iterations: sweeps.unwrap_or(settings.iterations),
+                tolerance: if sweeps.is_some() { 0.0 } else { settings.tolerance },
+                ..settings
+            },
+        }
+    }
 }
 
 fn body_of(rules: &RuleSet, design: &SavedDesign) -> Result<(Arc<Derivation>, Body), String> {
@@ -150,7 +173,7 @@ impl<'a> Driven<'a> {
         rules: &'a RuleSet,
         saved: &SavedTask,
         (derivation, body): (&Arc<Derivation>, &Body),
-        step: Option<Step>,
+        precision: Precision,
     ) -> Result<Self, String> {
         let task = task_of(rules, saved)?;
         let drive = Drive::new(rules, task, Arc::clone(derivation), body).map_err(|e| e.reason)?;
@@ -160,12 +183,7 @@ impl<'a> Driven<'a> {
             return Err("its drive does not fit the actuation of this grammar".to_owned());
         }
         let targets = drive.targets(&parameters).map_err(|e| e.reason)?;
-        let mut settings = settings(&task.model);
-        match step {
-            Some(Step::Seconds(step)) => settings.step = step,
-            Some(Step::Half) => settings = settings.finer(),
-            None => {}
-        }
+        let settings = precision.apply(settings(&task.model));
         Ok(Self { task, drive, parameters, targets, settings })
     }
 
@@ -187,7 +205,7 @@ fn replay_task(
     of: (&Arc<Derivation>, &Body),
     trial: Trial<'_>,
 ) -> Result<ReplayedTask, String> {
-    let mut driven = Driven::new(rules, saved, of, trial.step)?;
+    let mut driven = Driven::new(rules, saved, of, trial.precision)?;
     let mut assembly = of.1.assembly.clone();
     if let Some(shift) = trial.shift {
         shift.apply(&mut assembly, &mut driven.settings);
@@ -243,11 +261,11 @@ pub fn setup(
     rules: &RuleSet,
     design: &SavedDesign,
     task: Option<&str>,
-    step: Option<Step>,
+    precision: Precision,
 ) -> Result<Setup, String> {
     let (derivation, body) = body_of(rules, design)?;
     let Driven { targets, settings, .. } =
-        Driven::new(rules, design.task(task)?, (&derivation, &body), step)?;
+        Driven::new(rules, design.task(task)?, (&derivation, &body), precision)?;
     Ok(Setup { body, settings, targets })
 }
 
@@ -264,7 +282,7 @@ pub fn score_of(
     motion: &str,
 ) -> Result<Score, String> {
     let (derivation, body) = body_of(rules, design)?;
-    let driven = Driven::new(rules, design.task(task)?, (&derivation, &body), None)?;
+    let driven = Driven::new(rules, design.task(task)?, (&derivation, &body), Precision::Model)?;
     let motion = simulate::export::read_motion(motion, &body.assembly, driven.settings.duration)?;
     driven.score(rules, (&derivation, &body), &motion)
 }
@@ -305,7 +323,7 @@ pub fn save(
             checks: Vec::new(),
             drive: drive.labels().into_iter().zip(tune.parameters.iter().copied()).collect(),
         };
-        let trial = Trial { solver, step: None, shift: None };
+        let trial = Trial { solver, precision: Precision::Model, shift: None };
         let replayed = replay_task(rules, &saved, (&best.derivation, &body), trial)?;
         saved.terms = replayed.score.map(|s| s.terms).unwrap_or_default();
         if let Some(half) = tune.half_step {
@@ -326,8 +344,8 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign) -> Result<SavedDesign,
     let mut design = design.clone();
     let (derivation, body) = body_of(rules, &design)?;
     let solver = design.solver.as_str();
-    let plain = Trial { solver, step: None, shift: None };
-    let mut trials = vec![(HALF_STEP, Trial { step: Some(Step::Half), ..plain })];
+    let plain = Trial { solver, precision: Precision::Model, shift: None };
+    let mut trials = vec![(HALF_STEP, Trial { precision: Precision::Finer, ..plain })];
     if solver != RAPIER {
         trials.push((RAPIER, Trial { solver: RAPIER, ..plain }));
         trials.extend(SHIFTS.map(|(name, shift)| (name, Trial { shift: Some(shift), ..plain })));

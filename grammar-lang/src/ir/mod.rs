@@ -556,7 +556,7 @@ pub struct Objective {
 pub struct Search {
     /// Its name.
     pub name: String,
-    /// What a new best must keep of its value at half the step.
+    /// What a new best must keep of its value when simulated more finely.
     pub keep: f64,
     /// The loop over bodies.
     pub outer: Schedule,
