@@ -365,6 +365,18 @@ fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<
     let Some((head, rest)) = path.split_first() else { return };
     let Some(declaration) = find(loader, module, head) else { return };
     let Some(item) = loader.program.item_mut(declaration) else { return };
+    if let (ItemKind::Require { .. }, [], ExprKind::Range(..) | ExprKind::Quantity(..)) =
+        (&item.kind, rest, &change.expr().kind)
+    {
+        let name = &head.text;
+        loader.errors.push(
+            Diagnostic::new(Code::WRONG_TYPE, head.span, format!("`{name}` is a requirement, not a number"))
+                .label(format!("its condition, to {}", change.word()))
+                .also(item.span, "declared here")
+                .help(format!("write `replace require {name} : ...`, or make its limit a `param`")),
+        );
+        return;
+    }
     let outcome = change_item(item, rest, &change);
     if let Err(offers) = outcome {
         let last = path.last().unwrap_or(head);

@@ -7,7 +7,7 @@ use super::expr::{Context, Local};
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Effect, Expr, ExprKind, Matched, Spread, Ty};
-use crate::syntax::ast::{self, Application, ExampleClause};
+use crate::syntax::ast::{self, Application, ExampleClause, ItemKind, Name};
 
 /// A rule with the types of what it binds.
 pub(super) struct Applicable<'r> {
@@ -66,9 +66,10 @@ impl Checker<'_> {
         clauses: &[ExampleClause],
         rules: &IndexMap<&str, Applicable<'_>>,
         reasons: &IndexSet<String>,
-        span: crate::source::Span,
+        name: &Name,
         damaged: bool,
     ) -> Option<ir::Example> {
+        let (example, span) = (name.text.as_str(), name.span);
         let mut cx = Context::new(Stage::Derivation, damaged);
         let mut out = Vec::new();
         let found = self.errors.len();
@@ -93,13 +94,13 @@ impl Checker<'_> {
                             .help(help.unwrap_or_else(|| "name a `require` of this grammar".to_owned())),
                         );
                     }
-                    if let Some((application, _)) = self.application(application, rules, &mut cx) {
+                    if let Some((application, _)) = self.application(example, application, rules, &mut cx) {
                         let by = by.as_ref().map(|b| b.text.clone());
                         out.push(ir::ExampleClause::Refuse { application, by });
                     }
                 }
                 ExampleClause::Step(name, application) => {
-                    let checked = self.application(application, rules, &mut cx);
+                    let checked = self.application(example, application, rules, &mut cx);
                     let ty = checked.as_ref().map_or(Ty::Unknown, |(_, ty)| ty.clone());
                     cx.locals.push(Local { name: String::new(), ty: Ty::Step, span: name.span });
                     self.bind(name, ty, &mut cx);
@@ -115,13 +116,24 @@ impl Checker<'_> {
     /// A rule with a value for each of its locals, and the type of what it makes first.
     fn application(
         &mut self,
+        example: &str,
         application: &Application,
         rules: &IndexMap<&str, Applicable<'_>>,
         cx: &mut Context,
     ) -> Option<(ir::Application, Ty)> {
         let name = &application.rule;
         let Some(known) = rules.get(name.text.as_str()) else {
-            if !self.is_lost(name.span, &name.text) {
+            // A rule that has an error of its own is declared all the same.
+            let program = self.program;
+            let declared = program.lookup(name.span, &name.text);
+            let broken = declared.is_some_and(|(_, i)| matches!(i.kind, ItemKind::Rule(..)));
+            let dropped = format!(
+                "drop or replace this, too: `drop {example}` or `replace example {example} {{ ... }}`"
+            );
+            if !broken
+                && !self.is_lost(name.span, &name.text)
+                && !self.report_dropped_with(name.span, &name.text, &dropped)
+            {
                 let help = did_you_mean(&name.text, rules.keys().copied());
                 self.report(
                     Diagnostic::new(

@@ -145,7 +145,7 @@ impl<'a> Checker<'a> {
         let mut examples = IndexMap::new();
         for (_, item) in items {
             let ItemKind::Example(name, clauses) = &item.kind else { continue };
-            if let Some(example) = self.example(clauses, &rules, &reasons, name.span, item.damaged) {
+            if let Some(example) = self.example(clauses, &rules, &reasons, name, item.damaged) {
                 examples.insert(name.text.clone(), example);
             }
         }

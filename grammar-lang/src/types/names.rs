@@ -128,7 +128,12 @@ impl Checker<'_> {
             return unknown(span);
         }
         let mut fix = None;
-        let help = if units::parse(name).is_ok() {
+        // What drives an actuator may read its parameters, but only as its own.
+        let driven = cx.locals.iter().find(|l| l.ty == Ty::Actuator && !l.name.is_empty());
+        let driven = driven.filter(|_| self.instance_params().contains_key(name));
+        let help = if let Some(driven) = driven {
+            format!("did you mean `{}.{name}`?", driven.name)
+        } else if units::parse(name).is_ok() {
             format!("`{name}` is a unit: write a number before it")
         } else if Function::named(name).is_some() {
             format!(
@@ -166,12 +171,17 @@ impl Checker<'_> {
 
     /// Reports a name that a variant drops; false if it does not.
     pub(super) fn report_dropped(&mut self, span: Span, name: &str) -> bool {
+        self.report_dropped_with(span, name, "drop or replace this, too")
+    }
+
+    /// The same with a help of its own.
+    pub(super) fn report_dropped_with(&mut self, span: Span, name: &str, help: &str) -> bool {
         let Some(place) = self.program.dropped_at(span, name) else { return false };
         self.report(
             Diagnostic::new(Code::DROPPED, span, format!("`{name}` is used, but the variant drops it"))
                 .label("still used here")
                 .also(place, "dropped here")
-                .help("drop or replace this, too"),
+                .help(help),
         );
         true
     }
