@@ -6,7 +6,7 @@ mod variant;
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use blame::{Change, with_changes};
-pub(crate) use blame::{UNDECLARED, with_imports};
+pub(crate) use blame::{UNDECLARED, told_once, with_imports};
 
 use indexmap::IndexMap;
 

@@ -230,17 +230,23 @@ fn inherit(loader: &mut Loader<'_>, module: usize, base: usize) {
 
 /// Applies the edits of one variant: each to its base as it was, at most one for each target.
 fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
-    let mut seen: BTreeMap<String, Span> = BTreeMap::new();
+    let mut seen: BTreeMap<String, (Span, &EditKind)> = BTreeMap::new();
     let taking_part: BTreeSet<Declaration> = loader.program.taking_part.iter().copied().collect();
     let mut dropped: BTreeSet<Declaration> = BTreeSet::new();
     for edit in &variant.edits {
         let (key, span) = target_of(edit);
-        if let Some(first) = seen.insert(key.clone(), span) {
+        if let Some((first, kind)) = seen.insert(key.clone(), (span, &edit.kind)) {
+            let help = match (kind, &edit.kind) {
+                (EditKind::Drop(_), EditKind::Add(_)) | (EditKind::Add(_), EditKind::Drop(_)) => {
+                    "write `replace` instead of `add`, and take the `drop` out"
+                }
+                _ => "keep one of them",
+            };
             loader.errors.push(
                 Diagnostic::new(Code::DUPLICATE, span, format!("`{key}` is changed twice by this variant"))
                     .label("changed again")
                     .also(first, "first changed here")
-                    .help("keep one of them"),
+                    .help(help),
             );
             continue;
         }

@@ -120,14 +120,15 @@ fn chunk(
     }
     let header = piece.get(first.len()..).unwrap_or("").trim_start();
     module.broken.push(word_at(header).to_owned());
-    if let Some(item) = by_clause(text, start, end, file, first, errors) {
+    if let Some(item) = by_clause(text, start, end, file, first, errors, &mut module.broken) {
         module.items.push(item);
         return;
     }
     errors.push(explain(text, start, end, Rule::only_item, file));
 }
 
-/// Reads an item with a block clause by clause; `None` if the header is what is wrong.
+/// Reads an item with a block clause by clause; `None` if the header is what is wrong. `lost` gets
+/// the names of what could not be read.
 fn by_clause(
     text: &str,
     start: usize,
@@ -135,6 +136,7 @@ fn by_clause(
     file: FileId,
     first: &str,
     errors: &mut Vec<Diagnostic>,
+    lost: &mut Vec<String>,
 ) -> Option<Item> {
     let piece = text.get(start..end)?;
     let open = find_bare(piece, '{')?;
@@ -152,7 +154,7 @@ fn by_clause(
         let (error, clean) = two_braces(text, start, end, second, file);
         errors.push(error);
         return whole(&clean, start, end, file, errors)
-            .or_else(|| by_clause(&clean, start, end, file, first, errors));
+            .or_else(|| by_clause(&clean, start, end, file, first, errors, lost));
     }
     // The header must stand on its own: it does if it does with an empty block.
     let header = format!("{}{{}}", piece.get(..open)?);
@@ -191,7 +193,11 @@ fn by_clause(
             }
             // It only lacks the brace that has been reported.
             Err(_) if close.is_none() && to == body_end => {}
-            Err(_) => errors.push(clause_error(text, start + from, start + to, entry, words, first, file)),
+            Err(_) => {
+                // What it declares is known by its name even where the rest cannot be read.
+                lost.extend(declared_in(clause, words).map(str::to_owned));
+                errors.push(clause_error(text, start + from, start + to, entry, words, first, file));
+            }
         }
     }
     if let Some(close) = close {
@@ -221,6 +227,18 @@ fn by_clause(
         errors.push(explain(text, start, end, Rule::only_item, file));
     }
     Some(item)
+}
+
+/// The name that a clause declares for others: `port site ...`, `add rule grow ...`.
+fn declared_in<'t>(clause: &'t str, words: &[&str]) -> Option<&'t str> {
+    let mut all = clause.split_whitespace();
+    match (all.next()?, words) {
+        ("port", []) => all.next(),
+        ("add" | "replace", EDITS) => all.nth(1),
+        (first, EDITS) if ITEM_WORDS.contains(&first) => all.next(),
+        _ => None,
+    }
+    .map(word_at)
 }
 
 /// Reads an item that is sound after all.

@@ -378,6 +378,20 @@ impl Checker<'_> {
         Expr { kind: ExprKind::List(complete), ty, span }
     }
 
+    /// `3,5 cm` among arguments, which reads as two of them.
+    fn decimal_comma(&self, arguments: &[ast::Argument]) -> Option<String> {
+        let numbers = arguments.windows(2).find_map(|pair| match pair {
+            [a, b] if b.value.span.start == a.value.span.end + 1 => {
+                let (a, b) = (self.sources.slice(a.value.span), self.sources.slice(b.value.span));
+                let digits =
+                    a.bytes().all(|c| c.is_ascii_digit()) && b.starts_with(|c: char| c.is_ascii_digit());
+                digits.then_some((a, b))
+            }
+            _ => None,
+        });
+        numbers.map(|(a, b)| format!("a decimal number is written with a point: `{a}.{b}`"))
+    }
+
     fn function(
         &mut self,
         function: Function,
@@ -404,7 +418,7 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)
                     .label(given(arguments))
-                    .help(function.doc()),
+                    .help(self.decimal_comma(arguments).unwrap_or_else(|| function.doc().to_owned())),
             );
             return unknown;
         }

@@ -7,6 +7,7 @@ use super::expr::{Context, Local};
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Effect, Expr, ExprKind, Matched, Spread, Ty};
+use crate::source::Span;
 use crate::syntax::ast::{self, Application, ExampleClause, ItemKind, Name};
 
 /// A rule with the types of what it binds.
@@ -141,13 +142,15 @@ impl Checker<'_> {
                         name.span,
                         format!("there is no rule `{}`", name.text),
                     )
-                    .label("not a rule of this grammar")
-                    .help(help.unwrap_or_else(|| "declare it with `rule`, or import it".to_owned())),
+                    .label("not declared")
+                    .help(help.unwrap_or_else(|| crate::names::UNDECLARED.to_owned())),
                 );
             }
             return None;
         };
         let rule = known.rule;
+        // What a broken clause of the rule would bind is not known.
+        let damaged = self.program.lookup(name.span, &name.text).is_some_and(|(_, item)| item.damaged);
         let fixed = |slot: usize| {
             let first = rule.locals.len() - rule.choices.len();
             slot.checked_sub(first)
@@ -156,21 +159,24 @@ impl Checker<'_> {
         };
         let settable: Vec<&str> =
             rule.locals.iter().enumerate().filter(|(i, _)| !fixed(*i)).map(|(_, n)| n.as_str()).collect();
+        if let Some(first) = application.arguments.iter().find(|a| a.name.is_none()) {
+            self.unnamed(application, first.value.span, &settable);
+            return None;
+        }
         let mut values: IndexMap<usize, Expr> = IndexMap::new();
         for argument in &application.arguments {
-            let key = argument.name.as_ref();
-            let slot = key.and_then(|k| rule.locals.iter().position(|l| *l == k.text)).filter(|s| !fixed(*s));
-            let (Some(key), Some(slot)) = (key, slot) else {
-                let span = key.map_or(argument.value.span, |k| k.span);
-                let what = key.map_or("values are given by name".to_owned(), |k| {
-                    format!("`{}` matches and chooses no `{}`", name.text, k.text)
-                });
-                let help = key
-                    .and_then(|k| did_you_mean(&k.text, settable.iter().copied()))
+            let Some(key) = &argument.name else { continue };
+            let slot = rule.locals.iter().position(|l| *l == key.text).filter(|s| !fixed(*s));
+            let Some(slot) = slot else {
+                if damaged {
+                    continue;
+                }
+                let what = format!("`{}` matches and chooses no `{}`", name.text, key.text);
+                let help = did_you_mean(&key.text, settable.iter().copied())
                     .unwrap_or_else(|| format!("it takes: {}", settable.join(", ")));
                 self.report(
-                    Diagnostic::new(Code::WRONG_ARGUMENTS, span, what)
-                        .label(if key.is_some() { "no such name in the rule" } else { "a value of what?" })
+                    Diagnostic::new(Code::WRONG_ARGUMENTS, key.span, what)
+                        .label("no such name in the rule")
                         .help(help),
                 );
                 continue;
@@ -185,6 +191,9 @@ impl Checker<'_> {
             .filter(|slot| !fixed(*slot) && !values.contains_key(slot))
             .filter_map(|slot| rule.locals.get(slot).map(String::as_str))
             .collect();
+        if !missing.is_empty() && damaged {
+            return None;
+        }
         if !missing.is_empty() && !cx.damaged {
             self.report(
                 Diagnostic::new(
@@ -203,6 +212,24 @@ impl Checker<'_> {
             (0..rule.locals.len()).map(|slot| values.swap_remove(&slot)).collect();
         let made = self.made(rule, &by_slot);
         Some((ir::Application { rule: name.text.clone(), values: by_slot, span: application.span }, made))
+    }
+
+    /// Reports, once for an application, that its values have no names; writes them where it can.
+    fn unnamed(&mut self, application: &Application, place: Span, settable: &[&str]) {
+        let arguments = &application.arguments;
+        let all = arguments.len() == settable.len() && arguments.iter().all(|a| a.name.is_none());
+        let help = if all {
+            let values = arguments.iter().map(|a| self.sources.slice(a.value.span));
+            let named: Vec<String> = settable.iter().zip(values).map(|(n, v)| format!("{n} = {v}")).collect();
+            format!("write `{}({})`", application.rule.text, named.join(", "))
+        } else {
+            format!("it takes: {}", settable.join(", "))
+        };
+        self.report(
+            Diagnostic::new(Code::WRONG_ARGUMENTS, place, "values are given by name")
+                .label("a value of what?")
+                .help(help),
+        );
     }
 
     /// A value of an application. The name of a step stands for the step or for what it made.
