@@ -15,6 +15,9 @@ pub(crate) const UNDECLARED: &str = "declare it, or import it with `use`";
 /// How the help begins where the library has a name.
 const IMPORT: &str = "import it:";
 
+/// What the labels say where a name is not known, or a thing has nothing of that name.
+const ABSENT: &[&str] = &["not declared", "not an attribute", "not a parameter", "no such name in the rule"];
+
 /// One edit of a variant.
 #[derive(Clone, Debug)]
 pub struct Change {
@@ -70,11 +73,12 @@ fn undeclared(finding: &Diagnostic) -> bool {
     finding.code == Code::UNKNOWN_NAME && finding.labels.first().is_some_and(|l| l.text == "not declared")
 }
 
-/// Tells once what is not known at several places of a text and one declaration would mend: a name
-/// that resembles no other, or that the library has. Misspelt ones are mended each on its own.
+/// Tells once what is not known at several places of a text: one declaration mends them all. What
+/// a program can mend is told at each place, for it to do so.
 pub(crate) fn told_once(findings: &mut Vec<Diagnostic>) {
     let one_mends_all = |d: &Diagnostic| {
-        undeclared(d) && d.help.as_ref().is_some_and(|h| h == UNDECLARED || h.starts_with(IMPORT))
+        let absent = d.labels.first().is_some_and(|l| ABSENT.iter().any(|absent| l.text.starts_with(absent)));
+        d.fix.is_none() && absent
     };
     let key = |d: &Diagnostic| (d.span().file, d.message.clone());
     let mut places: BTreeMap<_, usize> = BTreeMap::new();
@@ -86,9 +90,8 @@ pub(crate) fn told_once(findings: &mut Vec<Diagnostic>) {
     for finding in findings.iter_mut().filter(|d| one_mends_all(d)) {
         let more = places.get(&key(finding)).map_or(0, |count| count - 1);
         if let (1.., Some(label)) = (more, finding.labels.first_mut()) {
-            label
-                .text
-                .push_str(&format!(", here and at {more} more place{}", if more == 1 { "" } else { "s" }));
+            let places = if more == 1 { "place" } else { "places" };
+            label.text.push_str(&format!(", here and at {more} more {places}"));
         }
     }
 }

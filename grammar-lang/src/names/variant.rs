@@ -48,6 +48,7 @@ pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
         }
     };
     let (place, name) = grammar;
+    loader.program.base = Some(name.span);
     loader.program.name = Some(chain.first().map_or(name, |(_, v)| v.name.clone()));
     let module = place.module;
     loader.program.own = chain.iter().map(|(m, _)| *m).chain([module]).collect();

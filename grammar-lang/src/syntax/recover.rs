@@ -111,6 +111,14 @@ fn chunk(
                 .fix_if(respell(span, first, ITEM_WORDS.iter().copied())),
             );
         }
+        // A brace that closes more than this opens ends a declaration that began before.
+        if is_body(piece) {
+            module.headless = true;
+            if let Some(error) = errors.last_mut().filter(|e| e.fix.is_none()) {
+                let help = "a `}` ends this: its first line is missing, such as `rule NAME {`";
+                error.help = Some(help.to_owned());
+            }
+        }
         // What it was meant to declare is known all the same.
         let mut words = piece.split_whitespace();
         if nearest(first, ITEM_WORDS.iter().copied()).is_some() {
@@ -125,6 +133,11 @@ fn chunk(
         return;
     }
     errors.push(explain(text, start, end, Rule::only_item, file));
+}
+
+/// Whether a piece ends with a brace that it does not open.
+fn is_body(piece: &str) -> bool {
+    bare(piece).map(|(_, c)| i32::from(c == '{') - i32::from(c == '}')).sum::<i32>() < 0
 }
 
 /// Reads an item with a block clause by clause; `None` if the header is what is wrong. `lost` gets

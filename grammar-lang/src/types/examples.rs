@@ -150,7 +150,7 @@ impl Checker<'_> {
         };
         let rule = known.rule;
         // What a broken clause of the rule would bind is not known.
-        let damaged = self.program.lookup(name.span, &name.text).is_some_and(|(_, item)| item.damaged);
+        let damaged = self.faulty.contains(&rule.span);
         let fixed = |slot: usize| {
             let first = rule.locals.len() - rule.choices.len();
             slot.checked_sub(first)

@@ -111,6 +111,7 @@ pub fn check(program: &Program, sources: &SourceMap, overrides: &[(String, Strin
         inlined: BTreeMap::new(),
         inside: false,
         read: IndexSet::new(),
+        faulty: IndexSet::new(),
         open_constants: 0,
         open_functions: Vec::new(),
         constants: Constants::default(),
@@ -168,6 +169,8 @@ struct Checker<'a> {
     inside: bool,
     /// Where names of rules and actuations are bound that something reads.
     read: IndexSet<Span>,
+    /// Rules in which something is wrong: what they match and choose is not certain.
+    faulty: IndexSet<Span>,
     /// How many of them are being checked.
     open_constants: usize,
     /// Functions whose bodies are being checked, outermost first.

@@ -325,3 +325,11 @@ fn one_of(words: &[&str]) -> String {
         other => other.concat(),
     }
 }
+
+/// Words in backquotes, with a word between the last two.
+pub(super) fn listed(words: &[&str], join: &str) -> String {
+    match words {
+        [head @ .., last] if !head.is_empty() => format!("`{}` {join} `{last}`", head.join("`, `")),
+        other => format!("`{}`", other.concat()),
+    }
+}
