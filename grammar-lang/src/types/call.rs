@@ -102,7 +102,8 @@ impl Checker<'_> {
                 let message = format!("a {other} cannot be called");
                 self.report(
                     Diagnostic::new(Code::WRONG_TYPE, callee.span, message)
-                        .label("not a function, curve or pattern"),
+                        .label("not a function, curve or pattern")
+                        .help("to multiply, write `*`"),
                 );
                 return unknown;
             }
@@ -246,7 +247,7 @@ impl Checker<'_> {
             return unknown;
         }
         if self.open_functions.contains(&function.declaration) {
-            self.circle(span);
+            self.circle(function.declaration, span);
             return unknown;
         }
         if self.open_functions.len() >= super::DEEPEST {
@@ -270,7 +271,9 @@ impl Checker<'_> {
         }
         let known = self.errors.len();
         self.open_functions.push(function.declaration);
+        self.open.push(function.declaration);
         let body = self.infer(function.body, &mut inner);
+        self.open.pop();
         self.open_functions.pop();
         if self.open_functions.is_empty() {
             self.blame_the_call(known, &function.name.text, span);

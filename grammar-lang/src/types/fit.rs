@@ -217,6 +217,10 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
                 };
                 Some(format!("write a range, as in `{}`", range.as_deref().unwrap_or("LEAST .. GREATEST")))
             }
+            (Ty::Bool, Ty::Count | Ty::Quantity(_)) => {
+                Some("use `if CONDITION then a else b` to make a number of yes and no".to_owned())
+            }
+            (_, Ty::Count) => Some("write a whole number, such as 3".to_owned()),
             (_, Ty::Domain(_)) => Some("write a range `a .. b` or a set `{ a, b }`".to_owned()),
             _ => None,
         };

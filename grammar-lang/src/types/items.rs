@@ -239,7 +239,9 @@ impl<'a> Checker<'a> {
                 self.bind_parameter(&parameter.name, ty, &mut cx);
             }
             self.open_functions.push(declaration);
+            self.open.push(declaration);
             self.infer(value, &mut cx);
+            self.open.pop();
             self.open_functions.pop();
             let found = std::mem::take(&mut self.errors);
             if fewest.as_ref().is_none_or(|f| found.len() < f.len()) {
