@@ -12,6 +12,7 @@ mod example;
 mod matching;
 pub mod random;
 mod record;
+mod refused;
 mod scope;
 mod start;
 

@@ -52,15 +52,16 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
     if let Some(broken) = check_start(rules) {
         return vec![with_changes(broken, &compiled.changes, sources)];
     }
-    let design = begin(rules).0.design;
-    if design.parts.len() == rules.begin.len() {
-        return Vec::new();
+    let begun = begin(rules).0;
+    let mut found = super::refused::check(rules, &begun);
+    if begun.design.parts.len() > rules.begin.len() {
+        let mut counts = Begun::new();
+        for part in begun.design.parts.values() {
+            *counts.entry(part.kind.clone()).or_default() += 1;
+        }
+        found.extend(compiled.found_from(&counts, entry, sources));
     }
-    let mut begun = Begun::new();
-    for part in design.parts.values() {
-        *begun.entry(part.kind.clone()).or_default() += 1;
-    }
-    compiled.found_from(&begun, entry, sources)
+    found
 }
 
 /// Reports the requirement that the initial design breaks, if it does.
