@@ -91,8 +91,15 @@ pub(super) fn check_all(
     }
     let mut all: Vec<Checked> = Vec::new();
     let mut told = BTreeSet::new();
-    for offer in &first.offers {
-        let mut one = check(world, name, text, overrides, Some(offer));
+    let offers = first.offers.clone();
+    let mut first = Some(first);
+    for offer in &offers {
+        // One of them has been checked to know which there are.
+        let known = first.take_if(|first| first.rules.as_ref().is_some_and(|rules| rules.name == *offer));
+        let mut one = match known {
+            Some(known) => Checked { wanted: Some(offer.clone()), ..known },
+            None => check(world, name, text, overrides, Some(offer)),
+        };
         let sources = &one.sources;
         let key = |d: &Diagnostic| {
             let place = sources.get(d.span().file).map(|s| s.name.clone());

@@ -120,19 +120,28 @@ fn chunk(
             }
         }
         // What it was meant to declare is known all the same.
-        let mut words = piece.split_whitespace();
-        if nearest(first, ITEM_WORDS.iter().copied()).is_some() {
-            module.broken.extend(words.nth(1).map(str::to_owned));
+        match nearest(first, ITEM_WORDS.iter().copied()) {
+            Some("use") => module.broken.extend(words_of(piece).map(str::to_owned)),
+            Some(_) => module.broken.extend(piece.split_whitespace().nth(1).map(str::to_owned)),
+            None => {}
         }
         return;
     }
     let header = piece.get(first.len()..).unwrap_or("").trim_start();
     module.broken.push(word_at(header).to_owned());
+    if first == "use" {
+        module.broken.extend(words_of(header).map(str::to_owned));
+    }
     if let Some(item) = by_clause(text, start, end, file, first, errors, &mut module.broken) {
         module.items.push(item);
         return;
     }
     errors.push(explain(text, start, end, Rule::only_item, file));
+}
+
+/// The words of a piece: what a broken import may have named.
+fn words_of(piece: &str) -> impl Iterator<Item = &str> {
+    piece.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|word| !word.is_empty())
 }
 
 /// Whether a piece ends with a brace that it does not open.
@@ -246,7 +255,7 @@ fn by_clause(
 fn declared_in<'t>(clause: &'t str, words: &[&str]) -> Option<&'t str> {
     let mut all = clause.split_whitespace();
     match (all.next()?, words) {
-        ("port", []) => all.next(),
+        (first, []) if nearest(first, ["port", "param"]).is_some() => all.next(),
         ("add" | "replace", EDITS) => all.nth(1),
         (first, EDITS) if ITEM_WORDS.contains(&first) => all.next(),
         _ => None,

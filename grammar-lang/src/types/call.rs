@@ -161,6 +161,9 @@ impl Checker<'_> {
                 continue;
             };
             let Some((_, ty)) = params.iter().find(|(n, _)| *n == key.text) else {
+                if self.is_lost(key.span, &key.text) {
+                    continue;
+                }
                 let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
                     let names: Vec<&str> = params.iter().map(|(n, _)| n.as_str()).collect();
                     Some(if names.is_empty() {

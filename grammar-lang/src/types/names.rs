@@ -23,6 +23,10 @@ impl Checker<'_> {
             if cx.stage.sees_word(word) {
                 return make(ExprKind::Word(word), signature::word(word));
             }
+            // It may be a name that a lost clause binds.
+            if cx.damaged {
+                return unknown(span);
+            }
             let places: Vec<&str> = stages_of(word).unwrap_or(&[]).iter().map(|s| s.name()).collect();
             return self.stage_error(span, name, cx.stage, &one_of(&places));
         }
