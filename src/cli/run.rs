@@ -149,6 +149,14 @@ impl Run {
         if tally.invalid() > 0 {
             output::note(&format!("{} evaluations had no value: {}", tally.invalid(), tally.reasons()));
         }
+        for (error, many) in &tally.no_value {
+            let place = load::no_value(error, &sources);
+            output::note(&format!("warning: {place}, in {many} evaluations"));
+        }
+        for (error, many) in &tally.refused {
+            let place = load::no_value(error, &sources);
+            output::note(&format!("warning: {place}; {many} moves were refused for it"));
+        }
         if tally.unstable > 0 {
             let many = tally.unstable;
             output::note(&format!(

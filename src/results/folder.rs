@@ -248,7 +248,7 @@ impl RunFolder {
             unit,
             evaluations: outcome.evaluations,
             moves: outcome.moves,
-            invalid: outcome.tally.invalid.iter().map(|(why, n)| (why.describe(), *n)).collect(),
+            invalid: outcome.tally.by_reason().collect(),
             unstable: outcome.tally.unstable,
             end: outcome.end.text(),
         };

@@ -7,6 +7,7 @@ use grammar_lang::ir::{self, RuleSet, Task};
 use rayon::prelude::*;
 
 use super::Failure;
+use super::tally::Missing;
 use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::{Drive, Parameters};
@@ -14,7 +15,7 @@ use crate::score::{self, Recording};
 use crate::simulate::{Invalid, Model, Motion, Settings, Simulation};
 
 /// The value of an evaluation, or why it has none.
-pub(super) type Valued = Result<f64, Invalid>;
+pub(super) type Valued = Result<f64, Missing>;
 
 /// Evaluates parameters of one body, several at a time.
 pub struct Evaluator<'r> {
@@ -76,7 +77,7 @@ impl<'r> Evaluator<'r> {
     }
 
     /// Evaluates several parameters at once; each as if it were alone.
-    pub(super) fn evaluate(&mut self, batch: &[Parameters]) -> Vec<Result<Valued, EvalError>> {
+    pub(super) fn evaluate(&mut self, batch: &[Parameters]) -> Vec<Valued> {
         let Self { rules, task, derivation, body, drive, pool, workers, .. } = self;
         let one = Judging { rules, task, derivation, body, drive };
         let share = batch.len().div_ceil(workers.len()).max(1);
@@ -94,15 +95,11 @@ impl<'r> Evaluator<'r> {
     }
 
     /// The value at half the step.
-    ///
-    /// # Errors
-    ///
-    /// [`EvalError`] when an expression has no value.
-    pub fn at_half_step(&mut self, parameters: &Parameters) -> Result<Valued, EvalError> {
+    pub(super) fn at_half_step(&mut self, parameters: &Parameters) -> Valued {
         let Self { rules, task, derivation, body, drive, fine, .. } = self;
         let judging = Judging { rules, task, derivation, body, drive };
         let values = judging.values(fine.as_mut(), std::slice::from_ref(parameters));
-        values.into_iter().next().unwrap_or(Ok(Err(Invalid::NotFinite)))
+        values.into_iter().next().unwrap_or(Err(Missing::Motion(Invalid::NotFinite)))
     }
 }
 
@@ -117,20 +114,14 @@ struct Judging<'a> {
 
 impl Judging<'_> {
     /// The values of parameters, simulated side by side.
-    fn values(
-        &self,
-        simulation: &mut dyn Simulation,
-        batch: &[Parameters],
-    ) -> Vec<Result<Valued, EvalError>> {
+    fn values(&self, simulation: &mut dyn Simulation, batch: &[Parameters]) -> Vec<Valued> {
         let targets: Vec<_> = batch.iter().map(|parameters| self.drive.targets(parameters)).collect();
         let drives: Vec<_> = targets.iter().flatten().cloned().collect();
         let mut motions = simulation.run(&drives).into_iter();
         let mut value = |(targets, parameters): (Result<_, EvalError>, &Parameters)| {
-            targets?;
-            match motions.next().unwrap_or(Err(Invalid::NotFinite)) {
-                Ok(motion) => self.score(&motion, parameters).map(Ok),
-                Err(invalid) => Ok(Err(invalid)),
-            }
+            targets.map_err(Missing::Expression)?;
+            let motion = motions.next().unwrap_or(Err(Invalid::NotFinite)).map_err(Missing::Motion)?;
+            self.score(&motion, parameters).map_err(Missing::Expression)
         };
         targets.into_iter().zip(batch).map(&mut value).collect()
     }

@@ -7,7 +7,7 @@ use grammar_lang::ir::{RuleSet, Task};
 use super::evaluator::{Evaluator, Valued};
 use super::forecast::Forecast;
 use super::schedule::{Course, Plan};
-use super::tally::Tally;
+use super::tally::{Missing, Tally};
 use super::{Budget, End, Failure, accepts, keeps};
 use crate::derive::Derivation;
 use crate::derive::random::Stream;
@@ -76,9 +76,10 @@ impl Tuning<'_, '_> {
     fn run(mut self) -> Result<Tuned, Failure> {
         let first = self.evaluator.drive.draw(&mut self.stream("start"));
         let mut fitness = f64::NEG_INFINITY;
-        for value in self.evaluate(std::slice::from_ref(&first))? {
+        for value in self.evaluator.evaluate(std::slice::from_ref(&first)) {
+            let known = value.as_ref().ok().copied();
             if self.count(&first, value)?
-                && let Ok(value) = value
+                && let Some(value) = known
             {
                 fitness = self.fitness(value);
             }
@@ -116,7 +117,7 @@ impl Tuning<'_, '_> {
                         &mut random,
                     )?);
                 }
-                let values = self.evaluate(&candidates)?;
+                let values = self.evaluator.evaluate(&candidates);
                 let mut next = Some(0);
                 while let Some(now) = next {
                     if self.budget.exhausted().is_some() {
@@ -124,9 +125,9 @@ impl Tuning<'_, '_> {
                     }
                     made += 1;
                     number += 1;
-                    let (candidate, value) = (&candidates[now], values[now]);
+                    let (candidate, value) = (&candidates[now], values[now].clone());
+                    let new = value.as_ref().map_or(f64::NEG_INFINITY, |v| self.fitness(*v));
                     let sound = self.count(candidate, value)?;
-                    let new = value.map_or(f64::NEG_INFINITY, |v| self.fitness(v));
                     let accepted = sound && accepts(fitness, new, temperature, draws[now]);
                     forecast.learn(accepted);
                     if accepted {
@@ -149,11 +150,6 @@ impl Tuning<'_, '_> {
         self.tuned.found.as_ref().map(|f| f.value)
     }
 
-    /// Values of candidates, each as if it were alone.
-    fn evaluate(&mut self, candidates: &[Parameters]) -> Result<Vec<Valued>, Failure> {
-        self.evaluator.evaluate(candidates).into_iter().map(|r| Ok(r?)).collect()
-    }
-
     /// Counts an evaluation and keeps it if it is the best. A best must hold its
     /// value at half the step; what does not is no candidate at all, or the
     /// search would go and live on an error of the simulation.
@@ -161,8 +157,10 @@ impl Tuning<'_, '_> {
         self.budget.spent += 1;
         let value = match value {
             Ok(value) => value,
+            // What fails at the very first is a mistake in the grammar.
+            Err(Missing::Expression(error)) if self.budget.spent == 1 => return Err(error.into()),
             Err(reason) => {
-                *self.tuned.tally.invalid.entry(reason).or_default() += 1;
+                self.tuned.tally.count(reason);
                 return Ok(false);
             }
         };
@@ -174,7 +172,7 @@ impl Tuning<'_, '_> {
         // Where more is better, a value that is not positive has nothing to lose.
         if self.is_actuated() && (fitness > 0.0 || !self.task.objective.maximize) {
             self.budget.spent += 1;
-            let half = self.evaluator.at_half_step(candidate)?.ok();
+            let half = self.evaluator.at_half_step(candidate).ok();
             if !half.is_some_and(|half| keeps(self.rules, self.task, value, half)) {
                 self.tuned.tally.unstable += 1;
                 return Ok(false);

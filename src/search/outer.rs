@@ -3,14 +3,15 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use grammar_lang::eval::EvalError;
 use grammar_lang::ir::RuleSet;
 
 use super::inner::{Tuned, tune};
 use super::schedule::{Course, Plan};
-use super::tally::Tally;
+use super::tally::{Missing, Tally};
 use super::{Budget, End, Failure, Limits, MOST_IDLE_MOVES, accepts};
-use crate::derive::Derivation;
 use crate::derive::random::Stream;
+use crate::derive::{Blocked, Derivation};
 use crate::drive::Parameters;
 use crate::simulate::Model;
 
@@ -216,8 +217,12 @@ fn tune_all(
     for (task_name, task) in &rules.tasks {
         let stream =
             if *task_name == RuleSet::ONLY_TASK { name.to_owned() } else { format!("{name} {task_name}") };
-        let Tuned { found, tally, cut } =
-            tune((rules, task), model, pool, derivation, &stream, budget, notify)?;
+        let tuned = tune((rules, task), model, pool, derivation, &stream, budget, notify);
+        let Tuned { found, tally, cut } = match tuned {
+            // What the actuation cannot say of this body it may say of others.
+            Err(Failure::Expression(error)) if budget.spent > 1 => without_value(error, budget),
+            tuned => tuned?,
+        };
         body.tally.add(&tally);
         body.cut = cut;
         tunes.extend(found.map(|f| Tune {
@@ -232,10 +237,21 @@ fn tune_all(
     if tunes.len() == rules.tasks.len() {
         let values: Vec<(&str, f64)> =
             rules.tasks.keys().map(String::as_str).zip(tunes.iter().map(|t| t.value)).collect();
-        let value = crate::score::outcome(rules, derivation, &values)?;
-        body.found = Some((tunes, value));
+        match crate::score::outcome(rules, derivation, &values) {
+            Ok(value) => body.found = Some((tunes, value)),
+            Err(error) => body.tally.count(Missing::Expression(error)),
+        }
     }
     Ok(body)
+}
+
+/// What tuning a body gives that an expression has no value for. It counts as an evaluation, or a
+/// search among such bodies would not end.
+fn without_value(error: EvalError, budget: &mut Budget<'_>) -> Tuned {
+    budget.spent += 1;
+    let mut tuned = Tuned::default();
+    tuned.tally.count(Missing::Expression(error));
+    tuned
 }
 
 fn threads(limits: &Limits) -> Result<rayon::ThreadPool, Failure> {
@@ -260,6 +276,10 @@ impl Annealing<'_> {
         let tuned = self.tune(&current)?;
         let mut value = tuned.value();
         self.record(&current, &tuned, None, Vec::new(), 0, 0.0, true)?;
+        // What has no value for the very first design is a mistake in the grammar.
+        if let (None, Some((error, _))) = (value, tuned.tally.no_value.first_key_value()) {
+            return Err(error.clone().into());
+        }
         if let Some(end) = tuned.cut {
             return Ok(end);
         }
@@ -279,7 +299,12 @@ impl Annealing<'_> {
                 self.moves += 1;
                 let mut random = Stream::named(self.seed, &format!("body {}", self.moves));
                 let drawn = random.unit();
-                let step = current.advance(rules, &mut random, temperature)?;
+                let step = current.advance(rules, &mut random, temperature);
+                for (_, why) in &step.blocked {
+                    if let Blocked::NoValue(error) = why {
+                        *self.tally.refused.entry(error.clone()).or_default() += 1;
+                    }
+                }
                 let blocked = step
                     .blocked
                     .iter()

@@ -13,7 +13,7 @@ use crate::ir::{Expr, ExprKind, Function, Gather, Group, Operator, RuleSet, Word
 use crate::source::Span;
 
 /// Why an expression has no value.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct EvalError {
     /// Where.
     pub span: Span,
