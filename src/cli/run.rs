@@ -176,7 +176,8 @@ impl Run {
             if !self.quiet {
                 output::note("cross-checking the best design: rapier, other friction, masses and motors ...");
             }
-            design = judge::final_check(&rules, &design).map_err(Fault::input)?;
+            design =
+                judge::final_check(&rules, &design, crate::simulate::Stop::NEVER).map_err(Fault::input)?;
             keeper.folder.best(&design).map_err(Fault::usage)?;
         }
         let early = matches!(outcome.end, End::Interrupted | End::Time);
