@@ -8,9 +8,9 @@ use grammar_lang::ir::RuleSet;
 use super::eval::{design_file, seconds};
 use super::exit;
 use super::output::{self, Fault};
-use crate::results::folder::write_whole;
 use crate::results::judge;
 use crate::results::saved::SavedDesign;
+use crate::results::whole::write_whole;
 use crate::simulate::{self, export};
 
 /// What a design is written as.
