@@ -304,3 +304,66 @@ fn a_full_disk_leaves_the_last_good_files() {
     assert_code(&sgc(&["resume", path(&out), "--quiet"]), 0);
     assert_same(&out, &whole);
 }
+
+#[test]
+fn several_runs_are_what_each_is_alone_with_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let quick = grammar(folder.path(), "1");
+    let several = |name: &str, jobs: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let mut arguments = vec!["run", path(&quick), "--seed", "4", "--runs", "3", "--max-evals", "150"];
+        arguments.extend(["--checkpoint", "0.001s", "--jobs", jobs, "--out", path(&out)]);
+        arguments.extend(more);
+        let output = sgc(&arguments);
+        (out, output)
+    };
+    let (one, told) = several("one", "1", &[]);
+    assert_code(&told, 0);
+    let table = String::from_utf8_lossy(&told.stdout).into_owned();
+    let seeds: Vec<&str> = table.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(seeds, ["4", "5", "6"], "{table}");
+    assert!(table.contains("of 8") && table.contains("the evaluations are spent"), "{table}");
+    assert_eq!(names(&one), ["runs.toml", "seed-4", "seed-5", "seed-6", "summary.csv"]);
+    let summary = |out: &Path| std::fs::read_to_string(out.join("summary.csv")).unwrap();
+    assert_eq!(summary(&one).lines().count(), 4, "{}", summary(&one));
+
+    let alone = folder.path().join("alone");
+    let arguments = ["run", path(&quick), "--seed", "5", "--max-evals", "150", "--out", path(&alone)];
+    assert_code(&sgc(&arguments), 0);
+    assert_same(&alone, &one.join("seed-5"));
+
+    let assert_all_same = |out: &Path| {
+        for seed in ["seed-4", "seed-5", "seed-6"] {
+            assert_same(&out.join(seed), &one.join(seed));
+        }
+        assert_eq!(summary(out), summary(&one));
+    };
+    let (five, told) = several("five", "5", &[]);
+    assert_code(&told, 0);
+    assert_all_same(&five);
+
+    // Stopped, then killed, then one of them by itself, then all.
+    let (pieces, told) = several("pieces", "2", &["--time", "0.5s"]);
+    assert_code(&told, 75);
+    assert!(errors(&told).contains(&format!("sgc resume {}", path(&pieces))), "{}", errors(&told));
+    assert!(summary(&pieces).contains("not complete"), "{}", summary(&pieces));
+    let mut child = start(&["resume", path(&pieces), "--checkpoint", "0.001s"]);
+    std::thread::sleep(Duration::from_millis(300));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_code(&sgc(&["resume", path(&pieces.join("seed-6")), "--quiet"]), 0);
+    assert_code(&sgc(&["resume", path(&pieces), "--jobs", "2"]), 0);
+    assert_all_same(&pieces);
+    let output = sgc(&["resume", path(&pieces)]);
+    assert_code(&output, 0);
+    assert!(errors(&output).contains("are complete"), "{}", errors(&output));
+
+    // Nothing is replaced unless by force, and nothing foreign even so.
+    assert_code(&several("one", "1", &[]).1, 2);
+    assert_code(&several("one", "1", &["--force"]).1, 0);
+    assert_all_same(&five);
+    std::fs::write(one.join("seed-4/notes.txt"), "mine").unwrap();
+    let (_, told) = several("one", "1", &["--force"]);
+    assert_code(&told, 2);
+    assert!(errors(&told).contains("notes.txt"), "{}", errors(&told));
+}

@@ -192,7 +192,7 @@ fn in_sittings(
     for sittings in 1.. {
         flag.store(false, Ordering::Relaxed);
         let deadline = sitting.map(|time| Instant::now() + time);
-        let limits = Limits { seed, jobs: 1 + sittings % 3, max_evaluations: Some(300), deadline };
+        let limits = Limits { seed, jobs: 1 + sittings % 3, max_evaluations: Some(200), deadline };
         let outcome = go_on(rules, state, model, &limits, &flag, &mut stopper).unwrap();
         if !outcome.end.is_early() {
             return (outcome, stopper.rows, sittings);
@@ -220,12 +220,13 @@ fn same_end(rules: &RuleSet, seed: u64, every: usize, sitting: Option<Duration>)
 #[test]
 fn a_search_in_pieces_is_the_same_search() {
     let rules = short();
-    for every in [1, 2, 7, 40] {
+    // How many batches there are depends on the lanes of the processor.
+    for (every, least) in [(1, 30), (4, 8), (15, 2)] {
         let sittings = same_end(&rules, 2, every, None);
-        assert!(sittings > 100 / every, "{sittings} sittings, every {every}");
+        assert!(sittings >= least, "{sittings} sittings, every {every}");
     }
     let (_, rows, _) = in_sittings(&rules, 2, usize::MAX, None);
-    assert!(rows.iter().any(|row| row.contains("\"revert_step\"")), "steps were taken back, too");
+    assert!(rows.iter().any(|row| row.contains("\"undo\"")), "steps were taken back, too");
 }
 
 #[test]
@@ -235,7 +236,7 @@ fn several_tasks_in_pieces_are_the_same_search() {
     texts.insert("grammars/steering.sgr".into(), text);
     let rules = compile_texts(&texts, "grammars/steering.sgr").unwrap();
     assert!(rules.tasks.len() > 1);
-    assert!(same_end(&rules, 3, 3, None) > 10);
+    assert!(same_end(&rules, 3, 9, None) > 2);
 }
 
 #[test]

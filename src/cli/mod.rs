@@ -19,6 +19,7 @@ mod progress;
 mod resume;
 mod run;
 mod session;
+mod several;
 mod test;
 mod view;
 
@@ -38,6 +39,8 @@ pub mod exit {
     pub const USAGE: u8 = 2;
     /// Stopped before the end, with a checkpoint to go on from.
     pub const STOPPED: u8 = 75;
+    /// A bug in sgc; what a panic exits with.
+    pub const BUG: u8 = 101;
     /// Interrupted with nothing saved.
     pub const INTERRUPTED: u8 = 130;
 }

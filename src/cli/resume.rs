@@ -7,15 +7,17 @@ use clap::Args;
 
 use super::output::{self, Fault};
 use super::session::{Session, Work, duration};
+use super::several::Several;
 use super::{exit, interrupt};
 use crate::results::folder::{self, RunFolder};
+use crate::results::series::{self, SeriesFolder};
 
 /// Go on with a run that was stopped or killed, from its last checkpoint
 ///
 /// It ends as it would have ended without: bit for bit, with any number of threads.
 #[derive(Args)]
 pub(super) struct Resume {
-    /// The run folder
+    /// The run folder; or that of several runs, to go on with those that are not complete
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// End after this many simulated motions in all; 0 leaves it to the grammar's schedule [default: as before]
@@ -43,9 +45,14 @@ impl Resume {
             output::note(&format!("{complete}: there is nothing to go on with"));
             return Ok(exit::DONE);
         }
+        let max_evals = self.max_evals.map(|max| Some(max).filter(|max| *max > 0));
+        if series::is_series(path) {
+            let folder = SeriesFolder::open(path).map_err(Fault::usage)?;
+            return Several { folder, work: self.work, max_evals, deadline, flag }.go();
+        }
         let mut run = RunFolder::reopen(path).map_err(Fault::usage)?;
-        if let Some(max) = self.max_evals {
-            run.max_evals = Some(max).filter(|max| *max > 0);
+        if let Some(max) = max_evals {
+            run.max_evals = max;
         }
         Session { run, work: self.work, deadline, told: true }.go(flag)?.tell()
     }

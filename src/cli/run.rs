@@ -1,15 +1,17 @@
 //! `sgc run`: searches for a good design.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use clap::Args;
 
 use super::output::Fault;
 use super::session::{Session, Work, duration};
+use super::several::Several;
 use super::{interrupt, load};
 use crate::results::folder::{Asked, Reopened, RunFolder, listed};
 use crate::results::saved::Grammar;
+use crate::results::series::{Series, SeriesFolder};
 use crate::search::State;
 use crate::simulate;
 
@@ -31,13 +33,16 @@ pub(super) struct Run {
     /// The seed: the same seed gives the same result
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Do so many runs, of this seed and those after it, each in its folder, and sum them up
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    runs: Option<u16>,
     /// End after this many simulated motions; 0 leaves it to the grammar's schedule [default: 8000, or 0 with --time]
     #[arg(long, value_name = "N")]
     max_evals: Option<u64>,
     /// Stop after this time, such as 90s, 30m or 2h, as Ctrl-C does: `sgc resume` goes on
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<(String, Duration)>,
-    /// The run folder [default: runs/GRAMMAR-SEED]
+    /// The run folder [default: runs/GRAMMAR-SEED, with --runs runs/GRAMMAR-FIRST-to-LAST]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Replace an existing run folder
@@ -66,28 +71,46 @@ impl Run {
             (None, None) => Some(DEFAULT_EVALUATIONS),
         };
         let grammar = Grammar::freeze(&rules, &sources, &self.params);
-        let asked = Asked {
-            command: std::env::args().collect::<Vec<_>>().join(" "),
+        let command = std::env::args().collect::<Vec<_>>().join(" ");
+        let asked = |seed: u64| Asked {
+            command: command.clone(),
             sgc: env!("CARGO_PKG_VERSION").to_owned(),
             grammar: rules.name.clone(),
             rules: grammar.rules.clone(),
-            seed: self.seed,
+            seed,
             solver: self.solver.clone(),
             max_evals,
             time: self.time.as_ref().map(|(text, _)| text.clone()),
-            from,
+            from: from.clone(),
             entry: grammar.entry.clone(),
             parameters: self.params.clone(),
             sources: listed(&grammar),
         };
-        let path = self
-            .out
-            .clone()
-            .unwrap_or_else(|| PathBuf::from("runs").join(format!("{}-{}", rules.name, self.seed)));
+        let deadline = self.time.as_ref().map(|(_, time)| started + *time);
         let state = State::begin(first);
+        let named = |name: String| self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
+        if let Some(runs) = self.runs {
+            let last = self
+                .seed
+                .checked_add(u64::from(runs) - 1)
+                .ok_or_else(|| Fault::usage("there are not so many seeds"))?;
+            let series = Series {
+                command: command.clone(),
+                sgc: env!("CARGO_PKG_VERSION").to_owned(),
+                grammar: rules.name.clone(),
+                seeds: (self.seed..=last).collect(),
+            };
+            let path = named(format!("{}-{}-to-{last}", rules.name, self.seed));
+            let begin = |seed: u64, path: &Path| {
+                RunFolder::create(path, false, &asked(seed), &grammar, &state).map(|_| ())
+            };
+            let folder = SeriesFolder::create(&path, self.force, series, begin).map_err(Fault::usage)?;
+            return Several { folder, work: self.work, max_evals: None, deadline, flag }.go();
+        }
+        let path = named(format!("{}-{}", rules.name, self.seed));
+        let asked = asked(self.seed);
         let folder = RunFolder::create(&path, self.force, &asked, &grammar, &state).map_err(Fault::usage)?;
         let run = Reopened { folder, asked, grammar, rules, sources, state, max_evals };
-        let deadline = self.time.as_ref().map(|(_, time)| started + *time);
         Session { run, work: self.work, deadline, told: true }.go(flag)?.tell()
     }
 }

@@ -73,6 +73,8 @@ pub(super) struct Ended {
     /// Whether it was stopped, with a checkpoint.
     pub(super) is_early: bool,
     took: Duration,
+    /// Evaluations that had been spent before.
+    before: u64,
 }
 
 impl Session {
@@ -87,7 +89,9 @@ impl Session {
         let limits = Limits { seed: asked.seed, jobs: work.jobs(), max_evaluations: max_evals, deadline };
         let unit = rules.objective.unit.clone();
         let quiet = work.quiet || !told;
-        let progress = Progress::new(max_evals, deadline, &unit, quiet);
+        let before = state.spent();
+        let mut progress = Progress::new(before, max_evals, deadline, &unit, quiet);
+        progress.moved(state.moves(), state.best().map(|best| best.value), 0.0);
         let mut keeper = Keeper {
             rules: &rules,
             grammar,
@@ -130,7 +134,7 @@ impl Session {
                     message: "stopped before anything was found; the older run is back".to_owned(),
                 });
             }
-            return keeper.stopped(outcome, started);
+            return keeper.stopped(outcome, (started, before));
         }
         let nothing = match &outcome.best {
             None => Some("no evaluation was valid: no feasible design was found".to_owned()),
@@ -158,7 +162,7 @@ impl Session {
             // The checkpoint is of before the end of the search.
             Err(_) if stop.is_asked() => {
                 let end = if stop.is_interrupted() { End::Interrupted } else { End::Time };
-                return keeper.stopped(Outcome { end, ..outcome }, started);
+                return keeper.stopped(Outcome { end, ..outcome }, (started, before));
             }
             Err(reason) => return Err(Fault::input(reason)),
         };
@@ -166,7 +170,7 @@ impl Session {
         keeper.folder.finish(&asked, &unit, &outcome).map_err(Fault::usage)?;
         let took = started.elapsed();
         drop(keeper);
-        Ok(Ended { rules, path, outcome, design: Some(design), is_early: false, took })
+        Ok(Ended { rules, path, outcome, design: Some(design), is_early: false, took, before })
     }
 }
 
@@ -179,9 +183,12 @@ impl Ended {
     /// Tells people how it ended; the exit code.
     pub(super) fn tell(&self) -> Result<u8, Fault> {
         let Self { outcome, path, .. } = self;
+        let all = outcome.evaluations;
+        let some = all.saturating_sub(self.before);
+        let evaluations =
+            if some < all { format!("{all} evaluations ({some} now)") } else { format!("{all} evaluations") };
         output::note(&format!(
-            "{} evaluations, bodies: {}, in {}: {}",
-            outcome.evaluations,
+            "{evaluations}, bodies: {}, in {}: {}",
             outcome.bodies,
             span(self.took),
             outcome.end.text()
@@ -229,14 +236,14 @@ impl Keeper<'_> {
     }
 
     /// The end of a session that can be gone on with.
-    fn stopped(self, outcome: Outcome, started: Instant) -> Result<Ended, Fault> {
+    fn stopped(self, outcome: Outcome, (started, before): (Instant, u64)) -> Result<Ended, Fault> {
         let design = match &outcome.best {
             Some(_) => Some(SavedDesign::read(&self.folder.best_path()).map_err(Fault::usage)?),
             None => None,
         };
         let path = self.folder.path().to_owned();
         let took = started.elapsed();
-        Ok(Ended { rules: self.rules.clone(), path, outcome, design, is_early: true, took })
+        Ok(Ended { rules: self.rules.clone(), path, outcome, design, is_early: true, took, before })
     }
 }
 

@@ -13,7 +13,7 @@ use sha2::{Digest, Sha256};
 use super::checkpoint::Checkpoint;
 use super::evals::Evals;
 use super::saved::{Grammar, SavedDesign, hex};
-use super::whole::{UNFINISHED, aside, entries, lock, make_folder, read, write_whole};
+use super::whole::{aside, entries, is_unfinished, lock, make_folder, read, write_whole};
 use crate::search::{Outcome, Row, State};
 
 const RUN: &str = "run.toml";
@@ -247,7 +247,7 @@ impl RunFolder {
         let state = checkpoint.state.restore(&rules).map_err(|e| format!("{shown}: {e}"))?;
         let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals)?;
         for name in entries(path).unwrap_or_default() {
-            if name.starts_with(UNFINISHED) {
+            if is_unfinished(&name) {
                 // What a killed process had begun to write.
                 let _ = fs::remove_file(path.join(name));
             }
@@ -344,7 +344,7 @@ impl Drop for RunFolder {
 }
 
 /// Whether there is a run to be replaced; what is none is left alone.
-fn check_place(path: &Path, force: bool) -> Result<bool, String> {
+pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, String> {
     if !path.exists() {
         return Ok(false);
     }
@@ -379,7 +379,7 @@ fn check_place(path: &Path, force: bool) -> Result<bool, String> {
 /// Whether a run writes files of this name.
 fn is_own(name: &str) -> bool {
     let known = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, "view.html"];
-    known.contains(&name) || name.starts_with(UNFINISHED)
+    known.contains(&name) || is_unfinished(name)
 }
 
 /// A file name for a source: `std.blocks` becomes `std.blocks.sgr`, folders become dashes.

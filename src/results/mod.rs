@@ -7,5 +7,6 @@ pub mod folder;
 pub mod judge;
 pub mod picture;
 pub mod saved;
+pub mod series;
 pub mod view;
 pub mod whole;

@@ -5,7 +5,12 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// How the names of files begin that are not written to their end.
-pub(super) const UNFINISHED: &str = ".tmp";
+const UNFINISHED: &str = ".tmp";
+
+/// Whether a name is of a file that was not written to its end.
+pub(super) fn is_unfinished(name: &str) -> bool {
+    name.starts_with(UNFINISHED)
+}
 
 /// Writes a file so that it is there whole or not at all: beside it first,
 /// flushed to the disk, then renamed; it is on the disk when this returns.

@@ -141,6 +141,18 @@ impl State {
         self.best.as_ref()
     }
 
+    /// Evaluations spent.
+    #[must_use]
+    pub fn spent(&self) -> u64 {
+        self.spent
+    }
+
+    /// Moves made.
+    #[must_use]
+    pub fn moves(&self) -> usize {
+        self.moves
+    }
+
     /// What is kept in a file.
     #[must_use]
     pub fn kept(&self) -> State<Steps> {
