@@ -42,6 +42,7 @@ impl Resume {
                     "{complete}; a longer one begins anew: sgc run --max-evals"
                 )));
             }
+            folder::clear(path);
             output::note(&format!("{complete}: there is nothing to go on with"));
             return Ok(exit::DONE);
         }

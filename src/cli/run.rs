@@ -36,7 +36,7 @@ pub(super) struct Run {
     /// Do so many runs, of this seed and those after it, each in its folder, and sum them up
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1000))]
     runs: Option<u16>,
-    /// End after this many simulated motions; 0 leaves it to the grammar's schedule [default: 8000, or 0 with --time]
+    /// End after this many simulated motions; 0 leaves it to the grammar's schedule [default: 8000, or 0 with --time and without --runs]
     #[arg(long, value_name = "N")]
     max_evals: Option<u64>,
     /// Stop after this time, such as 90s, 30m or 2h, as Ctrl-C does: `sgc resume` goes on
@@ -66,9 +66,11 @@ impl Run {
         let from = self.from.clone().or_else(|| rules.from.clone());
         let first = super::derive::start(&rules, &sources, from.as_deref())?;
         let max_evals = match (self.max_evals, &self.time) {
-            (Some(0), _) | (None, Some(_)) => None,
+            (Some(0), _) => None,
+            // Several would not come to their turns.
+            (None, Some(_)) if self.runs.is_none() => None,
             (Some(n), _) => Some(n),
-            (None, None) => Some(DEFAULT_EVALUATIONS),
+            (None, _) => Some(DEFAULT_EVALUATIONS),
         };
         let grammar = Grammar::freeze(&rules, &sources, &self.params);
         let command = std::env::args().collect::<Vec<_>>().join(" ");

@@ -11,7 +11,7 @@ use super::exit;
 use super::output::{self, Fault};
 use super::session::{Ended, Session, Work};
 use crate::results::describe;
-use crate::results::folder::{RunFolder, finished};
+use crate::results::folder::{RunFolder, clear, finished};
 use crate::results::series::{SeriesFolder, table};
 use crate::simulate::Stop;
 
@@ -31,8 +31,10 @@ impl Several<'_> {
         let stop = Stop::new(self.flag, self.deadline);
         let mut waiting = VecDeque::new();
         for &seed in self.folder.seeds() {
-            if finished(&self.folder.run(seed)).map_err(Fault::usage)?.is_none() {
-                waiting.push_back(seed);
+            let path = self.folder.run(seed);
+            match finished(&path).map_err(Fault::usage)? {
+                Some(_) => clear(&path),
+                None => waiting.push_back(seed),
             }
         }
         if waiting.is_empty() {

@@ -110,3 +110,32 @@ pub(super) fn quoted(text: &str) -> String {
         text.to_owned()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_after_a_mark_are_cut_off_and_changed_rows_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("evals.csv");
+        let mut evals = Evals::create(&path).unwrap();
+        evals.write("one\n").unwrap();
+        let mark = evals.mark().unwrap();
+        evals.write("two\nhal").unwrap();
+        drop(evals);
+
+        let mut evals = Evals::reopen(&path, &mark).unwrap();
+        assert_eq!(evals.mark().unwrap(), mark);
+        evals.write("three\n").unwrap();
+        let now = evals.mark().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), format!("{COLUMNS}one\nthree\n"));
+        assert_eq!(Evals::reopen(&path, &now).unwrap().mark().unwrap(), now);
+
+        fs::write(&path, format!("{COLUMNS}odd\nthree\n")).unwrap();
+        assert!(Evals::reopen(&path, &mark).unwrap_err().contains("was changed"));
+        fs::write(&path, "move").unwrap();
+        assert!(Evals::reopen(&path, &mark).unwrap_err().contains("was changed"));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "move", "what is refused stays as it is");
+    }
+}

@@ -327,10 +327,15 @@ impl RunFolder {
         let text = serde_json::to_string_pretty(&finished).map_err(|e| e.to_string())? + "\n";
         self.evals.mark()?;
         write_whole(&self.path.join(RESULT), &text)?;
-        // Nobody goes on from here.
-        let _ = fs::remove_file(self.path.join(CHECKPOINT));
+        clear(&self.path);
         Ok(())
     }
+}
+
+/// Takes the checkpoint of a complete run away: nobody goes on from there. A process that is killed at
+/// the very end leaves it.
+pub fn clear(path: &Path) {
+    let _ = fs::remove_file(path.join(CHECKPOINT));
 }
 
 impl Drop for RunFolder {

@@ -1,6 +1,7 @@
 //! Files that are written whole or not at all.
 
 use std::fs;
+use std::io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -67,8 +68,15 @@ fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> 
 
 /// Makes sure that what was renamed in a folder stays so after a loss of power.
 pub(super) fn sync_folder(path: &Path) -> std::io::Result<()> {
-    // Elsewhere a folder cannot be opened as a file.
-    if cfg!(unix) { fs::File::open(path)?.sync_all() } else { Ok(()) }
+    if !cfg!(unix) {
+        // Elsewhere a folder cannot be opened as a file.
+        return Ok(());
+    }
+    match fs::File::open(path).and_then(|folder| folder.sync_all()) {
+        // Some file systems do not know this, and some folders may be written but not read.
+        Err(e) if matches!(e.kind(), InvalidInput | Unsupported | PermissionDenied) => Ok(()),
+        done => done,
+    }
 }
 
 /// Makes a folder so that it is there whole or not at all: filled beside its place first, then
@@ -135,4 +143,39 @@ pub(super) fn lock(path: &Path) -> Result<fs::File, String> {
 /// Reads a text.
 pub(super) fn read(path: &Path) -> Result<String, String> {
     fs::read_to_string(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_is_there_whole_or_not_at_all() {
+        let parent = tempfile::tempdir().unwrap();
+        let at = |name: &str| parent.path().join(name);
+        let fill = |path: &Path| write_whole(&path.join("a"), "1");
+        make_folder(&at("new"), None, fill).unwrap();
+        assert_eq!(read(&at("new/a")).unwrap(), "1");
+
+        let fails = |path: &Path| fill(path).and(Err::<(), _>("no".to_owned()));
+        assert_eq!(make_folder(&at("other"), None, fails), Err("no".to_owned()));
+        assert_eq!(make_folder(&at("new"), Some(&at("old")), fails), Err("no".to_owned()));
+        assert_eq!(entries(parent.path()).unwrap(), ["new"], "nothing is left, and nothing was moved");
+
+        let changed = |path: &Path| write_whole(&path.join("a"), "2");
+        make_folder(&at("new"), Some(&at("old")), changed).unwrap();
+        assert_eq!(read(&at("new/a")).unwrap(), "2");
+        assert_eq!(read(&at("old/a")).unwrap(), "1");
+    }
+
+    #[test]
+    fn a_lock_is_for_one_and_goes_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.toml");
+        write_whole(&path, "").unwrap();
+        let held = lock(&path).unwrap();
+        assert!(lock(&path).unwrap_err().contains("under way"));
+        drop(held);
+        lock(&path).unwrap();
+    }
 }
