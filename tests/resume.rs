@@ -186,7 +186,7 @@ fn a_long_motion_is_given_up_within_a_second() {
     signal(&child, "-TERM");
     assert_code(&child.wait_with_output().unwrap(), 75);
     // Others may keep the machine busy.
-    assert!(asked.elapsed() < Duration::from_secs(3), "{:?}", asked.elapsed());
+    assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
     assert_code(&sgc(&["eval", path(&out)]), 0);
 
     // A bound on time ends a sitting in time, too.
@@ -194,7 +194,7 @@ fn a_long_motion_is_given_up_within_a_second() {
     let output = sgc(&["resume", path(&out), "--time", "1.5s"]);
     assert_code(&output, 75);
     assert!(errors(&output).contains("the time is over"), "{}", errors(&output));
-    assert!(begun.elapsed() < Duration::from_secs(5), "{:?}", begun.elapsed());
+    assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
     // A bound on evaluations that are spent already completes it.
     assert_code(&sgc(&["resume", path(&out), "--max-evals", "1"]), 0);
     assert_eq!(names(&out), COMPLETE);

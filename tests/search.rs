@@ -232,7 +232,7 @@ fn a_search_in_pieces_is_the_same_search() {
 #[test]
 fn several_tasks_in_pieces_are_the_same_search() {
     let mut texts = texts();
-    let text = texts["grammars/steering.sgr"].replace("for 20 s", "for 2 s");
+    let text = texts["grammars/steering.sgr"].replace("for 20 s", "for 1 s");
     texts.insert("grammars/steering.sgr".into(), text);
     let rules = compile_texts(&texts, "grammars/steering.sgr").unwrap();
     assert!(rules.tasks.len() > 1);
