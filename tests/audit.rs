@@ -131,7 +131,7 @@ fn derived(rules: &RuleSet, seed: u64, moves: usize) -> Derivation {
     let mut random = Stream::named(seed, "wanted");
     let mut derivation = Derivation::begin(rules);
     for _ in 0..moves {
-        if let Some(next) = derivation.advance(rules, &mut random, 0.0).unwrap().result {
+        if let Some(next) = derivation.advance(rules, &mut random, 0.0).result {
             derivation = next;
         }
     }

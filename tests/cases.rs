@@ -9,7 +9,7 @@
 use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::diagnostics::{Diagnostic, apply};
 use grammar_lang::source::SourceMap;
-use sgc::derive::{check_start, run_example};
+use sgc::derive::{check_begun, run_example};
 use sgc::world::Files;
 
 use crate::support::{read, root};
@@ -81,8 +81,9 @@ fn check(name: &str, text: &str) -> (Vec<Diagnostic>, SourceMap) {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
+    let begun = check_begun(&compiled, entry, &sources);
     let mut found = compiled.diagnostics;
-    found.extend(compiled.ruleset.as_ref().and_then(check_start));
+    found.extend(begun);
     for (name, example) in compiled.ruleset.iter().flat_map(|r| &r.examples) {
         found.extend(compiled.ruleset.iter().filter_map(|r| run_example(r, name, example).err()).map(|e| *e));
     }

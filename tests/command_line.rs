@@ -331,30 +331,64 @@ fn help_names_every_command_that_works() {
 }
 
 #[test]
-fn a_value_that_does_not_exist_while_running_is_told_with_its_place() {
+fn what_has_no_value_while_running_is_told_with_its_place_and_ends_the_run_only_at_its_start() {
     let folder = tempfile::tempdir().unwrap();
     let grammar = quick_grammar(folder.path());
     let text = std::fs::read_to_string(&grammar).unwrap();
-    for (from, to, says) in [
-        ("maximize travel - fall in cm", "maximize travel / (fall - fall)", "divides by zero"),
-        (
-            "require whole          : connected",
-            "require whole : 1 / (count(part) - 3) < 2",
-            "divides by zero",
-        ),
+    let (objective, guard) = ("maximize travel - fall in cm", "require whole          : connected");
+    let no_value = "has no value: this divides by zero";
+    for (from, to, exit, says) in [
+        (objective, "maximize travel / (fall - fall)", 1, no_value.to_owned()),
+        (objective, "maximize travel / (count(part) - 1) in cm", 1, no_value.to_owned()),
+        (objective, "maximize travel / (count(part) - 2) in cm", 0, format!("{no_value}, in ")),
+        (guard, "require whole : 1 / (count(part) - 3) < 2", 0, format!("{no_value}; ")),
     ] {
         assert!(text.contains(from), "{from}");
         std::fs::write(&grammar, text.replace(from, to)).unwrap();
-        let out = folder.path().join("run").to_string_lossy().into_owned();
-        let output = sgc(&["run", &grammar, "--max-evals", "40", "--out", &out, "--force"]);
-        assert_eq!(code(&output), 1, "{to}: {}", errors(&output));
-        assert!(
-            errors(&output).contains("quick.sgr:") && errors(&output).contains(says),
-            "{}",
-            errors(&output)
-        );
-        std::fs::remove_dir_all(&out).unwrap();
+        let run = |out: &str| {
+            let out = folder.path().join(out).to_string_lossy().into_owned();
+            let output = sgc(&["run", &grammar, "--max-evals", "40", "--out", &out, "--force"]);
+            assert_eq!(code(&output), exit, "{to}: {}", errors(&output));
+            let told =
+                errors(&output).lines().filter(|l| l.contains("quick.sgr:") && l.contains(&says)).count();
+            assert_eq!(told, 1, "{to}: {}", errors(&output));
+            std::fs::read_to_string(std::path::Path::new(&out).join("evals.csv")).unwrap_or_default()
+        };
+        // The same seed: also what has no value is the same twice.
+        assert_eq!(run("a"), run("b"), "{to}");
     }
+}
+
+#[test]
+fn a_derivation_that_stops_says_what_stops_each_rule() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = quick_grammar(folder.path());
+    let text = std::fs::read_to_string(&grammar).unwrap();
+    let guard = "require whole          : connected";
+    std::fs::write(&grammar, text.replace(guard, "require alone : count(part) <= 1")).unwrap();
+    let output = sgc(&["derive", &grammar, "--steps", "5"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let told = errors(&output);
+    assert!(told.contains("5 of 5 moves did nothing: no rule could be applied"), "{told}");
+    assert!(told.contains("`alone` would be broken: a robot is one piece (5 times)"), "{told}");
+    assert!(told.contains("the rule does not match there (5 times)"), "{told}");
+}
+
+#[test]
+fn one_variant_of_several_is_tested_and_the_wrong_one_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = quick_grammar(folder.path());
+    let text = std::fs::read_to_string(&grammar).unwrap();
+    let more = "
+        example bare { expect count(part) == 1 }
+        variant right of codesign { }
+        variant wrong of codesign { set nothing_there = 3 }";
+    std::fs::write(&grammar, text + more).unwrap();
+    let output = sgc(&["test", &grammar, "--variant", "right"]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert_eq!(String::from_utf8_lossy(&output.stdout), "ok      right.bare: 0 steps, 1 parts\n");
+    let output = sgc(&["check", &grammar]);
+    assert!(errors(&output).contains("3 grammars and variants, 1 error in wrong"), "{}", errors(&output));
 }
 
 #[test]

@@ -249,8 +249,7 @@ fn drawn(clause: &str, temperature: f64) -> [usize; 10] {
     let mut counts = [0; 10];
     let mut random = Stream::named(3, "draws");
     for _ in 0..2000 {
-        let next =
-            Derivation::begin(&rules).advance(&rules, &mut random, temperature).unwrap().result.unwrap();
+        let next = Derivation::begin(&rules).advance(&rules, &mut random, temperature).result.unwrap();
         let part = next.design.parts.values().last().unwrap();
         counts[part.params["segments"].as_number().unwrap() as usize - 2] += 1;
     }
@@ -289,7 +288,7 @@ fn a_choice_may_depend_on_the_size_of_the_design() {
     let mut derivation = Derivation::begin(&rules);
     let mut random = Stream::named(1, "size");
     for _ in 0..20 {
-        if let Some(next) = derivation.advance(&rules, &mut random, 0.0).unwrap().result {
+        if let Some(next) = derivation.advance(&rules, &mut random, 0.0).result {
             derivation = next;
         }
     }

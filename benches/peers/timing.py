@@ -3,15 +3,17 @@
     python timing.py DESIGN|RUN|FOLDER... [--step 1/240] [--times N]
 
 Prints milliseconds for an evaluation (the whole motion of a design, stepping only) and evaluations
-per second, the fastest of N. MuJoCo steps in a loop of its own (mujoco.rollout), one thread: as
+per second, the fastest of N rounds in which all take turns. MuJoCo steps in a loop of its own (mujoco.rollout), one thread: as
 `sgc export` writes the model (elliptic cone, stiff contacts), and with its default contacts
 and pyramids, which are faster and slide otherwise. Bullet has its parts joined by hinge constraints
 (limp: the Python interface gives these no motors) and by its Featherstone tree with position
-motors; the loop over the steps is Python's, but only the steps are counted. `cargo bench` has
-sgc's own numbers. Compare on an idle machine, interleaved.
+motors; the loop over the steps is Python's, but only the steps are counted. sgc's own solver and
+rapier at its default effort are measured by `cargo bench --bench solver`. On an idle machine, please.
 """
 
 import argparse
+import re
+import subprocess
 import tempfile
 import time
 import xml.etree.ElementTree as xml
@@ -24,11 +26,6 @@ import numpy as np
 
 import in_mujoco
 from program import designs
-
-
-def fastest(times, run):
-    """The shortest of several times that a function returns."""
-    return min(run() for _ in range(times))
 
 
 def in_mujoco_loop(model, drive):
@@ -131,6 +128,16 @@ def in_bullet(model, drive, maximal):
         pybullet.disconnect(world)
 
 
+def own(design, repository):
+    """Seconds that sgc's own solver needs, by lanes: the saved drive and fifteen like it."""
+    bench = ["cargo", "bench", "-q", "--bench", "solver", "--", "1", str(Path(design).resolve())]
+    said = subprocess.run(bench, cwd=repository, capture_output=True, text=True, check=True).stdout
+    line = next(line for line in said.splitlines() if "widest" in line)
+    rapier = float(line.split()[2])
+    lanes = {f"sgc, lanes: {n}": float(ms) / 1000 for n, ms in re.findall(r"(\d+): *([\d.]+)", line)}
+    return {"rapier": rapier / 1000, **lanes}
+
+
 def main():
     """The command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
@@ -139,23 +146,32 @@ def main():
     parser.add_argument("--times", type=int, default=3, help="how often [3]")
     parser.add_argument("--no-bullet", action="store_true", help="MuJoCo only")
     options = parser.parse_args()
+    repository = Path(__file__).resolve().parents[2]
+    ratios = {}
     print(f"{'design':<14} {'hinges':>6}  {'method':<26} {'ms':>9} {'per s':>8}")
     for name, design in designs(options.paths):
         model, drive = in_mujoco.load(design, float(options.step))
         fast, _ = in_mujoco.load(design, float(options.step), (0.02, 1))
         fast.opt.cone, fast.opt.impratio = mujoco.mjtCone.mjCONE_PYRAMIDAL, 1
-        methods = [
-            ("MuJoCo, elliptic, stiff", lambda: in_mujoco_loop(model, drive)),
-            ("MuJoCo, its defaults", lambda: in_mujoco_loop(fast, drive)),
-        ]
+        methods = {
+            "MuJoCo, elliptic, stiff": lambda: in_mujoco_loop(model, drive),
+            "MuJoCo, its defaults": lambda: in_mujoco_loop(fast, drive),
+        }
         if not options.no_bullet:
-            methods += [
-                ("Bullet, constraints, limp", lambda: in_bullet(model, drive, True)),
-                ("Bullet, Featherstone", lambda: in_bullet(model, drive, False)),
-            ]
-        for method, run in methods:
-            spent = fastest(options.times, run)
-            print(f"{name:<14} {model.nu:>6}  {method:<26} {1000 * spent:>9.1f} {1 / spent:>8.2f}", flush=True)
+            methods["Bullet, constraints, limp"] = lambda: in_bullet(model, drive, True)
+            methods["Bullet, Featherstone"] = lambda: in_bullet(model, drive, False)
+        spent = {}
+        for _ in range(options.times):
+            here = {method: run() for method, run in methods.items()} | own(design, repository)
+            spent = {method: min(time, spent.get(method, time)) for method, time in here.items()}
+        for method, time in spent.items():
+            print(f"{name:<14} {model.nu:>6}  {method:<26} {1000 * time:>9.1f} {1 / time:>8.2f}", flush=True)
+            for ours in ("sgc, lanes: 1", "sgc, lanes: 16"):
+                ratios.setdefault((method, ours), []).append(time / spent[ours])
+    print("\ntimes as fast (geometric mean)")
+    for (method, ours), values in ratios.items():
+        if not method.startswith("sgc"):
+            print(f"{method:<26} {ours:<15} {np.exp(np.mean(np.log(values))):>8.1f}")
 
 
 if __name__ == "__main__":

@@ -43,6 +43,24 @@ impl Compiled {
     pub fn has_errors(&self) -> bool {
         self.diagnostics.iter().any(Diagnostic::is_error)
     }
+
+    /// What more is found where it is known how many parts the initial design has: only whoever
+    /// builds it knows the images that the symmetry makes.
+    #[must_use]
+    pub fn found_from(&self, begun: &bounds::Begun, entry: FileId, sources: &SourceMap) -> Vec<Diagnostic> {
+        let Some(ruleset) = &self.ruleset else { return Vec::new() };
+        let mut found = Vec::new();
+        lint::run_from(ruleset, Some(begun), entry, is_varied(&self.offers, ruleset), &mut found);
+        let known =
+            |d: &Diagnostic| self.diagnostics.iter().any(|k| (k.code, k.span()) == (d.code, d.span()));
+        found.retain(|d| !known(d));
+        found.into_iter().map(|d| names::with_changes(d, &self.changes, sources)).collect()
+    }
+}
+
+/// Whether a rule set is that of a variant of what its text declares first.
+fn is_varied(offers: &[String], ruleset: &RuleSet) -> bool {
+    offers.first().is_some_and(|first| *first != ruleset.name)
 }
 
 /// Reads and checks a grammar. `overrides` are the parameters set from outside;
@@ -61,11 +79,11 @@ pub fn compile(
     diagnostics.extend(found);
     let clean = !diagnostics.iter().any(Diagnostic::is_error);
     if let Some(ruleset) = ruleset.as_ref().filter(|_| clean) {
-        let varied = offers.first().is_some_and(|first| *first != ruleset.name);
-        lint::run(ruleset, entry, varied, &mut diagnostics);
+        lint::run(ruleset, entry, is_varied(&offers, ruleset), &mut diagnostics);
     }
     let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
     names::with_imports(&mut diagnostics, world, sources);
+    names::told_once(&mut diagnostics);
     let changes = program.changes;
     let diagnostics = diagnostics.into_iter().map(|d| names::with_changes(d, &changes, sources)).collect();
     Compiled { ruleset, is_grammar, offers, diagnostics, idle, changes }

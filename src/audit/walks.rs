@@ -96,7 +96,7 @@ fn one(rules: &RuleSet, start: &Derivation, settings: &Settings, number: usize) 
     let mut derivation = start.clone();
     let mut walk = Walk::default();
     for _ in 0..settings.steps {
-        let step = derivation.advance(rules, &mut random, settings.temperature)?;
+        let step = derivation.advance(rules, &mut random, settings.temperature);
         walk.blocked.extend(step.blocked);
         walk.applied.extend(step.rule);
         if let Some(next) = step.result {

@@ -127,12 +127,20 @@ fn errors(checked: &Checked) -> usize {
 fn summary(checked: &[Checked]) -> String {
     let errors: usize = checked.iter().map(errors).sum();
     let warnings = checked.iter().map(|c| c.diagnostics.len()).sum::<usize>() - errors;
+    // Whose errors they are, where that is not plain.
+    let wrong: Vec<&str> = checked.iter().filter(|c| !c.sound).filter_map(|c| c.wanted.as_deref()).collect();
+    let whose = match wrong.len() {
+        0 => String::new(),
+        _ if checked.len() < 2 => String::new(),
+        all if all == checked.len() => " in each".to_owned(),
+        _ => format!(" in {}", wrong.join(", ")),
+    };
     let plural = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
     let found = match (errors, warnings) {
         (0, 0) => "no errors".to_owned(),
         (0, warnings) => format!("no errors, {}", plural(warnings, "warning")),
-        (errors, 0) => plural(errors, "error"),
-        (errors, warnings) => format!("{}, {}", plural(errors, "error"), plural(warnings, "warning")),
+        (errors, 0) => plural(errors, "error") + &whose,
+        (errors, warnings) => format!("{}{whose}, {}", plural(errors, "error"), plural(warnings, "warning")),
     };
     match checked {
         [Checked { rules: Some(rules), .. }] => format!(

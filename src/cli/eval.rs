@@ -7,6 +7,7 @@ use clap::Args;
 use grammar_lang::ir::RuleSet;
 
 use super::output::{self, Fault};
+use super::precision::Precision;
 use super::{exit, load};
 use crate::results::saved::SavedDesign;
 use crate::results::{describe, judge};
@@ -21,14 +22,13 @@ pub(super) struct Eval {
     /// Another simulation method [default: the one of the run]
     #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
     solver: Option<String>,
-    /// Another time step, such as 1/480 (in seconds) [default: the grammar's]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    step: Option<f64>,
+    #[command(flatten)]
+    precision: Precision,
     /// Judge it by this grammar, not by the one that made it
     #[arg(long, value_name = "FILE")]
     grammar: Option<PathBuf>,
     /// Score this motion, made by another program (as `sgc export --to motion` writes it), and simulate nothing
-    #[arg(long, value_name = "FILE", conflicts_with_all = ["solver", "step"])]
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["solver", "step", "sweeps"])]
     motion: Option<PathBuf>,
     /// The task that the motion is scored by [default: the first]
     #[arg(long, value_name = "NAME", requires = "motion")]
@@ -36,19 +36,6 @@ pub(super) struct Eval {
     /// The variant of that grammar
     #[arg(long, value_name = "NAME", requires = "grammar")]
     variant: Option<String>,
-}
-
-/// Reads `0.002` or `1/480`.
-pub(super) fn seconds(text: &str) -> Result<f64, String> {
-    let number = |t: &str| t.trim().parse::<f64>().ok();
-    let value = match text.split_once('/') {
-        Some((a, b)) => number(a).zip(number(b)).map(|(a, b)| a / b),
-        None => number(text),
-    };
-    match value {
-        Some(x) if x.is_finite() && (1e-5..=0.1).contains(&x) => Ok(x),
-        _ => Err("write a time in seconds from 0.00001 to 0.1, such as 1/480".to_owned()),
-    }
 }
 
 /// The file that a design or run folder means.
@@ -72,7 +59,8 @@ impl Eval {
         }
         let same_grammar = self.grammar.is_none();
         let solver = self.solver.as_deref().unwrap_or(&design.solver);
-        let replayed = judge::replay(&rules, &design, solver, self.step.map(judge::Step::Seconds))
+        let precision = self.precision.asked();
+        let replayed = judge::replay(&rules, &design, solver, precision)
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
         if same_grammar && replayed.derivation.design.canonical_hash(&rules) != design.body {
             return Err(Fault::usage(format!(
@@ -97,7 +85,7 @@ impl Eval {
                 output::data(&format!("  {name} {text}\n"))?;
             }
         }
-        let same = self.solver.is_none() && self.step.is_none() && self.grammar.is_none();
+        let same = self.solver.is_none() && precision == judge::Precision::Model && self.grammar.is_none();
         if same && value.to_bits() == design.value.to_bits() {
             output::note("exactly the saved value");
         } else {

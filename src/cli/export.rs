@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use grammar_lang::ir::RuleSet;
 
-use super::eval::{design_file, seconds};
+use super::eval::design_file;
 use super::exit;
 use super::output::{self, Fault};
+use super::precision::Precision;
 use crate::results::judge;
 use crate::results::saved::SavedDesign;
 use crate::results::whole::write_whole;
@@ -39,9 +40,8 @@ pub(super) struct Export {
     /// The task to write [default: the first]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
-    /// Another time step, such as 1/1000 (in seconds) [default: the grammar's]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    step: Option<f64>,
+    #[command(flatten)]
+    precision: Precision,
     /// What simulates the motion [default: the one of the run]
     #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
     solver: Option<String>,
@@ -53,8 +53,8 @@ impl Export {
         let design = SavedDesign::read(&path).map_err(Fault::usage)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
         let rules = design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
-        let step = self.step.map(judge::Step::Seconds);
-        let setup = judge::setup(&rules, &design, self.task.as_deref(), step).map_err(fault)?;
+        let precision = self.precision.asked();
+        let setup = judge::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
         let assembly = &setup.body.assembly;
         let text = match self.to {
             Format::Mjcf => export::mjcf(assembly, &setup.settings, &self.title(&design)),

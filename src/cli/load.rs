@@ -7,13 +7,12 @@ use std::path::{Path, PathBuf};
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, more, render};
 use grammar_lang::ir::RuleSet;
-use grammar_lang::names::with_changes;
 use grammar_lang::source::{SourceMap, World};
 use grammar_lang::types::Idle;
 
 use super::exit;
 use super::output::{self, Fault};
-use crate::derive::check_start;
+use crate::derive::check_begun;
 pub(super) use crate::results::describe::no_value;
 use crate::world::{Files, read_text};
 
@@ -22,6 +21,10 @@ pub(super) const STDIN: &str = "<stdin>";
 
 /// What checking a file gave.
 pub(super) struct Checked {
+    /// The grammar or variant that was asked for, where one was.
+    pub(super) wanted: Option<String>,
+    /// Whether nothing is wrong with it, also nothing that is told for another one.
+    pub(super) sound: bool,
     pub(super) offers: Vec<String>,
     pub(super) rules: Option<RuleSet>,
     pub(super) is_grammar: bool,
@@ -64,13 +67,14 @@ pub(super) fn check(
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = grammar_lang::compile(world, &mut sources, entry, overrides, wanted);
+    let begun = check_begun(&compiled, entry, &sources);
     let mut diagnostics = compiled.diagnostics;
-    let start = compiled.ruleset.as_ref().and_then(check_start);
-    diagnostics.extend(start.map(|d| with_changes(d, &compiled.changes, &sources)));
+    diagnostics.extend(begun);
     let offers = compiled.offers;
     let sound = !diagnostics.iter().any(Diagnostic::is_error);
     let rules = compiled.ruleset.filter(|_| sound);
-    Checked { offers, rules, is_grammar: compiled.is_grammar, diagnostics, idle: compiled.idle, sources }
+    let (is_grammar, idle, wanted) = (compiled.is_grammar, compiled.idle, wanted.map(str::to_owned));
+    Checked { wanted, sound, offers, rules, is_grammar, diagnostics, idle, sources }
 }
 
 /// Checks the grammar of a text and each of its variants. What several of them share is
@@ -87,8 +91,15 @@ pub(super) fn check_all(
     }
     let mut all: Vec<Checked> = Vec::new();
     let mut told = BTreeSet::new();
-    for offer in &first.offers {
-        let mut one = check(world, name, text, overrides, Some(offer));
+    let offers = first.offers.clone();
+    let mut first = Some(first);
+    for offer in &offers {
+        // One of them has been checked to know which there are.
+        let known = first.take_if(|first| first.rules.as_ref().is_some_and(|rules| rules.name == *offer));
+        let mut one = match known {
+            Some(known) => Checked { wanted: Some(offer.clone()), ..known },
+            None => check(world, name, text, overrides, Some(offer)),
+        };
         let sources = &one.sources;
         let key = |d: &Diagnostic| {
             let place = sources.get(d.span().file).map(|s| s.name.clone());

@@ -15,6 +15,7 @@ mod load;
 mod mend;
 mod new;
 mod output;
+mod precision;
 mod progress;
 mod resume;
 mod run;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
 
 use super::output::{self, Fault};
 use super::progress::{Progress, span};
@@ -72,9 +73,6 @@ pub(super) struct Ended {
     pub(super) design: Option<SavedDesign>,
     /// Whether it was stopped, with a checkpoint.
     pub(super) is_early: bool,
-    took: Duration,
-    /// Evaluations that had been spent before.
-    before: u64,
 }
 
 impl Session {
@@ -127,6 +125,9 @@ impl Session {
                 other => Fault::usage(other.to_string()),
             }
         })?;
+        if told {
+            account(&outcome, before, started.elapsed(), &sources);
+        }
         if outcome.end.is_early() {
             if keeper.folder.is_replacing() {
                 return Err(Fault {
@@ -134,7 +135,7 @@ impl Session {
                     message: "stopped before anything was found; the older run is back".to_owned(),
                 });
             }
-            return keeper.stopped(outcome, (started, before));
+            return keeper.stopped(outcome);
         }
         let nothing = match &outcome.best {
             None => Some("no evaluation was valid: no feasible design was found".to_owned()),
@@ -162,15 +163,45 @@ impl Session {
             // The checkpoint is of before the end of the search.
             Err(_) if stop.is_asked() => {
                 let end = if stop.is_interrupted() { End::Interrupted } else { End::Time };
-                return keeper.stopped(Outcome { end, ..outcome }, (started, before));
+                return keeper.stopped(Outcome { end, ..outcome });
             }
             Err(reason) => return Err(Fault::input(reason)),
         };
         keeper.folder.best(&design).map_err(Fault::usage)?;
         keeper.folder.finish(&asked, &unit, &outcome).map_err(Fault::usage)?;
-        let took = started.elapsed();
         drop(keeper);
-        Ok(Ended { rules, path, outcome, design: Some(design), is_early: false, took, before })
+        Ok(Ended { rules, path, outcome, design: Some(design), is_early: false })
+    }
+}
+
+/// Tells people what a search did since it had spent so many evaluations.
+fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) {
+    let all = outcome.evaluations;
+    let some = all.saturating_sub(before);
+    let now = if some < all { format!(" ({some} now)") } else { String::new() };
+    output::note(&format!(
+        "{all} evaluations{now}, bodies: {}, in {}: {}",
+        outcome.bodies,
+        span(took),
+        outcome.end.text()
+    ));
+    let tally = &outcome.tally;
+    if tally.invalid() > 0 {
+        output::note(&format!("{} evaluations had no value: {}", tally.invalid(), tally.reasons()));
+    }
+    for (error, many) in &tally.no_value {
+        let place = load::no_value(error, sources);
+        output::note(&format!("warning: {place}, in {many} evaluations"));
+    }
+    for (error, many) in &tally.refused {
+        let place = load::no_value(error, sources);
+        output::note(&format!("warning: {place}; {many} moves were refused for it"));
+    }
+    if tally.unstable > 0 {
+        let many = tally.unstable;
+        output::note(&format!(
+            "{many} would-be best gaits lost their value in a finer simulation and were refused"
+        ));
     }
 }
 
@@ -182,27 +213,7 @@ fn is_stuck_at_the_start(rules: &RuleSet, outcome: &Outcome, from: Option<&str>)
 impl Ended {
     /// Tells people how it ended; the exit code.
     pub(super) fn tell(&self) -> Result<u8, Fault> {
-        let Self { outcome, path, .. } = self;
-        let all = outcome.evaluations;
-        let some = all.saturating_sub(self.before);
-        let evaluations =
-            if some < all { format!("{all} evaluations ({some} now)") } else { format!("{all} evaluations") };
-        output::note(&format!(
-            "{evaluations}, bodies: {}, in {}: {}",
-            outcome.bodies,
-            span(self.took),
-            outcome.end.text()
-        ));
-        let tally = &outcome.tally;
-        if tally.invalid() > 0 {
-            output::note(&format!("{} evaluations had no value: {}", tally.invalid(), tally.reasons()));
-        }
-        if tally.unstable > 0 {
-            let many = tally.unstable;
-            output::note(&format!(
-                "{many} would-be best gaits lost their value at half the step and were refused"
-            ));
-        }
+        let path = &self.path;
         let report = self.design.as_ref().map(|design| judge::report(&self.rules, design));
         if self.is_early {
             // Whether anybody still reads makes no difference: all is saved.
@@ -236,14 +247,13 @@ impl Keeper<'_> {
     }
 
     /// The end of a session that can be gone on with.
-    fn stopped(self, outcome: Outcome, (started, before): (Instant, u64)) -> Result<Ended, Fault> {
+    fn stopped(self, outcome: Outcome) -> Result<Ended, Fault> {
         let design = match &outcome.best {
             Some(_) => Some(SavedDesign::read(&self.folder.best_path()).map_err(Fault::usage)?),
             None => None,
         };
         let path = self.folder.path().to_owned();
-        let took = started.elapsed();
-        Ok(Ended { rules: self.rules.clone(), path, outcome, design, is_early: true, took, before })
+        Ok(Ended { rules: self.rules.clone(), path, outcome, design, is_early: true })
     }
 }
 

@@ -22,6 +22,9 @@ pub(super) struct Test {
     /// Set a parameter of the grammars
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
+    /// Only this variant, where a file declares several
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
 }
 
 /// How many examples held, and how many failed.
@@ -51,11 +54,16 @@ impl Test {
 
     /// Tests the grammar of a file and each of its variants.
     fn file(&self, file: &Path, tally: &mut Tally) -> Result<(), Fault> {
-        let text = load::read(file)?;
-        let offers = load::check(&Files, &text.name, &text.text, &self.params, None).offers;
-        let several = offers.len() > 1;
+        let offers = match &self.variant {
+            Some(variant) => vec![variant.clone()],
+            None => {
+                let text = load::read(file)?;
+                load::check(&Files, &text.name, &text.text, &self.params, None).offers
+            }
+        };
+        let named = offers.len() > 1 || self.variant.is_some();
         let wanted: Vec<Option<&str>> =
-            if several { offers.iter().map(|o| Some(o.as_str())).collect() } else { vec![None] };
+            if named { offers.iter().map(|o| Some(o.as_str())).collect() } else { vec![None] };
         let mut any = false;
         let mut left_out = 0;
         for wanted in wanted {

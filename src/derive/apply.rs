@@ -21,6 +21,8 @@ pub enum Blocked {
     Needed,
     /// The body is the same as before, as after turning a ball.
     NoChange,
+    /// An expression of the rule, or a requirement on what it makes, has no value.
+    NoValue(EvalError),
 }
 
 impl Blocked {
@@ -39,6 +41,7 @@ impl Blocked {
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| r.name.clone()),
             Self::Needed => "needed by a later step".to_owned(),
             Self::NoChange => "no change".to_owned(),
+            Self::NoValue(_) => "no value".to_owned(),
         }
     }
 }
@@ -62,6 +65,7 @@ impl Blocked {
             }),
             Self::Needed => "a later step needs it".to_owned(),
             Self::NoChange => "it changes nothing".to_owned(),
+            Self::NoValue(error) => format!("an expression has no value: {}", error.reason),
         }
     }
 }

@@ -12,6 +12,7 @@ mod example;
 mod matching;
 pub mod random;
 mod record;
+mod refused;
 mod scope;
 mod start;
 
@@ -24,7 +25,7 @@ pub use every::Applications;
 pub use example::run_example;
 pub use record::{Recorded, Step, Steps};
 pub use scope::DesignScope;
-pub use start::check_start;
+pub use start::{check_begun, check_start};
 
 use crate::design::Design;
 pub use random::Stream;
@@ -70,42 +71,53 @@ impl Derivation {
         }
     }
 
-    /// Makes one move at a temperature.
-    ///
-    /// # Errors
-    ///
-    /// [`EvalError`] when an expression of a rule has no value.
-    pub fn advance(&self, rules: &RuleSet, random: &mut Stream, temperature: f64) -> Result<Move, EvalError> {
+    /// Makes one move at a temperature. A rule of which an expression has no value is refused, as one
+    /// whose result breaks a requirement is.
+    #[must_use]
+    pub fn advance(&self, rules: &RuleSet, random: &mut Stream, temperature: f64) -> Move {
+        let mut blocked = Vec::new();
         let mut weights = Vec::with_capacity(rules.rules.len());
-        for rule in &rules.rules {
-            let scope = DesignScope::new(rules, self).at_temperature(temperature);
-            let weight = evaluate(&rule.weight, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0);
-            weights.push(weight.max(0.0));
+        for (index, rule) in rules.rules.iter().enumerate() {
+            weights.push(self.weight(rules, rule, temperature).unwrap_or_else(|error| {
+                blocked.push((index, Blocked::NoValue(error)));
+                0.0
+            }));
         }
         let before = self.design.canonical_hash(rules);
-        let mut blocked = Vec::new();
         loop {
             let total: f64 = weights.iter().sum();
             if total <= 0.0 {
-                return Ok(Move { result: None, rule: None, blocked });
+                return Move { result: None, rule: None, blocked };
             }
             let index = random.weighted(&weights);
             let Some(rule) = rules.rules.get(index) else {
-                return Ok(Move { result: None, rule: None, blocked });
+                return Move { result: None, rule: None, blocked };
             };
-            match self.draw(rules, rule, temperature, random)? {
-                Some(locals) => match self.apply(rules, rule, &locals)? {
-                    Ok(result) if result.design.canonical_hash(rules) == before => {
-                        blocked.push((index, Blocked::NoChange));
-                    }
-                    Ok(result) => return Ok(Move { result: Some(result), rule: Some(index), blocked }),
-                    Err(reason) => blocked.push((index, reason)),
-                },
-                None => blocked.push((index, Blocked::NoMatch)),
+            match self.attempt(rules, rule, temperature, random) {
+                Ok(Ok(result)) if result.design.canonical_hash(rules) == before => {
+                    blocked.push((index, Blocked::NoChange));
+                }
+                Ok(Ok(result)) => return Move { result: Some(result), rule: Some(index), blocked },
+                Ok(Err(reason)) => blocked.push((index, reason)),
+                Err(error) => blocked.push((index, Blocked::NoValue(error))),
             }
             if let Some(weight) = weights.get_mut(index) {
                 *weight = 0.0;
             }
+        }
+    }
+
+    /// Draws a match and the choices of a rule, and applies it.
+    fn attempt(
+        &self,
+        rules: &RuleSet,
+        rule: &Rule,
+        temperature: f64,
+        random: &mut Stream,
+    ) -> Result<Result<Self, Blocked>, EvalError> {
+        match self.draw(rules, rule, temperature, random)? {
+            Some(locals) => self.apply(rules, rule, &locals),
+            None => Ok(Err(Blocked::NoMatch)),
         }
     }
 

@@ -1,8 +1,13 @@
 //! Whether the initial design fulfils the requirements.
 
+use grammar_lang::Compiled;
+use grammar_lang::bounds::Begun;
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{EvalError, Value, evaluate};
-use grammar_lang::ir::{Placed, RuleSet};
+use grammar_lang::ir::{Placed, RuleSet, Symmetry};
+
+use grammar_lang::names::with_changes;
+use grammar_lang::source::{FileId, SourceMap};
 
 use super::apply::{Blocked, attachment};
 use super::{Derivation, DesignScope};
@@ -39,6 +44,26 @@ fn place(rules: &RuleSet, derivation: &mut Derivation, placed: &Placed) -> Resul
     Ok(())
 }
 
+/// What is found in a grammar once its initial design is built: a requirement that it breaks, or
+/// what follows from the images that the symmetry makes of it.
+#[must_use]
+pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> Vec<Diagnostic> {
+    let Some(rules) = &compiled.ruleset else { return Vec::new() };
+    if let Some(broken) = check_start(rules) {
+        return vec![with_changes(broken, &compiled.changes, sources)];
+    }
+    let begun = begin(rules).0;
+    let mut found = super::refused::check(rules, &begun);
+    if begun.design.parts.len() > rules.begin.len() {
+        let mut counts = Begun::new();
+        for part in begun.design.parts.values() {
+            *counts.entry(part.kind.clone()).or_default() += 1;
+        }
+        found.extend(compiled.found_from(&counts, entry, sources));
+    }
+    found
+}
+
 /// Reports the requirement that the initial design breaks, if it does.
 #[must_use]
 pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
@@ -49,6 +74,10 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                 .help(match error.reason.as_str() {
                     "the port is taken" => {
                         "something is held there already, or by its image under the symmetry: name another port"
+                    }
+                    "the symmetry would be lost" if matches!(rules.symmetry, Symmetry::Mirror(_)) => {
+                        "the core and its ports must be the same in that mirror, and what is attached must \
+                         have an image there: mirror another plane (`xy` is forward and up, between left and right)"
                     }
                     "the symmetry would be lost" => {
                         "the core must be its own image: a box is one of `radial 2` and, if square, \

@@ -33,7 +33,10 @@ pub(super) struct Checkpoint {
 }
 
 impl Checkpoint {
-    pub(super) fn new(run: &str, max_evals: Option<u64>, evals: Mark, state: &State) -> Self {
+    /// # Errors
+    ///
+    /// A sentence: the state cannot be written down.
+    pub(super) fn new(run: &str, max_evals: Option<u64>, evals: Mark, state: &State) -> Result<Self, String> {
         let mut checkpoint = Self {
             format: FORMAT.to_owned(),
             version: VERSION,
@@ -44,14 +47,17 @@ impl Checkpoint {
             sum: String::new(),
             state: state.kept(),
         };
-        checkpoint.sum = hash(&checkpoint.text());
-        checkpoint
+        checkpoint.sum = hash(&checkpoint.text()?);
+        Ok(checkpoint)
     }
 
     /// The text of the file.
-    pub(super) fn text(&self) -> String {
-        // Plain data with finite numbers always serialises.
-        serde_json::to_string(self).unwrap_or_default() + "\n"
+    ///
+    /// # Errors
+    ///
+    /// A sentence: the state cannot be written down.
+    pub(super) fn text(&self) -> Result<String, String> {
+        serde_json::to_string(self).map(|text| text + "\n").map_err(|e| format!("no checkpoint: {e}"))
     }
 
     /// Reads the checkpoint of the run that `run.toml` of this hash began.
@@ -78,7 +84,7 @@ impl Checkpoint {
         }
         let mut checkpoint: Self = serde_json::from_value(value).map_err(|e| damaged(&e))?;
         let sum = std::mem::take(&mut checkpoint.sum);
-        if sum != hash(&checkpoint.text()) {
+        if checkpoint.text().map(|text| hash(&text)) != Ok(sum.clone()) {
             return Err(damaged(&"its contents do not fit its checksum"));
         }
         if checkpoint.run != run {

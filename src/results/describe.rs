@@ -1,5 +1,6 @@
 //! Designs and values in words.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use grammar_lang::eval::{EvalError, Reference};
@@ -8,7 +9,7 @@ use grammar_lang::source::SourceMap;
 use grammar_lang::units::{self, Dimension};
 
 use crate::derive::random::Stream;
-use crate::derive::{Derivation, Recorded, Step};
+use crate::derive::{Blocked, Derivation, Recorded, Step};
 use crate::design::{Design, Part, PartId, ports};
 
 /// What people call a part: `core`, or its kind and a number.
@@ -142,20 +143,57 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     out
 }
 
-/// The derivation that a seed gives in some moves, as stable text: what `sgc derive` prints.
-///
-/// # Errors
-///
-/// [`EvalError`] when an expression of a rule has no value.
-pub fn derived(rules: &RuleSet, first: Derivation, seed: u64, moves: usize) -> Result<String, EvalError> {
+/// The derivation that a seed gives in some moves, as stable text: what `sgc derive` prints; and
+/// why some of its moves did nothing, empty if none was.
+#[must_use]
+pub fn derived(
+    (rules, sources): (&RuleSet, &SourceMap),
+    first: Derivation,
+    seed: u64,
+    moves: usize,
+) -> (String, String) {
     let mut now = first;
     let mut random = Stream::named(seed, "derive");
+    let mut idle = 0;
+    let mut stopped: BTreeMap<(usize, Blocked), usize> = BTreeMap::new();
     for _ in 0..moves {
-        if let Some(next) = now.advance(rules, &mut random, 0.0)?.result {
-            now = next;
+        let step = now.advance(rules, &mut random, 0.0);
+        match step.result {
+            Some(next) => now = next,
+            None => {
+                idle += 1;
+                for blocked in step.blocked {
+                    *stopped.entry(blocked).or_default() += 1;
+                }
+            }
         }
     }
-    Ok(derivation(rules, &now))
+    (derivation(rules, &now), why_idle((rules, sources), (idle, moves), &stopped))
+}
+
+/// Why moves did nothing: what stopped each rule in them, and how often.
+fn why_idle(
+    (rules, sources): (&RuleSet, &SourceMap),
+    (idle, moves): (usize, usize),
+    stopped: &BTreeMap<(usize, Blocked), usize>,
+) -> String {
+    if idle == 0 {
+        return String::new();
+    }
+    let mut out = format!("{idle} of {moves} moves did nothing: no rule could be applied\n");
+    for (index, rule) in rules.rules.iter().enumerate() {
+        let reasons = stopped.iter().filter(|((i, _), _)| *i == index);
+        let sentence = |why: &Blocked| match why {
+            Blocked::NoValue(error) => no_value(error, sources),
+            other => other.sentence(rules),
+        };
+        let times = |n: &usize| if *n == 1 { "once".to_owned() } else { format!("{n} times") };
+        let reasons: Vec<String> =
+            reasons.map(|((_, why), n)| format!("{} ({})", sentence(why), times(n))).collect();
+        let why = if reasons.is_empty() { "its weight is 0".to_owned() } else { reasons.join("; ") };
+        let _ = writeln!(out, "  {}: {why}", rule.name);
+    }
+    out
 }
 
 /// Where and why an expression has no value.

@@ -290,8 +290,8 @@ impl RunFolder {
     ///
     /// A sentence with the system's reason; then the last checkpoint is as it was.
     pub fn checkpoint(&self, state: &State, max_evals: Option<u64>) -> Result<(), String> {
-        let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state);
-        write_whole(&self.path.join(CHECKPOINT), &checkpoint.text())
+        let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state)?;
+        write_whole(&self.path.join(CHECKPOINT), &checkpoint.text()?)
     }
 
     /// Replaces the best design.
@@ -320,7 +320,7 @@ impl RunFolder {
             unit: unit.to_owned(),
             evaluations: outcome.evaluations,
             moves: outcome.moves,
-            invalid: outcome.tally.invalid.iter().map(|(why, n)| (why.describe().to_owned(), *n)).collect(),
+            invalid: outcome.tally.by_reason().map(|(why, n)| (why.to_owned(), n)).collect(),
             unstable: outcome.tally.unstable,
             end: outcome.end.text().to_owned(),
         };

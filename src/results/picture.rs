@@ -12,7 +12,7 @@ use super::{describe, judge};
 ///
 /// A sentence: the design does not fit its grammar, or its motion is not valid.
 pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Result<Scene, String> {
-    let mut replayed = judge::replay(rules, design, &design.solver, None)?;
+    let mut replayed = judge::replay(rules, design, &design.solver, judge::Precision::Model)?;
     if replayed.value.map(f64::to_bits) != Some(design.value.to_bits()) {
         return Err("simulated again it has another value than the saved one: it was changed, or made by another version".to_owned());
     }

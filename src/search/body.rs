@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Task};
 
 use super::inner::{Pace, Tuner};
-use super::state::{Body, Tune};
+use super::state::{Body, Tune, Tuning};
+use super::tally::{Missing, Tally};
 use super::{Bounds, Failure};
 use crate::derive::Derivation;
 use crate::simulate::Model;
@@ -24,14 +25,40 @@ pub(super) struct Tasks<'a> {
     pub(super) tuner: Option<Tuner<'a>>,
 }
 
-impl Tasks<'_> {
+impl<'a> Tasks<'a> {
     /// Goes on by a batch of evaluations.
     pub(super) fn advance(&mut self, body: &mut Body, spent: &mut u64) -> Result<Pace, Failure> {
         let Some((name, task)) = self.rules.tasks.get_index(body.done) else { return Ok(Pace::Done) };
+        let pace = match self.advance_task(name, task, body, spent) {
+            // What the actuation cannot say of this body it may say of others. It counts as an
+            // evaluation, or a search among such bodies would not end.
+            Err(Failure::Expression(error)) if *spent > 1 => {
+                *spent += 1;
+                body.tuning = Tuning::default();
+                body.tuning.tally.count(Missing::Expression(error));
+                Pace::Done
+            }
+            pace => pace?,
+        };
+        if pace != Pace::Done {
+            return Ok(pace);
+        }
+        self.tuner = None;
+        body.close();
+        Ok(if body.done < self.rules.tasks.len() { Pace::More } else { Pace::Done })
+    }
+
+    fn advance_task(
+        &mut self,
+        name: &str,
+        task: &'a Task,
+        body: &mut Body,
+        spent: &mut u64,
+    ) -> Result<Pace, Failure> {
         let tuner = match &mut self.tuner {
             Some(tuner) => tuner,
             none => {
-                let stream = if *name == RuleSet::ONLY_TASK {
+                let stream = if name == RuleSet::ONLY_TASK {
                     self.name.clone()
                 } else {
                     format!("{} {name}", self.name)
@@ -46,13 +73,7 @@ impl Tasks<'_> {
                 )?)
             }
         };
-        let pace = tuner.advance(&mut body.tuning, spent)?;
-        if pace != Pace::Done {
-            return Ok(pace);
-        }
-        self.tuner = None;
-        body.close();
-        Ok(if body.done < self.rules.tasks.len() { Pace::More } else { Pace::Done })
+        tuner.advance(&mut body.tuning, spent)
     }
 }
 
@@ -72,18 +93,20 @@ impl Body {
         (iteration.map_or(0.0, |iteration| iteration.temperature), value)
     }
 
-    /// What was found, and the value of all tasks together.
-    pub(super) fn found(
-        self,
-        rules: &RuleSet,
-        derivation: &Derivation,
-    ) -> Result<Option<(Vec<Tune>, f64)>, Failure> {
+    /// What was found, and the value of all tasks together; and what came to nothing.
+    pub(super) fn found(self, rules: &RuleSet, derivation: &Derivation) -> (Option<(Vec<Tune>, f64)>, Tally) {
+        let mut tally = self.tally;
         if self.tunes.len() != rules.tasks.len() {
-            return Ok(None);
+            return (None, tally);
         }
         let values: Vec<(&str, f64)> =
             rules.tasks.keys().map(String::as_str).zip(self.tunes.iter().map(|t| t.value)).collect();
-        let value = crate::score::outcome(rules, derivation, &values)?;
-        Ok(Some((self.tunes, value)))
+        match crate::score::outcome(rules, derivation, &values) {
+            Ok(value) => (Some((self.tunes, value)), tally),
+            Err(error) => {
+                tally.count(Missing::Expression(error));
+                (None, tally)
+            }
+        }
     }
 }

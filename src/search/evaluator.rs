@@ -7,6 +7,7 @@ use grammar_lang::ir::{self, RuleSet, Task};
 use rayon::prelude::*;
 
 use super::Failure;
+use super::tally::Missing;
 use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::{Drive, Parameters};
@@ -14,10 +15,7 @@ use crate::score::{self, Recording};
 use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop};
 
 /// The value of an evaluation, or why it has none.
-pub(super) type Valued = Result<f64, Invalid>;
-
-/// The values of several; none if they were stopped.
-pub(super) type Values = Option<Vec<Result<Valued, EvalError>>>;
+pub(super) type Valued = Result<f64, Missing>;
 
 /// Evaluates parameters of one body, several at a time.
 pub struct Evaluator<'r> {
@@ -44,6 +42,7 @@ pub fn settings(model: &ir::Model) -> Settings {
         gravity: model.gravity,
         ground_friction: model.ground_friction,
         iterations: model.iterations,
+        tolerance: model.tolerance,
         self_collision: model.self_collision,
         speed_limit: model.speed_limit,
     }
@@ -68,7 +67,7 @@ impl<'r> Evaluator<'r> {
         let workers = (0..pool.current_num_threads().max(1))
             .map(|_| model.prepare(&body.assembly, &full))
             .collect::<Result<Vec<_>, _>>()?;
-        let fine = model.prepare(&body.assembly, &Settings { step: full.step / 2.0, ..full })?;
+        let fine = model.prepare(&body.assembly, &full.finer())?;
         Ok(Self { rules, task, derivation, body, drive, pool, workers, fine })
     }
 
@@ -79,7 +78,7 @@ impl<'r> Evaluator<'r> {
 
     /// Evaluates several parameters at once; each as if it were alone. None if it was
     /// asked to stop before all were done.
-    pub(super) fn evaluate(&mut self, stop: Stop<'_>, batch: &[Parameters]) -> Values {
+    pub(super) fn evaluate(&mut self, stop: Stop<'_>, batch: &[Parameters]) -> Option<Vec<Valued>> {
         let Self { rules, task, derivation, body, drive, pool, workers, .. } = self;
         let one = Judging { rules, task, derivation, body, drive };
         let share = batch.len().div_ceil(workers.len()).max(1);
@@ -97,19 +96,10 @@ impl<'r> Evaluator<'r> {
     }
 
     /// The value at half the step; none if it was asked to stop before that was known.
-    ///
-    /// # Errors
-    ///
-    /// [`EvalError`] when an expression has no value.
-    pub(super) fn at_half_step(
-        &mut self,
-        stop: Stop<'_>,
-        parameters: &Parameters,
-    ) -> Result<Option<Valued>, EvalError> {
+    pub(super) fn at_half_step(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Valued> {
         let Self { rules, task, derivation, body, drive, fine, .. } = self;
         let judging = Judging { rules, task, derivation, body, drive };
-        let values = judging.values(stop, fine.as_mut(), std::slice::from_ref(parameters));
-        values.and_then(|values| values.into_iter().next()).transpose()
+        judging.values(stop, fine.as_mut(), std::slice::from_ref(parameters))?.into_iter().next()
     }
 }
 
@@ -123,17 +113,20 @@ struct Judging<'a> {
 }
 
 impl Judging<'_> {
-    /// The values of parameters, simulated side by side.
-    fn values(&self, stop: Stop<'_>, simulation: &mut dyn Simulation, batch: &[Parameters]) -> Values {
+    /// The values of parameters, simulated side by side; none if that was stopped.
+    fn values(
+        &self,
+        stop: Stop<'_>,
+        simulation: &mut dyn Simulation,
+        batch: &[Parameters],
+    ) -> Option<Vec<Valued>> {
         let targets: Vec<_> = batch.iter().map(|parameters| self.drive.targets(parameters)).collect();
         let drives: Vec<_> = targets.iter().flatten().cloned().collect();
         let mut motions = simulation.run_until(stop, &drives)?.into_iter();
         let mut value = |(targets, parameters): (Result<_, EvalError>, &Parameters)| {
-            targets?;
-            match motions.next().unwrap_or(Err(Invalid::NotFinite)) {
-                Ok(motion) => self.score(&motion, parameters).map(Ok),
-                Err(invalid) => Ok(Err(invalid)),
-            }
+            targets.map_err(Missing::Expression)?;
+            let motion = motions.next().unwrap_or(Err(Invalid::NotFinite)).map_err(Missing::Motion)?;
+            self.score(&motion, parameters).map_err(Missing::Expression)
         };
         Some(targets.into_iter().zip(batch).map(&mut value).collect())
     }

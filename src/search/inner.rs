@@ -8,6 +8,7 @@ use super::evaluator::{Evaluator, Valued};
 use super::forecast::Forecast;
 use super::schedule::{Course, Plan};
 use super::state::{Chain, Tune, Tuning};
+use super::tally::Missing;
 use super::{Bounds, End, Failure, accepts, keeps};
 use crate::derive::Derivation;
 use crate::derive::random::Stream;
@@ -79,10 +80,11 @@ impl<'a> Tuner<'a> {
     /// Evaluates the curves that the chain starts from.
     fn begin(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
         let first = self.evaluator.drive.draw(&mut self.stream("start"));
-        let values = self.evaluate(std::slice::from_ref(&first))?;
+        let values = self.evaluator.evaluate(self.bounds.stop, std::slice::from_ref(&first));
         let Some(value) = values.and_then(|values| values.into_iter().next()) else { return self.stopped() };
+        let known = value.as_ref().ok().map(|value| self.fitness(*value));
         let Some(sound) = self.count(tuning, &first, value, spent)? else { return self.stopped() };
-        let fitness = value.ok().filter(|_| sound).map(|value| self.fitness(value));
+        let fitness = known.filter(|_| sound);
         let course = Course::new(self.task.objective.maximize, best(tuning));
         tuning.chain = Some(Chain { current: first, fitness, course, iteration: None, number: 0 });
         Ok(if self.schedule().is_some() { Pace::More } else { Pace::Done })
@@ -127,43 +129,39 @@ impl<'a> Tuner<'a> {
             let mut random = self.stream(&format!("{}", chain.number + guess.depth as u64));
             draws.push(random.unit());
             let from = guess.from.map_or(&chain.current, |from| &candidates[from]);
-            candidates.push(self.evaluator.drive.mutate(
-                from,
-                iteration.temperature,
-                chain.course.iteration,
-                &mut random,
-            )?);
+            let number = chain.course.iteration;
+            match self.evaluator.drive.mutate(from, iteration.temperature, number, &mut random) {
+                Ok(candidate) => candidates.push(candidate),
+                // Of a later move it is not known that it comes to pass.
+                Err(_) if !candidates.is_empty() => break,
+                Err(error) => return Err(error.into()),
+            }
         }
-        let Some(values) = self.evaluate(&candidates)? else { return Ok(false) };
+        let Some(values) = self.evaluator.evaluate(self.bounds.stop, &candidates) else { return Ok(false) };
         let mut next = Some(0);
         while let Some(now) = next {
             if self.bounds.exhausted(*spent).is_some() {
                 break;
             }
-            let (candidate, value) = (&candidates[now], values[now]);
+            let (candidate, value) = (&candidates[now], values[now].clone());
+            let new = value.as_ref().map_or(f64::NEG_INFINITY, |v| self.fitness(*v));
             let Some(sound) = self.count(tuning, candidate, value, spent)? else { return Ok(false) };
             iteration.made += 1;
             chain.number += 1;
             let fitness = chain.fitness.unwrap_or(f64::NEG_INFINITY);
-            let new = value.map_or(f64::NEG_INFINITY, |v| self.fitness(v));
             let accepted = sound && accepts(fitness, new, iteration.temperature, draws[now]);
             self.forecast.learn(accepted);
             if accepted {
                 (chain.current, chain.fitness) = (candidate.clone(), Some(new));
             }
             next = if accepted { guesses[now].accepted } else { guesses[now].refused };
+            next = next.filter(|&next| next < candidates.len());
         }
         Ok(true)
     }
 
     fn stopped(&self) -> Result<Pace, Failure> {
         Ok(Pace::Cut(self.bounds.stopped().unwrap_or(End::Interrupted)))
-    }
-
-    /// Values of candidates, each as if it were alone; none if they were stopped.
-    fn evaluate(&mut self, candidates: &[Parameters]) -> Result<Option<Vec<Valued>>, Failure> {
-        let Some(values) = self.evaluator.evaluate(self.bounds.stop, candidates) else { return Ok(None) };
-        values.into_iter().map(|r| Ok(r?)).collect::<Result<_, Failure>>().map(Some)
     }
 
     /// Counts an evaluation and keeps it if it is the best. A best must hold its
@@ -179,9 +177,11 @@ impl<'a> Tuner<'a> {
     ) -> Result<Option<bool>, Failure> {
         let value = match value {
             Ok(value) => value,
+            // What fails at the very first is a mistake in the grammar.
+            Err(Missing::Expression(error)) if *spent == 0 => return Err(error.into()),
             Err(reason) => {
                 *spent += 1;
-                *tuning.tally.invalid.entry(reason).or_default() += 1;
+                tuning.tally.count(reason);
                 return Ok(Some(false));
             }
         };
@@ -193,7 +193,7 @@ impl<'a> Tuner<'a> {
         let mut half_step = None;
         // Where more is better, a value that is not positive has nothing to lose.
         if self.is_actuated() && (fitness > 0.0 || !self.task.objective.maximize) {
-            let Some(half) = self.evaluator.at_half_step(self.bounds.stop, candidate)? else {
+            let Some(half) = self.evaluator.at_half_step(self.bounds.stop, candidate) else {
                 return Ok(None);
             };
             *spent += 1;

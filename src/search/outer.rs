@@ -11,8 +11,8 @@ use super::schedule::{Course, Plan};
 use super::state::{Best, Body, State, Trial};
 use super::tally::Tally;
 use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES, accepts};
-use crate::derive::Derivation;
 use crate::derive::random::Stream;
+use crate::derive::{Blocked, Derivation};
 use crate::simulate::Model;
 
 /// One outer move, for the record.
@@ -175,13 +175,9 @@ pub fn tune_body(
             }
         }
     };
-    let tally = body.tally.clone();
-    let best = body.found(rules, derivation)?.map(|(tasks, value)| Best {
-        derivation: Arc::clone(derivation),
-        tasks,
-        value,
-        found_at: 0,
-    });
+    let (found, tally) = body.found(rules, derivation);
+    let best =
+        found.map(|(tasks, value)| Best { derivation: Arc::clone(derivation), tasks, value, found_at: 0 });
     Ok(Outcome { best, evaluations: spent, moves: 0, bodies: 1, tally, end })
 }
 
@@ -246,7 +242,12 @@ impl Annealing<'_> {
         let number = state.moves + 1;
         let mut random = Stream::named(self.seed, &format!("body {number}"));
         let drawn = random.unit();
-        let step = state.current.advance(rules, &mut random, iteration.temperature)?;
+        let step = state.current.advance(rules, &mut random, iteration.temperature);
+        for (_, why) in &step.blocked {
+            if let Blocked::NoValue(error) = why {
+                *state.tally.refused.entry(error.clone()).or_default() += 1;
+            }
+        }
         let blocked = step
             .blocked
             .iter()
@@ -307,8 +308,7 @@ impl Annealing<'_> {
     /// Accepts a body or not, and keeps the best.
     fn judge(&mut self, trial: Trial<Arc<Derivation>>, is_cut: bool) -> Result<(), Failure> {
         let Trial { derivation, rule, blocked, drawn, body } = trial;
-        let tally = body.tally.clone();
-        let found = body.found(self.rules, &derivation)?;
+        let (found, tally) = body.found(self.rules, &derivation);
         let value = found.as_ref().map(|(_, value)| *value);
         let first = self.state.moves == 0;
         let temperature = self.state.iteration.map_or(0.0, |iteration| iteration.temperature);
@@ -329,7 +329,10 @@ impl Annealing<'_> {
         if accepted {
             (self.state.current, self.state.value) = (Arc::clone(&derivation), value);
         }
-        self.tell(&derivation, (rule, blocked), value, accepted, tally)
+        let mistake = tally.no_value.keys().next().filter(|_| first && value.is_none()).cloned();
+        self.tell(&derivation, (rule, blocked), value, accepted, tally)?;
+        // What has no value for the very first design is a mistake in the grammar.
+        mistake.map_or(Ok(()), |error| Err(error.into()))
     }
 
     /// A new best, if what was found for a body is one.
@@ -350,7 +353,7 @@ impl Annealing<'_> {
         let Some(Trial { derivation, body, .. }) = &self.state.trial else { return Ok(()) };
         let mut body = body.clone();
         body.close();
-        let found = body.found(self.rules, derivation)?;
+        let (found, _) = body.found(self.rules, derivation);
         if let Some(best) = self.better(derivation, found) {
             self.observer.improved(&best).map_err(Failure::Output)?;
             self.unfinished = Some(best);

@@ -2,38 +2,98 @@
 
 use std::collections::BTreeMap;
 
+use grammar_lang::eval::EvalError;
 use serde::{Deserialize, Serialize};
 
 use crate::simulate::Invalid;
 
+/// What an evaluation without a value is called that an expression is to blame for.
+const NO_VALUE: &str = "undefined";
+
+/// Why an evaluation has no value.
+#[derive(Clone, Debug)]
+pub(crate) enum Missing {
+    /// The motion may not be scored.
+    Motion(Invalid),
+    /// An expression has no value for it.
+    Expression(EvalError),
+}
+
 /// How many evaluations came to nothing, and why.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
-    /// Evaluations without a value.
+    /// Evaluations whose motion may not be scored.
     pub invalid: BTreeMap<Invalid, u64>,
+    /// Evaluations for which an expression has no value, by the expression.
+    #[serde(with = "pairs")]
+    pub no_value: BTreeMap<EvalError, u64>,
+    /// Moves that were refused because an expression has no value, by the expression.
+    #[serde(with = "pairs")]
+    pub refused: BTreeMap<EvalError, u64>,
     /// Candidates that lost their value at half the step.
     pub unstable: u64,
 }
 
 impl Tally {
+    /// Counts an evaluation without a value.
+    pub(crate) fn count(&mut self, why: Missing) {
+        match why {
+            Missing::Motion(invalid) => *self.invalid.entry(invalid).or_default() += 1,
+            Missing::Expression(error) => *self.no_value.entry(error).or_default() += 1,
+        }
+    }
+
     /// Adds those of another.
     pub(crate) fn add(&mut self, other: &Self) {
-        for (&reason, count) in &other.invalid {
-            *self.invalid.entry(reason).or_default() += count;
-        }
+        add_all(&mut self.invalid, &other.invalid);
+        add_all(&mut self.no_value, &other.no_value);
+        add_all(&mut self.refused, &other.refused);
         self.unstable += other.unstable;
     }
 
     /// Evaluations without a value, for whatever reason.
     #[must_use]
     pub fn invalid(&self) -> u64 {
-        self.invalid.values().sum()
+        self.by_reason().map(|(_, n)| n).sum()
+    }
+
+    /// Evaluations without a value, by reason.
+    pub fn by_reason(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        let expressions = Some(self.no_value.values().sum()).filter(|n| *n > 0);
+        let motions = self.invalid.iter().map(|(reason, n)| (reason.describe(), *n));
+        motions.chain(expressions.map(|n| (NO_VALUE, n)))
     }
 
     /// Why evaluations had no value: `3 too fast, 1 not finite`; empty if all had one.
     #[must_use]
     pub fn reasons(&self) -> String {
-        let reasons: Vec<_> = self.invalid.iter().map(|(r, n)| format!("{n} {}", r.describe())).collect();
+        let reasons: Vec<_> = self.by_reason().map(|(reason, n)| format!("{n} {reason}")).collect();
         reasons.join(", ")
+    }
+}
+
+fn add_all<K: Ord + Clone>(to: &mut BTreeMap<K, u64>, from: &BTreeMap<K, u64>) {
+    for (key, count) in from {
+        *to.entry(key.clone()).or_default() += count;
+    }
+}
+
+/// A map in a file whose keys are no texts: a list of pairs.
+mod pairs {
+    use std::collections::BTreeMap;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<K: Serialize, S: Serializer>(
+        map: &BTreeMap<K, u64>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(map)
+    }
+
+    pub(super) fn deserialize<'de, K: Deserialize<'de> + Ord, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<BTreeMap<K, u64>, D::Error> {
+        Ok(Vec::deserialize(deserializer)?.into_iter().collect())
     }
 }

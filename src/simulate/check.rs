@@ -47,6 +47,7 @@ pub(super) fn settings(settings: &Settings) -> Result<(), Unfit> {
         format!("the ground's friction is {}; give zero or a positive number", settings.ground_friction)
     })?;
     need(settings.iterations > 0, || "the contact solver needs at least one iteration".to_owned())?;
+    need(settings.tolerance >= 0.0, || "the tolerance of the contact solver cannot be negative".to_owned())?;
     need(settings.speed_limit > 0.0, || {
         format!("the speed limit is {} m/s; give a positive speed", settings.speed_limit)
     })

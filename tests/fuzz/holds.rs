@@ -170,10 +170,7 @@ fn derive(rules: &RuleSet) -> Result<bool, String> {
     let mut random = Stream::named(1, "fuzz");
     let mut derivation = Derivation::begin(rules);
     for _ in 0..3 {
-        match derivation.advance(rules, &mut random, 1.0) {
-            Ok(made) => derivation = made.result.unwrap_or(derivation),
-            Err(_) => break,
-        }
+        derivation = derivation.advance(rules, &mut random, 1.0).result.unwrap_or(derivation);
     }
     match Derivation::replay(rules, &derivation.steps) {
         Ok(again) if (&again.design, &again.steps) == (&derivation.design, &derivation.steps) => {

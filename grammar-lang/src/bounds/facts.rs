@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use indexmap::IndexSet;
 
-use super::kinds::Declared;
+use super::kinds::{Begun, Declared};
 use super::{Abstract, Interval, Kinds, Reasoning, Truth};
 use crate::ir::{Group, RuleSet, Symmetry, Ty, Word};
 
@@ -25,8 +25,14 @@ impl<'r> Facts<'r> {
     /// The facts of a grammar.
     #[must_use]
     pub fn new(rules: &'r RuleSet) -> Self {
+        Self::from(rules, None)
+    }
+
+    /// The same; the parts of the initial design count with their images where that is known.
+    #[must_use]
+    pub fn from(rules: &'r RuleSet, begun: Option<&Begun>) -> Self {
         let terms = RefCell::new(BTreeMap::new());
-        Self { rules, declared: Declared::new(rules), words: Vec::new(), terms }
+        Self { rules, declared: Declared::new(rules, begun), words: Vec::new(), terms }
     }
 
     /// Knows more of a word.
@@ -107,6 +113,14 @@ impl<'r> Facts<'r> {
     #[must_use]
     pub fn ports(&self, kinds: &Kinds) -> IndexSet<&'r str> {
         self.declared.ports(kinds)
+    }
+
+    /// The least and the greatest number of the ports of this name that parts of some kinds have.
+    #[must_use]
+    pub fn port_numbers(&self, kinds: &Kinds, name: &str) -> Option<Interval> {
+        let parts = self.names(kinds).into_iter().filter_map(|kind| self.rules.parts.get(kind));
+        let named = parts.flat_map(|part| &part.ports).filter(|port| port.name == name);
+        named.map(|port| Interval::point(port.index)).reduce(Interval::hull)
     }
 
     /// How many ports a part of a kind has.

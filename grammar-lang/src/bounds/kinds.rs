@@ -1,6 +1,8 @@
 //! Sets of kinds of parts. `part` is one group however many kinds are declared, so that what is
 //! asked of a set takes no longer in a large grammar than in a small one.
 
+use std::collections::BTreeMap;
+
 use indexmap::{IndexMap, IndexSet};
 
 use super::{Abstract, Interval, Truth};
@@ -51,6 +53,9 @@ struct Common<'r> {
     params: IndexMap<&'r str, Abstract>,
 }
 
+/// How many parts of each kind an initial design has.
+pub type Begun = BTreeMap<String, usize>;
+
 /// What is known of the declared kinds.
 #[derive(Clone, Debug)]
 pub(super) struct Declared<'r> {
@@ -65,7 +70,7 @@ pub(super) struct Declared<'r> {
 }
 
 impl<'r> Declared<'r> {
-    pub(super) fn new(rules: &'r RuleSet) -> Self {
+    pub(super) fn new(rules: &'r RuleSet, begun: Option<&Begun>) -> Self {
         let mut placed: IndexMap<&str, Option<&str>> = IndexMap::new();
         let mut counts: IndexMap<&str, usize> = IndexMap::new();
         for part in &rules.begin {
@@ -76,6 +81,11 @@ impl<'r> Declared<'r> {
             placed.entry(&part.name).or_insert(kind);
             if let Some(kind) = kind {
                 *counts.entry(kind).or_default() += 1;
+            }
+        }
+        for (kind, count) in begun.into_iter().flatten() {
+            if let Some(known) = counts.get_mut(kind.as_str()) {
+                *known = *count;
             }
         }
         let [part, block, actuator] = [Common::default(), Common::default(), Common::default()];

@@ -24,6 +24,17 @@ impl Row {
         Self { coefficients: coefficients.into_iter().filter(|(_, c)| *c != 0.0).collect(), bound }
     }
 
+    /// How much is left of the bound where each variable is as small as it can be, with what one more
+    /// of each takes; nothing where a variable takes from the sum, or is not known to be bounded.
+    #[must_use]
+    pub fn room(&self, least: &[f64]) -> Option<(f64, &[(usize, f64)])> {
+        let mut room = self.bound;
+        for (variable, coefficient) in &self.coefficients {
+            room -= coefficient * least.get(*variable).filter(|_| *coefficient > 0.0)?;
+        }
+        Some((room, &self.coefficients))
+    }
+
     /// The variables that it is about.
     fn variables(&self) -> impl Iterator<Item = usize> {
         self.coefficients.iter().map(|(variable, _)| *variable)

@@ -16,7 +16,7 @@ mod value;
 
 pub use facts::Facts;
 pub use interval::Interval;
-pub use kinds::Kinds;
+pub use kinds::{Begun, Kinds};
 pub use locals::{actuation_locals, conjuncts, locals_of, narrowed_locals_of};
 pub use reason::{Never, Reasoning};
 pub use value::{Abstract, Truth};

@@ -519,8 +519,10 @@ pub struct Model {
     pub gravity: f64,
     /// Coulomb coefficient of the ground.
     pub ground_friction: f64,
-    /// Sweeps of the contact solver in a step.
+    /// Sweeps of the contact solver in a step, at most.
     pub iterations: usize,
+    /// A sweep that changes no impulse by more than this share of all is the last.
+    pub tolerance: f64,
     /// Whether parts of a body collide with each other.
     pub self_collision: bool,
     /// Greatest speed of an element in a valid evaluation, m/s.
@@ -554,7 +556,7 @@ pub struct Objective {
 pub struct Search {
     /// Its name.
     pub name: String,
-    /// What a new best must keep of its value at half the step.
+    /// What a new best must keep of its value when simulated more finely.
     pub keep: f64,
     /// The loop over bodies.
     pub outer: Schedule,

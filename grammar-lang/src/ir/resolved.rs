@@ -364,6 +364,7 @@ impl Writer<'_> {
             self.line(indent + 1, format!("{field} = {}", named(value, dimension)));
         }
         self.line(indent + 1, format!("iterations = {}", model.iterations));
+        self.line(indent + 1, format!("tolerance = {}", named(model.tolerance, "Number")));
         self.line(indent + 1, format!("self_collision = {}", model.self_collision));
         self.line(indent, "}");
     }

@@ -4,7 +4,7 @@
 //! are sums of them. Whatever else a requirement compares is a variable of its
 //! own, of which only its least and greatest value are known.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use indexmap::{IndexMap, IndexSet};
 
@@ -105,6 +105,30 @@ impl<'k, 'r> Counts<'k, 'r> {
     /// That there are at least so many parts.
     pub(super) fn parts_at_least(&self, number: f64) -> Row {
         Row::new((0..self.kinds.len()).map(|kind| (kind, -1.0)), -number)
+    }
+
+    /// For each kind of which some rows allow no part more than the initial design has, the first
+    /// such rows by their number.
+    pub(super) fn full<'a>(&self, all: impl Iterator<Item = &'a [Row]>) -> IndexMap<&'r str, usize> {
+        let least: Vec<f64> =
+            (0..self.kinds.len()).map(|i| self.known.facts.placed(&self.kind(i)) as f64).collect();
+        let mut full = IndexMap::new();
+        for (number, rows) in all.enumerate() {
+            for (room, takes) in rows.iter().filter_map(|row| row.room(&least)) {
+                let more = takes.iter().filter(|(_, takes)| *takes > room + 1e-6);
+                for kind in more.filter_map(|(kind, _)| self.kinds.get_index(*kind)) {
+                    full.entry(*kind).or_insert(number);
+                }
+            }
+        }
+        full
+    }
+
+    /// The kinds of which some row says how many there can be at most.
+    pub(super) fn bounded(&self, rows: &[Row]) -> BTreeSet<&'r str> {
+        let least = vec![0.0; self.kinds.len()];
+        let takes = rows.iter().filter_map(|row| row.room(&least)).flat_map(|(_, takes)| takes);
+        takes.filter_map(|(kind, _)| self.kinds.get_index(*kind).copied()).collect()
     }
 
     /// Whether only counts of parts are compared, and all of it is in the rows.

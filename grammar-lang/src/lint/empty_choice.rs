@@ -1,5 +1,6 @@
 //! A choice with nothing to choose from, and parameters chosen outside their domain.
 
+use crate::bounds::Abstract;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Value, evaluate};
 use crate::ir::{Effect, ExprKind, Rule, RuleSet};
@@ -9,7 +10,7 @@ use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
-    for rule in &ruleset.rules {
+    for (rule, locals) in known.rules() {
         for choice in &rule.choices {
             let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else {
                 continue;
@@ -28,15 +29,32 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         }
         for effect in &rule.effects {
-            if let Effect::Attach { what, .. } = effect {
-                what.any(&mut |e| {
-                    if let ExprKind::Kind(kind, params) = &e.kind {
-                        for (name, value) in params {
-                            out_of_domain(ruleset, rule, kind, name, value, findings);
+            match effect {
+                Effect::Attach { what, .. } | Effect::Replace { with: what, .. } => {
+                    what.any(&mut |e| {
+                        if let ExprKind::Kind(kind, params) = &e.kind {
+                            let all = params.iter();
+                            findings
+                                .extend(all.filter_map(|(n, v)| out_of_domain(ruleset, rule, kind, n, v)));
                         }
-                    }
-                    false
-                });
+                        false
+                    });
+                }
+                Effect::Set { part, attribute, value } => {
+                    let Abstract::Part(kinds) = known.reasoning(&locals.narrowed).value(part) else {
+                        continue;
+                    };
+                    let kinds = known.facts.names(&kinds);
+                    let has = |kind: &&str| {
+                        ruleset.actuators.get(*kind).is_some_and(|a| a.params.contains_key(attribute))
+                    };
+                    // A value that is beyond one actuator's domain may be meant for the others.
+                    let beyond = kinds.into_iter().filter(has);
+                    let beyond = beyond.map(|kind| out_of_domain(ruleset, rule, kind, attribute, value));
+                    let beyond: Option<Vec<Diagnostic>> = beyond.collect();
+                    findings.extend(beyond.into_iter().flatten().next());
+                }
+                Effect::Remove(_) | Effect::Revert(_) => {}
             }
         }
     }
@@ -49,18 +67,11 @@ fn out_of_domain(
     kind: &str,
     name: &str,
     value: &crate::ir::Expr,
-    findings: &mut Vec<Diagnostic>,
-) {
-    let ExprKind::Local(slot) = value.kind else { return };
-    let Some(choice) = rule.locals.get(slot).and_then(|n| rule.choices.iter().find(|c| c.name == *n)) else {
-        return;
-    };
-    let Some((low, high)) =
-        ruleset.actuators.get(kind).and_then(|a| a.params.get(name)).and_then(|p| p.domain)
-    else {
-        return;
-    };
-    let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else { return };
+) -> Option<Diagnostic> {
+    let ExprKind::Local(slot) = value.kind else { return None };
+    let choice = rule.locals.get(slot).and_then(|n| rule.choices.iter().find(|c| c.name == *n))?;
+    let (low, high) = ruleset.actuators.get(kind)?.params.get(name)?.domain?;
+    let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else { return None };
     let beyond = match &*domain {
         crate::eval::Domain::Range { low, high, .. } => vec![*low, *high],
         crate::eval::Domain::Items(items) => items.iter().filter_map(Value::as_number).collect(),
@@ -68,16 +79,14 @@ fn out_of_domain(
     .into_iter()
     .find(|x| *x < low || *x > high);
     let shown = |x| units::shown(x, value.ty.dimension().unwrap_or_default());
-    if let Some(x) = beyond {
-        findings.push(
-            Diagnostic::new(
-                Code::OUT_OF_DOMAIN,
-                choice.domain.span,
-                format!("`{name}` of `{kind}` would be outside its domain"),
-            )
-            .label(format!("{} is not within {} .. {}", shown(x), shown(low), shown(high)))
-            .also(value.span, "used here")
-            .help("narrow the choice, or widen the parameter's domain"),
-        );
-    }
+    beyond.map(|x| {
+        Diagnostic::new(
+            Code::OUT_OF_DOMAIN,
+            choice.domain.span,
+            format!("`{name}` of `{kind}` would be outside its domain"),
+        )
+        .label(format!("{} is not within {} .. {}", shown(x), shown(low), shown(high)))
+        .also(value.span, "used here")
+        .help("narrow the choice, or widen the parameter's domain")
+    })
 }

@@ -3,7 +3,7 @@
 
 use indexmap::IndexMap;
 
-use crate::bounds::linear::contradictory;
+use crate::bounds::linear::{Row, contradictory};
 use crate::bounds::{Abstract, Kinds, conjuncts};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Effect, Expr, ExprKind, Group, Operator, Rule, Word};
@@ -19,12 +19,23 @@ const ENDLESS: f64 = 1e6;
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     let shrinks = |e: &Effect| matches!(e, Effect::Remove(_) | Effect::Revert(_) | Effect::Replace { .. });
-    if ruleset.rules.iter().flat_map(|r| &r.effects).any(shrinks) || bounded(known) {
+    if ruleset.rules.iter().flat_map(|r| &r.effects).any(shrinks) {
+        return;
+    }
+    let Some((counts, rows)) = said(known) else { return };
+    let many = [counts.parts_at_least(ENDLESS)];
+    if contradictory(&[rows.as_slice(), &many].concat()) {
         return;
     }
     // Growth has no end where parts hold parts of kinds that hold them in turn.
-    let steps: Vec<Growth<'_>> =
+    let mut steps: Vec<Growth<'_>> =
         known.rules().flat_map(|(rule, locals)| growth(known, rule, locals)).collect();
+    let bounded = counts.bounded(&rows);
+    steps.retain(|step| match (step.made.groups().next(), step.made.groups().count()) {
+        // Most rules make parts of one kind.
+        (Some(Group::Kind(kind)), 1) => !bounded.contains(kind.as_str()),
+        _ => true,
+    });
     if let Some(endless) = coming_back(known, &steps).and_then(|step| steps.get(step)) {
         findings.push(
             Diagnostic::new(Code::ENDLESS, endless.rule.span, "designs of this grammar grow without an end")
@@ -36,21 +47,21 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Whether requirements bound the number of parts, or may do so in a way that is not followed here.
-fn bounded(known: &Known<'_>) -> bool {
+/// What requirements say of how many parts there are; nothing if they may say it in a way that is
+/// not followed here.
+fn said<'k, 'r>(known: &'k Known<'r>) -> Option<(Counts<'k, 'r>, Vec<Row>)> {
     let mut counts = Counts::new(known);
     let mut rows = Vec::new();
     for condition in known.ruleset.requirements.iter().flat_map(|r| conjuncts(&r.condition)) {
         let said = counts.rows(condition);
         let geometry = matches!(condition.kind, ExprKind::Word(Word::Connected | Word::NoOverlap));
         if said.is_empty() && !geometry {
-            return true;
+            return None;
         }
         rows.extend(said);
     }
     rows.extend_from_slice(counts.base());
-    rows.push(counts.parts_at_least(ENDLESS));
-    !counts.only_counts() || contradictory(&rows)
+    counts.only_counts().then_some((counts, rows))
 }
 
 /// What a rule attaches, and to what.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::bounds::{Abstract, Facts, Interval, Reasoning, locals_of, narrowed_locals_of};
+use crate::bounds::{Abstract, Begun, Facts, Interval, Reasoning, locals_of, narrowed_locals_of};
 use crate::ir::{Effect, Expr, ExprKind, Group, Rule, RuleSet};
 
 /// A rule set, and what holds of it whatever the design.
@@ -24,8 +24,8 @@ pub(super) struct Locals {
 }
 
 impl<'r> Known<'r> {
-    pub(super) fn new(ruleset: &'r RuleSet) -> Self {
-        let facts = Facts::new(ruleset);
+    pub(super) fn new(ruleset: &'r RuleSet, begun: Option<&Begun>) -> Self {
+        let facts = Facts::from(ruleset, begun);
         let locals =
             |rule| Locals { all: locals_of(&facts, rule), narrowed: narrowed_locals_of(&facts, rule) };
         let locals = ruleset.rules.iter().map(locals).collect();

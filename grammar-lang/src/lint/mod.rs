@@ -12,6 +12,7 @@ mod cycles;
 mod empty_choice;
 mod empty_for_all;
 mod endless;
+mod example_outside;
 mod excludes_nothing;
 mod known;
 mod negative_weight;
@@ -30,7 +31,9 @@ mod outside_motion;
 mod places;
 mod pointless;
 mod twice_in_set;
+mod unread;
 
+use crate::bounds::Begun;
 use crate::diagnostics::Diagnostic;
 use crate::ir::RuleSet;
 use crate::source::FileId;
@@ -40,8 +43,13 @@ use known::Known;
 type Lint = fn(&Known<'_>, &mut Vec<Diagnostic>);
 
 /// What makes a grammar unusable, as far as it can be evaluated as it stands.
-const EXACT: &[Lint] =
-    &[never_matches::check, constant_requirement::check, empty_choice::check, no_value::check];
+const EXACT: &[Lint] = &[
+    never_matches::check,
+    constant_requirement::check,
+    empty_choice::check,
+    no_value::check,
+    example_outside::check,
+];
 
 /// What makes a grammar unusable whatever the design. A port that is not there
 /// comes before the condition that asks for it.
@@ -68,6 +76,7 @@ const DOUBTFUL: &[Lint] = &[
     endless::check,
     nothing_to_search::check,
     twice_in_set::check,
+    unread::check,
 ];
 
 /// What says nothing. A text that several grammars share may say in one of them
@@ -77,13 +86,25 @@ const POINTLESS: &[Lint] = &[pointless::check, constant_if::check, excludes_noth
 /// Runs every check; later ones only where those before found no error.
 /// `entry` is the text that declares the grammar, `varied` whether it is a variant of another.
 pub fn run(ruleset: &RuleSet, entry: FileId, varied: bool, findings: &mut Vec<Diagnostic>) {
+    run_from(ruleset, None, entry, varied, findings);
+}
+
+/// The same where it is known how many parts of each kind the initial design has: with the images
+/// that the symmetry makes, which only whoever builds the design can tell.
+pub fn run_from(
+    ruleset: &RuleSet,
+    begun: Option<&Begun>,
+    entry: FileId,
+    varied: bool,
+    findings: &mut Vec<Diagnostic>,
+) {
     let stop = |findings: &[Diagnostic]| findings.iter().any(Diagnostic::is_error);
     circles::check(ruleset, findings);
     // The others evaluate: not in circles.
     if stop(findings) {
         return;
     }
-    let known = Known::new(ruleset);
+    let known = Known::new(ruleset, begun);
     for lints in [EXACT, SOUND, DOUBTFUL] {
         if stop(findings) {
             return;

@@ -1,6 +1,6 @@
 //! A rule that asks for a port that no part there can have.
 
-use crate::bounds::{Abstract, Truth, conjuncts};
+use crate::bounds::{Abstract, Interval, Truth, conjuncts};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, Effect, Expr, ExprKind, Operator, Rule};
 
@@ -17,9 +17,27 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 let ports = facts.ports(&kinds).into_iter().collect::<Vec<_>>();
                 let kinds = facts.names(&kinds).into_iter().collect::<Vec<_>>();
                 findings.push(report(rule, at, name, &kinds, &ports));
+            } else if let ExprKind::Port(_, _, Some(number)) = &at.kind {
+                let numbers = facts.port_numbers(&kinds, name);
+                let asked = reasoning.numbers(number);
+                let beyond = numbers.is_some_and(|there| asked.low > there.high || asked.high < there.low);
+                if let (Some(there), true) = (numbers, beyond) {
+                    findings.push(no_such_number(rule, number, name, there));
+                }
             }
         }
     }
+}
+
+/// A number that no port of this name has.
+fn no_such_number(rule: &Rule, number: &Expr, name: &str, there: Interval) -> Diagnostic {
+    Diagnostic::new(
+        Code::NO_SUCH_PORT,
+        number.span,
+        format!("the rule `{}` asks for a port `{name}` that is never there", rule.name),
+    )
+    .label("no port has this number")
+    .help(format!("`{name}` has the numbers {} .. {}", there.low, there.high))
 }
 
 /// Ports that a rule must find: where each is named, the port or part that it is asked of, its name.

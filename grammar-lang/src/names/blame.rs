@@ -1,6 +1,8 @@
 //! Adds to findings what only the whole program knows: that a variant has changed what they are
 //! about, and which module of the library declares a name that is missing.
 
+use std::collections::BTreeMap;
+
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{FileId, SourceMap, Span, World};
 use crate::syntax;
@@ -9,6 +11,12 @@ use super::declared;
 
 /// What helps where nothing else is known about a name.
 pub(crate) const UNDECLARED: &str = "declare it, or import it with `use`";
+
+/// How the help begins where the library has a name.
+const IMPORT: &str = "import it:";
+
+/// What the labels say where a name is not known, or a thing has nothing of that name.
+const ABSENT: &[&str] = &["not declared", "not an attribute", "not a parameter", "no such name in the rule"];
 
 /// One edit of a variant.
 #[derive(Clone, Debug)]
@@ -60,19 +68,46 @@ pub fn with_changes(mut finding: Diagnostic, changes: &[Change], sources: &Sourc
     finding
 }
 
+/// Whether a finding is about a name that is not known.
+fn undeclared(finding: &Diagnostic) -> bool {
+    finding.code == Code::UNKNOWN_NAME && finding.labels.first().is_some_and(|l| l.text == "not declared")
+}
+
+/// Tells once what is not known at several places of a text: one declaration mends them all. What
+/// a program can mend is told at each place, for it to do so.
+pub(crate) fn told_once(findings: &mut Vec<Diagnostic>) {
+    let one_mends_all = |d: &Diagnostic| {
+        let absent = d.labels.first().is_some_and(|l| ABSENT.iter().any(|absent| l.text.starts_with(absent)));
+        d.fix.is_none() && absent
+    };
+    let key = |d: &Diagnostic| (d.span().file, d.message.clone());
+    let mut places: BTreeMap<_, usize> = BTreeMap::new();
+    findings.retain(|d| {
+        let count = if one_mends_all(d) { places.entry(key(d)).or_default() } else { &mut 0 };
+        *count += 1;
+        *count == 1
+    });
+    for finding in findings.iter_mut().filter(|d| one_mends_all(d)) {
+        let more = places.get(&key(finding)).map_or(0, |count| count - 1);
+        if let (1.., Some(label)) = (more, finding.labels.first_mut()) {
+            let places = if more == 1 { "place" } else { "places" };
+            label.text.push_str(&format!(", here and at {more} more {places}"));
+        }
+    }
+}
+
 /// Says which module of the library declares a name that is not known.
 pub(crate) fn with_imports(findings: &mut [Diagnostic], world: &dyn World, sources: &SourceMap) {
     let mut library: Option<Vec<(String, Vec<String>)>> = None;
     for finding in findings {
-        let undeclared = finding.labels.first().is_some_and(|l| l.text == "not declared");
-        if finding.code != Code::UNKNOWN_NAME || !undeclared {
+        if !undeclared(finding) {
             continue;
         }
         let word = sources.slice(finding.span());
         let library = library.get_or_insert_with(|| declarations(world));
         if let Some((module, _)) = library.iter().find(|(_, names)| names.iter().any(|n| n == word)) {
             // The very name is nearer than one that resembles it.
-            finding.help = Some(format!("import it: `use {module} {{ {word} }}`"));
+            finding.help = Some(format!("{IMPORT} `use {module} {{ {word} }}`"));
             finding.fix = None;
         }
     }

@@ -6,7 +6,7 @@ mod variant;
 use std::collections::{BTreeMap, BTreeSet};
 
 pub use blame::{Change, with_changes};
-pub(crate) use blame::{UNDECLARED, with_imports};
+pub(crate) use blame::{UNDECLARED, told_once, with_imports};
 
 use indexmap::IndexMap;
 
@@ -48,6 +48,8 @@ pub struct Program {
     pub modules: Vec<LoadedModule>,
     /// The name of the grammar or variant that is compiled; none in a module.
     pub name: Option<Name>,
+    /// Where the grammar is named that a variant comes from in the end.
+    pub base: Option<Span>,
     /// The modules that declare the grammar and its variants.
     pub own: Vec<usize>,
     /// The declarations that take part in it, imported ones first.
@@ -190,6 +192,7 @@ impl Loader<'_> {
         self.errors.extend(errors);
         let index = self.program.modules.len();
         let lost = tree.broken.iter().cloned().collect();
+        let leaky = tree.headless;
         let items: Vec<(usize, Name)> = tree
             .items
             .iter()
@@ -210,7 +213,7 @@ impl Loader<'_> {
             tree,
             scope: IndexMap::new(),
             lost,
-            leaky: false,
+            leaky,
         });
         self.open.push(index);
         for (item, declared) in items {

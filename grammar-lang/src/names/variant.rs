@@ -48,6 +48,7 @@ pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
         }
     };
     let (place, name) = grammar;
+    loader.program.base = Some(name.span);
     loader.program.name = Some(chain.first().map_or(name, |(_, v)| v.name.clone()));
     let module = place.module;
     loader.program.own = chain.iter().map(|(m, _)| *m).chain([module]).collect();
@@ -230,17 +231,23 @@ fn inherit(loader: &mut Loader<'_>, module: usize, base: usize) {
 
 /// Applies the edits of one variant: each to its base as it was, at most one for each target.
 fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
-    let mut seen: BTreeMap<String, Span> = BTreeMap::new();
+    let mut seen: BTreeMap<String, (Span, &EditKind)> = BTreeMap::new();
     let taking_part: BTreeSet<Declaration> = loader.program.taking_part.iter().copied().collect();
     let mut dropped: BTreeSet<Declaration> = BTreeSet::new();
     for edit in &variant.edits {
         let (key, span) = target_of(edit);
-        if let Some(first) = seen.insert(key.clone(), span) {
+        if let Some((first, kind)) = seen.insert(key.clone(), (span, &edit.kind)) {
+            let help = match (kind, &edit.kind) {
+                (EditKind::Drop(_), EditKind::Add(_)) | (EditKind::Add(_), EditKind::Drop(_)) => {
+                    "write `replace` instead of `add`, and take the `drop` out"
+                }
+                _ => "keep one of them",
+            };
             loader.errors.push(
                 Diagnostic::new(Code::DUPLICATE, span, format!("`{key}` is changed twice by this variant"))
                     .label("changed again")
                     .also(first, "first changed here")
-                    .help("keep one of them"),
+                    .help(help),
             );
             continue;
         }
@@ -365,6 +372,18 @@ fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<
     let Some((head, rest)) = path.split_first() else { return };
     let Some(declaration) = find(loader, module, head) else { return };
     let Some(item) = loader.program.item_mut(declaration) else { return };
+    if let (ItemKind::Require { .. }, [], ExprKind::Range(..) | ExprKind::Quantity(..)) =
+        (&item.kind, rest, &change.expr().kind)
+    {
+        let name = &head.text;
+        loader.errors.push(
+            Diagnostic::new(Code::WRONG_TYPE, head.span, format!("`{name}` is a requirement, not a number"))
+                .label(format!("its condition, to {}", change.word()))
+                .also(item.span, "declared here")
+                .help(format!("write `replace require {name} : ...`, or make its limit a `param`")),
+        );
+        return;
+    }
     let outcome = change_item(item, rest, &change);
     if let Err(offers) = outcome {
         let last = path.last().unwrap_or(head);

@@ -18,6 +18,8 @@ pub struct Module {
     pub items: Vec<Item>,
     /// Names of items that could not be read: uses of them are not errors of their own.
     pub broken: Vec<String>,
+    /// Whether the first line of a declaration is missing: what it declares is not known.
+    pub headless: bool,
 }
 
 /// A declaration.

@@ -111,23 +111,46 @@ fn chunk(
                 .fix_if(respell(span, first, ITEM_WORDS.iter().copied())),
             );
         }
+        // A brace that closes more than this opens ends a declaration that began before.
+        if is_body(piece) {
+            module.headless = true;
+            if let Some(error) = errors.last_mut().filter(|e| e.fix.is_none()) {
+                let help = "a `}` ends this: its first line is missing, such as `rule NAME {`";
+                error.help = Some(help.to_owned());
+            }
+        }
         // What it was meant to declare is known all the same.
-        let mut words = piece.split_whitespace();
-        if nearest(first, ITEM_WORDS.iter().copied()).is_some() {
-            module.broken.extend(words.nth(1).map(str::to_owned));
+        match nearest(first, ITEM_WORDS.iter().copied()) {
+            Some("use") => module.broken.extend(words_of(piece).map(str::to_owned)),
+            Some(_) => module.broken.extend(piece.split_whitespace().nth(1).map(str::to_owned)),
+            None => {}
         }
         return;
     }
     let header = piece.get(first.len()..).unwrap_or("").trim_start();
     module.broken.push(word_at(header).to_owned());
-    if let Some(item) = by_clause(text, start, end, file, first, errors) {
+    if first == "use" {
+        module.broken.extend(words_of(header).map(str::to_owned));
+    }
+    if let Some(item) = by_clause(text, start, end, file, first, errors, &mut module.broken) {
         module.items.push(item);
         return;
     }
     errors.push(explain(text, start, end, Rule::only_item, file));
 }
 
-/// Reads an item with a block clause by clause; `None` if the header is what is wrong.
+/// The words of a piece: what a broken import may have named.
+fn words_of(piece: &str) -> impl Iterator<Item = &str> {
+    piece.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|word| !word.is_empty())
+}
+
+/// Whether a piece ends with a brace that it does not open.
+fn is_body(piece: &str) -> bool {
+    bare(piece).map(|(_, c)| i32::from(c == '{') - i32::from(c == '}')).sum::<i32>() < 0
+}
+
+/// Reads an item with a block clause by clause; `None` if the header is what is wrong. `lost` gets
+/// the names of what could not be read.
 fn by_clause(
     text: &str,
     start: usize,
@@ -135,6 +158,7 @@ fn by_clause(
     file: FileId,
     first: &str,
     errors: &mut Vec<Diagnostic>,
+    lost: &mut Vec<String>,
 ) -> Option<Item> {
     let piece = text.get(start..end)?;
     let open = find_bare(piece, '{')?;
@@ -152,7 +176,7 @@ fn by_clause(
         let (error, clean) = two_braces(text, start, end, second, file);
         errors.push(error);
         return whole(&clean, start, end, file, errors)
-            .or_else(|| by_clause(&clean, start, end, file, first, errors));
+            .or_else(|| by_clause(&clean, start, end, file, first, errors, lost));
     }
     // The header must stand on its own: it does if it does with an empty block.
     let header = format!("{}{{}}", piece.get(..open)?);
@@ -191,7 +215,11 @@ fn by_clause(
             }
             // It only lacks the brace that has been reported.
             Err(_) if close.is_none() && to == body_end => {}
-            Err(_) => errors.push(clause_error(text, start + from, start + to, entry, words, first, file)),
+            Err(_) => {
+                // What it declares is known by its name even where the rest cannot be read.
+                lost.extend(declared_in(clause, words).map(str::to_owned));
+                errors.push(clause_error(text, start + from, start + to, entry, words, first, file));
+            }
         }
     }
     if let Some(close) = close {
@@ -221,6 +249,18 @@ fn by_clause(
         errors.push(explain(text, start, end, Rule::only_item, file));
     }
     Some(item)
+}
+
+/// The name that a clause declares for others: `port site ...`, `add rule grow ...`.
+fn declared_in<'t>(clause: &'t str, words: &[&str]) -> Option<&'t str> {
+    let mut all = clause.split_whitespace();
+    match (all.next()?, words) {
+        (first, []) if nearest(first, ["port", "param"]).is_some() => all.next(),
+        ("add" | "replace", EDITS) => all.nth(1),
+        (first, EDITS) if ITEM_WORDS.contains(&first) => all.next(),
+        _ => None,
+    }
+    .map(word_at)
 }
 
 /// Reads an item that is sound after all.

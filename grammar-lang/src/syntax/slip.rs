@@ -17,10 +17,13 @@ const LOOK_ALIKE: &[(&str, &str)] = &[
     ("≥", ">="),
     ("≠", "!="),
     ("…", ".."),
-    ("°", "deg"),
     ("&&", "and"),
     ("||", "or"),
 ];
+
+/// How things are counted that fulfil a condition.
+const COUNT: &str =
+    "what is counted among many stands behind `over`: `(count over p in part where p.depth > 1)`";
 
 /// Where the parser stopped.
 pub(super) struct Stop<'a> {
@@ -51,6 +54,12 @@ impl Stop<'_> {
         self.piece.get(self.place..).unwrap_or("")
     }
 
+    /// The word that the clause begins with; several may stand in a piece.
+    fn clause(&self) -> &str {
+        let line = self.before().rsplit('\n').next().unwrap_or("");
+        line.split_whitespace().next().unwrap_or("")
+    }
+
     fn expects(&self, what: &str) -> bool {
         self.expected.contains(&what)
     }
@@ -69,8 +78,10 @@ impl Stop<'_> {
             .or_else(|| self.quotes())
             .or_else(|| self.comment())
             .or_else(|| self.equals())
+            .or_else(|| self.comma())
             .or_else(|| self.needless())
             .or_else(|| self.time())
+            .or_else(|| self.chained())
             .or_else(|| self.little_word());
         match slip {
             Some((help, fix)) => error.help(help).fix_if(fix),
@@ -148,6 +159,41 @@ impl Stop<'_> {
         }
     }
 
+    /// A comma where it means something in other languages.
+    fn comma(&self) -> Option<(String, Option<Fix>)> {
+        let after = self.rest().strip_prefix(',')?;
+        let unit = after.trim_start_matches(|c: char| c.is_ascii_digit());
+        let digits = self.before().ends_with(|c: char| c.is_ascii_digit()) && unit.len() < after.len();
+        // Without a unit, these may be two whole numbers.
+        if digits && unit.trim_start_matches([' ', '\t']).starts_with(|c: char| c.is_alphabetic() || c == '%')
+        {
+            let message = "a decimal number is written with a point".to_owned();
+            return Some((message.clone(), Some(Fix::replace(self.span(1), ".", message))));
+        }
+        let rest = after.split(['\n', '#']).next().map(str::trim).filter(|rest| !rest.is_empty())?;
+        let help = match self.clause() {
+            "choose" => {
+                let first = self.before().rsplit_once(" in ").map_or("", |(_, values)| values).trim();
+                let rest = if first.starts_with('(') { rest.trim_end_matches(')') } else { rest };
+                let first = first.trim_start_matches('(');
+                format!("single values stand in braces: `{{ {first}, {rest} }}`")
+            }
+            "match" => format!("each thing has a `match` of its own: write `match {rest}` on the next line"),
+            _ => return None,
+        };
+        Some((help, None))
+    }
+
+    /// `1 < x < 3`
+    fn chained(&self) -> Option<(String, Option<Fix>)> {
+        let signs = ["<", ">", "<=", ">=", "==", "!="];
+        let compared = || self.before().split_whitespace().any(|word| signs.contains(&word));
+        (signs.contains(&self.found) && compared()).then(|| {
+            let help = "comparisons do not chain: join two of them, as in `1 < x and x < 3`";
+            (help.to_owned(), None)
+        })
+    }
+
     /// `attach cube at q`, of which the parser has taken `at q` for a time.
     fn attached_at(&self) -> Option<Span> {
         let attaches = self.piece.starts_with("attach") || self.piece.starts_with("place");
@@ -160,6 +206,10 @@ impl Stop<'_> {
     fn little_word(&self) -> Option<(String, Option<Fix>)> {
         let last = self.before().split_whitespace().next_back().unwrap_or("");
         let word = last.trim_start_matches(|c: char| !c.is_alphabetic());
+        let counts = self
+            .before()
+            .rfind('(')
+            .is_some_and(|open| self.before().get(..open).is_some_and(|before| before.ends_with("count")));
         let gathers = ["sum", "mean", "count", "min", "max", "forall", "exists"].contains(&word);
         let help = match self.found {
             "of" if self.expects("`in`") => {
@@ -175,6 +225,8 @@ impl Stop<'_> {
             "=" if self.piece.starts_with("choose") => {
                 "a choice is drawn from a domain: `choose n in 3 .. 6`; one value is given by `let n = 3`"
             }
+            "where" | "in" if counts => COUNT,
+            "part" | "actuator" if counts && last == "in" => COUNT,
             "of" if gathers => "write for example `sum over p in part of p.mass`",
             "to" if self.expects("an operator") && self.before().contains('=') => {
                 "a range is written with two dots: `0 deg .. 90 deg`"

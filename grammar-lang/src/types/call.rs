@@ -102,7 +102,8 @@ impl Checker<'_> {
                 let message = format!("a {other} cannot be called");
                 self.report(
                     Diagnostic::new(Code::WRONG_TYPE, callee.span, message)
-                        .label("not a function, curve or pattern"),
+                        .label("not a function, curve or pattern")
+                        .help("to multiply, write `*`"),
                 );
                 return unknown;
             }
@@ -160,6 +161,9 @@ impl Checker<'_> {
                 continue;
             };
             let Some((_, ty)) = params.iter().find(|(n, _)| *n == key.text) else {
+                if self.is_lost(key.span, &key.text) {
+                    continue;
+                }
                 let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
                     let names: Vec<&str> = params.iter().map(|(n, _)| n.as_str()).collect();
                     Some(if names.is_empty() {
@@ -246,7 +250,7 @@ impl Checker<'_> {
             return unknown;
         }
         if self.open_functions.contains(&function.declaration) {
-            self.circle(span);
+            self.circle(function.declaration, span);
             return unknown;
         }
         if self.open_functions.len() >= super::DEEPEST {
@@ -270,7 +274,9 @@ impl Checker<'_> {
         }
         let known = self.errors.len();
         self.open_functions.push(function.declaration);
+        self.open.push(function.declaration);
         let body = self.infer(function.body, &mut inner);
+        self.open.pop();
         self.open_functions.pop();
         if self.open_functions.is_empty() {
             self.blame_the_call(known, &function.name.text, span);
@@ -378,6 +384,20 @@ impl Checker<'_> {
         Expr { kind: ExprKind::List(complete), ty, span }
     }
 
+    /// `3,5 cm` among arguments, which reads as two of them.
+    fn decimal_comma(&self, arguments: &[ast::Argument]) -> Option<String> {
+        let numbers = arguments.windows(2).find_map(|pair| match pair {
+            [a, b] if b.value.span.start == a.value.span.end + 1 => {
+                let (a, b) = (self.sources.slice(a.value.span), self.sources.slice(b.value.span));
+                let digits =
+                    a.bytes().all(|c| c.is_ascii_digit()) && b.starts_with(|c: char| c.is_ascii_digit());
+                digits.then_some((a, b))
+            }
+            _ => None,
+        });
+        numbers.map(|(a, b)| format!("a decimal number is written with a point: `{a}.{b}`"))
+    }
+
     fn function(
         &mut self,
         function: Function,
@@ -404,7 +424,7 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)
                     .label(given(arguments))
-                    .help(function.doc()),
+                    .help(self.decimal_comma(arguments).unwrap_or_else(|| function.doc().to_owned())),
             );
             return unknown;
         }

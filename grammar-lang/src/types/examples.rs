@@ -7,7 +7,8 @@ use super::expr::{Context, Local};
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Effect, Expr, ExprKind, Matched, Spread, Ty};
-use crate::syntax::ast::{self, Application, ExampleClause};
+use crate::source::Span;
+use crate::syntax::ast::{self, Application, ExampleClause, ItemKind, Name};
 
 /// A rule with the types of what it binds.
 pub(super) struct Applicable<'r> {
@@ -66,9 +67,10 @@ impl Checker<'_> {
         clauses: &[ExampleClause],
         rules: &IndexMap<&str, Applicable<'_>>,
         reasons: &IndexSet<String>,
-        span: crate::source::Span,
+        name: &Name,
         damaged: bool,
     ) -> Option<ir::Example> {
+        let (example, span) = (name.text.as_str(), name.span);
         let mut cx = Context::new(Stage::Derivation, damaged);
         let mut out = Vec::new();
         let found = self.errors.len();
@@ -93,13 +95,13 @@ impl Checker<'_> {
                             .help(help.unwrap_or_else(|| "name a `require` of this grammar".to_owned())),
                         );
                     }
-                    if let Some((application, _)) = self.application(application, rules, &mut cx) {
+                    if let Some((application, _)) = self.application(example, application, rules, &mut cx) {
                         let by = by.as_ref().map(|b| b.text.clone());
                         out.push(ir::ExampleClause::Refuse { application, by });
                     }
                 }
                 ExampleClause::Step(name, application) => {
-                    let checked = self.application(application, rules, &mut cx);
+                    let checked = self.application(example, application, rules, &mut cx);
                     let ty = checked.as_ref().map_or(Ty::Unknown, |(_, ty)| ty.clone());
                     cx.locals.push(Local { name: String::new(), ty: Ty::Step, span: name.span });
                     self.bind(name, ty, &mut cx);
@@ -115,13 +117,24 @@ impl Checker<'_> {
     /// A rule with a value for each of its locals, and the type of what it makes first.
     fn application(
         &mut self,
+        example: &str,
         application: &Application,
         rules: &IndexMap<&str, Applicable<'_>>,
         cx: &mut Context,
     ) -> Option<(ir::Application, Ty)> {
         let name = &application.rule;
         let Some(known) = rules.get(name.text.as_str()) else {
-            if !self.is_lost(name.span, &name.text) {
+            // A rule that has an error of its own is declared all the same.
+            let program = self.program;
+            let declared = program.lookup(name.span, &name.text);
+            let broken = declared.is_some_and(|(_, i)| matches!(i.kind, ItemKind::Rule(..)));
+            let dropped = format!(
+                "drop or replace this, too: `drop {example}` or `replace example {example} {{ ... }}`"
+            );
+            if !broken
+                && !self.is_lost(name.span, &name.text)
+                && !self.report_dropped_with(name.span, &name.text, &dropped)
+            {
                 let help = did_you_mean(&name.text, rules.keys().copied());
                 self.report(
                     Diagnostic::new(
@@ -129,13 +142,15 @@ impl Checker<'_> {
                         name.span,
                         format!("there is no rule `{}`", name.text),
                     )
-                    .label("not a rule of this grammar")
-                    .help(help.unwrap_or_else(|| "declare it with `rule`, or import it".to_owned())),
+                    .label("not declared")
+                    .help(help.unwrap_or_else(|| crate::names::UNDECLARED.to_owned())),
                 );
             }
             return None;
         };
         let rule = known.rule;
+        // What a broken clause of the rule would bind is not known.
+        let damaged = self.faulty.contains(&rule.span);
         let fixed = |slot: usize| {
             let first = rule.locals.len() - rule.choices.len();
             slot.checked_sub(first)
@@ -144,21 +159,24 @@ impl Checker<'_> {
         };
         let settable: Vec<&str> =
             rule.locals.iter().enumerate().filter(|(i, _)| !fixed(*i)).map(|(_, n)| n.as_str()).collect();
+        if let Some(first) = application.arguments.iter().find(|a| a.name.is_none()) {
+            self.unnamed(application, first.value.span, &settable);
+            return None;
+        }
         let mut values: IndexMap<usize, Expr> = IndexMap::new();
         for argument in &application.arguments {
-            let key = argument.name.as_ref();
-            let slot = key.and_then(|k| rule.locals.iter().position(|l| *l == k.text)).filter(|s| !fixed(*s));
-            let (Some(key), Some(slot)) = (key, slot) else {
-                let span = key.map_or(argument.value.span, |k| k.span);
-                let what = key.map_or("values are given by name".to_owned(), |k| {
-                    format!("`{}` matches and chooses no `{}`", name.text, k.text)
-                });
-                let help = key
-                    .and_then(|k| did_you_mean(&k.text, settable.iter().copied()))
+            let Some(key) = &argument.name else { continue };
+            let slot = rule.locals.iter().position(|l| *l == key.text).filter(|s| !fixed(*s));
+            let Some(slot) = slot else {
+                if damaged {
+                    continue;
+                }
+                let what = format!("`{}` matches and chooses no `{}`", name.text, key.text);
+                let help = did_you_mean(&key.text, settable.iter().copied())
                     .unwrap_or_else(|| format!("it takes: {}", settable.join(", ")));
                 self.report(
-                    Diagnostic::new(Code::WRONG_ARGUMENTS, span, what)
-                        .label(if key.is_some() { "no such name in the rule" } else { "a value of what?" })
+                    Diagnostic::new(Code::WRONG_ARGUMENTS, key.span, what)
+                        .label("no such name in the rule")
                         .help(help),
                 );
                 continue;
@@ -173,6 +191,9 @@ impl Checker<'_> {
             .filter(|slot| !fixed(*slot) && !values.contains_key(slot))
             .filter_map(|slot| rule.locals.get(slot).map(String::as_str))
             .collect();
+        if !missing.is_empty() && damaged {
+            return None;
+        }
         if !missing.is_empty() && !cx.damaged {
             self.report(
                 Diagnostic::new(
@@ -191,6 +212,24 @@ impl Checker<'_> {
             (0..rule.locals.len()).map(|slot| values.swap_remove(&slot)).collect();
         let made = self.made(rule, &by_slot);
         Some((ir::Application { rule: name.text.clone(), values: by_slot, span: application.span }, made))
+    }
+
+    /// Reports, once for an application, that its values have no names; writes them where it can.
+    fn unnamed(&mut self, application: &Application, place: Span, settable: &[&str]) {
+        let arguments = &application.arguments;
+        let all = arguments.len() == settable.len() && arguments.iter().all(|a| a.name.is_none());
+        let help = if all {
+            let values = arguments.iter().map(|a| self.sources.slice(a.value.span));
+            let named: Vec<String> = settable.iter().zip(values).map(|(n, v)| format!("{n} = {v}")).collect();
+            format!("write `{}({})`", application.rule.text, named.join(", "))
+        } else {
+            format!("it takes: {}", settable.join(", "))
+        };
+        self.report(
+            Diagnostic::new(Code::WRONG_ARGUMENTS, place, "values are given by name")
+                .label("a value of what?")
+                .help(help),
+        );
     }
 
     /// A value of an application. The name of a step stands for the step or for what it made.

@@ -2,7 +2,7 @@
 
 use super::Checker;
 use super::fit::{article, other_unit};
-use crate::diagnostics::{Code, Diagnostic};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::eval::Value;
 use crate::ir::{Binder, Expr, ExprKind, Gather, Group, Operator, Ty};
 use crate::source::Span;
@@ -405,6 +405,7 @@ impl Checker<'_> {
                     O::Equal | O::NotEqual => !matches!(ty, Ty::Track(_)),
                     _ => numbers,
                 };
+                self.check_rule_name(&a, &b);
                 if !fine {
                     let help = if matches!(ty, Ty::Track(_)) {
                         "ask for it at a time: `e.position at end`"
@@ -417,6 +418,34 @@ impl Checker<'_> {
                 make(a, b, ty)
             }
         }
+    }
+
+    /// `s.rule == "grwo"` holds for no step.
+    fn check_rule_name(&mut self, a: &Expr, b: &Expr) {
+        let (ExprKind::Attribute(step, _), ExprKind::Text(name)) = (&a.kind, &b.kind) else { return };
+        // A module on its own does not know which rules it will meet.
+        if step.ty != Ty::Step || self.program.name.is_none() {
+            return;
+        }
+        let program = self.program;
+        let rules = || {
+            program.entries().filter_map(|(_, item)| match &item.kind {
+                ast::ItemKind::Rule(name, _) => Some(name.text.as_str()),
+                _ => None,
+            })
+        };
+        // What a variant drops made no step, and nothing is wrong with that.
+        let dropped = program.dropped_at(b.span, name).is_some();
+        if rules().any(|rule| rule == name) || dropped || self.is_lost(b.span, name) {
+            return;
+        }
+        let help = did_you_mean(name, rules())
+            .unwrap_or_else(|| format!("the rules are: {}", rules().collect::<Vec<_>>().join(", ")));
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_NAME, b.span, format!("there is no rule `{name}`"))
+                .label("no step comes from it")
+                .help(help),
+        );
     }
 
     fn aggregate(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {

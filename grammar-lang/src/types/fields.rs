@@ -40,6 +40,7 @@ const MODEL: &[&str] = &[
     "gravity",
     "ground_friction",
     "iterations",
+    "tolerance",
     "self_collision",
     "speed_limit",
 ];
@@ -587,6 +588,7 @@ impl Checker<'_> {
         let gravity = get("gravity", "Acceleration", Sign::NotNegative, "9.81 m/s^2");
         let ground_friction = get("ground_friction", "Number", Sign::NotNegative, "0.8");
         let iterations = get("iterations", "Count", Sign::Positive, "10");
+        let tolerance = get("tolerance", "Number", Sign::NotNegative, "0.2 %");
         let speed_limit = get("speed_limit", "Velocity", Sign::Positive, "10 m/s");
         let self_collision = self.value(&from, "self_collision", &Ty::Bool, "true", &cx);
         if let (Some(n), Some((_, tree))) = (iterations, from.values.get("iterations"))
@@ -630,6 +632,7 @@ impl Checker<'_> {
             gravity: gravity?,
             ground_friction: ground_friction?,
             iterations: iterations? as usize,
+            tolerance: tolerance?,
             self_collision: self_collision?.0 == Value::Bool(true),
             speed_limit: speed_limit?,
         })

@@ -108,8 +108,12 @@ impl Checker<'_> {
             Ok(unit) => Some(unit),
             Err(UnitError::Unknown(word)) => {
                 let meant = super::mend::unit_meant(&word).map(|m| format!("did you mean `{m}`?"));
+                let kind = self.program.lookup(unit.span, &unit.text).map(|(_, item)| &item.kind);
+                let part = matches!(kind, Some(ast::ItemKind::Part(_) | ast::ItemKind::Actuator(_)));
                 let help = meant.or_else(|| did_you_mean(&word, units::unit_names())).unwrap_or_else(|| {
-                    if unit.text.contains('*') || unit.text.contains('/') {
+                    if part {
+                        format!("one effect makes one part: write `{word}` alone, and the effect as often as needed")
+                    } else if unit.text.contains('*') || unit.text.contains('/') {
                         "to calculate with a name, put spaces around `*` and `/`".to_owned()
                     } else {
                         format!("units are: {}", units::unit_names().collect::<Vec<_>>().join(", "))
@@ -204,6 +208,19 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
             (Ty::Count | Ty::Quantity(_), Ty::Bool) => {
                 Some("compare it with something, as in `count(part) > 3`".to_owned())
             }
+            (Ty::Quantity(d), Ty::Domain(inner)) if expr.ty == **inner && !d.is_number() => {
+                let range = match &expr.kind {
+                    ExprKind::Number(x) => {
+                        Some(format!("{} .. {}", units::shown(x.min(0.0), *d), units::shown(x.max(0.0), *d)))
+                    }
+                    _ => None,
+                };
+                Some(format!("write a range, as in `{}`", range.as_deref().unwrap_or("LEAST .. GREATEST")))
+            }
+            (Ty::Bool, Ty::Count | Ty::Quantity(_)) => {
+                Some("use `if CONDITION then a else b` to make a number of yes and no".to_owned())
+            }
+            (_, Ty::Count) => Some("write a whole number, such as 3".to_owned()),
             (_, Ty::Domain(_)) => Some("write a range `a .. b` or a set `{ a, b }`".to_owned()),
             _ => None,
         };

@@ -11,7 +11,7 @@ use super::stage::Stage;
 use super::tasks::Actuated;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, RuleSet, Ty};
-use crate::names::{Declaration, declared};
+use crate::names::{Declaration, LoadedModule, declared};
 use crate::source::Span;
 use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name, Place, Typed};
 
@@ -72,7 +72,7 @@ impl<'a> Checker<'a> {
         let examples = self.examples(&items, &rules, &requirements);
         // A module without `grammar` is only imported; it has been checked.
         let name = program.name.as_ref()?;
-        let complete = self.complete(&singles, name.span);
+        let complete = self.complete(&singles, program.base.unwrap_or(name.span));
         let from = self.starting_example(&singles, &examples);
         let assembled =
             self.assemble(name, singles, Derived { rules, requirements, preferences, examples, from });
@@ -145,7 +145,7 @@ impl<'a> Checker<'a> {
         let mut examples = IndexMap::new();
         for (_, item) in items {
             let ItemKind::Example(name, clauses) = &item.kind else { continue };
-            if let Some(example) = self.example(clauses, &rules, &reasons, name.span, item.damaged) {
+            if let Some(example) = self.example(clauses, &rules, &reasons, name, item.damaged) {
                 examples.insert(name.text.clone(), example);
             }
         }
@@ -239,7 +239,9 @@ impl<'a> Checker<'a> {
                 self.bind_parameter(&parameter.name, ty, &mut cx);
             }
             self.open_functions.push(declaration);
+            self.open.push(declaration);
             self.infer(value, &mut cx);
+            self.open.pop();
             self.open_functions.pop();
             let found = std::mem::take(&mut self.errors);
             if fewest.as_ref().is_none_or(|f| found.len() < f.len()) {
@@ -283,8 +285,7 @@ impl<'a> Checker<'a> {
 
     /// Warns of declarations and imports of the first text that nothing uses.
     fn unused(&mut self, items: &[(Declaration, &Item)], rest: &IndexSet<Declaration>) {
-        let broken = self.errors.iter().any(Diagnostic::is_error);
-        if broken {
+        if self.is_partial() || self.errors.iter().any(Diagnostic::is_error) {
             // What an error hides might be the use.
             return;
         }
@@ -541,9 +542,14 @@ impl<'a> Checker<'a> {
         None
     }
 
+    /// Whether some declarations could not be read: what seems to be missing may be there.
+    fn is_partial(&self) -> bool {
+        let lost = |m: &LoadedModule| m.tree.headless || m.tree.broken.iter().any(|b| !b.is_empty());
+        self.program.modules.iter().any(lost)
+    }
+
     /// Reports what a grammar lacks.
     fn complete(&mut self, singles: &Singles<'_>, span: Span) -> bool {
-        let broken = self.program.modules.iter().any(|m| m.tree.broken.iter().any(|b| !b.is_empty()));
         let tasks = !singles.tasks.is_empty();
         let wanted = [
             ("begin", "begin { place core : cube }"),
@@ -551,24 +557,20 @@ impl<'a> Checker<'a> {
             ("maximize", "maximize travel in cm"),
             ("search", "search nested_annealing"),
         ];
-        let mut complete = true;
-        for (what, example) in wanted {
+        let missing = wanted.into_iter().filter(|(what, _)| {
             // Tasks say for themselves how they are simulated.
-            if what == "simulate" && tasks {
-                continue;
-            }
-            if !singles.seen.contains_key(what) {
-                complete = false;
-                if !broken {
-                    self.report(
-                        Diagnostic::new(Code::MISSING_ITEM, span, format!("this grammar has no `{what}`"))
-                            .label("incomplete")
-                            .help(format!("add for example `{example}`")),
-                    );
-                }
-            }
+            !(*what == "simulate" && tasks || singles.seen.contains_key(what))
+        });
+        let (words, lines): (Vec<&str>, Vec<&str>) = missing.unzip();
+        if !words.is_empty() && !self.is_partial() {
+            let message = format!("this grammar has no {}", super::names::listed(&words, "or"));
+            self.report(
+                Diagnostic::new(Code::MISSING_ITEM, span, message)
+                    .label("incomplete")
+                    .help(format!("add for example {}", super::names::listed(&lines, "and"))),
+            );
         }
-        complete
+        words.is_empty()
     }
 
     fn assemble(&mut self, name: &Name, singles: Singles<'a>, derived: Derived) -> Option<RuleSet> {

@@ -11,6 +11,9 @@ use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::Name;
 
+/// Things whose attributes other things do not have.
+const OWNERS: &[Ty] = &[Ty::Part, Ty::Port, Ty::Joint, Ty::Step];
+
 impl Checker<'_> {
     /// A port by its name, if that is what an expression is.
     pub(super) fn port_name(&self, tree: &ast::Expr) -> Option<Expr> {
@@ -63,11 +66,21 @@ impl Checker<'_> {
                         return make(of, ty);
                     }
                 } else if param.is_some() {
-                    return self.wrong(
-                        name.span,
-                        format!("only an actuator has a `{}`", name.text),
-                        "match an actuator: `match a : actuator`",
-                    );
+                    let name_text = &name.text;
+                    let message = format!("only an actuator has a `{name_text}`");
+                    let whole = self.sources.slice(of.span);
+                    // The twin or holder of an actuator may be any part.
+                    let help = match of.kind {
+                        ExprKind::Attribute(..) => format!(
+                            "`{whole}` is a part of any kind: look for it among the actuators, as in \
+                             `exists b in actuator where b is {whole}: b.{name_text} == 1`"
+                        ),
+                        _ => "match an actuator: `match a : actuator`".to_owned(),
+                    };
+                    return self.wrong(name.span, message, &help);
+                }
+                if of_part && self.is_lost(name.span, &name.text) {
+                    return unknown(span);
                 }
                 let own = signature::attributes(&ty).iter().map(|(n, _)| *n);
                 let moving = signature::MOTION_ATTRIBUTES
@@ -95,7 +108,19 @@ impl Checker<'_> {
             }
             _ => Vec::new(),
         };
+        let owner = OWNERS.iter().find(|ty| signature::attributes(ty).iter().any(|(n, _)| *n == name.text));
         let help = did_you_mean(&name.text, candidates.iter().map(String::as_str)).or_else(|| {
+            if of.ty == Ty::Kind {
+                let kind = self.sources.slice(of.span);
+                return Some(format!(
+                    "there may be many of a kind: name one, as `s` in `match s : {kind}` or \
+                     `attach {kind} to q as s`, and write `s.{}`",
+                    name.text
+                ));
+            }
+            if let Some(owner) = owner {
+                return Some(format!("it is {} that has a `{}`", article(owner), name.text));
+            }
             (!candidates.is_empty()).then(|| format!("{} has: {}", article(&of.ty), candidates.join(", ")))
         });
         self.report(

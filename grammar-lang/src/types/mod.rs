@@ -24,7 +24,7 @@ use indexmap::{IndexMap, IndexSet};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::{self, Scope, Value};
 use crate::ir::{self, Expr, RuleSet, Ty};
-use crate::names::{Declaration, Program};
+use crate::names::{Declaration, Program, declared};
 use crate::source::{SourceMap, Span};
 use crate::syntax::ast;
 use crate::syntax::ast::{Item, ItemKind, Name};
@@ -111,6 +111,8 @@ pub fn check(program: &Program, sources: &SourceMap, overrides: &[(String, Strin
         inlined: BTreeMap::new(),
         inside: false,
         read: IndexSet::new(),
+        open: Vec::new(),
+        faulty: IndexSet::new(),
         open_constants: 0,
         open_functions: Vec::new(),
         constants: Constants::default(),
@@ -168,6 +170,10 @@ struct Checker<'a> {
     inside: bool,
     /// Where names of rules and actuations are bound that something reads.
     read: IndexSet<Span>,
+    /// Constants, parameters and functions that are being checked, outermost first.
+    open: Vec<Declaration>,
+    /// Rules in which something is wrong: what they match and choose is not certain.
+    faulty: IndexSet<Span>,
     /// How many of them are being checked.
     open_constants: usize,
     /// Functions whose bodies are being checked, outermost first.
@@ -207,7 +213,8 @@ impl Checker<'_> {
             Err(error) => {
                 self.report(
                     Diagnostic::new(Code::BAD_VALUE, error.span, "this has no usable value")
-                        .label(error.reason),
+                        .label(error.reason)
+                        .help("it is worked out before anything runs: change the values that it is made of"),
                 );
                 None
             }
@@ -250,7 +257,7 @@ impl Checker<'_> {
             if let Some(done) = done {
                 return done.clone();
             }
-            self.circle(value.span);
+            self.circle(declaration, value.span);
             return unknown;
         }
         if self.open_constants >= DEEPEST {
@@ -266,11 +273,13 @@ impl Checker<'_> {
             return unknown;
         }
         self.inlined.insert(declaration, None);
+        self.open.push(declaration);
         self.open_constants += 1;
         let mut cx = Context::new(Stage::Declaration, false);
         let inside = std::mem::take(&mut self.inside);
         let mut expr = self.infer(value, &mut cx);
         self.inside = inside;
+        self.open.pop();
         self.open_constants -= 1;
         // A constant is worked out once, or constants of constants would grow without bound.
         if expr.ty.dimension().is_some() {
@@ -289,12 +298,17 @@ impl Checker<'_> {
         expr
     }
 
-    fn circle(&mut self, span: Span) {
-        self.report(
-            Diagnostic::new(Code::BAD_VALUE, span, "this is defined by itself")
-                .label("its value depends on its own value")
-                .help("nothing can use itself, not even through others: give one of them a value of its own"),
-        );
+    /// Reports what is defined by itself, with the others that the circle goes through.
+    fn circle(&mut self, declaration: Declaration, span: Span) {
+        let mut error = Diagnostic::new(Code::BAD_VALUE, span, "this is defined by itself")
+            .label("its value depends on its own value")
+            .help("nothing can use itself, not even through others: give one of them a value of its own");
+        let others = self.open.iter().rev().take_while(|open| **open != declaration);
+        let others: Vec<Declaration> = others.copied().collect();
+        for other in others.iter().rev().filter_map(|d| self.program.item(*d).and_then(declared)) {
+            error = error.also(other.span, "through this");
+        }
+        self.report(error);
     }
 
     /// A parameter of the grammar with its value in force.
@@ -305,14 +319,16 @@ impl Checker<'_> {
             Some(CheckedParam::Right(done)) => return Some(done.clone()),
             Some(CheckedParam::Wrong) => return None,
             Some(CheckedParam::Open) => {
-                self.circle(param.name.span);
+                self.circle(declaration, param.name.span);
                 return None;
             }
             None => {}
         }
         self.params.insert(declaration, CheckedParam::Open);
         let inside = std::mem::take(&mut self.inside);
+        self.open.push(declaration);
         let checked = self.check_param(param);
+        self.open.pop();
         self.inside = inside;
         let state = match &checked {
             Some(checked) => {
@@ -478,11 +494,13 @@ impl Checker<'_> {
             Some((declaration, Item { kind: ItemKind::Record(_, fields), .. })) => {
                 self.touched.insert(declaration);
                 if self.open_functions.contains(&declaration) {
-                    self.circle(name.span);
+                    self.circle(declaration, name.span);
                     return Ty::Unknown;
                 }
                 self.open_functions.push(declaration);
+                self.open.push(declaration);
                 let fields = fields.iter().map(|f| (f.name.text.clone(), self.type_named(&f.ty))).collect();
+                self.open.pop();
                 self.open_functions.pop();
                 return Ty::Record(name.text.clone(), fields);
             }

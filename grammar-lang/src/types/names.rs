@@ -23,6 +23,10 @@ impl Checker<'_> {
             if cx.stage.sees_word(word) {
                 return make(ExprKind::Word(word), signature::word(word));
             }
+            // It may be a name that a lost clause binds.
+            if cx.damaged {
+                return unknown(span);
+            }
             let places: Vec<&str> = stages_of(word).unwrap_or(&[]).iter().map(|s| s.name()).collect();
             return self.stage_error(span, name, cx.stage, &one_of(&places));
         }
@@ -128,7 +132,12 @@ impl Checker<'_> {
             return unknown(span);
         }
         let mut fix = None;
-        let help = if units::parse(name).is_ok() {
+        // What drives an actuator may read its parameters, but only as its own.
+        let driven = cx.locals.iter().find(|l| l.ty == Ty::Actuator && !l.name.is_empty());
+        let driven = driven.filter(|_| self.instance_params().contains_key(name));
+        let help = if let Some(driven) = driven {
+            format!("did you mean `{}.{name}`?", driven.name)
+        } else if units::parse(name).is_ok() {
             format!("`{name}` is a unit: write a number before it")
         } else if Function::named(name).is_some() {
             format!(
@@ -166,12 +175,17 @@ impl Checker<'_> {
 
     /// Reports a name that a variant drops; false if it does not.
     pub(super) fn report_dropped(&mut self, span: Span, name: &str) -> bool {
+        self.report_dropped_with(span, name, "drop or replace this, too")
+    }
+
+    /// The same with a help of its own.
+    pub(super) fn report_dropped_with(&mut self, span: Span, name: &str, help: &str) -> bool {
         let Some(place) = self.program.dropped_at(span, name) else { return false };
         self.report(
             Diagnostic::new(Code::DROPPED, span, format!("`{name}` is used, but the variant drops it"))
                 .label("still used here")
                 .also(place, "dropped here")
-                .help("drop or replace this, too"),
+                .help(help),
         );
         true
     }
@@ -313,5 +327,13 @@ fn one_of(words: &[&str]) -> String {
     match words {
         [head @ .., last] if !head.is_empty() => format!("{} or {last}", head.join(", ")),
         other => other.concat(),
+    }
+}
+
+/// Words in backquotes, with a word between the last two.
+pub(super) fn listed(words: &[&str], join: &str) -> String {
+    match words {
+        [head @ .., last] if !head.is_empty() => format!("`{}` {join} `{last}`", head.join("`, `")),
+        other => format!("`{}`", other.concat()),
     }
 }

@@ -105,6 +105,9 @@ impl Checker<'_> {
                 "use it in this rule, or take it out",
             );
         }
+        if damaged || self.errors.iter().skip(found).any(Diagnostic::is_error) {
+            self.faulty.insert(name.span);
+        }
         let weight = weight.unwrap_or(Expr { kind: ExprKind::Number(1.0), ty: Ty::NUMBER, span: name.span });
         Some(ir::Rule {
             name: name.text.clone(),

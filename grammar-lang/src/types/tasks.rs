@@ -182,6 +182,11 @@ impl<'a> Checker<'a> {
         }
     }
 
+    fn says_what_drives(&self, kind: &str) -> bool {
+        let drives = |item: &Item| matches!(&item.kind, ItemKind::Actuate(what, _) if what.text == *kind);
+        self.program.entries().any(|(_, item)| drives(item))
+    }
+
     /// Checks that every actuator is driven by an actuation that fits it.
     pub(super) fn check_actuated(
         &mut self,
@@ -191,6 +196,8 @@ impl<'a> Checker<'a> {
     ) {
         for (kind, actuator) in actuators {
             match actuated.get(kind) {
+                // It says what drives it: that is what is wrong.
+                None if self.says_what_drives(kind) => {}
                 None => {
                     // Where the grammar imports it: the library is not what is to be changed.
                     let imports = self.program.own.iter().filter_map(|m| self.program.modules.get(*m));

@@ -108,7 +108,7 @@ const WRITTEN_OUT: &[(&[&str], &str)] = &[
     (&["millisecond", "milliseconds", "msec", "msecs"], "ms"),
     (&["minute", "minutes", "mins"], "min"),
     (&["hour", "hours", "hr", "hrs"], "h"),
-    (&["degree", "degrees", "degs"], "deg"),
+    (&["°", "degree", "degrees", "degs"], "deg"),
     (&["radian", "radians", "rads"], "rad"),
     (&["ampere", "amperes", "amp", "amps"], "A"),
     (&["hertz"], "Hz"),

@@ -33,6 +33,8 @@ const ROUNDING: f64 = 0.2;
 const PROJECTIONS: usize = 2;
 /// The same at rest, with nothing to go on from.
 const FIRST_PROJECTIONS: usize = 100;
+/// Pairs in a group.
+const GROUP: usize = 16;
 /// Gap in cm below which a pair is a contact even when all is still.
 const MARGIN: f64 = 0.02;
 
@@ -140,6 +142,8 @@ pub(super) struct Collisions<S> {
     due: Vec<S>,
     /// Reading of the common odometer before which that is not so.
     wake: Vec<S>,
+    /// The earliest of these in each group of pairs, so that sleeping groups need no look.
+    calls: Vec<S>,
     /// How far each body can have moved.
     odometers: Vec<S>,
     /// How far any two can have moved towards each other.
@@ -172,6 +176,7 @@ impl<S: Scalar> Collisions<S> {
             hulls: lowered.pieces.iter().map(|piece| hull(kit, piece)).collect(),
             due: vec![S::zero(kit); pairs.len()],
             wake: vec![S::zero(kit); pairs.len()],
+            calls: vec![S::zero(kit); pairs.len().div_ceil(GROUP)],
             odometers: vec![S::zero(kit); lowered.bodies.len()],
             common: S::zero(kit),
             travels: vec![S::zero(kit); lowered.bodies.len()],
@@ -191,6 +196,7 @@ impl<S: Scalar> Collisions<S> {
         self.pairs.copy_from_slice(&self.at_rest);
         self.common = self.common.like(0.0);
         self.wake.fill(self.common);
+        self.calls.fill(self.common);
         self.due.fill(self.common);
         self.odometers.fill(self.common);
     }
@@ -207,28 +213,50 @@ impl<S: Scalar> Collisions<S> {
     ) {
         let most = self.travel(frames, ahead, step);
         let margin = step.like(MARGIN);
-        for place in 0..self.pairs.len() {
-            let awake = self.wake[place].at_most(self.common + most + margin);
-            if !awake.any() {
+        let now = self.common + most + margin;
+        for group in 0..self.calls.len() {
+            if !self.calls[group].at_most(now).any() {
                 continue;
             }
-            let Pair { first, second, .. } = self.pairs[place];
-            let (a, b) = (self.hulls[first].body, self.hulls[second].body);
-            let moved = self.odometers[a] + self.odometers[b];
-            let margin = self.travels[a] + self.travels[b] + margin;
-            let left = self.due[place] - moved;
-            let due = awake & left.at_most(margin);
-            self.wake[place] = S::pick(awake, self.common + left, self.wake[place]);
-            if !due.any() {
-                continue;
+            let places = group * GROUP..self.pairs.len().min((group + 1) * GROUP);
+            for place in places.clone() {
+                self.rouse(frames, place, margin, now, &mut found);
             }
-            let (gap, meeting) = self.look(frames, place, margin, due);
-            if let Some(meeting) = meeting {
-                found(meeting);
-            }
-            self.due[place] = S::pick(due, moved + gap, self.due[place]);
-            self.wake[place] = S::pick(due, self.common + gap, self.wake[place]);
+            self.calls[group] =
+                self.wake[places].iter().fold(step.like(f64::INFINITY), |call, &wake| call.min(wake));
         }
+    }
+
+    /// Hands over a pair if it may touch, in the lanes where its time has come.
+    #[inline(always)]
+    fn rouse(
+        &mut self,
+        frames: &[Frame<S>],
+        place: usize,
+        margin: S,
+        now: S,
+        found: &mut impl FnMut(Meeting<S>),
+    ) {
+        let awake = self.wake[place].at_most(now);
+        if !awake.any() {
+            return;
+        }
+        let Pair { first, second, .. } = self.pairs[place];
+        let (a, b) = (self.hulls[first].body, self.hulls[second].body);
+        let moved = self.odometers[a] + self.odometers[b];
+        let margin = self.travels[a] + self.travels[b] + margin;
+        let left = self.due[place] - moved;
+        let due = awake & left.at_most(margin);
+        self.wake[place] = S::pick(awake, self.common + left, self.wake[place]);
+        if !due.any() {
+            return;
+        }
+        let (gap, meeting) = self.look(frames, place, margin, due);
+        if let Some(meeting) = meeting {
+            found(meeting);
+        }
+        self.due[place] = S::pick(due, moved + gap, self.due[place]);
+        self.wake[place] = S::pick(due, self.common + gap, self.wake[place]);
     }
 
     /// Moves the odometers on by the step just made, whose speeds are the present

@@ -10,6 +10,7 @@
 
 use super::factor::Factor;
 use super::kinematics::State;
+use super::pgs::Unrest;
 use super::scalar::{Mask, Scalar};
 use super::tree::{Tree, dof_of};
 
@@ -226,9 +227,9 @@ impl<S: Scalar> Joints<S> {
         }
     }
 
-    /// One sweep over all rows.
+    /// One sweep over all rows, in the lanes that are not at rest yet.
     #[inline(always)]
-    pub(super) fn sweep(&mut self, y: &mut [S]) {
+    pub(super) fn sweep(&mut self, y: &mut [S], open: S::Mask, unrest: &mut Unrest<S>) {
         for place in 0..self.stops.len() {
             let mut stop = self.stops[place];
             let span = stop.start..stop.start + stop.count;
@@ -238,13 +239,17 @@ impl<S: Scalar> Joints<S> {
                 speed += column * y[dof as usize];
             }
             let before = stop.hold;
-            stop.hold.0 = (before.0 - (speed + stop.room.0) / stop.response).max(zero);
+            let low = (before.0 - (speed + stop.room.0) / stop.response).max(zero);
+            stop.hold.0 = S::pick(open, low, before.0);
             let up = stop.hold.0 - before.0;
             speed += up * stop.response;
-            stop.hold.1 = (before.1 + (speed - stop.room.1) / stop.response).max(zero);
-            let down = stop.hold.1 - before.1;
+            let high = (before.1 + (speed - stop.room.1) / stop.response).max(zero);
+            stop.hold.1 = S::pick(open, high, before.1);
+            let change = up - (stop.hold.1 - before.1);
+            let whole = stop.hold.0 - stop.hold.1;
+            unrest.add(change * change * stop.response, whole * whole * stop.response);
             self.stops[place] = stop;
-            self.apply(&stop, y, up - down);
+            self.apply(&stop, y, change);
         }
     }
 

@@ -29,7 +29,7 @@ macro_rules! lanes {
                 self[lane] = value as f32;
             }
             #[inline(always)]
-            fn copy_lane(&mut self, lane: usize, from: Self) {
+            fn copy_lane(&mut self, lane: usize, from: &Self) {
                 self[lane] = from[lane];
             }
             #[inline(always)]

@@ -7,7 +7,7 @@
 
 use super::rows::{Contact, Rows};
 use super::scalar::{Mask, Scalar};
-use super::vector::{V3, pick};
+use super::vector::{V3, pick, sub};
 
 /// Velocities of a contact point along its three directions.
 #[inline(always)]
@@ -41,9 +41,38 @@ pub(super) fn warm_start<S: Scalar>(rows: &Rows<S>, y: &mut [S]) {
     }
 }
 
-/// One sweep over all contacts.
+/// How much a sweep has changed, as energies: what an impulse does to y, squared.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Unrest<S> {
+    /// The largest change of any row.
+    change: S,
+    /// The sum of what the rows give.
+    whole: S,
+}
+
+impl<S: Scalar> Unrest<S> {
+    #[inline(always)]
+    pub(super) fn new(kit: S::Kit) -> Self {
+        Self { change: S::zero(kit), whole: S::zero(kit) }
+    }
+
+    /// Adds a row by the energies of its change and of itself.
+    #[inline(always)]
+    pub(super) fn add(&mut self, change: S, whole: S) {
+        self.change = self.change.max(change);
+        self.whole += whole;
+    }
+
+    /// Where a row has changed by more than a share, squared, of what all rows give.
+    #[inline(always)]
+    pub(super) fn exceeds(&self, share: S) -> S::Mask {
+        (self.whole * share).less(self.change)
+    }
+}
+
+/// One sweep over all contacts, in the lanes that are not at rest yet.
 #[inline(always)]
-pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S]) {
+pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S], open: S::Mask, unrest: &mut Unrest<S>) {
     let Rows { contacts, columns, dofs, .. } = rows;
     for contact in contacts {
         let span = contact.start..contact.start + contact.count;
@@ -53,15 +82,18 @@ pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S]) {
         let zero = n.like(0.0);
         let normal = (before[0] - (n + contact.allowance) * contact.yielding).max(zero);
         let touching = zero.less(normal);
-        if !(touching | zero.less(before[0])).any() {
+        if !(open & (touching | zero.less(before[0]))).any() {
             continue;
         }
         let change = normal - before[0];
         let sliding = [a + contact.response[3] * change, b + contact.response[4] * change];
         let friction = rub(contact, sliding, contact.friction * normal, touching);
         let after = pick::<S>(touching, [normal, friction[0], friction[1]], [zero; 3]);
+        let after = pick::<S>(open, after, before);
         contact.impulse = after;
-        push(columns, dofs, y, [after[0] - before[0], after[1] - before[1], after[2] - before[2]]);
+        let change = sub(after, before);
+        unrest.add(contact.energy(change), after[0] * after[0] * contact.response[0]);
+        push(columns, dofs, y, change);
     }
 }
 

@@ -36,6 +36,15 @@ pub(super) struct Contact<S> {
     pub(super) determinant: S,
 }
 
+impl<S: Scalar> Contact<S> {
+    /// What an impulse does to y, squared.
+    #[inline(always)]
+    pub(super) fn energy(&self, [n, a, b]: V3<S>) -> S {
+        let [nn, aa, bb, na, nb, ab] = self.response;
+        n * (n * nn + (a * na + b * nb) * n.like(2.0)) + a * (a * aa + b * ab * n.like(2.0)) + b * b * bb
+    }
+}
+
 /// All contacts of one step. Emptied, never freed.
 #[derive(Clone, Debug)]
 pub(super) struct Rows<S> {

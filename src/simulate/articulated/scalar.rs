@@ -40,7 +40,7 @@ pub(super) trait Scalar:
     /// Changes the number of one lane.
     fn set_lane(&mut self, lane: usize, value: f64);
     /// Takes over the number of one lane.
-    fn copy_lane(&mut self, lane: usize, from: Self);
+    fn copy_lane(&mut self, lane: usize, from: &Self);
     /// Square root.
     fn sqrt(self) -> Self;
     /// Absolute value.
@@ -136,8 +136,8 @@ macro_rules! single {
                 *self = value as $type;
             }
             #[inline(always)]
-            fn copy_lane(&mut self, _: usize, from: Self) {
-                *self = from;
+            fn copy_lane(&mut self, _: usize, from: &Self) {
+                *self = *from;
             }
             #[inline(always)]
             fn sqrt(self) -> Self {

@@ -8,7 +8,7 @@ use super::ground::{Ground, top_speed};
 use super::inertia::{Composite, mass_matrix, turn_inertias};
 use super::joints::Joints;
 use super::kinematics::{Frame, State, Velocity, move_on, place};
-use super::pgs;
+use super::pgs::{self, Unrest};
 use super::rows::Rows;
 use super::scalar::{Mask, Scalar, lanes_of};
 use super::touches::{NO_SLOT, Touches};
@@ -48,6 +48,8 @@ pub(super) struct Solver<S: Scalar> {
     start: State<S>,
     step: S,
     iterations: usize,
+    /// The square of the share of all impulses that the last sweep may change.
+    tolerance: S,
     speed_limit: S,
     /// Body and place in it of every element, to check speeds.
     centres: Vec<(usize, V3<S>)>,
@@ -110,6 +112,7 @@ impl<S: Scalar> Solver<S> {
             start: state.clone(),
             step: of(settings.step),
             iterations: settings.iterations,
+            tolerance: of(settings.tolerance * settings.tolerance),
             speed_limit: of(settings.speed_limit * LENGTH),
             centres: centres.collect(),
             reach: reaches(kit, lowered),
@@ -277,14 +280,21 @@ impl<S: Scalar> Solver<S> {
         rows.fill(tree, frames, factor, &self.touches);
         for contact in &mut rows.contacts {
             for (lane, slot) in used(&contact.slots, S::LANES) {
-                copy_lane(&mut contact.impulse, lane, self.memory[slot]);
+                copy_lane(&mut contact.impulse, lane, &self.memory[slot]);
             }
         }
         joints.warm_start(y);
         pgs::warm_start(rows, y);
+        // A lane that has come to rest is left as it is, while others go on.
+        let mut open = live;
         for _ in 0..self.iterations {
-            joints.sweep(y);
-            pgs::sweep(rows, y);
+            let mut unrest = Unrest::new(tree.kit);
+            joints.sweep(y, open, &mut unrest);
+            pgs::sweep(rows, y, open, &mut unrest);
+            open = open & unrest.exceeds(self.tolerance);
+            if !open.any() {
+                break;
+            }
         }
         factor.restore(tree, y, &mut self.free);
         joints.remember(live);
@@ -307,7 +317,7 @@ impl<S: Scalar> Solver<S> {
                 if live >> lane & 1 == 0 {
                     continue;
                 }
-                copy_lane(&mut memory[slot], lane, contact.impulse);
+                copy_lane(&mut memory[slot], lane, &contact.impulse);
                 if first {
                     remembered.push((lane, slot as u32));
                 }

@@ -130,9 +130,9 @@ impl<S: Scalar> Touches<S> {
                 limb.touches.push(Touch::null(self.kit));
             }
             let touch = &mut limb.touches[place];
-            copy_lane(&mut touch.point, lane, point);
-            touch.allowance.copy_lane(lane, allowance);
-            touch.friction.copy_lane(lane, friction);
+            copy_lane(&mut touch.point, lane, &point);
+            touch.allowance.copy_lane(lane, &allowance);
+            touch.friction.copy_lane(lane, &friction);
             touch.depth.set_lane(lane, depth as f64);
             touch.deepest = touch.deepest.max(depth);
             touch.slots[lane] = slot as u32;

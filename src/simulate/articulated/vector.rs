@@ -25,7 +25,7 @@ pub(super) fn null<S: Scalar>(kit: S::Kit) -> V3<S> {
 
 /// Takes over one lane of another vector.
 #[inline(always)]
-pub(super) fn copy_lane<S: Scalar>(to: &mut V3<S>, lane: usize, from: V3<S>) {
+pub(super) fn copy_lane<S: Scalar>(to: &mut V3<S>, lane: usize, from: &V3<S>) {
     to.iter_mut().zip(from).for_each(|(part, from)| part.copy_lane(lane, from));
 }
 

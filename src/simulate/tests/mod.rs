@@ -16,6 +16,7 @@ pub(crate) fn settings() -> Settings {
         gravity: 9.81,
         ground_friction: 0.8,
         iterations: 8,
+        tolerance: 1e-3,
         self_collision: true,
         speed_limit: 10.0,
     }

@@ -1,0 +1,63 @@
+//! Parameters of actuators that rules set and nothing reads: a `per` was forgotten, or an actuation.
+
+use indexmap::IndexMap;
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Effect, Expr, ExprKind, Owner};
+use crate::source::Span;
+
+use super::known::Known;
+use super::places::places;
+
+/// What every actuator's own shape reads.
+const SEGMENTS: &str = "segments";
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let mut unread = set_by_rules(known);
+    if unread.is_empty() {
+        return;
+    }
+    let mut reads = |expr: &Expr| {
+        expr.any(&mut |e| {
+            if let ExprKind::Attribute(_, name) = &e.kind {
+                unread.shift_remove(name.as_str());
+            }
+            false
+        });
+    };
+    places(known).into_iter().flat_map(|place| place.exprs).for_each(&mut reads);
+    for variable in known.ruleset.actuations.values().flat_map(|a| &a.variables) {
+        if let Owner::Group(number) = &variable.owner {
+            reads(number);
+        }
+    }
+    for (name, (kind, span)) in unread {
+        let message = format!("rules set `{name}` of `{kind}`, but nothing reads it");
+        findings.push(Diagnostic::new(Code::UNUSED, span, message).label("makes no difference").help(format!(
+            "read it where it should matter, as in `per a.{name}` of an actuation or in a `require`; or do not set it"
+        )));
+    }
+}
+
+/// The parameters that rules set, with the kind that has them and where the first rule does.
+fn set_by_rules<'r>(known: &Known<'r>) -> IndexMap<&'r str, (&'r str, Span)> {
+    let ruleset = known.ruleset;
+    let mut set = IndexMap::new();
+    let mut note = |name: &'r str, value: &Expr| {
+        let owner = ruleset.actuators.iter().find(|(_, a)| a.params.contains_key(name));
+        if let (Some((kind, _)), true) = (owner, name != SEGMENTS) {
+            set.entry(name).or_insert((kind.as_str(), value.span));
+        }
+    };
+    for effect in ruleset.rules.iter().flat_map(|rule| &rule.effects) {
+        match effect {
+            Effect::Attach { what: Expr { kind: ExprKind::Kind(_, params), .. }, .. }
+            | Effect::Replace { with: Expr { kind: ExprKind::Kind(_, params), .. }, .. } => {
+                params.iter().for_each(|(name, value)| note(name, value));
+            }
+            Effect::Set { attribute, value, .. } => note(attribute, value),
+            _ => {}
+        }
+    }
+    set
+}
