@@ -245,8 +245,8 @@ fn what_has_no_value_is_counted_on_in_pieces() {
     let mut texts = texts();
     let text = texts["grammars/codesign.sgr"]
         .replace("for 20 s", "for 1 s")
-        .replace("maximize travel - fall in cm", "maximize travel / (count(part) - 2) in cm")
-        .replace("require whole          : connected", "require whole : 1 / (count(part) - 3) < 2");
+        .replace("maximize travel - fall in cm", "maximize travel / (count(part) - 3) in cm")
+        .replace("require whole          : connected", "require whole : 1 / (count(part) - 4) < 2");
     texts.insert("grammars/codesign.sgr".into(), text);
     let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
     assert!(same_end(&rules, 2, 5, None) > 2);
