@@ -297,6 +297,7 @@ const COMMANDS: &[&str] = &[
     "compile",
     "derive",
     "run",
+    "resume",
     "eval",
     "view",
     "doc",

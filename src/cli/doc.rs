@@ -10,7 +10,7 @@ use grammar_lang::source::Source;
 use super::output::{self, Fault};
 use super::{exit, load};
 use crate::document;
-use crate::results::folder::write_whole;
+use crate::results::whole::write_whole;
 use crate::world::{Files, LIBRARY};
 
 /// Write a page of documentation from the `##` comments of a grammar or module

@@ -9,9 +9,9 @@ use super::eval::design_file;
 use super::exit;
 use super::output::{self, Fault};
 use super::precision::Precision;
-use crate::results::folder::write_whole;
 use crate::results::judge;
 use crate::results::saved::SavedDesign;
+use crate::results::whole::write_whole;
 use crate::simulate::{self, export};
 
 /// What a design is written as.

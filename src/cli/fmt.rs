@@ -10,7 +10,7 @@ use grammar_lang::source::SourceMap;
 use super::load::Text;
 use super::output::{self, Fault};
 use super::{exit, load};
-use crate::results::folder::rewrite;
+use crate::results::whole::rewrite;
 
 /// Lay out grammars: lines, columns and spaces, never words
 #[derive(Args)]

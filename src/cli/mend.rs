@@ -12,7 +12,7 @@ use grammar_lang::source::SourceMap;
 
 use super::load::{self, STDIN, Text};
 use super::output::{self, Fault};
-use crate::results::folder::write_whole;
+use crate::results::whole::write_whole;
 use crate::world::{Edited, LIBRARY, read_text};
 
 /// How often the texts are mended and checked again: one fix may uncover the next.

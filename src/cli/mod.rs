@@ -10,13 +10,17 @@ mod eval;
 mod explain;
 mod export;
 mod fmt;
+mod interrupt;
 mod load;
 mod mend;
 mod new;
 mod output;
 mod precision;
 mod progress;
+mod resume;
 mod run;
+mod session;
+mod several;
 mod test;
 mod view;
 
@@ -34,8 +38,10 @@ pub mod exit {
     pub const INPUT: u8 = 1;
     /// Usage, configuration, files.
     pub const USAGE: u8 = 2;
-    /// Stopped before the end, with the best so far saved.
+    /// Stopped before the end, with a checkpoint to go on from.
     pub const STOPPED: u8 = 75;
+    /// A bug in sgc; what a panic exits with.
+    pub const BUG: u8 = 101;
     /// Interrupted with nothing saved.
     pub const INTERRUPTED: u8 = 130;
 }
@@ -58,6 +64,7 @@ Examples:
   sgc check grammars/codesign.sgr
   sgc explain E0302
   sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
+  sgc resume runs/codesign-3
   sgc view runs/codesign-3
 
 To have the shell complete commands and options (other shells: sgc help completions):
@@ -65,8 +72,8 @@ To have the shell complete commands and options (other shells: sgc help completi
 
 Exit codes: 0 done; 1 the input has errors, no feasible design was found,
 `audit` was asked for a body that was not made, or `fmt --check` names a file;
-2 usage or files; 75 stopped early with the best so
-far saved; 101 a bug in sgc; 130 interrupted with nothing saved.";
+2 usage or files; 75 stopped with a checkpoint, from which
+`sgc resume` goes on; 101 a bug in sgc; 130 interrupted with nothing saved.";
 
 #[derive(Subcommand)]
 enum Command {
@@ -79,6 +86,7 @@ enum Command {
     Compile(compile::Compile),
     Derive(derive::Derive),
     Run(run::Run),
+    Resume(resume::Resume),
     Eval(eval::Eval),
     View(view::View),
     Export(export::Export),
@@ -108,6 +116,7 @@ pub fn main() -> ExitCode {
         Command::Compile(command) => command.run(),
         Command::Derive(command) => command.run(),
         Command::Run(command) => command.run(),
+        Command::Resume(command) => command.run(),
         Command::Eval(command) => command.run(),
         Command::View(command) => command.run(),
         Command::Export(command) => command.run(),

@@ -8,7 +8,7 @@ use clap::{Args, ValueEnum};
 use super::exit;
 use super::output::{self, Fault};
 use crate::document::is_name;
-use crate::results::folder::write_whole;
+use crate::results::whole::write_whole;
 
 /// Begin a grammar: write NAME.sgr from a template
 #[derive(Args)]

@@ -16,6 +16,8 @@ pub(super) struct Progress {
     terminal: bool,
     started: Instant,
     last: Instant,
+    /// Evaluations spent before it started.
+    before: u64,
     limit: Option<u64>,
     deadline: Option<Instant>,
     unit: String,
@@ -25,7 +27,14 @@ pub(super) struct Progress {
 }
 
 impl Progress {
-    pub(super) fn new(limit: Option<u64>, deadline: Option<Instant>, unit: &str, quiet: bool) -> Self {
+    /// For a search that has spent so many evaluations before.
+    pub(super) fn new(
+        before: u64,
+        limit: Option<u64>,
+        deadline: Option<Instant>,
+        unit: &str,
+        quiet: bool,
+    ) -> Self {
         let terminal = std::io::stderr().is_terminal() && !quiet;
         let bar = match limit {
             Some(limit) => ProgressBar::new(limit),
@@ -47,6 +56,7 @@ impl Progress {
             terminal,
             started: now,
             last,
+            before,
             limit,
             deadline,
             unit: unit.to_owned(),
@@ -57,8 +67,9 @@ impl Progress {
     }
 
     fn left(&self, spent: u64, now: Instant) -> String {
-        let by_count = self.limit.filter(|_| spent > 0).map(|limit| {
-            let share = limit.saturating_sub(spent) as f64 / spent as f64;
+        let now_spent = spent.saturating_sub(self.before);
+        let by_count = self.limit.filter(|_| now_spent > 0).map(|limit| {
+            let share = limit.saturating_sub(spent) as f64 / now_spent as f64;
             Duration::from_secs_f64((now - self.started).as_secs_f64() * share)
         });
         let by_time = self.deadline.map(|d| d.saturating_duration_since(now));
@@ -78,7 +89,7 @@ impl Progress {
         if !self.terminal && now.saturating_duration_since(self.last) < EVERY {
             return;
         }
-        let rate = spent as f64 / (now - self.started).as_secs_f64().max(1e-3);
+        let rate = spent.saturating_sub(self.before) as f64 / (now - self.started).as_secs_f64().max(1e-3);
         let body = body.map_or(String::new(), |b| format!(", this body {b:.1}"));
         let message = format!(
             "evaluations at {rate:.0}/s, body {} at T {:.1}: best {}{body}{}",

@@ -7,8 +7,8 @@ use clap::Args;
 use super::eval::design_file;
 use super::exit;
 use super::output::{self, Fault};
-use crate::results::folder::write_whole;
 use crate::results::saved::SavedDesign;
+use crate::results::whole::write_whole;
 use crate::results::{picture, view};
 
 /// Write a page that shows a saved design moving; it opens offline in any browser

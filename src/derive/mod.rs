@@ -23,7 +23,7 @@ use grammar_lang::ir::{Rule, RuleSet};
 pub use apply::Blocked;
 pub use every::Applications;
 pub use example::run_example;
-pub use record::{Recorded, Step};
+pub use record::{Recorded, Step, Steps};
 pub use scope::DesignScope;
 pub use start::{check_begun, check_start};
 
@@ -152,6 +152,24 @@ impl Derivation {
             }
         }
         Ok(None)
+    }
+
+    /// What is kept of it.
+    #[must_use]
+    pub fn kept(&self) -> Steps {
+        Steps { steps: self.steps.clone(), next: self.next }
+    }
+
+    /// The derivation of which this was kept; it goes on as that one would have.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that says which step cannot be applied, and why.
+    pub fn restore(rules: &RuleSet, kept: &Steps) -> Result<Self, String> {
+        let mut derivation = Self::replay(rules, &kept.steps)
+            .map_err(|(n, reason)| format!("step {n} of a derivation cannot be applied: {reason}"))?;
+        derivation.next = derivation.next.max(kept.next);
+        Ok(derivation)
     }
 
     /// The design before each step: what a step names may be gone later.

@@ -17,6 +17,15 @@ pub struct Step {
     pub locals: Vec<Recorded>,
 }
 
+/// A derivation as it is kept: its steps, which lead to its design again.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Steps {
+    /// The steps, in order.
+    pub steps: Vec<Step>,
+    /// The number of the next step; steps that were taken back had numbers, too.
+    pub next: u64,
+}
+
 /// A value of a match or choice.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

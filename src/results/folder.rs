@@ -1,17 +1,30 @@
-//! The run folder: what a run was asked, what it did, what it found.
+//! The run folder: what a run was asked, what it did, what it found, and how it goes on.
 
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
-use serde::Serialize;
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
 
-use super::saved::{Grammar, SavedDesign};
-use crate::search::{Outcome, Row};
+use super::checkpoint::Checkpoint;
+use super::evals::Evals;
+use super::saved::{Grammar, SavedDesign, hex};
+use super::whole::{aside, entries, is_unfinished, lock, make_folder, read, write_whole};
+use crate::search::{Outcome, Row, State};
+
+const RUN: &str = "run.toml";
+const SOURCES: &str = "sources";
+const EVALS: &str = "evals.csv";
+const CHECKPOINT: &str = "checkpoint";
+const BEST: &str = "best.design.json";
+const RESULT: &str = "result.json";
 
 /// What a run was asked; the content of `run.toml`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Asked {
     /// The command line.
     pub command: String,
@@ -29,161 +42,225 @@ pub struct Asked {
     pub max_evals: Option<u64>,
     /// The bound on time, as it was written.
     pub time: Option<String>,
+    /// The example that it started from, if it was not the initial design.
+    pub from: Option<String>,
+    /// The text that declares the grammar.
+    pub entry: String,
     /// Parameters that were set from outside.
-    pub parameters: std::collections::BTreeMap<String, String>,
+    pub parameters: Vec<(String, String)>,
+    /// The texts in `sources/`.
+    pub sources: Vec<Source>,
+}
+
+/// A text of the grammar, frozen in `sources/`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Source {
+    /// What the grammar calls it.
+    pub name: String,
+    /// Its file.
+    pub file: String,
+    /// The hash of its text.
+    pub sha256: String,
 }
 
 /// What a complete run says in `result.json`.
-#[derive(Clone, Debug, Serialize)]
-struct Finished<'a> {
-    grammar: &'a str,
-    seed: u64,
-    value: Option<f64>,
-    unit: &'a str,
-    evaluations: u64,
-    moves: usize,
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Finished {
+    /// The grammar's name.
+    pub grammar: String,
+    /// The seed.
+    pub seed: u64,
+    /// The value of the best design; none if there is none.
+    pub value: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+    /// Evaluations spent.
+    pub evaluations: u64,
+    /// Outer moves made.
+    pub moves: usize,
     /// Evaluations without a value, by reason.
-    invalid: BTreeMap<&'static str, u64>,
+    pub invalid: BTreeMap<String, u64>,
     /// Would-be bests that lost their value at half the step.
-    unstable: u64,
-    end: &'a str,
+    pub unstable: u64,
+    /// Why it ended.
+    pub end: String,
 }
 
-/// A run folder that is being written.
+/// A run folder that is being written. Another process cannot write it as long as this lives.
 #[derive(Debug)]
 pub struct RunFolder {
     path: PathBuf,
-    evals: fs::File,
+    evals: Evals,
+    /// Hash of `run.toml`.
+    run: String,
+    /// `run.toml`, locked.
+    _lock: fs::File,
     /// The run that this one replaces, kept until there is a first best.
-    replaced: std::cell::RefCell<Option<PathBuf>>,
+    replaced: RefCell<Option<PathBuf>>,
 }
 
-/// Writes a file so that it is there whole or not at all: beside it first,
-/// flushed to the disk, then renamed.
+/// A run that was stopped, read again.
+#[derive(Debug)]
+pub struct Reopened {
+    /// Its folder, as it was at the last checkpoint.
+    pub folder: RunFolder,
+    /// What it was asked.
+    pub asked: Asked,
+    /// Its frozen texts.
+    pub grammar: Grammar,
+    /// What they say.
+    pub rules: RuleSet,
+    /// Them again, to show places in them.
+    pub sources: SourceMap,
+    /// Where its search stands.
+    pub state: State,
+    /// The bound on evaluations.
+    pub max_evals: Option<u64>,
+}
+
+/// The texts of a grammar as [`Asked`] lists them.
+#[must_use]
+pub fn listed(grammar: &Grammar) -> Vec<Source> {
+    let mut taken = BTreeSet::new();
+    let list = grammar.sources.iter().map(|(name, text)| {
+        let mut file = file_name(name);
+        while !taken.insert(file.clone()) {
+            file = format!("again-{file}");
+        }
+        Source { name: name.clone(), file, sha256: hex(&Sha256::digest(text)) }
+    });
+    list.collect()
+}
+
+/// Whether there is a run in a folder.
+#[must_use]
+pub fn is_run(path: &Path) -> bool {
+    path.join(RUN).is_file()
+}
+
+/// What a complete run says; none if it is not complete.
 ///
 /// # Errors
 ///
-/// A sentence with the path and the system's reason.
-pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
-    write_with(path, text, None)
+/// A sentence: the result cannot be read.
+pub fn finished(path: &Path) -> Result<Option<Finished>, String> {
+    let path = path.join(RESULT);
+    match fs::read(&path) {
+        Ok(bytes) => serde_json::from_slice(&bytes)
+            .map(Some)
+            .map_err(|e| format!("{} is damaged: {e}", path.display())),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(format!("cannot read {}: {e}", path.display())),
+    }
 }
-
-/// Replaces the text of a file that exists, as [`write_whole`] does; who may read
-/// and write it stays as it is.
-///
-/// # Errors
-///
-/// A sentence with the path and the reason: also if the file may not be written.
-pub fn rewrite(path: &Path, text: &str) -> Result<(), String> {
-    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
-    let permissions = fs::metadata(path).map_err(|e| fault(&e))?.permissions();
-    // A rename would replace even a file that may not be written.
-    if permissions.readonly() {
-        return Err(fault(&"it is read-only"));
-    }
-    write_with(path, text, Some(permissions))
-}
-
-fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> Result<(), String> {
-    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
-    // A link is followed; a device or pipe is no file to be replaced.
-    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-    if path.exists() && !path.is_file() {
-        return Err(format!("cannot write {}: it is not a regular file", path.display()));
-    }
-    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut builder = tempfile::Builder::new();
-    // As any other file: readable by whom the user's mask allows.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(parent).map_err(|e| fault(&e))?;
-    if let Ok(old) = fs::metadata(path) {
-        // What replaces a file is open to the same people.
-        file.as_file().set_permissions(old.permissions()).map_err(|e| fault(&e))?;
-    }
-    file.write_all(text.as_bytes()).map_err(|e| fault(&e))?;
-    if let Some(permissions) = permissions {
-        file.as_file().set_permissions(permissions).map_err(|e| fault(&e))?;
-    }
-    file.as_file().sync_all().map_err(|e| fault(&e))?;
-    file.persist(path).map_err(|e| fault(&e.error))?;
-    Ok(())
-}
-
-/// The columns of `evals.csv`.
-const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid\n";
 
 impl RunFolder {
-    /// Makes a folder for a run.
+    /// Makes a folder for a run that begins with a state: whole or not at all.
     ///
     /// # Errors
     ///
     /// A sentence: the folder exists and is not empty (unless `force`), or cannot be written.
-    pub fn create(path: &Path, force: bool, asked: &Asked, grammar: &Grammar) -> Result<Self, String> {
-        let fault = |what: &Path, e: &dyn std::fmt::Display| format!("cannot write {}: {e}", what.display());
+    pub fn create(
+        path: &Path,
+        force: bool,
+        asked: &Asked,
+        grammar: &Grammar,
+        state: &State,
+    ) -> Result<Self, String> {
         // A link is followed: what it points to is replaced, not the link.
         let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let mut replaced = None;
-        if path.exists() {
-            let entries =
-                if path.is_dir() { entries(path).map_err(|e| fault(path, &e))? } else { vec![String::new()] };
-            if !entries.is_empty() {
-                if !force {
-                    return Err(format!(
-                        "{} exists already; choose another folder with --out, another --seed, or replace it with --force",
-                        path.display()
-                    ));
-                }
-                // Only what a run has written is ever replaced.
-                if let Some(foreign) = entries.iter().find(|e| !is_own(e)) {
-                    return Err(format!(
-                        "{} is not only a run folder: \"{foreign}\" in it was not written by a run; --force replaces only run folders",
-                        path.display()
-                    ));
-                }
-                let aside = path.with_file_name(format!(
-                    "{}.replaced-{}",
-                    path.file_name().unwrap_or_default().to_string_lossy(),
-                    std::process::id()
-                ));
-                fs::rename(path, &aside).map_err(|e| fault(path, &e))?;
-                replaced = Some(aside);
-            }
-        }
-        let folder = Self::fill(path, asked, grammar).map(|evals| Self {
-            path: path.to_owned(),
-            evals,
-            replaced: std::cell::RefCell::new(replaced.clone()),
-        });
-        if folder.is_err()
-            && let Some(aside) = replaced
-        {
-            // Nothing was gained: put the old run back.
-            let _ = fs::remove_dir_all(path);
-            let _ = fs::rename(aside, path);
-        }
-        folder
+        let replaced = check_place(path, force)?.then(|| aside(path));
+        let mut folder =
+            make_folder(path, replaced.as_deref(), |path| Self::fill(path, asked, grammar, state))?;
+        folder.path = path.to_owned();
+        folder.evals.moved(path.join(EVALS));
+        folder.replaced = RefCell::new(replaced);
+        Ok(folder)
     }
 
-    fn fill(path: &Path, asked: &Asked, grammar: &Grammar) -> Result<fs::File, String> {
+    fn fill(path: &Path, asked: &Asked, grammar: &Grammar, state: &State) -> Result<Self, String> {
         let fault = |what: &Path, e: &dyn std::fmt::Display| format!("cannot write {}: {e}", what.display());
-        fs::create_dir_all(path).map_err(|e| fault(path, &e))?;
-        let text = toml::to_string(asked).map_err(|e| fault(&path.join("run.toml"), &e))?;
-        write_whole(&path.join("run.toml"), &text)?;
-        fs::create_dir_all(path.join("sources")).map_err(|e| fault(path, &e))?;
-        for (name, text) in &grammar.sources {
-            write_whole(&path.join("sources").join(file_name(name)), text)?;
+        let text = toml::to_string(asked).map_err(|e| fault(&path.join(RUN), &e))?;
+        write_whole(&path.join(RUN), &text)?;
+        let lock = lock(&path.join(RUN))?;
+        let sources = path.join(SOURCES);
+        fs::create_dir_all(&sources).map_err(|e| fault(&sources, &e))?;
+        for source in &asked.sources {
+            let text = grammar.sources.get(&source.name).map_or("", String::as_str);
+            write_whole(&sources.join(&source.file), text)?;
         }
-        let evals_path = path.join("evals.csv");
-        let mut evals = fs::File::create(&evals_path).map_err(|e| fault(&evals_path, &e))?;
-        evals.write_all(COLUMNS.as_bytes()).map_err(|e| fault(&evals_path, &e))?;
-        Ok(evals)
+        let evals = Evals::create(&path.join(EVALS))?;
+        let folder = Self {
+            path: path.to_owned(),
+            evals,
+            run: hex(&Sha256::digest(&text)),
+            _lock: lock,
+            replaced: RefCell::new(None),
+        };
+        folder.checkpoint(state, asked.max_evals)?;
+        Ok(folder)
+    }
+
+    /// Opens the folder of a run that was stopped. Nothing in it is changed before all of it is
+    /// known to be as the run left it; then what was written after the last checkpoint is cut off.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: there is no run, it is complete, under way, changed, damaged or of another version.
+    pub fn reopen(path: &Path) -> Result<Reopened, String> {
+        let shown = path.display();
+        if !is_run(path) {
+            return Err(format!("{shown} is not a run folder: it has no {RUN}"));
+        }
+        let lock = lock(&path.join(RUN))?;
+        if finished(path)?.is_some() {
+            return Err(format!("the run in {shown} is complete"));
+        }
+        let text = read(&path.join(RUN))?;
+        let run = hex(&Sha256::digest(&text));
+        if !path.join(CHECKPOINT).exists() {
+            return Err(format!("{shown} has no checkpoint to go on from: begin anew with sgc run --force"));
+        }
+        let checkpoint = Checkpoint::read(&path.join(CHECKPOINT), &run)?;
+        let asked: Asked =
+            toml::from_str(&text).map_err(|e| format!("{} is damaged: {e}", path.join(RUN).display()))?;
+        let mut sources = BTreeMap::new();
+        for source in &asked.sources {
+            let file = path.join(SOURCES).join(&source.file);
+            let text = read(&file)?;
+            if hex(&Sha256::digest(&text)) != source.sha256 {
+                return Err(format!(
+                    "{} was changed after the run began: a run goes on only with the grammar that it began with",
+                    file.display()
+                ));
+            }
+            sources.insert(source.name.clone(), text);
+        }
+        let grammar = Grammar {
+            name: asked.grammar.clone(),
+            rules: asked.rules.clone(),
+            entry: asked.entry.clone(),
+            parameters: asked.parameters.clone(),
+            sources,
+        };
+        let (rules, sources) = grammar.compile_with_sources().map_err(|e| format!("{shown}: {e}"))?;
+        let state = checkpoint.state.restore(&rules).map_err(|e| format!("{shown}: {e}"))?;
+        let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals)?;
+        for name in entries(path).unwrap_or_default() {
+            if is_unfinished(&name) {
+                // What a killed process had begun to write.
+                let _ = fs::remove_file(path.join(name));
+            }
+        }
+        let folder = Self { path: path.to_owned(), evals, run, _lock: lock, replaced: RefCell::new(None) };
+        let max_evals = checkpoint.max_evals;
+        Ok(Reopened { folder, asked, grammar, rules, sources, state, max_evals })
     }
 
     /// Where the best design is.
     #[must_use]
     pub fn best_path(&self) -> PathBuf {
-        self.path.join("best.design.json")
+        self.path.join(BEST)
     }
 
     /// Where the folder is.
@@ -192,34 +269,29 @@ impl RunFolder {
         &self.path
     }
 
+    /// Whether an older run waits to be given back, as there is no best yet.
+    #[must_use]
+    pub fn is_replacing(&self) -> bool {
+        self.replaced.borrow().is_some()
+    }
+
     /// Adds a row to `evals.csv`.
     ///
     /// # Errors
     ///
     /// A sentence with the system's reason.
     pub fn row(&mut self, row: &Row) -> Result<(), String> {
-        let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
-        let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
-        let line = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
-            row.number,
-            row.iteration,
-            row.rule.as_deref().unwrap_or(""),
-            quoted(&blocked.join("; ")),
-            row.size.0,
-            row.size.1,
-            number(row.value),
-            row.accepted,
-            number(row.best),
-            row.temperature,
-            row.evaluations,
-            row.tally.invalid(),
-            row.tally.unstable,
-            quoted(&row.tally.reasons()),
-        );
-        self.evals
-            .write_all(line.as_bytes())
-            .map_err(|e| format!("cannot write {}: {e}", self.path.join("evals.csv").display()))
+        self.evals.row(row)
+    }
+
+    /// Replaces the checkpoint. It and the rows that it counts are on the disk when this returns.
+    ///
+    /// # Errors
+    ///
+    /// A sentence with the system's reason; then the last checkpoint is as it was.
+    pub fn checkpoint(&self, state: &State, max_evals: Option<u64>) -> Result<(), String> {
+        let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state)?;
+        write_whole(&self.path.join(CHECKPOINT), &checkpoint.text()?)
     }
 
     /// Replaces the best design.
@@ -242,19 +314,28 @@ impl RunFolder {
     /// A sentence with the system's reason.
     pub fn finish(&self, asked: &Asked, unit: &str, outcome: &Outcome) -> Result<(), String> {
         let finished = Finished {
-            grammar: &asked.grammar,
+            grammar: asked.grammar.clone(),
             seed: asked.seed,
             value: outcome.best.as_ref().map(|b| b.value),
-            unit,
+            unit: unit.to_owned(),
             evaluations: outcome.evaluations,
             moves: outcome.moves,
-            invalid: outcome.tally.by_reason().collect(),
+            invalid: outcome.tally.by_reason().map(|(why, n)| (why.to_owned(), n)).collect(),
             unstable: outcome.tally.unstable,
-            end: outcome.end.text(),
+            end: outcome.end.text().to_owned(),
         };
         let text = serde_json::to_string_pretty(&finished).map_err(|e| e.to_string())? + "\n";
-        write_whole(&self.path.join("result.json"), &text)
+        self.evals.mark()?;
+        write_whole(&self.path.join(RESULT), &text)?;
+        clear(&self.path);
+        Ok(())
     }
+}
+
+/// Takes the checkpoint of a complete run away: nobody goes on from there. A process that is killed at
+/// the very end leaves it.
+pub fn clear(path: &Path) {
+    let _ = fs::remove_file(path.join(CHECKPOINT));
 }
 
 impl Drop for RunFolder {
@@ -267,15 +348,43 @@ impl Drop for RunFolder {
     }
 }
 
-/// The names in a folder.
-fn entries(path: &Path) -> std::io::Result<Vec<String>> {
-    fs::read_dir(path)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
+/// Whether there is a run to be replaced; what is none is left alone.
+pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, String> {
+    if !path.exists() {
+        return Ok(false);
+    }
+    let entries = if path.is_dir() {
+        entries(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?
+    } else {
+        vec![String::new()]
+    };
+    if entries.is_empty() {
+        return Ok(false);
+    }
+    if !force {
+        return Err(format!(
+            "{} exists already; choose another folder with --out, another --seed, or replace it with --force",
+            path.display()
+        ));
+    }
+    // Only what a run has written is ever replaced.
+    if let Some(foreign) = entries.iter().find(|e| !is_own(e)) {
+        return Err(format!(
+            "{} is not only a run folder: \"{foreign}\" in it was not written by a run; --force replaces only run folders",
+            path.display()
+        ));
+    }
+    if is_run(path) {
+        // Not while it is under way.
+        drop(lock(&path.join(RUN))?);
+    }
+    Ok(true)
 }
 
 /// Whether a run writes files of this name.
 fn is_own(name: &str) -> bool {
-    let known = ["run.toml", "sources", "evals.csv", "best.design.json", "result.json", "view.html"];
-    known.contains(&name) || name.starts_with(".tmp")
+    let known = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, "view.html"];
+    known.contains(&name) || is_unfinished(name)
 }
 
 /// A file name for a source: `std.blocks` becomes `std.blocks.sgr`, folders become dashes.
@@ -286,13 +395,4 @@ fn file_name(name: &str) -> String {
         .collect();
     let flat = flat.trim_start_matches(['-', '.']).to_owned();
     if flat.ends_with(".sgr") { flat } else { format!("{flat}.sgr") }
-}
-
-/// A text as a field of a csv file.
-fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n']) {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
 }

@@ -12,7 +12,7 @@ use crate::design::assembly::{Assembly, JointKind};
 use crate::drive::Drive;
 use crate::score::{self, Recording, Score, score};
 use crate::search::{Best, keeps, settings};
-use crate::simulate::{self, Invalid, Motion, Settings};
+use crate::simulate::{self, Invalid, Motion, Settings, Stop};
 
 /// The names of the checks that every final best goes through.
 const HALF_STEP: &str = "half the step, finer contacts";
@@ -65,7 +65,7 @@ pub fn replay(
     let (derivation, body) = body_of(rules, design)?;
     let mut tasks = Vec::new();
     for saved in &design.tasks {
-        let trial = Trial { solver, precision, shift: None };
+        let trial = Trial { solver, precision, shift: None, stop: Stop::NEVER };
         tasks.push(replay_task(rules, saved, (&derivation, &body), trial)?);
     }
     if tasks.len() != rules.tasks.len() {
@@ -86,6 +86,7 @@ struct Trial<'a> {
     solver: &'a str,
     precision: Precision,
     shift: Option<Shift>,
+    stop: Stop<'a>,
 }
 
 /// A body or a ground that is not quite what was thought: a factor for one of its numbers.
@@ -210,7 +211,7 @@ fn replay_task(
     if let Some(shift) = trial.shift {
         shift.apply(&mut assembly, &mut driven.settings);
     }
-    let motion = simulated(&assembly, &driven.settings, &driven.targets, trial.solver)?;
+    let motion = simulated(&assembly, &driven.settings, &driven.targets, (trial.solver, trial.stop))?;
     let score = match &motion {
         Ok(motion) => Some(driven.score(rules, of, motion)?),
         Err(_) => None,
@@ -222,12 +223,13 @@ fn simulated(
     assembly: &Assembly,
     settings: &simulate::Settings,
     targets: &simulate::Targets,
-    solver: &str,
+    (solver, stop): (&str, Stop<'_>),
 ) -> Result<Result<Motion, Invalid>, String> {
     let model = simulate::model(solver).ok_or_else(|| format!("there is no solver `{solver}`"))?;
     let mut simulation = model.prepare(assembly, settings).map_err(|u| u.reason)?;
-    let outcome = simulation.run(std::slice::from_ref(targets)).into_iter().next();
-    Ok(outcome.unwrap_or(Err(Invalid::NotFinite)))
+    let outcomes = simulation.run_until(stop, std::slice::from_ref(targets));
+    let outcomes = outcomes.ok_or_else(|| "stopped before the simulation was complete".to_owned())?;
+    Ok(outcomes.into_iter().next().unwrap_or(Err(Invalid::NotFinite)))
 }
 
 /// What is simulated when a design does a task.
@@ -247,7 +249,7 @@ impl Setup {
     ///
     /// A sentence that says what does not fit, or that the motion is not valid.
     pub fn motion(&self, solver: &str) -> Result<Motion, String> {
-        simulated(&self.body.assembly, &self.settings, &self.targets, solver)?
+        simulated(&self.body.assembly, &self.settings, &self.targets, (solver, Stop::NEVER))?
             .map_err(|why| format!("the motion is not valid: {}", why.describe()))
     }
 }
@@ -323,7 +325,7 @@ pub fn save(
             checks: Vec::new(),
             drive: drive.labels().into_iter().zip(tune.parameters.iter().copied()).collect(),
         };
-        let trial = Trial { solver, precision: Precision::Model, shift: None };
+        let trial = Trial { solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
         let replayed = replay_task(rules, &saved, (&best.derivation, &body), trial)?;
         saved.terms = replayed.score.map(|s| s.terms).unwrap_or_default();
         if let Some(half) = tune.half_step {
@@ -339,12 +341,12 @@ pub fn save(
 ///
 /// # Errors
 ///
-/// A sentence that says what does not fit.
-pub fn final_check(rules: &RuleSet, design: &SavedDesign) -> Result<SavedDesign, String> {
+/// A sentence that says what does not fit, or that it was stopped.
+pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Result<SavedDesign, String> {
     let mut design = design.clone();
     let (derivation, body) = body_of(rules, &design)?;
     let solver = design.solver.as_str();
-    let plain = Trial { solver, precision: Precision::Model, shift: None };
+    let plain = Trial { solver, precision: Precision::Model, shift: None, stop };
     let mut trials = vec![(HALF_STEP, Trial { precision: Precision::Finer, ..plain })];
     if solver != RAPIER {
         trials.push((RAPIER, Trial { solver: RAPIER, ..plain }));

@@ -1,8 +1,12 @@
 //! Results: the run folder, the saved design, the viewer's page.
 
+pub mod checkpoint;
 pub mod describe;
+mod evals;
 pub mod folder;
 pub mod judge;
 pub mod picture;
 pub mod saved;
+pub mod series;
 pub mod view;
+pub mod whole;

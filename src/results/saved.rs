@@ -98,7 +98,12 @@ impl SavedTask {
 pub fn rules_hash(rules: &RuleSet) -> String {
     // A rule set always serialises: its maps have text keys.
     let text = without_spans(rules).unwrap_or_default().to_string();
-    Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
+    hex(&Sha256::digest(text.as_bytes()))
+}
+
+/// A hash as text.
+pub(super) fn hex(hash: &[u8]) -> String {
+    hash.iter().map(|b| format!("{b:02x}")).collect()
 }
 
 impl Grammar {
@@ -121,14 +126,23 @@ impl Grammar {
     ///
     /// A sentence that says what does not fit.
     pub fn compile(&self) -> Result<RuleSet, String> {
-        let rules = self.compile_edited()?;
+        Ok(self.compile_with_sources()?.0)
+    }
+
+    /// The same, with the texts, to show places in them.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that says what does not fit.
+    pub fn compile_with_sources(&self) -> Result<(RuleSet, SourceMap), String> {
+        let (rules, sources) = self.compiled()?;
         if rules_hash(&rules) != self.rules {
             return Err(
                 "its grammar was changed after it was saved, or this version of sgc reads it differently"
                     .to_owned(),
             );
         }
-        Ok(rules)
+        Ok((rules, sources))
     }
 
     /// Compiles the texts as they are, also where they were edited since.
@@ -137,12 +151,18 @@ impl Grammar {
     ///
     /// A sentence that says what is missing or wrong.
     pub fn compile_edited(&self) -> Result<RuleSet, String> {
+        Ok(self.compiled()?.0)
+    }
+
+    fn compiled(&self) -> Result<(RuleSet, SourceMap), String> {
         let world = Frozen { texts: self.sources.clone() };
         let text = self.sources.get(&self.entry).ok_or("the text of its grammar is missing")?;
         let mut sources = SourceMap::default();
         let entry = sources.add(self.entry.clone(), text.clone());
         let compiled = grammar_lang::compile(&world, &mut sources, entry, &self.parameters, Some(&self.name));
-        compiled.ruleset.ok_or_else(|| "this version of sgc cannot read the grammar in it".to_owned())
+        let rules =
+            compiled.ruleset.ok_or_else(|| "this version of sgc cannot read the grammar in it".to_owned())?;
+        Ok((rules, sources))
     }
 }
 

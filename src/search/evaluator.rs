@@ -12,7 +12,7 @@ use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::{Drive, Parameters};
 use crate::score::{self, Recording};
-use crate::simulate::{Invalid, Model, Motion, Settings, Simulation};
+use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop};
 
 /// The value of an evaluation, or why it has none.
 pub(super) type Valued = Result<f64, Missing>;
@@ -76,30 +76,30 @@ impl<'r> Evaluator<'r> {
         (self.workers.len(), self.workers.iter().map(|worker| worker.lanes()).min().unwrap_or(1))
     }
 
-    /// Evaluates several parameters at once; each as if it were alone.
-    pub(super) fn evaluate(&mut self, batch: &[Parameters]) -> Vec<Valued> {
+    /// Evaluates several parameters at once; each as if it were alone. None if it was
+    /// asked to stop before all were done.
+    pub(super) fn evaluate(&mut self, stop: Stop<'_>, batch: &[Parameters]) -> Option<Vec<Valued>> {
         let Self { rules, task, derivation, body, drive, pool, workers, .. } = self;
         let one = Judging { rules, task, derivation, body, drive };
         let share = batch.len().div_ceil(workers.len()).max(1);
         if let ([worker, ..], true) = (workers.as_mut_slice(), batch.len() <= share) {
-            return one.values(worker.as_mut(), batch);
+            return one.values(stop, worker.as_mut(), batch);
         }
-        let parts: Vec<_> = pool.install(|| {
+        let parts: Option<Vec<_>> = pool.install(|| {
             workers
                 .par_iter_mut()
                 .zip(batch.par_chunks(share))
-                .map(|(worker, part)| one.values(worker.as_mut(), part))
+                .map(|(worker, part)| one.values(stop, worker.as_mut(), part))
                 .collect()
         });
-        parts.into_iter().flatten().collect()
+        Some(parts?.into_iter().flatten().collect())
     }
 
-    /// The value at half the step.
-    pub(super) fn at_half_step(&mut self, parameters: &Parameters) -> Valued {
+    /// The value at half the step; none if it was asked to stop before that was known.
+    pub(super) fn at_half_step(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Valued> {
         let Self { rules, task, derivation, body, drive, fine, .. } = self;
         let judging = Judging { rules, task, derivation, body, drive };
-        let values = judging.values(fine.as_mut(), std::slice::from_ref(parameters));
-        values.into_iter().next().unwrap_or(Err(Missing::Motion(Invalid::NotFinite)))
+        judging.values(stop, fine.as_mut(), std::slice::from_ref(parameters))?.into_iter().next()
     }
 }
 
@@ -113,17 +113,22 @@ struct Judging<'a> {
 }
 
 impl Judging<'_> {
-    /// The values of parameters, simulated side by side.
-    fn values(&self, simulation: &mut dyn Simulation, batch: &[Parameters]) -> Vec<Valued> {
+    /// The values of parameters, simulated side by side; none if that was stopped.
+    fn values(
+        &self,
+        stop: Stop<'_>,
+        simulation: &mut dyn Simulation,
+        batch: &[Parameters],
+    ) -> Option<Vec<Valued>> {
         let targets: Vec<_> = batch.iter().map(|parameters| self.drive.targets(parameters)).collect();
         let drives: Vec<_> = targets.iter().flatten().cloned().collect();
-        let mut motions = simulation.run(&drives).into_iter();
+        let mut motions = simulation.run_until(stop, &drives)?.into_iter();
         let mut value = |(targets, parameters): (Result<_, EvalError>, &Parameters)| {
             targets.map_err(Missing::Expression)?;
             let motion = motions.next().unwrap_or(Err(Invalid::NotFinite)).map_err(Missing::Motion)?;
             self.score(&motion, parameters).map_err(Missing::Expression)
         };
-        targets.into_iter().zip(batch).map(&mut value).collect()
+        Some(targets.into_iter().zip(batch).map(&mut value).collect())
     }
 
     fn score(&self, motion: &Motion, parameters: &[f64]) -> Result<f64, EvalError> {

@@ -5,24 +5,31 @@
 //! number of threads: every move has its own named stream of random numbers, and
 //! evaluations that were started ahead of time but turn out not to be needed
 //! are neither counted nor used.
+//!
+//! All that the loops know is in [`State`]: it can be saved between any two batches of
+//! evaluations, and a search that goes on from it does what it would have done.
 
+mod body;
 mod evaluator;
 mod forecast;
 mod inner;
 mod outer;
 mod schedule;
+mod state;
 mod tally;
 
 use std::fmt;
+use std::sync::atomic::AtomicBool;
 
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{RuleSet, Task};
 
 pub use evaluator::{Evaluator, settings};
-pub use outer::{Best, Observer, Outcome, Row, Tune, run, tune_body};
+pub use outer::{Observer, Outcome, Row, go_on, run, tune_body};
+pub use state::{Best, State, Tune};
 pub use tally::Tally;
 
-use crate::simulate::Unfit;
+use crate::simulate::{Stop, Unfit};
 
 /// So many moves in a row that can do nothing end a search.
 const MOST_IDLE_MOVES: usize = 1000;
@@ -36,7 +43,7 @@ pub struct Limits {
     pub jobs: usize,
     /// The search ends when it has spent this many evaluations.
     pub max_evaluations: Option<u64>,
-    /// The search ends at this time; such a run is not repeatable.
+    /// The search is stopped at this time.
     pub deadline: Option<std::time::Instant>,
 }
 
@@ -93,6 +100,12 @@ pub enum End {
 }
 
 impl End {
+    /// Whether the search could go on from where it was stopped.
+    #[must_use]
+    pub fn is_early(self) -> bool {
+        matches!(self, Self::Interrupted | Self::Time)
+    }
+
     /// In words, for people and files.
     #[must_use]
     pub fn text(self) -> &'static str {
@@ -107,27 +120,32 @@ impl End {
     }
 }
 
-/// Evaluations and time that are left.
-#[derive(Debug)]
-pub(crate) struct Budget<'a> {
-    limits: &'a Limits,
-    stop: &'a std::sync::atomic::AtomicBool,
-    pub(crate) spent: u64,
+/// What ends a search from outside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Bounds<'a> {
+    max_evaluations: Option<u64>,
+    stop: Stop<'a>,
 }
 
-impl Budget<'_> {
-    /// Why nothing more may be spent, if so.
-    pub(crate) fn exhausted(&self) -> Option<End> {
-        if self.limits.max_evaluations.is_some_and(|max| self.spent >= max) {
+impl<'a> Bounds<'a> {
+    fn new(limits: &Limits, flag: &'a AtomicBool) -> Self {
+        Self { max_evaluations: limits.max_evaluations, stop: Stop::new(flag, limits.deadline) }
+    }
+
+    /// Why nothing more may be spent after so many evaluations, if so.
+    fn exhausted(&self, spent: u64) -> Option<End> {
+        if self.max_evaluations.is_some_and(|max| spent >= max) {
             return Some(End::Budget);
         }
-        if self.stop.load(std::sync::atomic::Ordering::Relaxed) {
+        self.stopped()
+    }
+
+    /// Why to stop at once, if so.
+    fn stopped(&self) -> Option<End> {
+        if self.stop.is_interrupted() {
             return Some(End::Interrupted);
         }
-        if self.limits.deadline.is_some_and(|deadline| std::time::Instant::now() >= deadline) {
-            return Some(End::Time);
-        }
-        None
+        self.stop.is_late().then_some(End::Time)
     }
 }
 

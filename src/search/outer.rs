@@ -3,55 +3,17 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use grammar_lang::eval::EvalError;
 use grammar_lang::ir::RuleSet;
 
-use super::inner::{Tuned, tune};
+use super::body::Tasks;
+use super::inner::Pace;
 use super::schedule::{Course, Plan};
-use super::tally::{Missing, Tally};
-use super::{Budget, End, Failure, Limits, MOST_IDLE_MOVES, accepts};
+use super::state::{Best, Body, State, Trial};
+use super::tally::Tally;
+use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES, accepts};
 use crate::derive::random::Stream;
 use crate::derive::{Blocked, Derivation};
-use crate::drive::Parameters;
 use crate::simulate::Model;
-
-/// The best design so far.
-#[derive(Clone, Debug)]
-pub struct Best {
-    /// The design and how it came to be.
-    pub derivation: Arc<Derivation>,
-    /// What was found for each task, in their order.
-    pub tasks: Vec<Tune>,
-    /// Its value, as the grammar states the objective.
-    pub value: f64,
-    /// The outer move that found it; 0 is the initial design.
-    pub found_at: usize,
-}
-
-/// The best drive of a body for one task.
-#[derive(Clone, Debug)]
-pub struct Tune {
-    /// The values of its varied quantities.
-    pub parameters: Parameters,
-    /// Its value, as the task states its objective.
-    pub value: f64,
-    /// Its value at half the step, where that was checked.
-    pub half_step: Option<f64>,
-}
-
-/// The outcome of tuning a body for all tasks.
-#[derive(Default)]
-struct Body {
-    found: Option<(Vec<Tune>, f64)>,
-    tally: Tally,
-    cut: Option<End>,
-}
-
-impl Body {
-    fn value(&self) -> Option<f64> {
-        self.found.as_ref().map(|(_, value)| *value)
-    }
-}
 
 /// One outer move, for the record.
 #[derive(Clone, Debug)]
@@ -90,12 +52,23 @@ pub trait Observer {
     ///
     /// A sentence; the search ends with it.
     fn moved(&mut self, row: &Row) -> Result<(), String>;
-    /// Called for each new best design.
+    /// Called for each new best design; and when the search is stopped, for one whose curves
+    /// are not tuned to the end.
     ///
     /// # Errors
     ///
     /// A sentence; the search ends with it.
     fn improved(&mut self, best: &Best) -> Result<(), String>;
+    /// Called wherever the search could go on from: after each batch of evaluations and each outer
+    /// move; `last` when it has been stopped and will not go on by itself.
+    ///
+    /// # Errors
+    ///
+    /// A sentence; the search ends with it.
+    fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), String> {
+        let _ = (state, last);
+        Ok(())
+    }
 }
 
 /// What a search found.
@@ -107,7 +80,7 @@ pub struct Outcome {
     pub evaluations: u64,
     /// Outer moves made.
     pub moves: usize,
-    /// Bodies evaluated.
+    /// Bodies whose curves were tuned.
     pub bodies: usize,
     /// Evaluations that came to nothing.
     pub tally: Tally,
@@ -115,20 +88,16 @@ pub struct Outcome {
     pub end: End,
 }
 
-/// The state of the outer loop.
 struct Annealing<'a> {
     rules: &'a RuleSet,
     model: &'a dyn Model,
     pool: &'a rayon::ThreadPool,
     seed: u64,
-    budget: Budget<'a>,
+    bounds: Bounds<'a>,
     observer: &'a mut dyn Observer,
-    best: Option<Best>,
-    moves: usize,
-    bodies: usize,
-    tally: Tally,
-    /// Moves in a row that could do nothing.
-    idle_moves: usize,
+    state: State,
+    /// A new best whose curves are not tuned to the end, once the search has been stopped.
+    unfinished: Option<Best>,
 }
 
 /// Runs the search that a rule set asks for, from a first design. `stop` may be set from
@@ -145,30 +114,31 @@ pub fn run(
     stop: &AtomicBool,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, Failure> {
+    go_on(rules, State::begin(first), model, limits, stop, observer)
+}
+
+/// Goes on with a search from where it stands; it does what it would have done.
+///
+/// # Errors
+///
+/// A [`Failure`]; what the observer was told before stays true.
+pub fn go_on(
+    rules: &RuleSet,
+    state: State,
+    model: &dyn Model,
+    limits: &Limits,
+    stop: &AtomicBool,
+    observer: &mut dyn Observer,
+) -> Result<Outcome, Failure> {
     let pool = threads(limits)?;
-    let budget = Budget { limits, stop, spent: 0 };
-    let mut annealing = Annealing {
-        rules,
-        model,
-        pool: &pool,
-        seed: limits.seed,
-        budget,
-        observer,
-        best: None,
-        moves: 0,
-        bodies: 0,
-        tally: Tally::default(),
-        idle_moves: 0,
-    };
-    let end = annealing.anneal(Arc::new(first))?;
-    Ok(Outcome {
-        best: annealing.best,
-        evaluations: annealing.budget.spent,
-        moves: annealing.moves,
-        bodies: annealing.bodies,
-        tally: annealing.tally,
-        end,
-    })
+    let bounds = Bounds::new(limits, stop);
+    let seed = limits.seed;
+    let mut annealing =
+        Annealing { rules, model, pool: &pool, seed, bounds, observer, state, unfinished: None };
+    let end = annealing.anneal()?;
+    let State { spent, moves, bodies, tally, best, .. } = annealing.state;
+    let best = annealing.unfinished.or(best);
+    Ok(Outcome { best, evaluations: spent, moves, bodies, tally, end })
 }
 
 /// Tunes the curves of one body, as the search does for each body.
@@ -184,74 +154,31 @@ pub fn tune_body(
     stop: &AtomicBool,
 ) -> Result<Outcome, Failure> {
     let pool = threads(limits)?;
-    let mut budget = Budget { limits, stop, spent: 0 };
-    let body = tune_all(rules, model, &pool, derivation, "body", &mut budget, &mut |_, _, _| {})?;
-    let best = body.found.map(|(tasks, value)| Best {
+    let mut tasks = Tasks {
+        rules,
+        model,
+        pool: &pool,
         derivation: Arc::clone(derivation),
-        tasks,
-        value,
-        found_at: 0,
-    });
-    Ok(Outcome {
-        best,
-        evaluations: budget.spent,
-        moves: 0,
-        bodies: 1,
-        tally: body.tally,
-        end: body.cut.unwrap_or(End::Stopped),
-    })
-}
-
-/// Tunes a body for each task in turn. What was found counts only if every task has a value.
-fn tune_all(
-    rules: &RuleSet,
-    model: &dyn Model,
-    pool: &rayon::ThreadPool,
-    derivation: &Arc<Derivation>,
-    name: &str,
-    budget: &mut Budget<'_>,
-    notify: &mut dyn FnMut(u64, Option<f64>, f64),
-) -> Result<Body, Failure> {
-    let mut body = Body::default();
-    let mut tunes = Vec::new();
-    for (task_name, task) in &rules.tasks {
-        let stream =
-            if *task_name == RuleSet::ONLY_TASK { name.to_owned() } else { format!("{name} {task_name}") };
-        let tuned = tune((rules, task), model, pool, derivation, &stream, budget, notify);
-        let Tuned { found, tally, cut } = match tuned {
-            // What the actuation cannot say of this body it may say of others.
-            Err(Failure::Expression(error)) if budget.spent > 1 => without_value(error, budget),
-            tuned => tuned?,
-        };
-        body.tally.add(&tally);
-        body.cut = cut;
-        tunes.extend(found.map(|f| Tune {
-            parameters: f.parameters,
-            value: f.value,
-            half_step: f.half_step,
-        }));
-        if body.cut.is_some() {
-            break;
+        seed: limits.seed,
+        name: "body".to_owned(),
+        bounds: Bounds::new(limits, stop),
+        tuner: None,
+    };
+    let (mut body, mut spent) = (Body::default(), 0);
+    let end = loop {
+        match tasks.advance(&mut body, &mut spent)? {
+            Pace::More => {}
+            Pace::Done => break End::Stopped,
+            Pace::Cut(end) => {
+                body.close();
+                break end;
+            }
         }
-    }
-    if tunes.len() == rules.tasks.len() {
-        let values: Vec<(&str, f64)> =
-            rules.tasks.keys().map(String::as_str).zip(tunes.iter().map(|t| t.value)).collect();
-        match crate::score::outcome(rules, derivation, &values) {
-            Ok(value) => body.found = Some((tunes, value)),
-            Err(error) => body.tally.count(Missing::Expression(error)),
-        }
-    }
-    Ok(body)
-}
-
-/// What tuning a body gives that an expression has no value for. It counts as an evaluation, or a
-/// search among such bodies would not end.
-fn without_value(error: EvalError, budget: &mut Budget<'_>) -> Tuned {
-    budget.spent += 1;
-    let mut tuned = Tuned::default();
-    tuned.tally.count(Missing::Expression(error));
-    tuned
+    };
+    let (found, tally) = body.found(rules, derivation);
+    let best =
+        found.map(|(tasks, value)| Best { derivation: Arc::clone(derivation), tasks, value, found_at: 0 });
+    Ok(Outcome { best, evaluations: spent, moves: 0, bodies: 1, tally, end })
 }
 
 fn threads(limits: &Limits) -> Result<rayon::ThreadPool, Failure> {
@@ -271,147 +198,194 @@ impl Annealing<'_> {
         }
     }
 
-    fn anneal(&mut self, first: Arc<Derivation>) -> Result<End, Failure> {
-        let mut current = first;
-        let tuned = self.tune(&current)?;
-        let mut value = tuned.value();
-        self.record(&current, &tuned, None, Vec::new(), 0, 0.0, true)?;
-        // What has no value for the very first design is a mistake in the grammar.
-        if let (None, Some((error, _))) = (value, tuned.tally.no_value.first_key_value()) {
-            return Err(error.clone().into());
-        }
-        if let Some(end) = tuned.cut {
-            return Ok(end);
-        }
-        let rules = self.rules;
-        let mut course = Course::new(rules.objective.maximize, value);
+    fn anneal(&mut self) -> Result<End, Failure> {
         loop {
-            let plan_for = Arc::clone(&current);
-            let plan = Plan { rules, derivation: &plan_for, schedule: &rules.search.outer };
-            if course.iteration >= plan.iterations(&course)? {
-                return Ok(End::Schedule);
+            let end = match self.bounds.stopped() {
+                Some(end) => Some(end),
+                None if self.state.trial.is_some() => self.try_body()?,
+                None => self.advance()?,
+            };
+            let last = end.is_some_and(End::is_early);
+            if last {
+                self.keep_unfinished()?;
             }
-            let temperature = plan.temperature(&course)?;
-            for _ in 0..plan.moves(&course)? {
-                if let Some(end) = self.budget.exhausted() {
-                    return Ok(end);
-                }
-                self.moves += 1;
-                let mut random = Stream::named(self.seed, &format!("body {}", self.moves));
-                let drawn = random.unit();
-                let step = current.advance(rules, &mut random, temperature);
-                for (_, why) in &step.blocked {
-                    if let Blocked::NoValue(error) = why {
-                        *self.tally.refused.entry(error.clone()).or_default() += 1;
-                    }
-                }
-                let blocked = step
-                    .blocked
-                    .iter()
-                    .map(|(rule, why)| {
-                        (rules.rules.get(*rule).map_or(String::new(), |r| r.name.clone()), why.text(rules))
-                    })
-                    .collect();
-                let Some(next) = step.result else {
-                    // A move that can do nothing is counted and told.
-                    self.record(
-                        &current,
-                        &Body::default(),
-                        None,
-                        blocked,
-                        course.iteration,
-                        temperature,
-                        false,
-                    )?;
-                    self.idle_moves += 1;
-                    if self.idle_moves >= MOST_IDLE_MOVES {
-                        return Ok(End::Stuck);
-                    }
-                    continue;
-                };
-                self.idle_moves = 0;
-                let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
-                let next = Arc::new(next);
-                let tuned = self.tune(&next)?;
-                let new = tuned.value();
-                // A body whose curves were not tuned to the end is judged by nothing but its best.
-                let accepted = tuned.cut.is_none()
-                    && accepts(self.fitness(value), self.fitness(new), temperature, drawn);
-                self.record(&next, &tuned, rule, blocked, course.iteration, temperature, accepted)?;
-                if let Some(end) = tuned.cut {
-                    return Ok(end);
-                }
-                if accepted {
-                    (current, value) = (next, new);
-                }
+            if last || end.is_none() {
+                self.observer.checkpoint(&self.state, last).map_err(Failure::Output)?;
             }
-            course.complete(self.best.as_ref().map(|b| b.value));
-            let plan = Plan { rules, derivation: &current, schedule: &rules.search.outer };
-            if plan.stops(&course)? {
-                return Ok(End::Stopped);
+            if let Some(end) = end {
+                return Ok(end);
             }
         }
     }
 
-    fn tune(&mut self, derivation: &Arc<Derivation>) -> Result<Body, Failure> {
-        let observer = &mut *self.observer;
-        self.bodies += 1;
-        let name = format!("curves {}", self.moves);
-        tune_all(
-            self.rules,
-            self.model,
-            self.pool,
-            derivation,
-            &name,
-            &mut self.budget,
-            &mut |spent, best, temperature| {
-                observer.evaluated(spent, best, temperature);
-            },
-        )
+    /// Draws the next body, or ends an iteration.
+    fn advance(&mut self) -> Result<Option<End>, Failure> {
+        let Self { rules, state, .. } = self;
+        let rules = *rules;
+        let derivation = Arc::clone(&state.current);
+        let plan = Plan { rules, derivation: &derivation, schedule: &rules.search.outer };
+        let Some(iteration) = (match state.iteration {
+            Some(iteration) => Some(iteration),
+            None => plan.begin(&state.course)?,
+        }) else {
+            return Ok(Some(End::Schedule));
+        };
+        state.iteration = Some(iteration);
+        if iteration.made >= iteration.moves {
+            state.iteration = None;
+            state.course.complete(state.best.as_ref().map(|b| b.value));
+            return Ok(plan.stops(&state.course)?.then_some(End::Stopped));
+        }
+        if let Some(end) = self.bounds.exhausted(state.spent) {
+            return Ok(Some(end));
+        }
+        let number = state.moves + 1;
+        let mut random = Stream::named(self.seed, &format!("body {number}"));
+        let drawn = random.unit();
+        let step = state.current.advance(rules, &mut random, iteration.temperature);
+        for (_, why) in &step.blocked {
+            if let Blocked::NoValue(error) = why {
+                *state.tally.refused.entry(error.clone()).or_default() += 1;
+            }
+        }
+        let blocked = step
+            .blocked
+            .iter()
+            .map(|(rule, why)| {
+                (rules.rules.get(*rule).map_or(String::new(), |r| r.name.clone()), why.text(rules))
+            })
+            .collect();
+        state.moves = number;
+        if let Some(iteration) = &mut state.iteration {
+            iteration.made += 1;
+        }
+        let Some(next) = step.result else {
+            // A move that can do nothing is counted and told.
+            state.idle_moves += 1;
+            let stuck = state.idle_moves >= MOST_IDLE_MOVES;
+            self.tell(&derivation, (None, blocked), None, false, Tally::default())?;
+            return Ok(stuck.then_some(End::Stuck));
+        };
+        state.idle_moves = 0;
+        let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
+        state.trial = Some(Trial { derivation: Arc::new(next), rule, blocked, drawn, body: Body::default() });
+        Ok(None)
     }
 
-    /// Keeps the best and tells the observer.
-    #[allow(clippy::too_many_arguments)]
-    fn record(
+    /// Tunes the body that is being tried, and judges it.
+    fn try_body(&mut self) -> Result<Option<End>, Failure> {
+        let Some(trial) = &self.state.trial else { return Ok(None) };
+        let mut tasks = Tasks {
+            rules: self.rules,
+            model: self.model,
+            pool: self.pool,
+            derivation: Arc::clone(&trial.derivation),
+            seed: self.seed,
+            name: format!("curves {}", self.state.moves),
+            bounds: self.bounds,
+            tuner: None,
+        };
+        let cut = loop {
+            let State { trial: Some(trial), spent, .. } = &mut self.state else { return Ok(None) };
+            match tasks.advance(&mut trial.body, spent)? {
+                Pace::Done => break None,
+                Pace::Cut(end) if end.is_early() => return Ok(Some(end)),
+                Pace::Cut(end) => {
+                    trial.body.close();
+                    break Some(end);
+                }
+                Pace::More => {}
+            }
+            let (temperature, best) = trial.body.progress();
+            self.observer.evaluated(self.state.spent, best, temperature);
+            self.observer.checkpoint(&self.state, false).map_err(Failure::Output)?;
+        };
+        let Some(trial) = self.state.trial.take() else { return Ok(cut) };
+        self.judge(trial, cut.is_some())?;
+        Ok(cut)
+    }
+
+    /// Accepts a body or not, and keeps the best.
+    fn judge(&mut self, trial: Trial<Arc<Derivation>>, is_cut: bool) -> Result<(), Failure> {
+        let Trial { derivation, rule, blocked, drawn, body } = trial;
+        let (found, tally) = body.found(self.rules, &derivation);
+        let value = found.as_ref().map(|(_, value)| *value);
+        let first = self.state.moves == 0;
+        let temperature = self.state.iteration.map_or(0.0, |iteration| iteration.temperature);
+        let accepted = if first {
+            self.state.course = Course::new(self.rules.objective.maximize, value);
+            true
+        } else {
+            // A body whose curves were not tuned to the end is judged by nothing but its best.
+            let (now, new) = (self.fitness(self.state.value), self.fitness(value));
+            !is_cut && accepts(now, new, temperature, drawn)
+        };
+        self.state.bodies += 1;
+        self.state.tally.add(&tally);
+        if let Some(best) = self.better(&derivation, found) {
+            self.observer.improved(&best).map_err(Failure::Output)?;
+            self.state.best = Some(best);
+        }
+        if accepted {
+            (self.state.current, self.state.value) = (Arc::clone(&derivation), value);
+        }
+        let mistake = tally.no_value.keys().next().filter(|_| first && value.is_none()).cloned();
+        self.tell(&derivation, (rule, blocked), value, accepted, tally)?;
+        // What has no value for the very first design is a mistake in the grammar.
+        mistake.map_or(Ok(()), |error| Err(error.into()))
+    }
+
+    /// A new best, if what was found for a body is one.
+    fn better(&self, derivation: &Arc<Derivation>, found: Option<(Vec<super::Tune>, f64)>) -> Option<Best> {
+        let (tasks, value) = found?;
+        let best = self.state.best.as_ref().map(|best| self.fitness(Some(best.value)));
+        best.is_none_or(|best| self.fitness(Some(value)) > best).then(|| Best {
+            derivation: Arc::clone(derivation),
+            tasks,
+            value,
+            found_at: self.state.moves,
+        })
+    }
+
+    /// Shows the observer what is known of a body whose tuning was stopped, if it is a new best. The state
+    /// does not know: going on from it finds the same or better.
+    fn keep_unfinished(&mut self) -> Result<(), Failure> {
+        let Some(Trial { derivation, body, .. }) = &self.state.trial else { return Ok(()) };
+        let mut body = body.clone();
+        body.close();
+        let (found, _) = body.found(self.rules, derivation);
+        if let Some(best) = self.better(derivation, found) {
+            self.observer.improved(&best).map_err(Failure::Output)?;
+            self.unfinished = Some(best);
+        }
+        Ok(())
+    }
+
+    /// Tells the observer of a move.
+    fn tell(
         &mut self,
-        derivation: &Arc<Derivation>,
-        tuned: &Body,
-        rule: Option<String>,
-        blocked: Vec<(String, String)>,
-        iteration: usize,
-        temperature: f64,
+        derivation: &Derivation,
+        (rule, blocked): (Option<String>, Vec<(String, String)>),
+        value: Option<f64>,
         accepted: bool,
+        tally: Tally,
     ) -> Result<(), Failure> {
-        self.tally.add(&tuned.tally);
-        if let Some((tasks, value)) = &tuned.found {
-            let better =
-                self.best.as_ref().is_none_or(|b| self.fitness(Some(*value)) > self.fitness(Some(b.value)));
-            if better {
-                let best = Best {
-                    derivation: Arc::clone(derivation),
-                    tasks: tasks.clone(),
-                    value: *value,
-                    found_at: self.moves,
-                };
-                self.observer.improved(&best).map_err(Failure::Output)?;
-                self.best = Some(best);
-            }
-        }
         let rules = self.rules;
+        let state = &self.state;
         let parts = derivation.design.parts.len();
         let actuators = derivation.design.parts.values().filter(|p| rules.is_actuator(&p.kind)).count();
         let row = Row {
-            number: self.moves,
-            iteration,
+            number: state.moves,
+            iteration: state.course.iteration,
             rule,
             blocked,
             size: (parts, actuators),
-            value: tuned.value(),
+            value,
             accepted,
-            best: self.best.as_ref().map(|b| b.value),
-            temperature,
-            evaluations: self.budget.spent,
-            tally: tuned.tally.clone(),
+            best: state.best.as_ref().map(|b| b.value),
+            temperature: state.iteration.map_or(0.0, |iteration| iteration.temperature),
+            evaluations: state.spent,
+            tally,
         };
         self.observer.moved(&row).map_err(Failure::Output)
     }

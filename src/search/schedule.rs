@@ -3,10 +3,12 @@
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
 use grammar_lang::ir::{Expr, Function, RuleSet, Schedule, Word};
 
+use serde::{Deserialize, Serialize};
+
 use crate::derive::{Derivation, DesignScope};
 
 /// The course of an annealing loop.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Course {
     /// Iterations that are complete.
     pub(super) iteration: usize,
@@ -44,6 +46,15 @@ impl Course {
         let best = self.best();
         self.bests.iter().rev().take_while(|b| **b == best).count().saturating_sub(1)
     }
+}
+
+/// An iteration under way. What the schedule says is asked once, where it begins.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Iteration {
+    pub(super) temperature: f64,
+    /// How many moves it has, and how many of them are made.
+    pub(super) moves: usize,
+    pub(super) made: usize,
 }
 
 struct ScheduleScope<'a> {
@@ -92,18 +103,17 @@ impl Plan<'_> {
         Ok(self.value(expr, course)?.as_number().unwrap_or(0.0).max(0.0))
     }
 
-    pub(super) fn iterations(&self, course: &Course) -> Result<usize, EvalError> {
-        Ok(self.number(&self.schedule.iterations, course)? as usize)
+    /// The next iteration; none if the schedule has no more.
+    pub(super) fn begin(&self, course: &Course) -> Result<Option<Iteration>, EvalError> {
+        if course.iteration >= self.number(&self.schedule.iterations, course)? as usize {
+            return Ok(None);
+        }
+        let temperature = self.number(&self.schedule.temperature, course)?;
+        let moves = self.number(&self.schedule.moves, course)? as usize;
+        Ok(Some(Iteration { temperature, moves, made: 0 }))
     }
 
-    pub(super) fn moves(&self, course: &Course) -> Result<usize, EvalError> {
-        Ok(self.number(&self.schedule.moves, course)? as usize)
-    }
-
-    pub(super) fn temperature(&self, course: &Course) -> Result<f64, EvalError> {
-        self.number(&self.schedule.temperature, course)
-    }
-
+    /// Whether the stopping rule applies, after an iteration.
     pub(super) fn stops(&self, course: &Course) -> Result<bool, EvalError> {
         Ok(self.value(&self.schedule.stop, course)? == Value::Bool(true))
     }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use grammar_lang::eval::EvalError;
+use serde::{Deserialize, Serialize};
 
 use crate::simulate::Invalid;
 
@@ -19,13 +20,15 @@ pub(crate) enum Missing {
 }
 
 /// How many evaluations came to nothing, and why.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Evaluations whose motion may not be scored.
     pub invalid: BTreeMap<Invalid, u64>,
     /// Evaluations for which an expression has no value, by the expression.
+    #[serde(with = "pairs")]
     pub no_value: BTreeMap<EvalError, u64>,
     /// Moves that were refused because an expression has no value, by the expression.
+    #[serde(with = "pairs")]
     pub refused: BTreeMap<EvalError, u64>,
     /// Candidates that lost their value at half the step.
     pub unstable: u64,
@@ -72,5 +75,25 @@ impl Tally {
 fn add_all<K: Ord + Clone>(to: &mut BTreeMap<K, u64>, from: &BTreeMap<K, u64>) {
     for (key, count) in from {
         *to.entry(key.clone()).or_default() += count;
+    }
+}
+
+/// A map in a file whose keys are no texts: a list of pairs.
+mod pairs {
+    use std::collections::BTreeMap;
+
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    pub(super) fn serialize<K: Serialize, S: Serializer>(
+        map: &BTreeMap<K, u64>,
+        serializer: S,
+    ) -> Result<S::Ok, S::Error> {
+        serializer.collect_seq(map)
+    }
+
+    pub(super) fn deserialize<'de, K: Deserialize<'de> + Ord, D: Deserializer<'de>>(
+        deserializer: D,
+    ) -> Result<BTreeMap<K, u64>, D::Error> {
+        Ok(Vec::deserialize(deserializer)?.into_iter().collect())
     }
 }

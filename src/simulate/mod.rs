@@ -16,11 +16,15 @@ pub mod rapier;
 mod run;
 mod schedule;
 mod servo;
+mod stop;
 #[cfg(test)]
 mod tests;
 
+use serde::{Deserialize, Serialize};
+
 use crate::design::assembly::Assembly;
 pub use motion::{Motion, Targets};
+pub use stop::Stop;
 
 /// The numbers of a hinge simulation, in SI units; a grammar's `model` gives them.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,7 +72,8 @@ pub struct Unfit {
 }
 
 /// Why one run gave no motion that may be scored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Invalid {
     /// A number stopped being finite.
     NotFinite,
@@ -126,5 +131,11 @@ pub trait Simulation: Send {
     /// Simulates each drive from rest; one outcome per drive, in order. Runs
     /// are independent: an outcome does not depend on the others in the batch
     /// nor on earlier calls, bit for bit.
-    fn run(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>>;
+    /// None if it was asked to stop before all were done.
+    fn run_until(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>>;
+
+    /// Simulates each drive to its end.
+    fn run(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>> {
+        self.run_until(Stop::NEVER, drives).unwrap_or_default()
+    }
 }

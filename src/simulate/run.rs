@@ -8,7 +8,7 @@ use super::lowering::Lowered;
 use super::motion::Placement;
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
-use super::{Invalid, Motion, Settings, Simulation, Targets};
+use super::{Invalid, Motion, Settings, Simulation, Stop, Targets};
 use crate::design::assembly::Hinge;
 
 /// A solver that advances one body step by step, in one or several runs at
@@ -34,6 +34,9 @@ pub(super) trait Stepper: Send {
     /// that is positive.
     fn work(&self, lane: usize, hinge: usize) -> f64;
 }
+
+/// So many steps between two looks at whether to stop: milliseconds at most.
+const STEPS_PER_LOOK: usize = 16;
 
 /// One body, ready to run.
 #[derive(Debug)]
@@ -89,11 +92,15 @@ impl<S: Stepper> Run<S> {
     }
 
     /// As many drives as there are lanes, or fewer: idle lanes do what the last one does.
-    fn together(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>> {
+    /// None if it was asked to stop.
+    fn together(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>> {
         let mut lanes: Vec<Lane> = drives.iter().map(|drive| self.lane(drive)).collect();
         self.stepper.reset();
         let mut frame = 0;
         for now in 0..=self.schedule.steps {
+            if now % STEPS_PER_LOOK == 0 && stop.is_asked() {
+                return None;
+            }
             if now > 0 {
                 self.step(&mut lanes, now as f64 * self.schedule.step);
             }
@@ -113,7 +120,7 @@ impl<S: Stepper> Run<S> {
             }
         }
         let outcome = |lane: Lane| lane.failure.map_or(Ok(lane.motion), Err);
-        lanes.into_iter().map(outcome).collect()
+        Some(lanes.into_iter().map(outcome).collect())
     }
 
     fn step(&mut self, lanes: &mut [Lane], t: f64) {
@@ -153,7 +160,9 @@ impl<S: Stepper> Simulation for Run<S> {
         S::LANES
     }
 
-    fn run(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>> {
-        drives.chunks(S::LANES).flat_map(|chunk| self.together(chunk)).collect()
+    fn run_until(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>> {
+        let chunks: Option<Vec<_>> =
+            drives.chunks(S::LANES).map(|chunk| self.together(stop, chunk)).collect();
+        Some(chunks?.into_iter().flatten().collect())
     }
 }

@@ -9,11 +9,13 @@ use std::sync::Arc;
 pub use curve::Curve;
 pub use value::{Domain, KindValue, Reference, Value};
 
+use serde::{Deserialize, Serialize};
+
 use crate::ir::{Expr, ExprKind, Function, Gather, Group, Operator, RuleSet, Word};
 use crate::source::Span;
 
 /// Why an expression has no value.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct EvalError {
     /// Where.
     pub span: Span,

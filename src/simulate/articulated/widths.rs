@@ -6,7 +6,7 @@ use super::scalar::Scalar;
 use super::solver::Solver;
 use crate::simulate::lowering::Lowered;
 use crate::simulate::run::Run;
-use crate::simulate::{Invalid, Motion, Settings, Simulation, Targets};
+use crate::simulate::{Invalid, Motion, Settings, Simulation, Stop, Targets};
 
 /// One body, and a solver for each number of lanes that has been asked for.
 pub(super) struct Widths {
@@ -36,7 +36,7 @@ impl Simulation for Widths {
         self.solvers.last().map_or(1, |(width, _)| width.lanes)
     }
 
-    fn run(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>> {
+    fn run_until(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>> {
         let widest = self.lanes();
         let mut outcomes = Vec::with_capacity(drives.len());
         for chunk in drives.chunks(widest) {
@@ -46,10 +46,10 @@ impl Simulation for Widths {
                 *solver = (width.make)(&self.lowered, &self.settings);
             }
             if let Some(solver) = solver {
-                outcomes.extend(solver.run(chunk));
+                outcomes.extend(solver.run_until(stop, chunk)?);
             }
         }
-        outcomes
+        Some(outcomes)
     }
 }
 

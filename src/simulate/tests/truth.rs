@@ -1,11 +1,14 @@
 //! Truths that hold for every solver, through the public interface.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::bodies::{Builder, cube, element, gait, hinge, idle, m2, m4, m8, millipede};
 use super::settings;
 use crate::design::assembly::{Assembly, Hinge, JointKind, Shape};
-use crate::simulate::{Invalid, MODELS, Motion, Settings, Targets, model};
+use crate::simulate::{Invalid, MODELS, Motion, Settings, Stop, Targets, model};
 
 pub(super) fn run(name: &str, body: &Assembly, settings: &Settings, drive: &Targets) -> Motion {
     let mut simulation = model(name).unwrap().prepare(body, settings).unwrap();
@@ -122,6 +125,27 @@ fn a_run_is_the_same_every_time_and_in_any_company() {
             assert_eq!(first.bends, alone.bends, "{name}, drive {place}");
             assert_eq!(first.work, alone.work, "{name}, drive {place}");
         }
+    }
+}
+
+/// A simulation that is asked to stop gives up soon, and the next one does not know of it.
+#[test]
+fn a_run_that_was_given_up_leaves_no_trace() {
+    for (name, body, duration) in [("articulated", m8(), 4.0), ("rapier", m4(), 0.3)] {
+        let mut simulation = model(name).unwrap().prepare(&body, &during(duration)).unwrap();
+        let drive = gait(body.actuators, 1, false);
+        let whole = run(name, &body, &during(duration), &drive);
+        let flag = AtomicBool::new(true);
+        assert!(
+            simulation.run_until(Stop::new(&flag, None), std::slice::from_ref(&drive)).is_none(),
+            "{name}"
+        );
+        flag.store(false, Ordering::Relaxed);
+        let late = Stop::new(&flag, Some(Instant::now() + Duration::from_millis(1)));
+        assert!(simulation.run_until(late, std::slice::from_ref(&drive)).is_none(), "{name}");
+        let stop = Stop::new(&flag, Some(Instant::now() + Duration::from_secs(3600)));
+        let again = simulation.run_until(stop, std::slice::from_ref(&drive)).expect("nobody stops it");
+        assert_eq!(again[0].as_ref().unwrap().poses, whole.poses, "{name}");
     }
 }
 

@@ -1,0 +1,60 @@
+//! `sgc resume`: goes on with a run that was stopped.
+
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+
+use super::output::{self, Fault};
+use super::session::{Session, Work, duration};
+use super::several::Several;
+use super::{exit, interrupt};
+use crate::results::folder::{self, RunFolder};
+use crate::results::series::{self, SeriesFolder};
+
+/// Go on with a run that was stopped or killed, from its last checkpoint
+///
+/// It ends as it would have ended without: bit for bit, with any number of threads.
+#[derive(Args)]
+pub(super) struct Resume {
+    /// The run folder; or that of several runs, to go on with those that are not complete
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// End after this many simulated motions in all; 0 leaves it to the grammar's schedule [default: as before]
+    #[arg(long, value_name = "N")]
+    max_evals: Option<u64>,
+    /// Stop again after this time, such as 90s, 30m or 2h [default: no bound]
+    #[arg(long, value_name = "TIME", value_parser = duration)]
+    time: Option<(String, Duration)>,
+    #[command(flatten)]
+    work: Work,
+}
+
+impl Resume {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let flag = interrupt::listen();
+        let deadline = self.time.as_ref().map(|(_, time)| Instant::now() + *time);
+        let path = &self.folder;
+        if folder::is_run(path) && folder::finished(path).map_err(Fault::usage)?.is_some() {
+            let complete = format!("the run in {} is complete", path.display());
+            if self.max_evals.is_some() {
+                return Err(Fault::usage(format!(
+                    "{complete}; a longer one begins anew: sgc run --max-evals"
+                )));
+            }
+            folder::clear(path);
+            output::note(&format!("{complete}: there is nothing to go on with"));
+            return Ok(exit::DONE);
+        }
+        let max_evals = self.max_evals.map(|max| Some(max).filter(|max| *max > 0));
+        if series::is_series(path) {
+            let folder = SeriesFolder::open(path).map_err(Fault::usage)?;
+            return Several { folder, work: self.work, max_evals, deadline, flag }.go();
+        }
+        let mut run = RunFolder::reopen(path).map_err(Fault::usage)?;
+        if let Some(max) = max_evals {
+            run.max_evals = max;
+        }
+        Session { run, work: self.work, deadline, told: true }.go(flag)?.tell()
+    }
+}

@@ -1,0 +1,283 @@
+//! One run, from where it stands to its end or until it is stopped.
+
+use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+
+use super::output::{self, Fault};
+use super::progress::{Progress, span};
+use super::{exit, interrupt, load};
+use crate::results::folder::{Reopened, RunFolder};
+use crate::results::judge;
+use crate::results::saved::{Grammar, SavedDesign};
+use crate::search::{self, Best, End, Failure, Limits, Observer, Outcome, Row, State};
+use crate::simulate::{self, Stop};
+
+/// How the work is done; the result does not depend on it.
+#[derive(Args, Clone, Debug)]
+pub(super) struct Work {
+    /// Threads to use; the result does not depend on it [default: all cores]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub(super) jobs: Option<u16>,
+    /// Save a checkpoint about this often
+    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s")]
+    pub(super) checkpoint: (String, Duration),
+    /// No progress, only the result
+    #[arg(short, long)]
+    pub(super) quiet: bool,
+}
+
+impl Work {
+    pub(super) fn jobs(&self) -> usize {
+        let all = || std::thread::available_parallelism().map_or(1, usize::from);
+        self.jobs.map_or_else(all, usize::from)
+    }
+}
+
+/// Reads a time such as `90s`, `30m`, `1h`.
+pub(super) fn duration(text: &str) -> Result<(String, Duration), String> {
+    let wrong = || "write a time such as 90s, 30m or 2h".to_owned();
+    let text = text.trim();
+    let (number, unit) = text.split_at(text.len() - text.chars().last().map_or(0, char::len_utf8));
+    let seconds = match unit {
+        "s" => 1.0,
+        "m" => 60.0,
+        "h" => 3600.0,
+        _ => return Err(wrong()),
+    };
+    match number.trim().parse::<f64>() {
+        Ok(x) if x > 0.0 && x * seconds < 1e8 => Ok((text.to_owned(), Duration::from_secs_f64(x * seconds))),
+        _ => Err(wrong()),
+    }
+}
+
+/// A run that is to go on.
+pub(super) struct Session {
+    pub(super) run: Reopened,
+    pub(super) work: Work,
+    pub(super) deadline: Option<Instant>,
+    /// Whether it tells people what it does.
+    pub(super) told: bool,
+}
+
+/// How a session ended.
+pub(super) struct Ended {
+    pub(super) rules: RuleSet,
+    pub(super) path: PathBuf,
+    pub(super) outcome: Outcome,
+    /// The best design; none only if the session was stopped before there was one.
+    pub(super) design: Option<SavedDesign>,
+    /// Whether it was stopped, with a checkpoint.
+    pub(super) is_early: bool,
+}
+
+impl Session {
+    pub(super) fn go(self, flag: &AtomicBool) -> Result<Ended, Fault> {
+        let Self { run, work, deadline, told } = self;
+        let Reopened { folder, asked, grammar, rules, sources, state, max_evals } = run;
+        let started = Instant::now();
+        let model = simulate::model(&asked.solver).ok_or_else(|| Fault::usage("unknown solver"))?;
+        if !folder.is_replacing() {
+            interrupt::saved();
+        }
+        let limits = Limits { seed: asked.seed, jobs: work.jobs(), max_evaluations: max_evals, deadline };
+        let unit = rules.objective.unit.clone();
+        let quiet = work.quiet || !told;
+        let before = state.spent();
+        let mut progress = Progress::new(before, max_evals, deadline, &unit, quiet);
+        progress.moved(state.moves(), state.best().map(|best| best.value), 0.0);
+        let mut keeper = Keeper {
+            rules: &rules,
+            grammar,
+            folder,
+            progress,
+            seed: asked.seed,
+            solver: &asked.solver,
+            max_evals,
+            every: work.checkpoint.1,
+            kept: Instant::now(),
+        };
+        if let Some(best) = state.best()
+            && !keeper.folder.best_path().exists()
+        {
+            keeper.improved(best).map_err(Fault::usage)?;
+        }
+        let outcome = search::go_on(&rules, state, model, &limits, flag, &mut keeper);
+        keeper.progress.finish();
+        let path = keeper.folder.path().to_owned();
+        let outcome = outcome.map_err(|failure| {
+            let lost = matches!(failure, Failure::Output(_));
+            if lost && !keeper.folder.is_replacing() {
+                let path = path.display();
+                output::note(&format!(
+                    "what was saved last is intact; once it can be written again, go on with: sgc resume {path}"
+                ));
+            } else if keeper.folder.best_path().exists() && !keeper.folder.is_replacing() {
+                output::note(&format!("the best so far is saved in {}", path.display()));
+            }
+            match failure {
+                Failure::Expression(error) => Fault::input(load::no_value(&error, &sources)),
+                Failure::Unfit(unfit) => Fault::input(unfit.reason),
+                other => Fault::usage(other.to_string()),
+            }
+        })?;
+        if told {
+            account(&outcome, before, started.elapsed(), &sources);
+        }
+        if outcome.end.is_early() {
+            if keeper.folder.is_replacing() {
+                return Err(Fault {
+                    code: exit::INTERRUPTED,
+                    message: "stopped before anything was found; the older run is back".to_owned(),
+                });
+            }
+            return keeper.stopped(outcome);
+        }
+        let nothing = match &outcome.best {
+            None => Some("no evaluation was valid: no feasible design was found".to_owned()),
+            Some(_) if is_stuck_at_the_start(&rules, &outcome, asked.from.as_deref()) => Some(format!(
+                "no rule could ever be applied to the initial design; {} says what blocked each",
+                path.join("evals.csv").display()
+            )),
+            Some(_) => None,
+        };
+        if let Some(nothing) = nothing {
+            keeper.folder.finish(&asked, &unit, &outcome).map_err(Fault::usage)?;
+            return Err(Fault::input(nothing));
+        }
+        let design = match &outcome.best {
+            Some(best) => keeper.saved(best).map_err(Fault::usage)?,
+            None => return Err(Fault::input("no feasible design was found")),
+        };
+        // The second opinion on the final best is kept beside the value; it takes some seconds.
+        if !quiet {
+            output::note("cross-checking the best design: rapier, other friction, masses and motors ...");
+        }
+        let stop = Stop::new(flag, deadline);
+        let design = match judge::final_check(&rules, &design, stop) {
+            Ok(design) => design,
+            // The checkpoint is of before the end of the search.
+            Err(_) if stop.is_asked() => {
+                let end = if stop.is_interrupted() { End::Interrupted } else { End::Time };
+                return keeper.stopped(Outcome { end, ..outcome });
+            }
+            Err(reason) => return Err(Fault::input(reason)),
+        };
+        keeper.folder.best(&design).map_err(Fault::usage)?;
+        keeper.folder.finish(&asked, &unit, &outcome).map_err(Fault::usage)?;
+        drop(keeper);
+        Ok(Ended { rules, path, outcome, design: Some(design), is_early: false })
+    }
+}
+
+/// Tells people what a search did since it had spent so many evaluations.
+fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) {
+    let all = outcome.evaluations;
+    let some = all.saturating_sub(before);
+    let now = if some < all { format!(" ({some} now)") } else { String::new() };
+    output::note(&format!(
+        "{all} evaluations{now}, bodies: {}, in {}: {}",
+        outcome.bodies,
+        span(took),
+        outcome.end.text()
+    ));
+    let tally = &outcome.tally;
+    if tally.invalid() > 0 {
+        output::note(&format!("{} evaluations had no value: {}", tally.invalid(), tally.reasons()));
+    }
+    for (error, many) in &tally.no_value {
+        let place = load::no_value(error, sources);
+        output::note(&format!("warning: {place}, in {many} evaluations"));
+    }
+    for (error, many) in &tally.refused {
+        let place = load::no_value(error, sources);
+        output::note(&format!("warning: {place}; {many} moves were refused for it"));
+    }
+    if tally.unstable > 0 {
+        let many = tally.unstable;
+        output::note(&format!(
+            "{many} would-be best gaits lost their value in a finer simulation and were refused"
+        ));
+    }
+}
+
+/// Whether nothing but the initial design was ever there, though there are rules.
+fn is_stuck_at_the_start(rules: &RuleSet, outcome: &Outcome, from: Option<&str>) -> bool {
+    outcome.bodies == 1 && outcome.moves > 0 && from.is_none() && !rules.rules.is_empty()
+}
+
+impl Ended {
+    /// Tells people how it ended; the exit code.
+    pub(super) fn tell(&self) -> Result<u8, Fault> {
+        let path = &self.path;
+        let report = self.design.as_ref().map(|design| judge::report(&self.rules, design));
+        if self.is_early {
+            // Whether anybody still reads makes no difference: all is saved.
+            let _ = output::data(&report.unwrap_or_default());
+            output::note(&format!("stopped; go on with: sgc resume {}", path.display()));
+            return Ok(exit::STOPPED);
+        }
+        output::data(&report.unwrap_or_default())?;
+        output::note(&format!("look at it: sgc view {}", path.display()));
+        Ok(exit::DONE)
+    }
+}
+
+/// Keeps what a search finds.
+struct Keeper<'a> {
+    rules: &'a RuleSet,
+    grammar: Grammar,
+    folder: RunFolder,
+    progress: Progress,
+    seed: u64,
+    solver: &'a str,
+    max_evals: Option<u64>,
+    /// How often a checkpoint is saved, and when the last one was.
+    every: Duration,
+    kept: Instant,
+}
+
+impl Keeper<'_> {
+    fn saved(&self, best: &Best) -> Result<SavedDesign, String> {
+        judge::save(self.rules, self.grammar.clone(), self.seed, self.solver, best)
+    }
+
+    /// The end of a session that can be gone on with.
+    fn stopped(self, outcome: Outcome) -> Result<Ended, Fault> {
+        let design = match &outcome.best {
+            Some(_) => Some(SavedDesign::read(&self.folder.best_path()).map_err(Fault::usage)?),
+            None => None,
+        };
+        let path = self.folder.path().to_owned();
+        Ok(Ended { rules: self.rules.clone(), path, outcome, design, is_early: true })
+    }
+}
+
+impl Observer for Keeper<'_> {
+    fn evaluated(&mut self, spent: u64, body: Option<f64>, _: f64) {
+        self.progress.evaluated(spent, body);
+    }
+
+    fn moved(&mut self, row: &Row) -> Result<(), String> {
+        self.progress.moved(row.number, row.best, row.temperature);
+        self.folder.row(row)
+    }
+
+    fn improved(&mut self, best: &Best) -> Result<(), String> {
+        self.folder.best(&self.saved(best)?)?;
+        interrupt::saved();
+        Ok(())
+    }
+
+    fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), String> {
+        if last || self.kept.elapsed() >= self.every {
+            self.folder.checkpoint(state, self.max_evals)?;
+            self.kept = Instant::now();
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,134 @@
+//! Several runs, side by side as far as there are threads.
+
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc;
+use std::time::Instant;
+
+use super::exit;
+use super::output::{self, Fault};
+use super::session::{Ended, Session, Work};
+use crate::results::describe;
+use crate::results::folder::{RunFolder, clear, finished};
+use crate::results::series::{SeriesFolder, table};
+use crate::simulate::Stop;
+
+/// How several runs go on.
+pub(super) struct Several<'a> {
+    pub(super) folder: SeriesFolder,
+    pub(super) work: Work,
+    /// A new bound on evaluations, if one was given; the inner one is none where there is to be no bound.
+    pub(super) max_evals: Option<Option<u64>>,
+    pub(super) deadline: Option<Instant>,
+    pub(super) flag: &'a AtomicBool,
+}
+
+impl Several<'_> {
+    /// Goes on with those that are not complete, and sums all up.
+    pub(super) fn go(self) -> Result<u8, Fault> {
+        let stop = Stop::new(self.flag, self.deadline);
+        let mut waiting = VecDeque::new();
+        for &seed in self.folder.seeds() {
+            let path = self.folder.run(seed);
+            match finished(&path).map_err(Fault::usage)? {
+                Some(_) => clear(&path),
+                None => waiting.push_back(seed),
+            }
+        }
+        if waiting.is_empty() {
+            let complete = format!("all runs in {} are complete", self.folder.path().display());
+            if self.max_evals.is_some() {
+                return Err(Fault::usage(format!("{complete}; longer ones begin anew: sgc run --max-evals")));
+            }
+            output::note(&complete);
+        }
+        let (mut is_early, mut worst) = (false, exit::DONE);
+        let mut free = self.work.jobs();
+        let mut under_way = 0;
+        std::thread::scope(|scope| {
+            let (send, ended) = mpsc::channel();
+            loop {
+                while free > 0
+                    && !stop.is_asked()
+                    && let Some(seed) = waiting.pop_front()
+                {
+                    // As many runs as there are threads; fewer share what there is.
+                    let threads = (free / (waiting.len() + 1)).max(1);
+                    (free, under_way) = (free - threads, under_way + 1);
+                    let (send, path, several) = (send.clone(), self.folder.run(seed), &self);
+                    scope.spawn(move || {
+                        // The others go on if one breaks down.
+                        let outcome = catch_unwind(AssertUnwindSafe(|| several.one(&path, threads)));
+                        let outcome = outcome.unwrap_or_else(|_| {
+                            Err(Fault { code: exit::BUG, message: "a bug in sgc ended it".to_owned() })
+                        });
+                        // The receiver lives as long as runs are under way.
+                        let _ = send.send((seed, threads, outcome));
+                    });
+                }
+                if under_way == 0 {
+                    break;
+                }
+                let Ok((seed, threads, outcome)) = ended.recv() else { break };
+                (free, under_way) = (free + threads, under_way - 1);
+                match outcome {
+                    Ok(ended) => {
+                        is_early |= ended.is_early;
+                        tell(seed, &ended);
+                    }
+                    Err(fault) => {
+                        worst = worst.max(fault.code);
+                        output::note(&format!("seed {seed}: {}", fault.message));
+                    }
+                }
+            }
+        });
+        is_early |= !waiting.is_empty();
+        let (lines, rules) = self.folder.summary().map_err(Fault::usage)?;
+        let written = output::data(&table(&lines));
+        let path = self.folder.path().display();
+        if is_early {
+            output::note(&format!("stopped; go on with: sgc resume {path}"));
+        } else {
+            written?;
+        }
+        let maximize = rules.is_none_or(|rules| rules.objective.maximize);
+        let fitness = |value: f64| if maximize { value } else { -value };
+        let valued = lines.iter().filter_map(|line| Some((line.seed, fitness(line.value?))));
+        let best = valued.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+        if let Some((seed, _)) = best {
+            output::note(&format!("look at the best: sgc view {}", self.folder.run(seed).display()));
+        }
+        Ok(match worst {
+            exit::USAGE.. => worst,
+            _ if is_early => exit::STOPPED,
+            // A seed that finds nothing is no fault as long as another does.
+            _ if best.is_some() => exit::DONE,
+            worst => worst,
+        })
+    }
+
+    fn one(&self, path: &Path, threads: usize) -> Result<Ended, Fault> {
+        let mut run = RunFolder::reopen(path).map_err(Fault::usage)?;
+        if let Some(max) = self.max_evals {
+            run.max_evals = max;
+        }
+        let work = Work { jobs: u16::try_from(threads).ok(), ..self.work.clone() };
+        Session { run, work, deadline: self.deadline, told: false }.go(self.flag)
+    }
+}
+
+fn tell(seed: u64, ended: &Ended) {
+    let value = ended
+        .design
+        .as_ref()
+        .map_or("nothing yet".to_owned(), |design| describe::quantity(design.value, &design.unit));
+    let Ended { outcome, .. } = ended;
+    output::note(&format!(
+        "seed {seed}: {value} after {} evaluations: {}",
+        outcome.evaluations,
+        outcome.end.text()
+    ));
+}

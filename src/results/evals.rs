@@ -1,0 +1,141 @@
+//! The table of moves, `evals.csv`.
+
+use std::fs;
+use std::io::{Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::saved::hex;
+use crate::search::Row;
+
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid\n";
+
+/// The table, to which rows are added.
+#[derive(Debug)]
+pub(super) struct Evals {
+    path: PathBuf,
+    file: fs::File,
+    /// Of all that has been written.
+    sum: Sha256,
+    length: u64,
+}
+
+/// How far a table was written, and what was in it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub(super) struct Mark {
+    bytes: u64,
+    sha256: String,
+}
+
+impl Evals {
+    /// A table without rows.
+    pub(super) fn create(path: &Path) -> Result<Self, String> {
+        let file = fs::File::create(path).map_err(|e| fault(path, &e))?;
+        let mut evals = Self { path: path.to_owned(), file, sum: Sha256::new(), length: 0 };
+        evals.write(COLUMNS)?;
+        Ok(evals)
+    }
+
+    /// The table as it was when it was marked: rows that were added later are cut off.
+    pub(super) fn reopen(path: &Path, mark: &Mark) -> Result<Self, String> {
+        let bytes = fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+        let counted = usize::try_from(mark.bytes).ok().and_then(|length| bytes.get(..length));
+        let Some(counted) = counted.filter(|counted| hex(&Sha256::digest(counted)) == mark.sha256) else {
+            return Err(format!(
+                "{} was changed: it does not begin with the rows that the checkpoint counts",
+                path.display()
+            ));
+        };
+        let sum = Sha256::new_with_prefix(counted);
+        let mut file = fs::OpenOptions::new().write(true).open(path).map_err(|e| fault(path, &e))?;
+        file.set_len(mark.bytes).map_err(|e| fault(path, &e))?;
+        file.seek(SeekFrom::End(0)).map_err(|e| fault(path, &e))?;
+        Ok(Self { path: path.to_owned(), file, sum, length: mark.bytes })
+    }
+
+    /// Where the table is from now on: its folder was moved.
+    pub(super) fn moved(&mut self, path: PathBuf) {
+        self.path = path;
+    }
+
+    /// Adds a row.
+    pub(super) fn row(&mut self, row: &Row) -> Result<(), String> {
+        let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
+        let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
+        let line = format!(
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+            row.number,
+            row.iteration,
+            row.rule.as_deref().unwrap_or(""),
+            quoted(&blocked.join("; ")),
+            row.size.0,
+            row.size.1,
+            number(row.value),
+            row.accepted,
+            number(row.best),
+            row.temperature,
+            row.evaluations,
+            row.tally.invalid(),
+            row.tally.unstable,
+            quoted(&row.tally.reasons()),
+        );
+        self.write(&line)
+    }
+
+    fn write(&mut self, text: &str) -> Result<(), String> {
+        self.file.write_all(text.as_bytes()).map_err(|e| fault(&self.path, &e))?;
+        self.sum.update(text);
+        self.length += text.len() as u64;
+        Ok(())
+    }
+
+    /// How far it is written; all of that is on the disk when this returns.
+    pub(super) fn mark(&self) -> Result<Mark, String> {
+        self.file.sync_data().map_err(|e| fault(&self.path, &e))?;
+        Ok(Mark { bytes: self.length, sha256: hex(&self.sum.clone().finalize()) })
+    }
+}
+
+fn fault(path: &Path, e: &std::io::Error) -> String {
+    format!("cannot write {}: {e}", path.display())
+}
+
+/// A text as a field of a csv file.
+pub(super) fn quoted(text: &str) -> String {
+    if text.contains([',', '"', '\n']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn rows_after_a_mark_are_cut_off_and_changed_rows_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("evals.csv");
+        let mut evals = Evals::create(&path).unwrap();
+        evals.write("one\n").unwrap();
+        let mark = evals.mark().unwrap();
+        evals.write("two\nhal").unwrap();
+        drop(evals);
+
+        let mut evals = Evals::reopen(&path, &mark).unwrap();
+        assert_eq!(evals.mark().unwrap(), mark);
+        evals.write("three\n").unwrap();
+        let now = evals.mark().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), format!("{COLUMNS}one\nthree\n"));
+        assert_eq!(Evals::reopen(&path, &now).unwrap().mark().unwrap(), now);
+
+        fs::write(&path, format!("{COLUMNS}odd\nthree\n")).unwrap();
+        assert!(Evals::reopen(&path, &mark).unwrap_err().contains("was changed"));
+        fs::write(&path, "move").unwrap();
+        assert!(Evals::reopen(&path, &mark).unwrap_err().contains("was changed"));
+        assert_eq!(fs::read_to_string(&path).unwrap(), "move", "what is refused stays as it is");
+    }
+}

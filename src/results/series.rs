@@ -1,0 +1,223 @@
+//! Several runs of one grammar in one folder, a seed each.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use grammar_lang::ir::RuleSet;
+use serde::{Deserialize, Serialize};
+
+use super::describe;
+use super::evals::quoted;
+use super::folder::{check_place, finished};
+use super::judge::confirmed;
+use super::saved::SavedDesign;
+use super::whole::{aside, entries, lock, make_folder, read, write_whole};
+
+const RUNS: &str = "runs.toml";
+const SUMMARY: &str = "summary.csv";
+const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks\n";
+
+/// What several runs were asked; the content of `runs.toml`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Series {
+    /// The command line.
+    pub command: String,
+    /// The version of sgc.
+    pub sgc: String,
+    /// The grammar's name.
+    pub grammar: String,
+    /// The seeds.
+    pub seeds: Vec<u64>,
+}
+
+/// The folder of several runs. Another process cannot go on with them as long as this lives.
+#[derive(Debug)]
+pub struct SeriesFolder {
+    path: PathBuf,
+    series: Series,
+    _lock: fs::File,
+}
+
+/// One run in a summary.
+#[derive(Clone, Debug)]
+pub struct Line {
+    /// Its seed.
+    pub seed: u64,
+    /// The value of its best design.
+    pub value: Option<f64>,
+    unit: String,
+    evaluations: Option<u64>,
+    end: String,
+    /// Of how many cross-checks the value was kept in how many.
+    checks: Option<(usize, usize)>,
+}
+
+/// Whether there are several runs in a folder.
+#[must_use]
+pub fn is_series(path: &Path) -> bool {
+    path.join(RUNS).is_file()
+}
+
+fn run_folder(path: &Path, seed: u64) -> PathBuf {
+    path.join(format!("seed-{seed}"))
+}
+
+impl SeriesFolder {
+    /// Makes the folder, whole or not at all; `begin` makes that of each run.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: the folder exists and is not empty (unless `force`), or cannot be written.
+    pub fn create(
+        path: &Path,
+        force: bool,
+        series: Series,
+        begin: impl Fn(u64, &Path) -> Result<(), String>,
+    ) -> Result<Self, String> {
+        let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let replaced = if is_series(path) && force {
+            check_series(path)?;
+            Some(aside(path))
+        } else {
+            check_place(path, force)?.then(|| aside(path))
+        };
+        let lock = make_folder(path, replaced.as_deref(), |path| {
+            let file = path.join(RUNS);
+            let text =
+                toml::to_string(&series).map_err(|e| format!("cannot write {}: {e}", file.display()))?;
+            write_whole(&file, &text)?;
+            for &seed in &series.seeds {
+                begin(seed, &run_folder(path, seed))?;
+            }
+            lock(&file)
+        })?;
+        if let Some(old) = replaced {
+            fs::remove_dir_all(&old).map_err(|e| format!("cannot remove {}: {e}", old.display()))?;
+        }
+        Ok(Self { path: path.to_owned(), series, _lock: lock })
+    }
+
+    /// Opens the folder, to go on with those that are not complete.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: another process goes on with them, or a file is damaged.
+    pub fn open(path: &Path) -> Result<Self, String> {
+        let file = path.join(RUNS);
+        let lock = lock(&file)?;
+        let series: Series =
+            toml::from_str(&read(&file)?).map_err(|e| format!("{} is damaged: {e}", file.display()))?;
+        Ok(Self { path: path.to_owned(), series, _lock: lock })
+    }
+
+    /// Where the folder is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// The seeds.
+    #[must_use]
+    pub fn seeds(&self) -> &[u64] {
+        &self.series.seeds
+    }
+
+    /// The folder of one run.
+    #[must_use]
+    pub fn run(&self, seed: u64) -> PathBuf {
+        run_folder(&self.path, seed)
+    }
+
+    /// What is known of all runs, and the rules that they share; also written to `summary.csv`.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: a result or design cannot be read, or the summary cannot be written.
+    pub fn summary(&self) -> Result<(Vec<Line>, Option<RuleSet>), String> {
+        let mut rules: Option<RuleSet> = None;
+        let mut lines = Vec::new();
+        for &seed in &self.series.seeds {
+            let path = self.run(seed);
+            let best = path.join("best.design.json");
+            let design = if best.exists() { Some(SavedDesign::read(&best)?) } else { None };
+            if let (None, Some(design)) = (&rules, &design) {
+                rules = Some(design.grammar.compile().map_err(|e| format!("{}: {e}", best.display()))?);
+            }
+            let finished = finished(&path)?;
+            let is_complete = finished.is_some();
+            let checks =
+                design.as_ref().zip(rules.as_ref()).filter(|_| is_complete).map(|(design, rules)| {
+                    let all =
+                        || design.tasks.iter().flat_map(|t| t.checks.iter().map(move |check| (t, check)));
+                    (all().filter(|(task, check)| confirmed(rules, task, check)).count(), all().count())
+                });
+            lines.push(Line {
+                seed,
+                value: design.as_ref().map(|d| d.value),
+                unit: design.map(|d| d.unit).unwrap_or_default(),
+                evaluations: finished.as_ref().map(|f| f.evaluations),
+                end: finished.map_or("not complete".to_owned(), |f| f.end),
+                checks,
+            });
+        }
+        let rows: String = lines.iter().map(Line::row).collect();
+        write_whole(&self.path.join(SUMMARY), &(COLUMNS.to_owned() + &rows))?;
+        Ok((lines, rules))
+    }
+}
+
+impl Line {
+    fn row(&self) -> String {
+        let or_empty = |text: Option<String>| text.unwrap_or_default();
+        format!(
+            "{},{},{},{},{},{},{}\n",
+            self.seed,
+            or_empty(self.value.map(|v| v.to_string())),
+            quoted(&self.unit),
+            or_empty(self.evaluations.map(|n| n.to_string())),
+            quoted(&self.end),
+            or_empty(self.checks.map(|(kept, _)| kept.to_string())),
+            or_empty(self.checks.map(|(_, all)| all.to_string())),
+        )
+    }
+}
+
+/// The lines as a table for people.
+#[must_use]
+pub fn table(lines: &[Line]) -> String {
+    let cells = |line: &Line| {
+        let or_dash = |text: Option<String>| text.unwrap_or_else(|| "-".to_owned());
+        [
+            line.seed.to_string(),
+            or_dash(line.value.map(|value| describe::quantity(value, &line.unit))),
+            or_dash(line.evaluations.map(|n| n.to_string())),
+            or_dash(line.checks.map(|(kept, all)| format!("{kept} of {all}"))),
+            line.end.clone(),
+        ]
+    };
+    let head = ["seed", "value", "evaluations", "checks kept", "end"].map(str::to_owned);
+    let rows: Vec<_> = std::iter::once(head).chain(lines.iter().map(cells)).collect();
+    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let widths = [0, 1, 2, 3].map(width);
+    let line = |row: &[String; 5]| {
+        let cells: Vec<_> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
+        format!("{}  {}\n", cells.join("  "), row[4])
+    };
+    rows.iter().map(line).collect()
+}
+
+/// Refuses to replace what is not only the folder of several runs, or is under way.
+fn check_series(path: &Path) -> Result<(), String> {
+    drop(lock(&path.join(RUNS))?);
+    for name in entries(path).map_err(|e| format!("cannot read {}: {e}", path.display()))? {
+        if name.starts_with("seed-") {
+            check_place(&path.join(name), true)?;
+        } else if name != RUNS && name != SUMMARY && !super::whole::is_unfinished(&name) {
+            return Err(format!(
+                "{} is not only a folder of runs: \"{name}\" in it was not written by them; --force replaces only such folders",
+                path.display()
+            ));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,181 @@
+//! Files that are written whole or not at all.
+
+use std::fs;
+use std::io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// How the names of files begin that are not written to their end.
+const UNFINISHED: &str = ".tmp";
+
+/// Whether a name is of a file that was not written to its end.
+pub(super) fn is_unfinished(name: &str) -> bool {
+    name.starts_with(UNFINISHED)
+}
+
+/// Writes a file so that it is there whole or not at all: beside it first,
+/// flushed to the disk, then renamed; it is on the disk when this returns.
+///
+/// # Errors
+///
+/// A sentence with the path and the system's reason.
+pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
+    write_with(path, text, None)
+}
+
+/// Replaces the text of a file that exists, as [`write_whole`] does; who may read
+/// and write it stays as it is.
+///
+/// # Errors
+///
+/// A sentence with the path and the reason: also if the file may not be written.
+pub fn rewrite(path: &Path, text: &str) -> Result<(), String> {
+    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
+    let permissions = fs::metadata(path).map_err(|e| fault(&e))?.permissions();
+    // A rename would replace even a file that may not be written.
+    if permissions.readonly() {
+        return Err(fault(&"it is read-only"));
+    }
+    write_with(path, text, Some(permissions))
+}
+
+fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> Result<(), String> {
+    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
+    // A link is followed; a device or pipe is no file to be replaced.
+    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    if path.exists() && !path.is_file() {
+        return Err(format!("cannot write {}: it is not a regular file", path.display()));
+    }
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED);
+    // As any other file: readable by whom the user's mask allows.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(parent).map_err(|e| fault(&e))?;
+    if let Ok(old) = fs::metadata(path) {
+        // What replaces a file is open to the same people.
+        file.as_file().set_permissions(old.permissions()).map_err(|e| fault(&e))?;
+    }
+    file.write_all(text.as_bytes()).map_err(|e| fault(&e))?;
+    if let Some(permissions) = permissions {
+        file.as_file().set_permissions(permissions).map_err(|e| fault(&e))?;
+    }
+    file.as_file().sync_all().map_err(|e| fault(&e))?;
+    file.persist(path).map_err(|e| fault(&e.error))?;
+    sync_folder(parent).map_err(|e| fault(&e))
+}
+
+/// Makes sure that what was renamed in a folder stays so after a loss of power.
+pub(super) fn sync_folder(path: &Path) -> std::io::Result<()> {
+    if !cfg!(unix) {
+        // Elsewhere a folder cannot be opened as a file.
+        return Ok(());
+    }
+    match fs::File::open(path).and_then(|folder| folder.sync_all()) {
+        // Some file systems do not know this, and some folders may be written but not read.
+        Err(e) if matches!(e.kind(), InvalidInput | Unsupported | PermissionDenied) => Ok(()),
+        done => done,
+    }
+}
+
+/// Makes a folder so that it is there whole or not at all: filled beside its place first, then
+/// renamed. Where an empty folder is already, that one is filled: it may be where a disk is mounted.
+/// What else is there is moved `aside`, and back again if nothing comes of it.
+pub(super) fn make_folder<T>(
+    path: &Path,
+    aside: Option<&Path>,
+    fill: impl FnOnce(&Path) -> Result<T, String>,
+) -> Result<T, String> {
+    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
+    if aside.is_none() && path.exists() {
+        return fill(path);
+    }
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    fs::create_dir_all(parent).map_err(|e| fault(&e))?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(UNFINISHED);
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+    let beside = builder.tempdir_in(parent).map_err(|e| fault(&e))?;
+    let made = fill(beside.path())?;
+    if let Some(aside) = aside {
+        fs::rename(path, aside).map_err(|e| fault(&e))?;
+    }
+    if let Err(e) = fs::rename(beside.path(), path) {
+        if let Some(aside) = aside {
+            let _ = fs::rename(aside, path);
+        }
+        return Err(fault(&e));
+    }
+    // It has another name now: there is nothing to remove.
+    let _ = beside.keep();
+    sync_folder(parent).map_err(|e| fault(&e))?;
+    Ok(made)
+}
+
+/// The names in a folder.
+pub(super) fn entries(path: &Path) -> std::io::Result<Vec<String>> {
+    fs::read_dir(path)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
+}
+
+/// Where what is to be replaced waits until it is known that something comes of it.
+pub(super) fn aside(path: &Path) -> PathBuf {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    path.with_file_name(format!("{name}.replaced-{}", std::process::id()))
+}
+
+/// Keeps other processes from writing what a file stands for. The system gives the lock back
+/// with the process, however that ends.
+pub(super) fn lock(path: &Path) -> Result<fs::File, String> {
+    let file = fs::OpenOptions::new().read(true).write(true).open(path);
+    let file = file.map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+    match file.try_lock() {
+        Err(fs::TryLockError::WouldBlock) => {
+            let folder = path.parent().unwrap_or(path);
+            Err(format!("a run is under way in {}: another process holds it", folder.display()))
+        }
+        // Some file systems know no locks.
+        Ok(()) | Err(fs::TryLockError::Error(_)) => Ok(file),
+    }
+}
+
+/// Reads a text.
+pub(super) fn read(path: &Path) -> Result<String, String> {
+    fs::read_to_string(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_is_there_whole_or_not_at_all() {
+        let parent = tempfile::tempdir().unwrap();
+        let at = |name: &str| parent.path().join(name);
+        let fill = |path: &Path| write_whole(&path.join("a"), "1");
+        make_folder(&at("new"), None, fill).unwrap();
+        assert_eq!(read(&at("new/a")).unwrap(), "1");
+
+        let fails = |path: &Path| fill(path).and(Err::<(), _>("no".to_owned()));
+        assert_eq!(make_folder(&at("other"), None, fails), Err("no".to_owned()));
+        assert_eq!(make_folder(&at("new"), Some(&at("old")), fails), Err("no".to_owned()));
+        assert_eq!(entries(parent.path()).unwrap(), ["new"], "nothing is left, and nothing was moved");
+
+        let changed = |path: &Path| write_whole(&path.join("a"), "2");
+        make_folder(&at("new"), Some(&at("old")), changed).unwrap();
+        assert_eq!(read(&at("new/a")).unwrap(), "2");
+        assert_eq!(read(&at("old/a")).unwrap(), "1");
+    }
+
+    #[test]
+    fn a_lock_is_for_one_and_goes_with_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("run.toml");
+        write_whole(&path, "").unwrap();
+        let held = lock(&path).unwrap();
+        assert!(lock(&path).unwrap_err().contains("under way"));
+        drop(held);
+        lock(&path).unwrap();
+    }
+}

@@ -1,0 +1,112 @@
+//! One body, tuned for each task in turn. What was found counts only if every task has a value.
+
+use std::sync::Arc;
+
+use grammar_lang::ir::{RuleSet, Task};
+
+use super::inner::{Pace, Tuner};
+use super::state::{Body, Tune, Tuning};
+use super::tally::{Missing, Tally};
+use super::{Bounds, Failure};
+use crate::derive::Derivation;
+use crate::simulate::Model;
+
+/// The inner loops of one body. What they know is in a [`Body`].
+pub(super) struct Tasks<'a> {
+    pub(super) rules: &'a RuleSet,
+    pub(super) model: &'a dyn Model,
+    pub(super) pool: &'a rayon::ThreadPool,
+    pub(super) derivation: Arc<Derivation>,
+    pub(super) seed: u64,
+    /// Names their streams of random numbers, together with the name of the task.
+    pub(super) name: String,
+    pub(super) bounds: Bounds<'a>,
+    /// The loop of the task at hand, once it is needed.
+    pub(super) tuner: Option<Tuner<'a>>,
+}
+
+impl<'a> Tasks<'a> {
+    /// Goes on by a batch of evaluations.
+    pub(super) fn advance(&mut self, body: &mut Body, spent: &mut u64) -> Result<Pace, Failure> {
+        let Some((name, task)) = self.rules.tasks.get_index(body.done) else { return Ok(Pace::Done) };
+        let pace = match self.advance_task(name, task, body, spent) {
+            // What the actuation cannot say of this body it may say of others. It counts as an
+            // evaluation, or a search among such bodies would not end.
+            Err(Failure::Expression(error)) if *spent > 1 => {
+                *spent += 1;
+                body.tuning = Tuning::default();
+                body.tuning.tally.count(Missing::Expression(error));
+                Pace::Done
+            }
+            pace => pace?,
+        };
+        if pace != Pace::Done {
+            return Ok(pace);
+        }
+        self.tuner = None;
+        body.close();
+        Ok(if body.done < self.rules.tasks.len() { Pace::More } else { Pace::Done })
+    }
+
+    fn advance_task(
+        &mut self,
+        name: &str,
+        task: &'a Task,
+        body: &mut Body,
+        spent: &mut u64,
+    ) -> Result<Pace, Failure> {
+        let tuner = match &mut self.tuner {
+            Some(tuner) => tuner,
+            none => {
+                let stream = if name == RuleSet::ONLY_TASK {
+                    self.name.clone()
+                } else {
+                    format!("{} {name}", self.name)
+                };
+                none.insert(Tuner::new(
+                    (self.rules, task),
+                    self.model,
+                    self.pool,
+                    &self.derivation,
+                    (self.seed, stream),
+                    self.bounds,
+                )?)
+            }
+        };
+        tuner.advance(&mut body.tuning, spent)
+    }
+}
+
+impl Body {
+    /// Ends the task at hand with what was found for it.
+    pub(super) fn close(&mut self) {
+        let tuning = std::mem::take(&mut self.tuning);
+        self.done += 1;
+        self.tally.add(&tuning.tally);
+        self.tunes.extend(tuning.found);
+    }
+
+    /// The temperature of the curves, and the best value of the task at hand.
+    pub(super) fn progress(&self) -> (f64, Option<f64>) {
+        let iteration = self.tuning.chain.as_ref().and_then(|chain| chain.iteration);
+        let value = self.tuning.found.as_ref().map(|found| found.value);
+        (iteration.map_or(0.0, |iteration| iteration.temperature), value)
+    }
+
+    /// What was found, and the value of all tasks together; and what came to nothing.
+    pub(super) fn found(self, rules: &RuleSet, derivation: &Derivation) -> (Option<(Vec<Tune>, f64)>, Tally) {
+        let mut tally = self.tally;
+        if self.tunes.len() != rules.tasks.len() {
+            return (None, tally);
+        }
+        let values: Vec<(&str, f64)> =
+            rules.tasks.keys().map(String::as_str).zip(self.tunes.iter().map(|t| t.value)).collect();
+        match crate::score::outcome(rules, derivation, &values) {
+            Ok(value) => (Some((self.tunes, value)), tally),
+            Err(error) => {
+                tally.count(Missing::Expression(error));
+                (None, tally)
+            }
+        }
+    }
+}

@@ -1,0 +1,369 @@
+//! Runs that are stopped, killed and gone on with. `SGC_KILLS=100` kills a hundred times.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use sgc::derive::Stream;
+
+use crate::support::root;
+
+/// What a complete run leaves.
+const COMPLETE: [&str; 5] = ["best.design.json", "evals.csv", "result.json", "run.toml", "sources"];
+
+fn command(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sgc"));
+    command.args(arguments).current_dir(root()).env("NO_COLOR", "1");
+    command
+}
+
+fn sgc(arguments: &[&str]) -> Output {
+    command(arguments).output().unwrap()
+}
+
+fn start(arguments: &[&str]) -> Child {
+    command(arguments).stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn assert_code(output: &Output, code: i32) {
+    assert_eq!(output.status.code(), Some(code), "{}", errors(output));
+}
+
+fn signal(child: &Child, name: &str) {
+    assert!(Command::new("kill").args([name, &child.id().to_string()]).status().unwrap().success());
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+/// A grammar whose motions are as short as said.
+fn grammar(folder: &Path, seconds: &str) -> PathBuf {
+    let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
+    let file = folder.join("quick.sgr");
+    std::fs::write(&file, text.replace("for 20 s", &format!("for {seconds} s"))).unwrap();
+    file
+}
+
+/// The arguments of a short run into a folder; checkpoints are saved as often as can be.
+fn short<'a>(grammar: &'a Path, out: &'a Path) -> Vec<&'a str> {
+    let out = path(out);
+    let mut arguments = vec!["run", path(grammar), "--seed", "2", "--max-evals", "900", "--quiet"];
+    arguments.extend(["--checkpoint", "0.001s", "--out", out]);
+    arguments
+}
+
+/// The run without any interruption.
+fn whole(folder: &Path, grammar: &Path) -> PathBuf {
+    let out = folder.join("whole");
+    assert_code(&sgc(&short(grammar, &out)), 0);
+    out
+}
+
+/// Starts a run that would take long, and waits until it has a first best.
+fn begin_long(folder: &Path, out: &Path) -> Child {
+    let child = start(&["run", path(&grammar(folder, "20")), "--max-evals", "0", "--out", path(out)]);
+    let begun = Instant::now();
+    while !out.join("best.design.json").exists() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "nothing was found in a minute");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    child
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+fn assert_same(one: &Path, other: &Path) {
+    for run in [one, other] {
+        assert_eq!(names(run), COMPLETE);
+    }
+    for name in &COMPLETE[..3] {
+        let [a, b] = [one, other].map(|run| std::fs::read_to_string(run.join(name)).unwrap());
+        assert_eq!(a, b, "{name}");
+    }
+}
+
+fn copy(from: &Path, to: &Path) {
+    std::fs::create_dir_all(to).unwrap();
+    for name in names(from) {
+        let (from, to) = (from.join(&name), to.join(&name));
+        if from.is_dir() {
+            copy(&from, &to);
+        } else {
+            std::fs::copy(from, to).unwrap();
+        }
+    }
+}
+
+#[test]
+fn a_run_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
+    let kills: usize = std::env::var("SGC_KILLS").map_or(5, |kills| kills.parse().expect("a number"));
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = grammar(folder.path(), "1");
+    let begun = Instant::now();
+    let whole = whole(folder.path(), &grammar);
+    let takes = begun.elapsed().as_secs_f64();
+    let mut random = Stream::named(u64::from(std::process::id()), "kills");
+    let (mut killed, mut runs, mut resumed) = (0, 0, 0);
+    while killed < kills {
+        runs += 1;
+        let out = folder.path().join(format!("run-{runs}"));
+        loop {
+            let jobs = ["1", "2"][random.below(2)];
+            let mut arguments = if out.exists() {
+                resumed += 1;
+                vec!["resume", path(&out), "--quiet", "--checkpoint", "0.001s"]
+            } else {
+                short(&grammar, &out)
+            };
+            arguments.extend(["--jobs", jobs]);
+            let mut child = start(&arguments);
+            if killed < kills {
+                std::thread::sleep(Duration::from_secs_f64(takes * 0.6 * random.unit()));
+                child.kill().unwrap();
+            }
+            let output = child.wait_with_output().unwrap();
+            if output.status.code().is_some() {
+                assert_code(&output, 0);
+                break;
+            }
+            killed += 1;
+        }
+        assert_same(&out, &whole);
+    }
+    assert!(resumed > 0, "{killed} kills, none of them after the run had begun");
+}
+
+#[test]
+fn a_run_that_is_asked_to_stop_says_how_to_go_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let quick = grammar(folder.path(), "1");
+    let whole = whole(folder.path(), &quick);
+    let out = folder.path().join("run");
+    let mut arguments = short(&quick, &out);
+    for (n, name) in ["-TERM", "-INT", "-HUP"].into_iter().enumerate() {
+        let child = start(&arguments);
+        // Sometimes it is still at compiling.
+        std::thread::sleep(Duration::from_millis(600));
+        signal(&child, name);
+        let output = child.wait_with_output().unwrap();
+        assert_code(&output, 75);
+        assert!(errors(&output).contains(&format!("sgc resume {}", path(&out))), "{}", errors(&output));
+        assert!(out.join("checkpoint").exists() && !out.join("result.json").exists(), "{n}");
+        arguments = vec!["resume", path(&out), "--quiet", "--checkpoint", "0.001s"];
+    }
+    assert_code(&sgc(&arguments), 0);
+    assert_same(&out, &whole);
+
+    // What is complete stays.
+    let output = sgc(&["resume", path(&out)]);
+    assert_code(&output, 0);
+    assert!(errors(&output).contains("is complete"), "{}", errors(&output));
+    let output = sgc(&["resume", path(&out), "--max-evals", "2000"]);
+    assert_code(&output, 2);
+    assert!(errors(&output).contains("is complete"), "{}", errors(&output));
+    assert_same(&out, &whole);
+}
+
+#[test]
+fn a_long_motion_is_given_up_within_a_second() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let child = begin_long(folder.path(), &out);
+    std::thread::sleep(Duration::from_millis(500));
+    let asked = Instant::now();
+    signal(&child, "-TERM");
+    assert_code(&child.wait_with_output().unwrap(), 75);
+    // Others may keep the machine busy.
+    assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
+    assert_code(&sgc(&["eval", path(&out)]), 0);
+
+    // A bound on time ends a sitting in time, too.
+    let begun = Instant::now();
+    let output = sgc(&["resume", path(&out), "--time", "1.5s"]);
+    assert_code(&output, 75);
+    assert!(errors(&output).contains("the time is over"), "{}", errors(&output));
+    assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
+    // A bound on evaluations that are spent already completes it.
+    assert_code(&sgc(&["resume", path(&out), "--max-evals", "1"]), 0);
+    assert_eq!(names(&out), COMPLETE);
+}
+
+#[test]
+fn a_terminal_that_has_gone_costs_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let quick = grammar(folder.path(), "1");
+    let mut arguments = short(&quick, &out);
+    arguments.retain(|argument| *argument != "--quiet");
+    let mut child = command(&arguments).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // Nobody reads any more.
+    drop((child.stdout.take(), child.stderr.take()));
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert_same(&out, &whole(folder.path(), &quick));
+}
+
+#[test]
+fn a_folder_belongs_to_one_process() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let child = begin_long(folder.path(), &out);
+    let file = grammar(folder.path(), "20");
+    for arguments in [vec!["resume", path(&out)], vec!["run", path(&file), "--force", "--out", path(&out)]] {
+        let output = sgc(&arguments);
+        assert_code(&output, 2);
+        assert!(errors(&output).contains("a run is under way"), "{}", errors(&output));
+    }
+    signal(&child, "-TERM");
+    assert_code(&child.wait_with_output().unwrap(), 75);
+    let output = sgc(&["resume", path(&out), "--max-evals", "1"]);
+    assert_code(&output, 0);
+}
+
+#[test]
+fn a_run_goes_on_only_as_it_began() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let long = grammar(folder.path(), "20");
+    assert_code(&sgc(&["run", path(&long), "--time", "2s", "--quiet", "--out", path(&out)]), 75);
+    let entry = names(&out.join("sources")).into_iter().find(|name| name.contains("quick")).unwrap();
+    let source = format!("sources/{entry}");
+    let library = "sources/std.blocks.sgr";
+    let text = |name: &str| std::fs::read_to_string(out.join(name)).unwrap();
+    let half = text("checkpoint")[..text("checkpoint").len() / 2].to_owned();
+    let version = env!("CARGO_PKG_VERSION");
+    let spent = text("checkpoint").replacen("\"spent\":", "\"spent\":1", 1);
+    for (file, changed, says) in [
+        ("checkpoint", half, "checkpoint is damaged"),
+        ("checkpoint", "{}".to_owned(), "is not a checkpoint"),
+        ("checkpoint", spent, "do not fit its checksum"),
+        ("checkpoint", text("checkpoint").replace(version, "0.0.1"), "was written by sgc 0.0.1"),
+        ("run.toml", text("run.toml").replace("seed = 1", "seed = 3"), "run.toml was changed"),
+        (&source, text(&source).replace("= 20", "= 21"), "was changed after the run began"),
+        (library, text(library) + "\n", "was changed after the run began"),
+        ("evals.csv", text("evals.csv").replacen('0', "7", 1), "evals.csv was changed"),
+        ("evals.csv", "move\n".to_owned(), "evals.csv was changed"),
+    ] {
+        let damaged = folder.path().join("damaged");
+        copy(&out, &damaged);
+        assert_ne!(changed, text(file), "{says}");
+        std::fs::write(damaged.join(file), &changed).unwrap();
+        let output = sgc(&["resume", path(&damaged)]);
+        assert_code(&output, 2);
+        assert!(errors(&output).contains(says), "{says}: {}", errors(&output));
+        assert_eq!(std::fs::read_to_string(damaged.join(file)).unwrap(), changed, "nothing was written");
+        std::fs::remove_dir_all(&damaged).unwrap();
+    }
+    for (file, says) in
+        [("checkpoint", "has no checkpoint"), ("evals.csv", "cannot read"), ("run.toml", "not a run folder")]
+    {
+        let damaged = folder.path().join("damaged");
+        copy(&out, &damaged);
+        std::fs::remove_file(damaged.join(file)).unwrap();
+        let output = sgc(&["resume", path(&damaged)]);
+        assert_code(&output, 2);
+        assert!(errors(&output).contains(says), "{says}: {}", errors(&output));
+        std::fs::remove_dir_all(&damaged).unwrap();
+    }
+    let output = sgc(&["resume", "nowhere"]);
+    assert_code(&output, 2);
+    assert!(errors(&output).contains("nowhere is not a run folder"), "{}", errors(&output));
+}
+
+#[test]
+fn a_full_disk_leaves_the_last_good_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let quick = grammar(folder.path(), "1");
+    let whole = whole(folder.path(), &quick);
+    let out = folder.path().join("run");
+    let mut arguments = short(&quick, &out);
+    arguments.extend(["--time", "0.8s"]);
+    assert_code(&sgc(&arguments), 75);
+    let kept = ["checkpoint", "best.design.json"].map(|name| std::fs::read(out.join(name)).unwrap());
+    // No file may be longer than two blocks: a disk that is full, for whoever writes.
+    let output = Command::new("sh")
+        .args(["-c", "trap '' XFSZ; ulimit -f 2; exec \"$0\" resume \"$1\" --quiet --checkpoint 0.001s"])
+        .args([env!("CARGO_BIN_EXE_sgc"), path(&out)])
+        .output()
+        .unwrap();
+    assert_code(&output, 2);
+    let said = errors(&output);
+    assert!(said.contains("cannot write") && said.contains("go on with: sgc resume"), "{said}");
+    assert_eq!(kept, ["checkpoint", "best.design.json"].map(|name| std::fs::read(out.join(name)).unwrap()));
+    assert_code(&sgc(&["resume", path(&out), "--quiet"]), 0);
+    assert_same(&out, &whole);
+}
+
+#[test]
+fn several_runs_are_what_each_is_alone_with_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    let quick = grammar(folder.path(), "1");
+    let several = |name: &str, jobs: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let mut arguments = vec!["run", path(&quick), "--seed", "4", "--runs", "3", "--max-evals", "150"];
+        arguments.extend(["--checkpoint", "0.001s", "--jobs", jobs, "--out", path(&out)]);
+        arguments.extend(more);
+        let output = sgc(&arguments);
+        (out, output)
+    };
+    let (one, told) = several("one", "1", &[]);
+    assert_code(&told, 0);
+    let table = String::from_utf8_lossy(&told.stdout).into_owned();
+    let seeds: Vec<&str> = table.lines().skip(1).filter_map(|line| line.split_whitespace().next()).collect();
+    assert_eq!(seeds, ["4", "5", "6"], "{table}");
+    assert!(table.contains("of 8") && table.contains("the evaluations are spent"), "{table}");
+    assert_eq!(names(&one), ["runs.toml", "seed-4", "seed-5", "seed-6", "summary.csv"]);
+    let summary = |out: &Path| std::fs::read_to_string(out.join("summary.csv")).unwrap();
+    assert_eq!(summary(&one).lines().count(), 4, "{}", summary(&one));
+
+    let alone = folder.path().join("alone");
+    let arguments = ["run", path(&quick), "--seed", "5", "--max-evals", "150", "--out", path(&alone)];
+    assert_code(&sgc(&arguments), 0);
+    assert_same(&alone, &one.join("seed-5"));
+
+    let assert_all_same = |out: &Path| {
+        for seed in ["seed-4", "seed-5", "seed-6"] {
+            assert_same(&out.join(seed), &one.join(seed));
+        }
+        assert_eq!(summary(out), summary(&one));
+    };
+    let (five, told) = several("five", "5", &[]);
+    assert_code(&told, 0);
+    assert_all_same(&five);
+
+    // Stopped, then killed, then one of them by itself, then all.
+    let (pieces, told) = several("pieces", "2", &["--time", "0.5s"]);
+    assert_code(&told, 75);
+    assert!(errors(&told).contains(&format!("sgc resume {}", path(&pieces))), "{}", errors(&told));
+    assert!(summary(&pieces).contains("not complete"), "{}", summary(&pieces));
+    let mut child = start(&["resume", path(&pieces), "--checkpoint", "0.001s"]);
+    std::thread::sleep(Duration::from_millis(300));
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert_code(&sgc(&["resume", path(&pieces.join("seed-6")), "--quiet"]), 0);
+    assert_code(&sgc(&["resume", path(&pieces), "--jobs", "2"]), 0);
+    assert_all_same(&pieces);
+    let output = sgc(&["resume", path(&pieces)]);
+    assert_code(&output, 0);
+    assert!(errors(&output).contains("are complete"), "{}", errors(&output));
+
+    // Nothing is replaced unless by force, and nothing foreign even so.
+    assert_code(&several("one", "1", &[]).1, 2);
+    assert_code(&several("one", "1", &["--force"]).1, 0);
+    assert_all_same(&five);
+    std::fs::write(one.join("seed-4/notes.txt"), "mine").unwrap();
+    let (_, told) = several("one", "1", &["--force"]);
+    assert_code(&told, 2);
+    assert!(errors(&told).contains("notes.txt"), "{}", errors(&told));
+}
