@@ -130,7 +130,7 @@ fn a_run_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
             arguments.extend(["--jobs", jobs]);
             let mut child = start(&arguments);
             if killed < kills {
-                std::thread::sleep(Duration::from_secs_f64(takes * 0.6 * random.unit()));
+                std::thread::sleep(Duration::from_secs_f64(takes * 0.35 * random.unit()));
                 child.kill().unwrap();
             }
             let output = child.wait_with_output().unwrap();

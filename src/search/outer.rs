@@ -136,7 +136,9 @@ pub fn go_on(
     let mut annealing =
         Annealing { rules, model, pool: &pool, seed, bounds, observer, state, unfinished: None };
     let end = annealing.anneal()?;
-    let State { spent, moves, bodies, tally, best, .. } = annealing.state;
+    let State { spent, moves, bodies, tally, best, trial, .. } = annealing.state;
+    // The one that was being tuned, if the search was stopped.
+    let bodies = bodies + usize::from(trial.is_some());
     let best = annealing.unfinished.or(best);
     Ok(Outcome { best, evaluations: spent, moves, bodies, tally, end })
 }
