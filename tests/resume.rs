@@ -2,9 +2,13 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use sgc::derive::Stream;
+use sgc::results::judge::final_check;
+use sgc::results::saved::SavedDesign;
+use sgc::simulate::Stop;
 
 use crate::support::root;
 
@@ -198,6 +202,19 @@ fn a_long_motion_is_given_up_within_a_second() {
     // A bound on evaluations that are spent already completes it.
     assert_code(&sgc(&["resume", path(&out), "--max-evals", "1"]), 0);
     assert_eq!(names(&out), COMPLETE);
+}
+
+#[test]
+fn cross_checks_that_were_given_up_are_not_taken_for_checks() {
+    let folder = tempfile::tempdir().unwrap();
+    let whole = whole(folder.path(), &grammar(folder.path(), "1"));
+    let design = SavedDesign::read(&whole.join("best.design.json")).unwrap();
+    let rules = design.grammar.compile().unwrap();
+    let mut bare = design.clone();
+    bare.tasks[0].checks.clear();
+    let flag = AtomicBool::new(true);
+    assert!(final_check(&rules, &bare, Stop::new(&flag, None)).is_err());
+    assert_eq!(final_check(&rules, &bare, Stop::NEVER).unwrap(), design);
 }
 
 #[test]

@@ -357,6 +357,10 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Res
             if saved.checks.iter().all(|check| check.name != name) {
                 // A check without a value does not confirm: the best stands, and says so.
                 let replayed = replay_task(rules, saved, (&derivation, &body), trial);
+                // One that was given up says nothing.
+                if replayed.is_err() && stop.is_asked() {
+                    return Err("stopped before all cross-checks were made".to_owned());
+                }
                 let value = replayed.ok().and_then(|r| r.score).map(|score| score.value);
                 saved.checks.push(Check { name: name.to_owned(), value });
             }
