@@ -139,6 +139,8 @@ def summary(rows):
         tried = [[row for row in some if key != "exact" or np.isfinite(row["coulomb"])] for some in (steady, others)]
         counts = [f"{sum(row[key] for row in some)} of {len(some)}" for some in tried]
         print(f"of these, within 10 % (or 0.1) of {what}: {counts[0]}; of the others: {counts[1]}")
+    itself = [sum(close(row["mj1000"], row["mj2000"], 0.1) for row in some) for some in (steady, others)]
+    print(f"MuJoCo within 10 % of itself at 1000 and 2000 Hz: {itself[0]} of {len(steady)}; {itself[1]} of {len(others)}")
     early = [f"{np.nanmedian(of(key)):.2f} ({np.nanmax(of(key)):.2f})" for key in ("early", "law", "step")]
     print(f"early differences in mm, median (most): from MuJoCo {early[0]}; from Coulomb's law {early[1]}; ", end="")
     print(f"of the search step {early[2]}")
