@@ -79,6 +79,20 @@ fn begin_long(folder: &Path, out: &Path) -> Child {
     child
 }
 
+/// Starts a command and sends it a signal as soon as it has written a file.
+fn stop_once(file: &Path, arguments: &[&str], name: &str) -> Output {
+    let written = || std::fs::metadata(file).and_then(|file| file.modified()).ok();
+    let before = written();
+    let child = start(arguments);
+    let begun = Instant::now();
+    while written() == before {
+        assert!(begun.elapsed() < Duration::from_secs(60), "nothing was written in a minute");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    signal(&child, name);
+    child.wait_with_output().unwrap()
+}
+
 fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .unwrap()
@@ -157,11 +171,7 @@ fn a_run_that_is_asked_to_stop_says_how_to_go_on() {
     let out = folder.path().join("run");
     let mut arguments = short(&quick, &out);
     for (n, name) in ["-TERM", "-INT", "-HUP"].into_iter().enumerate() {
-        let child = start(&arguments);
-        // Sometimes it is still at compiling.
-        std::thread::sleep(Duration::from_millis(600));
-        signal(&child, name);
-        let output = child.wait_with_output().unwrap();
+        let output = stop_once(&out.join("checkpoint"), &arguments, name);
         assert_code(&output, 75);
         assert!(errors(&output).contains(&format!("sgc resume {}", path(&out))), "{}", errors(&output));
         assert!(out.join("checkpoint").exists() && !out.join("result.json").exists(), "{n}");
@@ -304,9 +314,7 @@ fn a_full_disk_leaves_the_last_good_files() {
     let quick = grammar(folder.path(), "1");
     let whole = whole(folder.path(), &quick);
     let out = folder.path().join("run");
-    let mut arguments = short(&quick, &out);
-    arguments.extend(["--time", "0.8s"]);
-    assert_code(&sgc(&arguments), 75);
+    assert_code(&stop_once(&out.join("best.design.json"), &short(&quick, &out), "-TERM"), 75);
     let kept = ["checkpoint", "best.design.json"].map(|name| std::fs::read(out.join(name)).unwrap());
     // No file may be longer than two blocks: a disk that is full, for whoever writes.
     let output = Command::new("sh")
@@ -326,12 +334,11 @@ fn a_full_disk_leaves_the_last_good_files() {
 fn several_runs_are_what_each_is_alone_with_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     let quick = grammar(folder.path(), "1");
+    let asked =
+        ["run", path(&quick), "--seed", "4", "--runs", "3", "--max-evals", "150", "--checkpoint", "0.001s"];
     let several = |name: &str, jobs: &str, more: &[&str]| {
         let out = folder.path().join(name);
-        let mut arguments = vec!["run", path(&quick), "--seed", "4", "--runs", "3", "--max-evals", "150"];
-        arguments.extend(["--checkpoint", "0.001s", "--jobs", jobs, "--out", path(&out)]);
-        arguments.extend(more);
-        let output = sgc(&arguments);
+        let output = sgc(&[asked.as_slice(), &["--jobs", jobs, "--out", path(&out)], more].concat());
         (out, output)
     };
     let (one, told) = several("one", "1", &[]);
@@ -360,7 +367,9 @@ fn several_runs_are_what_each_is_alone_with_any_number_of_threads() {
     assert_all_same(&five);
 
     // Stopped, then killed, then one of them by itself, then all.
-    let (pieces, told) = several("pieces", "2", &["--time", "0.5s"]);
+    let pieces = folder.path().join("pieces");
+    let arguments = [asked.as_slice(), &["--jobs", "2", "--out", path(&pieces)]].concat();
+    let told = stop_once(&pieces.join("seed-4/checkpoint"), &arguments, "-TERM");
     assert_code(&told, 75);
     assert!(errors(&told).contains(&format!("sgc resume {}", path(&pieces))), "{}", errors(&told));
     assert!(summary(&pieces).contains("not complete"), "{}", summary(&pieces));
