@@ -234,6 +234,20 @@ fn a_mirrored_gait_goes_the_mirrored_way() {
 }
 
 #[test]
+fn sweeps_that_end_early_lead_to_the_same_motion() {
+    let (body, drive) = (m4(), gait(4, 2, false));
+    let end = |tolerance: f64, iterations: usize| {
+        let settings = Settings { tolerance, iterations, ..during(1.5) };
+        place(&run("articulated", &body, &settings, &drive), 0, 1.5)
+    };
+    let truth = end(0.0, 1000);
+    let [close, once] = [(1e-3, 1000), (1e9, 1000)].map(|(t, n)| (end(t, n) - truth).norm());
+    assert!(close < 1e-3 && once > 2.0 * close, "{close} m, after one sweep a step {once} m");
+    // One sweep in a step is what a tolerance that nothing exceeds leaves.
+    assert_eq!(end(1e9, 1000), end(0.0, 1));
+}
+
+#[test]
 fn halving_the_step_converges() {
     let (body, drive) = (m4(), gait(4, 2, false));
     let end = |rate: f64| {
