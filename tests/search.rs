@@ -34,7 +34,7 @@ impl Observer for Log {
 }
 
 fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<String>) {
-    let limits = Limits { seed, jobs, max_evaluations: Some(max), deadline: None };
+    let limits = Limits { seed, jobs, max_evaluations: Some(max), lanes: None, deadline: None };
     let mut log = Log::default();
     let model = simulate::model("articulated").unwrap();
     let outcome =
@@ -192,7 +192,8 @@ fn in_sittings(
     for sittings in 1.. {
         flag.store(false, Ordering::Relaxed);
         let deadline = sitting.map(|time| Instant::now() + time);
-        let limits = Limits { seed, jobs: 1 + sittings % 3, max_evaluations: Some(200), deadline };
+        let limits =
+            Limits { seed, jobs: 1 + sittings % 3, max_evaluations: Some(200), lanes: None, deadline };
         let outcome = go_on(rules, state, model, &limits, &flag, &mut stopper).unwrap();
         if !outcome.end.is_early() {
             return (outcome, stopper.rows, sittings);
@@ -323,7 +324,7 @@ fn a_walk_among_equals_says_that_no_temperature_follows() {
     let mut equal = rules.clone();
     let zero = &mut equal.tasks[0].objective.value;
     zero.kind = grammar_lang::ir::ExprKind::Number(0.0);
-    let limits = Limits { seed: 1, jobs: 1, max_evaluations: Some(50), deadline: None };
+    let limits = Limits { seed: 1, jobs: 1, max_evaluations: Some(50), lanes: None, deadline: None };
     let model = simulate::model("articulated").unwrap();
     let flag = AtomicBool::new(false);
     let failure = run(&equal, Derivation::begin(&equal), model, &limits, &flag, &mut Log::default());
