@@ -64,7 +64,10 @@ impl Live {
         let Ok(mut turn) = self.turn.try_lock() else { return };
         let began = Instant::now();
         let report = Report::read(std::slice::from_ref(&self.runs), Asker::Going);
-        self.tell(report.and_then(|report| report.write_page(&self.place(), Reload::WhileRunning)), &mut turn);
+        self.tell(
+            report.and_then(|report| report.write_page(&self.place(), Reload::WhileRunning)),
+            &mut turn,
+        );
         turn.next = Instant::now() + EVERY.max(began.elapsed() * REST);
     }
 

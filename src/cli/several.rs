@@ -59,7 +59,8 @@ impl Several<'_> {
                     // As many runs as there are threads; fewer share what there is.
                     let threads = (free / (waiting.len() + 1)).max(1);
                     (free, under_way) = (free - threads, under_way + 1);
-                    let (send, path, several, live) = (send.clone(), self.folder.run(seed), &self, live.as_ref());
+                    let (send, path, several, live) =
+                        (send.clone(), self.folder.run(seed), &self, live.as_ref());
                     scope.spawn(move || {
                         // The others go on if one breaks down.
                         let outcome = catch_unwind(AssertUnwindSafe(|| several.one(&path, threads, live)));

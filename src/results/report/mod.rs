@@ -113,7 +113,8 @@ fn check_place(out: &Path) -> Result<(), String> {
 
 /// Something in a folder that no report writes.
 fn foreign(folder: &Path) -> std::io::Result<Option<String>> {
-    let is_ours = |name: &str| name == PAGE || TABLES.iter().any(|(table, _)| *table == name) || is_unfinished(name);
+    let is_ours =
+        |name: &str| name == PAGE || TABLES.iter().any(|(table, _)| *table == name) || is_unfinished(name);
     Ok(entries(folder)?.into_iter().find(|name| !is_ours(name)))
 }
 

@@ -95,8 +95,19 @@ struct Columns<'a> {
 impl<'a> Columns<'a> {
     /// The columns without which there is nothing to report.
     const NEEDED: [&'static str; 13] = [
-        "move", "rule", "blocked", "parts", "actuators", "value", "accepted", "best", "temperature",
-        "evaluations", "invalid", "unstable", "why_invalid",
+        "move",
+        "rule",
+        "blocked",
+        "parts",
+        "actuators",
+        "value",
+        "accepted",
+        "best",
+        "temperature",
+        "evaluations",
+        "invalid",
+        "unstable",
+        "why_invalid",
     ];
 
     fn new(head: &'a StringRecord) -> Result<Self, String> {
@@ -118,7 +129,8 @@ impl<'a> Columns<'a> {
             format!("line {line} has `{}` in the column `{name}`", self.field(record, name))
         };
         let count = |name| text(name).parse::<u64>().map_err(|_| wrong(name));
-        let finite = |name| text(name).parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| wrong(name));
+        let finite =
+            |name| text(name).parse::<f64>().ok().filter(|x| x.is_finite()).ok_or_else(|| wrong(name));
         let number = |name| if text(name).is_empty() { Ok(None) } else { finite(name).map(Some) };
         Ok(Move {
             number: count("move")?,

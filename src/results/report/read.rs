@@ -208,7 +208,9 @@ fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, St
     } else {
         return Err(format!("there is no folder {shown}"));
     };
-    let Some(first) = runs.first() else { return Err(format!("{} names no seeds", path.join(RUNS).display())) };
+    let Some(first) = runs.first() else {
+        return Err(format!("{} names no seeds", path.join(RUNS).display()));
+    };
     let rules = compiled.get(&folder::frozen(&first.path, &first.asked)?);
     let unit = match (&rules, runs.iter().find_map(|run| run.design.as_ref()?.as_ref().ok())) {
         (Ok(rules), _) => rules.0.objective.unit.clone(),

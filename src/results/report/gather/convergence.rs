@@ -93,7 +93,8 @@ pub(crate) fn half_way(group: &Group) -> Option<f64> {
 
 /// How many runs found their best in the last tenth of their evaluations.
 pub(crate) fn still_rising(group: &Group) -> usize {
-    let late = |run: &&Run| run.found().is_some_and(|m| m.evaluations * 10 >= run.evaluations() * 9 && m.number > 0);
+    let late =
+        |run: &&Run| run.found().is_some_and(|m| m.evaluations * 10 >= run.evaluations() * 9 && m.number > 0);
     group.runs.iter().filter(late).count()
 }
 
@@ -136,7 +137,16 @@ mod tests {
         let points = course(&two(), Against::Evaluations);
         assert_eq!(
             means(&points),
-            [(1, 2, 0.0), (2, 2, 2.0), (3, 2, 2.0), (4, 2, 3.0), (5, 2, 3.0), (6, 2, 3.0), (7, 2, 3.0), (8, 2, 5.0)]
+            [
+                (1, 2, 0.0),
+                (2, 2, 2.0),
+                (3, 2, 2.0),
+                (4, 2, 3.0),
+                (5, 2, 3.0),
+                (6, 2, 3.0),
+                (7, 2, 3.0),
+                (8, 2, 5.0)
+            ]
         );
         let last = points.last().unwrap();
         assert_eq!((last.min, last.median, last.max, last.best), (2.0, 5.0, 8.0, Some(8.0)));

@@ -84,7 +84,8 @@ pub(crate) fn csv(groups: &[Group]) -> String {
         let rows: Vec<_> =
             pairs("blocked", all.blocked).chain(pairs("no value", all.missing)).chain(unstable).collect();
         let name = group.name.clone();
-        rows.into_iter().map(move |(what, rule, reason, n)| [name.clone(), what.to_owned(), rule, reason, n.to_string()])
+        rows.into_iter()
+            .map(move |(what, rule, reason, n)| [name.clone(), what.to_owned(), rule, reason, n.to_string()])
     });
     table(["group", "what", "rule", "reason", "count"], rows)
 }

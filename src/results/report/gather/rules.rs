@@ -69,7 +69,8 @@ fn rule(group: &Group, name: String) -> Rule {
         pair.is_some_and(|(new, old)| group.fitness(new) > group.fitness(old))
     };
     let drawn_in_vain = |m: &Move| m.blocked.iter().filter(|(blocked, _)| *blocked == name).count() as u64;
-    let steps = |found: &Found| found.design.derivation.iter().filter(|step| step.rule == name).count() as u64;
+    let steps =
+        |found: &Found| found.design.derivation.iter().filter(|step| step.rule == name).count() as u64;
     let on_the_way = group.runs.iter().map(|run| {
         let Some(found) = run.found() else { return 0 };
         let before = |m: &&Move| m.chain == found.chain && m.number <= found.number;
@@ -92,9 +93,29 @@ fn rule(group: &Group, name: String) -> Rule {
 /// `rules.csv`.
 pub(crate) fn csv(groups: &[Group]) -> String {
     let columns = [
-        "group", "rule", "drawn", "blocked", "applied", "accepted", "known", "improved", "share_improved",
-        "mean", "sd", "q1", "median", "q3", "accepted_mean", "accepted_q1", "accepted_median", "accepted_q3",
-        "share_of_applied", "on_the_way", "share_on_the_way", "in_best", "share_in_best",
+        "group",
+        "rule",
+        "drawn",
+        "blocked",
+        "applied",
+        "accepted",
+        "known",
+        "improved",
+        "share_improved",
+        "mean",
+        "sd",
+        "q1",
+        "median",
+        "q3",
+        "accepted_mean",
+        "accepted_q1",
+        "accepted_median",
+        "accepted_q3",
+        "share_of_applied",
+        "on_the_way",
+        "share_on_the_way",
+        "in_best",
+        "share_in_best",
     ];
     let rows = groups.iter().flat_map(|group| {
         let rules = rules(group);
@@ -171,7 +192,8 @@ mod tests {
 
     #[test]
     fn only_the_chain_of_the_best_led_to_it() {
-        let rows = "0,0,,,1,0,0,true,0,0,1,0,0,\n1,0,add,,2,0,1,true,1,9,2,0,0,\n2,0,add,,2,0,5,true,5,9,3,0,0,\n";
+        let rows =
+            "0,0,,,1,0,0,true,0,0,1,0,0,\n1,0,add,,2,0,1,true,1,9,2,0,0,\n2,0,add,,2,0,5,true,5,9,3,0,0,\n";
         let mut alone = run(1, rows);
         alone.moves[1].chain = 1;
         assert_eq!(of(&rules(&group(vec![alone])), "add").on_the_way, 1);

@@ -56,8 +56,22 @@ pub(crate) fn spread(group: &Group) -> Option<Spread> {
 /// `runs.csv`.
 pub(crate) fn csv(groups: &[Group]) -> String {
     let columns = [
-        "group", "seed", "value", "unit", "evaluations", "moves", "found_at_move", "found_at_evaluation",
-        "parts", "actuators", "end", "checks_kept", "checks", "seconds", "evaluations_per_second", "folder",
+        "group",
+        "seed",
+        "value",
+        "unit",
+        "evaluations",
+        "moves",
+        "found_at_move",
+        "found_at_evaluation",
+        "parts",
+        "actuators",
+        "end",
+        "checks_kept",
+        "checks",
+        "seconds",
+        "evaluations_per_second",
+        "folder",
     ];
     let rows = groups.iter().flat_map(|group| group.runs.iter().map(move |run| (group, run)));
     table(

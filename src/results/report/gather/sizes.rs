@@ -98,7 +98,8 @@ mod tests {
         assert_eq!(counts, [(1, 2, 2), (2, 4, 3), (3, 1, 1), (4, 1, 1)]);
         // 4, 2 and 1 with two parts.
         assert_eq!(by_parts[1].spread.map(|s| s.median), Some(2.0));
-        let by_actuators: Vec<_> = sizes(&two(), Size::Actuators).iter().map(|s| (s.size, s.bodies)).collect();
+        let by_actuators: Vec<_> =
+            sizes(&two(), Size::Actuators).iter().map(|s| (s.size, s.bodies)).collect();
         assert_eq!(by_actuators, [(0, 2), (1, 5), (2, 1)]);
         assert_eq!(sizes(&group(vec![run(1, "")]), Size::Parts), []);
     }

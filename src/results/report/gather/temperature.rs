@@ -68,7 +68,15 @@ fn window(group: &Group, (first, last): (u64, u64)) -> Option<Window> {
 /// `temperature.csv`.
 pub(crate) fn csv(groups: &[Group]) -> String {
     let columns = [
-        "group", "first_move", "last_move", "runs", "temperature", "tried", "accepted", "nothing", "acceptance",
+        "group",
+        "first_move",
+        "last_move",
+        "runs",
+        "temperature",
+        "tried",
+        "accepted",
+        "nothing",
+        "acceptance",
     ];
     let rows = groups.iter().flat_map(|group| {
         windows(group).into_iter().map(move |window| {

@@ -19,11 +19,20 @@ impl Scale {
         let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
         let (low, high) = match (low, high) {
             (l, h) if l > h => (0.0, 1.0),
-            (l, h) if h - l <= 1e-9 * l.abs().max(h.abs()) => (l.min(0.0), if h > 0.0 { h } else { l.min(0.0) + 1.0 }),
+            (l, h) if h - l <= 1e-9 * l.abs().max(h.abs()) => {
+                (l.min(0.0), if h > 0.0 { h } else { l.min(0.0) + 1.0 })
+            }
             range => range,
         };
         let step = round_step((high - low) / steps.max(1) as f64);
         Self { low: (low / step + 1e-6).floor() * step, high: (high / step - 1e-6).ceil() * step, step }
+    }
+
+    /// The same, but it ends where the values end.
+    pub(crate) fn until(values: impl IntoIterator<Item = f64> + Clone, steps: usize) -> Self {
+        let last = values.clone().into_iter().filter(|x| x.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+        let scale = Self::of(values, steps);
+        if last > scale.low { Self { high: last, ..scale } } else { scale }
     }
 
     /// The same for counts: no step is smaller than one.
@@ -37,7 +46,7 @@ impl Scale {
 
     /// The round numbers on it.
     pub(crate) fn ticks(&self) -> Vec<f64> {
-        let many = ((self.high - self.low) / self.step).round() as usize;
+        let many = ((self.high - self.low) / self.step + 1e-6).floor() as usize;
         (0..=many.min(100)).map(|i| self.low + self.step * i as f64).collect()
     }
 
@@ -58,7 +67,11 @@ impl Scale {
 /// 1, 2 or 5 times a power of ten, at least as large as asked for.
 fn round_step(least: f64) -> f64 {
     let power = libm::pow(10.0, libm::floor(libm::log10(least)));
-    [1.0, 2.0, 5.0].into_iter().map(|n| n * power).find(|step| *step >= least * (1.0 - 1e-9)).unwrap_or(10.0 * power)
+    [1.0, 2.0, 5.0]
+        .into_iter()
+        .map(|n| n * power)
+        .find(|step| *step >= least * (1.0 - 1e-9))
+        .unwrap_or(10.0 * power)
 }
 
 /// A chart that is being drawn. All that is put into it is markup.
@@ -79,11 +92,24 @@ impl Chart {
     pub(crate) const HALF: (f64, f64) = (480.0, 300.0);
 
     /// A chart with its axes; their labels name what they show with its unit.
-    pub(crate) fn new((width, height): (f64, f64), (x, x_label): (Scale, &str), (y, y_label): (Scale, &str)) -> Self {
+    pub(crate) fn new(
+        (width, height): (f64, f64),
+        (x, x_label): (Scale, &str),
+        (y, y_label): (Scale, &str),
+    ) -> Self {
         let widest = y.ticks().iter().map(|tick| y.label(*tick).chars().count()).max().unwrap_or(1);
         let left = 14.0 + 7.0 * widest as f64;
-        let mut chart =
-            Self { width, height, left, top: 30.0, right: width - 14.0, bottom: height - 42.0, x, y, body: String::new() };
+        let mut chart = Self {
+            width,
+            height,
+            left,
+            top: 30.0,
+            right: width - 20.0,
+            bottom: height - 42.0,
+            x,
+            y,
+            body: String::new(),
+        };
         for tick in y.ticks() {
             let at = chart.y(tick);
             let class = if tick.abs() < 1e-9 * (y.high - y.low) { "zero" } else { "grid" };
@@ -96,16 +122,27 @@ impl Chart {
         chart
     }
 
-    /// A chart with a row for each of some names, from top to bottom.
-    pub(crate) fn rows(width: f64, names: &[String], row: f64, (x, x_label): (Scale, &str)) -> Self {
+    /// A chart with a row for each of some names, from top to bottom, under a title.
+    pub(crate) fn rows(title: &str, names: &[String], row: f64, (x, x_label): (Scale, &str)) -> Self {
+        let width = Self::HALF.0;
         let widest = names.iter().map(|name| name.chars().count()).max().unwrap_or(1);
-        let (left, top) = (14.0 + 7.2 * widest as f64, 8.0);
+        let (left, top) = (14.0 + 7.2 * widest as f64, 26.0);
         let height = top + row * names.len() as f64 + 42.0;
         // Rows are counted downwards.
         let y = Scale { low: names.len() as f64, high: 0.0, step: -1.0 };
-        let mut chart =
-            Self { width, height, left, top, right: width - 14.0, bottom: height - 42.0, x, y, body: String::new() };
+        let mut chart = Self {
+            width,
+            height,
+            left,
+            top,
+            right: width - 20.0,
+            bottom: height - 42.0,
+            x,
+            y,
+            body: String::new(),
+        };
         chart.x_axis();
+        chart.text((0.0, 14.0), "start", title);
         for tick in x.ticks() {
             let at = chart.x(tick);
             let class = if tick.abs() < 1e-9 * (x.high - x.low) { "zero" } else { "grid" };
@@ -149,7 +186,10 @@ impl Chart {
     }
 
     fn text(&mut self, (x, y): (f64, f64), anchor: &str, text: &str) {
-        self.add(&format!("<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>", escape(text)));
+        self.add(&format!(
+            "<text x=\"{x:.1}\" y=\"{y:.1}\" text-anchor=\"{anchor}\">{}</text>",
+            escape(text)
+        ));
     }
 
     /// Straight lines from value to value.
@@ -169,7 +209,10 @@ impl Chart {
 
 /// A straight line.
 pub(crate) fn line(a: (f64, f64), b: (f64, f64), class: &str) -> String {
-    format!("<line class=\"{class}\" x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\"/>", a.0, a.1, b.0, b.1)
+    format!(
+        "<line class=\"{class}\" x1=\"{:.1}\" y1=\"{:.1}\" x2=\"{:.1}\" y2=\"{:.1}\"/>",
+        a.0, a.1, b.0, b.1
+    )
 }
 
 /// The data of a path through points.
@@ -201,7 +244,9 @@ mod tests {
         assert_eq!(labels(Scale::of([-0.3, 1.1], 4)), ["−0.5", "0", "0.5", "1.0", "1.5"]);
         assert_eq!(labels(Scale::of([0.0, 0.004], 4)), ["0", "0.001", "0.002", "0.003", "0.004"]);
         assert_eq!(labels(Scale::counts([1.0, 3.0], 8)), ["1", "2", "3"]);
-        assert_eq!(labels(Scale::of([0.0, 8000.0], 4)), ["0", "2000", "4000", "6000", "8000"]);
+        let until = Scale::until([0.0, 8001.0], 4);
+        assert_eq!(labels(until), ["0", "2000", "4000", "6000", "8000"]);
+        assert_eq!(until.high, 8001.0);
     }
 
     #[test]
@@ -209,7 +254,10 @@ mod tests {
         for values in [vec![], vec![0.0], vec![5.0], vec![-5.0], vec![f64::NAN, 1.0], vec![1e-12, 1e-12]] {
             let scale = Scale::of(values.clone(), 5);
             assert!(scale.low < scale.high && scale.ticks().len() > 1, "{values:?}: {scale:?}");
-            assert!(values.iter().all(|x| x.is_nan() || (scale.low..=scale.high).contains(x)), "{values:?}: {scale:?}");
+            assert!(
+                values.iter().all(|x| x.is_nan() || (scale.low..=scale.high).contains(x)),
+                "{values:?}: {scale:?}"
+            );
         }
     }
 
@@ -218,8 +266,8 @@ mod tests {
         let scale = || Scale::of([0.0, 10.0], 5);
         let chart = Chart::new(Chart::HALF, (scale(), "moves"), (scale(), "value (cm)"));
         assert_eq!((chart.y(0.0), chart.y(10.0)), (258.0, 30.0));
-        assert_eq!((chart.x(0.0), chart.x(10.0)), (28.0, 466.0));
-        assert_eq!(chart.course(&[(0.0, 0.0), (10.0, 10.0)]), "M28.0 258.0L466.0 30.0");
+        assert_eq!((chart.x(0.0), chart.x(10.0)), (28.0, 460.0));
+        assert_eq!(chart.course(&[(0.0, 0.0), (10.0, 10.0)]), "M28.0 258.0L460.0 30.0");
         assert!(chart.finish("a < b").contains("a &lt; b"));
     }
 }

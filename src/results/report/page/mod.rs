@@ -55,8 +55,7 @@ pub(super) fn page(groups: &[Group], link: Link, reload: Reload) -> String {
     let sections: Vec<(&Section, String)> =
         SECTIONS.iter().map(|section| (section, (section.body)(groups, link))).collect();
     let there = || sections.iter().filter(|(_, body)| !body.is_empty());
-    let ways: String =
-        there().map(|(s, _)| format!("<a href=\"#{}\">{}</a>", s.id, s.heading)).collect();
+    let ways: String = there().map(|(s, _)| format!("<a href=\"#{}\">{}</a>", s.id, s.heading)).collect();
     let bodies: String = there()
         .map(|(s, body)| format!("<section id=\"{}\">\n<h2>{}</h2>\n{body}</section>\n", s.id, s.heading))
         .collect();
@@ -106,9 +105,13 @@ fn names(groups: &[Group]) -> Vec<(String, String)> {
     groups.iter().enumerate().map(|(i, group)| (format!("chip {}", colour(i)), group.name.clone())).collect()
 }
 
-/// What begins a sentence about a group: its name, where there are several.
-fn about(groups: &[Group], group: &Group) -> String {
-    if groups.len() < 2 { String::new() } else { format!("<b>{}</b>: ", escape(&group.name)) }
+/// What is seen of a group, in words: after its name, where there are several.
+fn told(groups: &[Group], group: &Group, sentences: &[String]) -> String {
+    if sentences.is_empty() {
+        return String::new();
+    }
+    let name = if groups.len() < 2 { String::new() } else { format!("<b>{}.</b> ", escape(&group.name)) };
+    format!("<p>{name}{}</p>\n", sentences.join(" "))
 }
 
 /// A heading above what a group has for itself; nothing where there is only one.

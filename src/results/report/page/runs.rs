@@ -4,15 +4,28 @@ use grammar_lang::ir::{RuleSet, Schedule};
 use grammar_lang::source::SourceMap;
 
 use super::words::{count, counted, number, or_dash, paragraph, percent, table, value};
-use super::{Link, about, heading};
+use super::{Link, heading, told};
 use crate::document::escape;
 use crate::results::report::gather::runs::{better, spread};
 use crate::results::report::read::{Group, Run};
 
 pub(super) fn section(groups: &[Group], link: Link) -> String {
-    let asked: String = groups.iter().enumerate().map(|(i, group)| heading(groups, i) + &facts(group)).collect();
+    let asked: String =
+        groups.iter().enumerate().map(|(i, group)| heading(groups, i) + &facts(group)).collect();
     let several = groups.len() > 1;
-    let mut head = vec!["#seed", "#best value", "#evaluations", "#moves", "#found at", "#parts", "#actuators", "#checks kept", "why it ended"];
+    let seen: String = groups.iter().map(|group| told(groups, group, &said(group))).collect();
+    let words = seen + &paragraph(&compared(groups));
+    let mut head = vec![
+        "#seed",
+        "#best value",
+        "#evaluations",
+        "#moves",
+        "#found at",
+        "#parts",
+        "#actuators",
+        "#checks kept",
+        "why it ended",
+    ];
     if several {
         head.insert(0, "group");
     }
@@ -27,7 +40,7 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
             cells
         })
         .collect();
-    format!("<div class=\"asked\">{asked}</div>\n{}{}{}", table(&head, &rows), together(groups), paragraph(&said(groups)))
+    format!("<div class=\"asked\">{asked}</div>\n{}{}{}", table(&head, &rows), together(groups), words)
 }
 
 /// What a group was asked.
@@ -40,8 +53,7 @@ fn facts(group: &Group) -> String {
         Ok(rules) => facts.extend(of_rules(&rules.0, &rules.1)),
         Err(why) => facts.push(("rules", format!("not shown: {}", escape(why)))),
     }
-    let seeds: Vec<String> = group.runs.iter().map(|run| run.asked.seed.to_string()).collect();
-    facts.push(("runs", format!("{}, seeds {}", group.runs.len(), seeds.join(", "))));
+    facts.push(("runs", format!("{}, {}", group.runs.len(), seeds(group))));
     let bound = match (asked.max_evals, &asked.time) {
         (Some(n), Some(time)) => format!("{} each, or {}", counted(n, "evaluation"), escape(time)),
         (Some(n), None) => format!("{} each", counted(n, "evaluation")),
@@ -54,7 +66,8 @@ fn facts(group: &Group) -> String {
         facts.push(("started from", format!("the example {}", escape(from))));
     }
     if !asked.parameters.is_empty() {
-        let all: Vec<String> = asked.parameters.iter().map(|(name, text)| code(&format!("{name}={text}"))).collect();
+        let all: Vec<String> =
+            asked.parameters.iter().map(|(name, text)| code(&format!("{name}={text}"))).collect();
         facts.push(("parameters", all.join(" ")));
     }
     let mut versions: Vec<&str> = group.runs.iter().map(|run| run.asked.sgc.as_str()).collect();
@@ -66,6 +79,18 @@ fn facts(group: &Group) -> String {
     format!("<dl>{facts}</dl>\n")
 }
 
+/// The seeds of a group: a row of them as its ends.
+fn seeds(group: &Group) -> String {
+    let seeds: Vec<u64> = group.runs.iter().map(|run| run.asked.seed).collect();
+    match seeds.as_slice() {
+        [only] => format!("seed {only}"),
+        [first, .., last] if seeds.windows(2).all(|pair| pair[1] == pair[0] + 1) => {
+            format!("seeds {first} to {last}")
+        }
+        _ => format!("seeds {}", seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
 /// What the grammar asks of the search.
 fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)> {
     let objective = &rules.objective;
@@ -73,12 +98,14 @@ fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)>
     let unit = if objective.unit.is_empty() { String::new() } else { format!(" in {}", objective.unit) };
     let goal = format!("{goal} {}{unit}", sources.slice(objective.value.span));
     let mut facts = vec![("objective", format!("<code>{}</code>", escape(&goal)))];
-    let tasks: Vec<&str> = rules.tasks.keys().map(String::as_str).filter(|name| *name != RuleSet::ONLY_TASK).collect();
+    let tasks: Vec<&str> =
+        rules.tasks.keys().map(String::as_str).filter(|name| *name != RuleSet::ONLY_TASK).collect();
     if !tasks.is_empty() {
         facts.push(("tasks", escape(&tasks.join(", "))));
     }
     let schedule = |schedule: &Schedule| {
-        let text = |expr: &grammar_lang::ir::Expr| format!("<code>{}</code>", escape(sources.slice(expr.span)));
+        let text =
+            |expr: &grammar_lang::ir::Expr| format!("<code>{}</code>", escape(sources.slice(expr.span)));
         format!(
             "{} iterations of {} moves, temperature {}, stop {}",
             text(&schedule.iterations),
@@ -134,40 +161,53 @@ fn together(groups: &[Group]) -> String {
             let of = |x: f64| value(x, &group.unit);
             let sd = or_dash(spread.sd.map(of));
             let name = escape(&group.name);
-            Some(vec![name, spread.count.to_string(), of(best), of(spread.mean), of(spread.median), sd, of(spread.min), of(spread.max)])
+            Some(vec![
+                name,
+                spread.count.to_string(),
+                of(best),
+                of(spread.mean),
+                of(spread.median),
+                sd,
+                of(spread.min),
+                of(spread.max),
+            ])
         })
         .collect();
     if rows.is_empty() { String::new() } else { table(&head, &rows) }
 }
 
-/// What is seen, in words.
-fn said(groups: &[Group]) -> Vec<String> {
+/// What is seen of a group, in words.
+fn said(group: &Group) -> Vec<String> {
     let mut said = Vec::new();
-    for group in groups {
-        let about = about(groups, group);
-        let without = group.runs.iter().filter(|run| run.value().is_none()).count() as u64;
-        if without > 0 {
-            said.push(format!("{about}{} found nothing valid so far.", counted(without, "run")));
-        }
-        if let Some(spread) = spread(group).filter(|spread| spread.count > 2)
-            && let Some(sd) = spread.sd
-            && sd > spread.mean.abs()
-        {
-            said.push(format!(
-                "{about}Luck matters: the standard deviation is larger than the mean ({} against {}), so a few runs say little.",
-                value(sd, &group.unit),
-                value(spread.mean, &group.unit)
-            ));
-        }
-        let checked: Vec<(usize, usize)> = group.runs.iter().filter_map(Run::checks).filter(|(_, all)| *all > 0).collect();
-        let held = checked.iter().filter(|(kept, all)| kept == all).count();
-        if !checked.is_empty() {
-            said.push(format!(
-                "{about}{held} of {} best designs kept their value in all cross-checks (finer simulation, the second solver, other friction, masses and motors).",
-                checked.len()
-            ));
-        }
+    let without =
+        group.runs.iter().filter(|run| !run.moves.is_empty() && run.value().is_none()).count() as u64;
+    if without > 0 {
+        said.push(format!("{} found nothing valid so far.", counted(without, "run")));
     }
+    if let Some(spread) = spread(group).filter(|spread| spread.count > 2)
+        && let Some(sd) = spread.sd
+        && sd > 0.5 * spread.mean.abs()
+    {
+        said.push(format!(
+            "Luck matters: the standard deviation is {} of the mean, so a few runs say little.",
+            percent(sd / spread.mean.abs().max(f64::MIN_POSITIVE))
+        ));
+    }
+    let checked: Vec<(usize, usize)> =
+        group.runs.iter().filter_map(Run::checks).filter(|(_, all)| *all > 0).collect();
+    let held = checked.iter().filter(|(kept, all)| kept == all).count();
+    if !checked.is_empty() {
+        said.push(format!(
+            "{held} of {} best designs kept their value in all cross-checks (finer simulation, the second solver, other friction, masses and motors).",
+            checked.len()
+        ));
+    }
+    said
+}
+
+/// What is seen of groups side by side, in words.
+fn compared(groups: &[Group]) -> Vec<String> {
+    let mut said = Vec::new();
     for (i, one) in groups.iter().enumerate() {
         for other in groups.iter().skip(i + 1) {
             let Some(share) = better(one, other) else { continue };
@@ -176,7 +216,7 @@ fn said(groups: &[Group]) -> Vec<String> {
                 escape(&one.name),
                 escape(&other.name),
                 percent(share),
-                if (0.35..=0.65).contains(&share) { ": hardly a difference" } else { "" }
+                if (0.4..=0.6).contains(&share) { ": hardly a difference" } else { "" }
             ));
         }
     }

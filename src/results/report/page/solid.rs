@@ -79,9 +79,14 @@ fn around(i: usize, many: usize) -> Vector3<f64> {
 fn cylinder(radius: f64, half: f64) -> Vec<(Vec<Point3<f64>>, Vector3<f64>)> {
     let rim = |x: f64, i: usize| Point3::from(around(i, CORNERS) * radius + Vector3::new(x, 0.0, 0.0));
     let side = |i: usize| {
-        (vec![rim(-half, i), rim(half, i), rim(half, i + 1), rim(-half, i + 1)], around(2 * i + 1, 2 * CORNERS))
+        (
+            vec![rim(-half, i), rim(half, i), rim(half, i + 1), rim(-half, i + 1)],
+            around(2 * i + 1, 2 * CORNERS),
+        )
     };
-    let cap = |x: f64| ((0..CORNERS).map(|i| rim(x, i)).collect(), Vector3::new(x / half.abs().max(1e-12), 0.0, 0.0));
+    let cap = |x: f64| {
+        ((0..CORNERS).map(|i| rim(x, i)).collect(), Vector3::new(x / half.abs().max(1e-12), 0.0, 0.0))
+    };
     (0..CORNERS).map(side).chain([cap(-half), cap(half)]).collect()
 }
 
@@ -93,7 +98,10 @@ fn outline(piece: &Piece) -> Vec<Point3<f64>> {
             let view = View::new();
             let rim = |i| {
                 let along = around(i, CORNERS);
-                [centre + (view.right * along.y + view.up * along.z) * radius, centre + Vector3::new(along.y, 0.0, along.z) * radius]
+                [
+                    centre + (view.right * along.y + view.up * along.z) * radius,
+                    centre + Vector3::new(along.y, 0.0, along.z) * radius,
+                ]
             };
             (0..CORNERS).flat_map(rim).collect()
         }
@@ -135,14 +143,18 @@ fn bounds(pieces: &[Piece]) -> ((f64, f64), (f64, f64)) {
 pub(super) fn scale<'a>(bodies: impl Iterator<Item = &'a [Piece]>) -> f64 {
     let room = (SIZE.0 - 2.0 * MARGIN, SIZE.1 - 2.0 * MARGIN - FOOT);
     let fits = |(width, height): (f64, f64)| (room.0 / width.max(1e-6)).min(room.1 / height.max(1e-6));
-    bodies.filter(|pieces| !pieces.is_empty()).map(|pieces| fits(extent(pieces))).fold(f64::INFINITY, f64::min)
+    bodies
+        .filter(|pieces| !pieces.is_empty())
+        .map(|pieces| fits(extent(pieces)))
+        .fold(f64::INFINITY, f64::min)
 }
 
 /// A body in a picture of so many pixels to the metre.
 pub(super) fn picture(pieces: &[Piece], scale: f64, told: &str) -> String {
     let view = View::new();
     let ((left, right), (top, bottom)) = bounds(pieces);
-    let (dx, dy) = (SIZE.0 / 2.0 - scale * (left + right) / 2.0, (SIZE.1 - FOOT) / 2.0 - scale * (top + bottom) / 2.0);
+    let (dx, dy) =
+        (SIZE.0 / 2.0 - scale * (left + right) / 2.0, (SIZE.1 - FOOT) / 2.0 - scale * (top + bottom) / 2.0);
     let place = |point: &Point3<f64>| {
         let (x, y) = view.flat(point);
         (x * scale + dx, y * scale + dy)
@@ -159,7 +171,13 @@ pub(super) fn picture(pieces: &[Piece], scale: f64, told: &str) -> String {
             let bright = 0.62 + 0.42 * face.normal.dot(&view.light).max(0.0);
             let fill = shaded(&piece.colour, bright);
             let outline = path(face.corners.iter().map(place));
-            marks.push((middle, format!("<path fill=\"{fill}\" stroke=\"{}\" d=\"{outline}Z\"/>", shaded(&piece.colour, bright * 0.9))));
+            marks.push((
+                middle,
+                format!(
+                    "<path fill=\"{fill}\" stroke=\"{}\" d=\"{outline}Z\"/>",
+                    shaded(&piece.colour, bright * 0.9)
+                ),
+            ));
         }
     }
     marks.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -187,7 +205,8 @@ fn shadow(pieces: &[Piece], place: &dyn Fn(&Point3<f64>) -> (f64, f64)) -> Strin
 /// The corners of the convex hull of points, around it.
 fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
-    let turns = |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
+    let turns =
+        |a: (f64, f64), b: (f64, f64), c: (f64, f64)| (b.0 - a.0) * (c.1 - a.1) - (b.1 - a.1) * (c.0 - a.0);
     let half = |points: &mut dyn Iterator<Item = (f64, f64)>| {
         let mut chain: Vec<(f64, f64)> = Vec::new();
         for point in points {
@@ -208,7 +227,11 @@ fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
 
 /// A ball: a disk with a light spot.
 fn ball((x, y): (f64, f64), r: f64, colour: &str) -> String {
-    let mut out = format!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r:.1}\" fill=\"{}\" stroke=\"{}\"/>", shaded(colour, 0.74), shaded(colour, 0.6));
+    let mut out = format!(
+        "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{r:.1}\" fill=\"{}\" stroke=\"{}\"/>",
+        shaded(colour, 0.74),
+        shaded(colour, 0.6)
+    );
     for (part, bright) in [(0.82, 0.84), (0.6, 0.93), (0.36, 1.0)] {
         let shift = r * (1.0 - part) * 0.62;
         out += &format!(
@@ -225,7 +248,9 @@ fn ball((x, y): (f64, f64), r: f64, colour: &str) -> String {
 /// A round length, to compare with.
 fn ruler(scale: f64) -> String {
     let lengths = [0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
-    let Some(length) = lengths.into_iter().find(|length| length * scale >= 24.0).filter(|l| l * scale < 150.0) else {
+    let Some(length) =
+        lengths.into_iter().find(|length| length * scale >= 24.0).filter(|l| l * scale < 150.0)
+    else {
         return String::new();
     };
     let text = if length >= 1.0 {
@@ -246,7 +271,10 @@ fn ruler(scale: f64) -> String {
 
 /// A colour made darker or lighter.
 fn shaded(colour: &str, bright: f64) -> String {
-    let hex = colour.strip_prefix('#').filter(|hex| hex.len() == 6).and_then(|hex| u32::from_str_radix(hex, 16).ok());
+    let hex = colour
+        .strip_prefix('#')
+        .filter(|hex| hex.len() == 6)
+        .and_then(|hex| u32::from_str_radix(hex, 16).ok());
     let rgb = hex.unwrap_or(0x0099_9999);
     let channel = |shift: u32| (f64::from(rgb >> shift & 255) * bright).round().clamp(0.0, 255.0) as u8;
     format!("#{:02x}{:02x}{:02x}", channel(16), channel(8), channel(0))

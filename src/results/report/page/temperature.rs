@@ -1,8 +1,8 @@
 //! The temperature and what was accepted, drawn.
 
 use super::chart::{Chart, Scale, hint};
-use super::words::{counted, figures, key, paragraph, percent};
-use super::{Link, about, axis, colour, names};
+use super::words::{counted, figures, key, percent};
+use super::{Link, axis, colour, names, told};
 use crate::results::report::gather::spread::share;
 use crate::results::report::gather::temperature::{Window, windows};
 use crate::results::report::read::Group;
@@ -15,7 +15,8 @@ pub(super) fn section(groups: &[Group], _: Link) -> String {
     let names = names(groups);
     let key = if names.is_empty() { String::new() } else { key(&names) };
     let pictures = [temperature(groups, &all), acceptance(&all)];
-    key + &figures(&pictures) + &paragraph(&said(groups, &all))
+    let told = groups.iter().zip(&all).map(|(group, windows)| told(groups, group, &said(windows)));
+    key + &figures(&pictures) + NOTE + &told.collect::<String>()
 }
 
 /// The middle of a window.
@@ -24,12 +25,13 @@ fn middle(window: &Window) -> f64 {
 }
 
 fn moves(all: &[Vec<Window>]) -> Scale {
-    Scale::of(all.iter().flatten().map(|w| w.moves.1 as f64).chain([0.0]), 5)
+    Scale::until(all.iter().flatten().map(|w| w.moves.1 as f64).chain([0.0]).collect::<Vec<_>>(), 5)
 }
 
 fn temperature(groups: &[Group], all: &[Vec<Window>]) -> String {
     let y = Scale::of(all.iter().flatten().map(|w| w.temperature).chain([0.0]), 5);
-    let mut chart = Chart::new(Chart::HALF, (moves(all), "outer moves"), (y, &axis("temperature", groups.first())));
+    let mut chart =
+        Chart::new(Chart::HALF, (moves(all), "outer moves"), (y, &axis("temperature", groups.first())));
     for (i, windows) in all.iter().enumerate() {
         let points: Vec<(f64, f64)> = windows.iter().map(|w| (middle(w), w.temperature)).collect();
         let course = chart.course(&points);
@@ -54,40 +56,37 @@ fn acceptance(all: &[Vec<Window>]) -> String {
                 window.moves.0, window.moves.1, window.accepted, window.tried, window.nothing
             );
             let (x, y) = (chart.x(x), chart.y(y));
-            chart.add(&format!("<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.5\">{}</circle>", hint(&told)));
+            chart.add(&format!(
+                "<circle class=\"dot {class}\" cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"2.5\">{}</circle>",
+                hint(&told)
+            ));
         }
     }
     chart.finish("share of accepted designs against outer moves")
 }
 
+const NOTE: &str = "<p class=\"small\">A point is a window of moves in a row, a mean over the runs. A temperature of T accepts a loss of T with probability 1/e (37 %).</p>\n";
+/// Windows with fewer designs say nothing of a rate.
+const ENOUGH: u64 = 20;
+
 /// What is seen, in words.
-fn said(groups: &[Group], all: &[Vec<Window>]) -> Vec<String> {
-    let mut said = vec![
-        "A point is a window of moves in a row. A temperature of T accepts a loss of T with probability 1/e.".to_owned(),
-    ];
-    for (group, windows) in groups.iter().zip(all) {
-        let about = about(groups, group);
-        let (tried, accepted, nothing) = windows
-            .iter()
-            .fold((0, 0, 0), |sum, w| (sum.0 + w.tried, sum.1 + w.accepted, sum.2 + w.nothing));
-        let Some(rate) = share(accepted, tried) else {
-            said.push(format!("{about}No design was tried."));
-            continue;
-        };
-        said.push(format!("{about}{} of {} became the current one.", percent(rate), counted(tried, "design")));
-        let late = windows.iter().rev().find_map(|w| w.acceptance);
-        if let Some(late) = late.filter(|late| *late > 0.5) {
-            said.push(format!(
-                "At the end {} are still accepted: losses are small against the temperature, and the search wanders more than it selects.",
-                percent(late)
-            ));
-        }
-        if let Some(late) = late.filter(|late| *late < 0.01) {
-            said.push(format!("At the end {} are accepted: the search is frozen.", percent(late)));
-        }
-        if let Some(idle) = share(nothing, tried + nothing).filter(|idle| *idle > 0.05) {
-            said.push(format!("In {} of the moves no rule could be applied.", percent(idle)));
-        }
+fn said(windows: &[Window]) -> Vec<String> {
+    let (tried, accepted, nothing) =
+        windows.iter().fold((0, 0, 0), |sum, w| (sum.0 + w.tried, sum.1 + w.accepted, sum.2 + w.nothing));
+    let Some(rate) = share(accepted, tried) else { return vec!["No design was tried.".to_owned()] };
+    let mut said = vec![format!("{} of {} became the current one.", percent(rate), counted(tried, "design"))];
+    let late = windows.iter().rev().filter(|w| w.tried >= ENOUGH).find_map(|w| w.acceptance);
+    if let Some(late) = late.filter(|late| *late > 0.5) {
+        said.push(format!(
+            "At the end {} are still accepted: losses are small against the temperature, and the search wanders more than it selects.",
+            percent(late)
+        ));
+    }
+    if let Some(late) = late.filter(|late| *late < 0.01) {
+        said.push(format!("At the end {} are accepted: the search is frozen.", percent(late)));
+    }
+    if let Some(idle) = share(nothing, tried + nothing).filter(|idle| *idle > 0.01) {
+        said.push(format!("In {} of the moves no rule could be applied.", percent(idle)));
     }
     said
 }

@@ -23,7 +23,14 @@ pub(super) fn section(groups: &[Group], _: Link) -> String {
                         (a, b) => format!("{a} to {b}"),
                     },
                 ],
-                None => vec![name, "unknown".to_owned(), count(run.evaluations()), "–".to_owned(), "–".to_owned(), "–".to_owned()],
+                None => vec![
+                    name,
+                    "unknown".to_owned(),
+                    count(run.evaluations()),
+                    "–".to_owned(),
+                    "–".to_owned(),
+                    "–".to_owned(),
+                ],
             }
         })
         .collect();

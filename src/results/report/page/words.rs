@@ -67,7 +67,8 @@ pub(crate) fn span(seconds: f64) -> String {
 /// A table: its head, then its rows. A cell that begins with `<` is taken as it is by the caller's
 /// choice: all others must be escaped. Columns whose name begins with `#` hold numbers.
 pub(crate) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
-    let class = |i: usize| if head.get(i).is_some_and(|name| name.starts_with('#')) { " class=\"n\"" } else { "" };
+    let class =
+        |i: usize| if head.get(i).is_some_and(|name| name.starts_with('#')) { " class=\"n\"" } else { "" };
     let line = |tag: &str, cells: &[String]| {
         let cells: String =
             cells.iter().enumerate().map(|(i, cell)| format!("<{tag}{}>{cell}</{tag}>", class(i))).collect();
@@ -75,7 +76,10 @@ pub(crate) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     };
     let names: Vec<String> = head.iter().map(|name| name.trim_start_matches('#').to_owned()).collect();
     let rows: String = rows.iter().map(|row| line("td", row)).collect();
-    format!("<div class=\"table\"><table>\n<thead>{}</thead>\n<tbody>{rows}</tbody></table></div>\n", line("th", &names))
+    format!(
+        "<div class=\"table\"><table>\n<thead>{}</thead>\n<tbody>{rows}</tbody></table></div>\n",
+        line("th", &names)
+    )
 }
 
 /// A paragraph of plain words.
@@ -107,10 +111,19 @@ mod tests {
     fn numbers_for_people() {
         let numbers = [0.0, -0.00001, 83.0331, -108.32604, 0.55348, 12345.6, 9.99999].map(number);
         assert_eq!(numbers, ["0", "0", "83.03", "−108.3", "0.5535", "12346", "10.000"]);
-        assert_eq!([9999, 10_000, 1_234_567].map(count), ["9999", "10\u{202f}000", "1\u{202f}234\u{202f}567"]);
+        assert_eq!(
+            [9999, 10_000, 1_234_567].map(count),
+            ["9999", "10\u{202f}000", "1\u{202f}234\u{202f}567"]
+        );
         let shares = [0.0, 0.0001, 0.0123, 0.1, 0.999, 1.0].map(percent);
-        assert_eq!(shares.map(|s| s.replace('\u{a0}', " ")), ["0 %", "<0.1 %", "1.2 %", "10 %", "100 %", "100 %"]);
-        assert_eq!([59.4, 60.0, 3700.0].map(|s| span(s).replace('\u{a0}', " ")), ["59 s", "1 min 0 s", "1 h 1 min"]);
+        assert_eq!(
+            shares.map(|s| s.replace('\u{a0}', " ")),
+            ["0 %", "<0.1 %", "1.2 %", "10 %", "100 %", "100 %"]
+        );
+        assert_eq!(
+            [59.4, 60.0, 3700.0].map(|s| span(s).replace('\u{a0}', " ")),
+            ["59 s", "1 min 0 s", "1 h 1 min"]
+        );
         assert_eq!((counted(1, "run"), counted(2, "run")), ("1\u{a0}run".into(), "2\u{a0}runs".into()));
     }
 }
