@@ -15,6 +15,9 @@ use crate::results::series::{self, RUNS, is_series, run_folder};
 use crate::results::sittings::{self, Sitting};
 use crate::results::whole::is_locked;
 
+/// The rules of a grammar and their texts, or why this version of sgc cannot read them.
+type Rules = Result<Rc<(RuleSet, SourceMap)>, String>;
+
 /// Runs that belong together: those of a folder that was named.
 #[derive(Debug)]
 pub(crate) struct Group {
@@ -25,8 +28,7 @@ pub(crate) struct Group {
     /// The unit of the values.
     pub(crate) unit: String,
     pub(crate) maximize: bool,
-    /// The rules and their texts, or why this version of sgc cannot read them.
-    pub(crate) rules: Result<Rc<(RuleSet, SourceMap)>, String>,
+    pub(crate) rules: Rules,
 }
 
 /// One run.
@@ -46,7 +48,7 @@ pub(crate) struct Run {
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(crate) design: SavedDesign,
-    pub(crate) rules: Result<Rc<(RuleSet, SourceMap)>, String>,
+    pub(crate) rules: Rules,
 }
 
 /// How far a run is.
@@ -254,11 +256,11 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String
 /// Grammars that have been compiled already: runs share them.
 #[derive(Default)]
 struct Compiled {
-    all: Vec<(Grammar, Result<Rc<(RuleSet, SourceMap)>, String>)>,
+    all: Vec<(Grammar, Rules)>,
 }
 
 impl Compiled {
-    fn get(&mut self, grammar: &Grammar) -> Result<Rc<(RuleSet, SourceMap)>, String> {
+    fn get(&mut self, grammar: &Grammar) -> Rules {
         if let Some((_, known)) = self.all.iter().find(|(known, _)| known == grammar) {
             return known.clone();
         }

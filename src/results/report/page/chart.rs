@@ -244,7 +244,7 @@ mod tests {
         assert_eq!(labels(Scale::of([-0.3, 1.1], 4)), ["−0.5", "0", "0.5", "1.0", "1.5"]);
         assert_eq!(labels(Scale::of([0.0, 0.004], 4)), ["0", "0.001", "0.002", "0.003", "0.004"]);
         assert_eq!(labels(Scale::counts([1.0, 3.0], 8)), ["1", "2", "3"]);
-        let until = Scale::until([0.0, 8001.0], 4);
+        let until = Scale::until([0.0, 8001.0], 5);
         assert_eq!(labels(until), ["0", "2000", "4000", "6000", "8000"]);
         assert_eq!(until.high, 8001.0);
     }

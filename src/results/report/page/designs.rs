@@ -7,8 +7,11 @@ use crate::document::escape;
 use crate::results::report::gather::bodies::{Piece, pieces};
 use crate::results::report::read::{Group, Run};
 
+/// A run and what its best design is made of.
+type Drawn<'a> = (&'a Run, Result<Vec<Piece>, String>);
+
 pub(super) fn section(groups: &[Group], link: Link) -> String {
-    let made: Vec<Vec<(&Run, Result<Vec<Piece>, String>)>> = groups
+    let made: Vec<Vec<Drawn>> = groups
         .iter()
         .map(|group| group.runs.iter().filter_map(|run| Some((run, pieces(run)?))).collect())
         .collect();
@@ -19,7 +22,7 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
     let scale = scale(bodies());
     let mut out = String::new();
     for (i, (group, made)) in groups.iter().zip(&made).enumerate() {
-        let mut order: Vec<&(&Run, Result<Vec<Piece>, String>)> = made.iter().collect();
+        let mut order: Vec<&Drawn> = made.iter().collect();
         let fitness = |run: &Run| run.value().map_or(f64::NEG_INFINITY, |value| group.fitness(value));
         order.sort_by(|a, b| fitness(b.0).total_cmp(&fitness(a.0)));
         let cards: String =

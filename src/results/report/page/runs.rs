@@ -10,8 +10,11 @@ use crate::results::report::gather::runs::{better, spread};
 use crate::results::report::read::{Group, Run};
 
 pub(super) fn section(groups: &[Group], link: Link) -> String {
-    let asked: String =
-        groups.iter().enumerate().map(|(i, group)| heading(groups, i) + &facts(group)).collect();
+    let asked: String = groups
+        .iter()
+        .enumerate()
+        .map(|(i, group)| format!("<div>{}{}</div>\n", heading(groups, i), facts(group)))
+        .collect();
     let several = groups.len() > 1;
     let seen: String = groups.iter().map(|group| told(groups, group, &said(group))).collect();
     let words = seen + &paragraph(&compared(groups));
@@ -20,7 +23,7 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
         "#best value",
         "#evaluations",
         "#moves",
-        "#found at",
+        "#found at evaluation",
         "#parts",
         "#actuators",
         "#checks kept",
@@ -95,8 +98,13 @@ fn seeds(group: &Group) -> String {
 fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)> {
     let objective = &rules.objective;
     let goal = if objective.maximize { "maximize" } else { "minimize" };
-    let unit = if objective.unit.is_empty() { String::new() } else { format!(" in {}", objective.unit) };
-    let goal = format!("{goal} {}{unit}", sources.slice(objective.value.span));
+    let text = sources.slice(objective.value.span);
+    // The unit stands in the text, unless a variant has set it.
+    let unit = match objective.unit.as_str() {
+        unit if unit.is_empty() || text.ends_with(unit) => String::new(),
+        unit => format!(" in {unit}"),
+    };
+    let goal = format!("{goal} {text}{unit}");
     let mut facts = vec![("objective", format!("<code>{}</code>", escape(&goal)))];
     let tasks: Vec<&str> =
         rules.tasks.keys().map(String::as_str).filter(|name| *name != RuleSet::ONLY_TASK).collect();

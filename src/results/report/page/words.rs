@@ -30,7 +30,7 @@ pub(crate) fn count(n: u64) -> String {
     }
     let mut out = String::new();
     for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i) % 3 == 0 {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
             out.push('\u{202f}');
         }
         out.push(digit);
@@ -42,7 +42,7 @@ pub(crate) fn count(n: u64) -> String {
 pub(crate) fn percent(share: f64) -> String {
     let percent = share * 100.0;
     match percent {
-        p if p == 0.0 => "0\u{a0}%".to_owned(),
+        0.0 => "0\u{a0}%".to_owned(),
         p if p < 0.1 => "<0.1\u{a0}%".to_owned(),
         p if p < 9.95 => format!("{p:.1}\u{a0}%"),
         p => format!("{p:.0}\u{a0}%"),
@@ -64,8 +64,7 @@ pub(crate) fn span(seconds: f64) -> String {
     }
 }
 
-/// A table: its head, then its rows. A cell that begins with `<` is taken as it is by the caller's
-/// choice: all others must be escaped. Columns whose name begins with `#` hold numbers.
+/// A table: its head, then its rows. Cells are markup. Columns whose name begins with `#` hold numbers.
 pub(crate) fn table(head: &[&str], rows: &[Vec<String>]) -> String {
     let class =
         |i: usize| if head.get(i).is_some_and(|name| name.starts_with('#')) { " class=\"n\"" } else { "" };
