@@ -13,9 +13,9 @@ use super::output::{self, Fault};
 use super::progress::{Progress, span};
 use super::{exit, interrupt, load};
 use crate::results::folder::{Reopened, RunFolder};
-use crate::results::judge;
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::sittings::Sittings;
+use crate::results::{archive, judge};
 use crate::search::{self, Best, End, Failure, Limits, Observer, Outcome, Row, State};
 use crate::simulate::{self, Stop};
 
@@ -236,6 +236,9 @@ impl Ended {
             return Ok(exit::STOPPED);
         }
         output::data(&report.unwrap_or_default())?;
+        if let Some(table) = archive::told(path) {
+            output::note(&table);
+        }
         output::note(&format!("look at it: sgc view {}", path.display()));
         Ok(exit::DONE)
     }
@@ -291,6 +294,12 @@ impl Observer for Keeper<'_> {
         self.folder.best(&self.saved(best)?)?;
         interrupt::saved();
         Ok(())
+    }
+
+    fn kept(&mut self, archive: &[(Vec<usize>, Best)], new: usize) -> Result<(), String> {
+        let Some((cell, best)) = archive.get(new) else { return Ok(()) };
+        let design = self.saved(best)?;
+        self.folder.kept(self.rules, archive, (cell, &design))
     }
 
     fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), String> {

@@ -10,13 +10,14 @@ use grammar_lang::source::SourceMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::archive;
 use super::checkpoint::Checkpoint;
 use super::evals::Evals;
 use super::report;
 use super::saved::{Grammar, SavedDesign, hex};
 use super::sittings::SITTINGS;
 use super::whole::{aside, entries, is_unfinished, lock, make_folder, read, write_whole};
-use crate::search::{Outcome, Row, State};
+use crate::search::{Best, Outcome, Row, State};
 
 pub(super) const RUN: &str = "run.toml";
 const SOURCES: &str = "sources";
@@ -314,6 +315,20 @@ impl RunFolder {
         write_whole(&self.path.join(CHECKPOINT), &checkpoint.text()?)
     }
 
+    /// Replaces the best design of a kind, and the table of all kinds.
+    ///
+    /// # Errors
+    ///
+    /// A sentence with the system's reason.
+    pub fn kept(
+        &self,
+        rules: &RuleSet,
+        archive: &[(Vec<usize>, Best)],
+        new: (&[usize], &SavedDesign),
+    ) -> Result<(), String> {
+        archive::write(&self.path, rules, archive, new)
+    }
+
     /// Replaces the best design.
     ///
     /// # Errors
@@ -403,7 +418,18 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, String> {
 
 /// Whether what has this name in a folder was written by a run, or of it.
 fn is_own(path: &Path, name: &str) -> bool {
-    let known = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, SITTINGS, "view.html"];
+    let known = [
+        RUN,
+        SOURCES,
+        EVALS,
+        CHECKPOINT,
+        BEST,
+        RESULT,
+        SITTINGS,
+        archive::FOLDER,
+        archive::TABLE,
+        "view.html",
+    ];
     known.contains(&name) || is_unfinished(name) || report::is_own(path, name)
 }
 

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use csv::StringRecord;
+use grammar_lang::ir::RuleSet;
 
 use crate::results::whole::read;
 
@@ -12,6 +13,7 @@ use crate::results::whole::read;
 pub(crate) struct Move {
     /// 0 is the initial design.
     pub(crate) number: u64,
+    pub(crate) iteration: u64,
     /// The rule that was applied; none if none could be, and for the initial design.
     pub(crate) rule: Option<String>,
     /// Rules that were drawn before it, and what stopped each.
@@ -36,19 +38,48 @@ pub(crate) struct Move {
     pub(crate) from: Option<f64>,
 }
 
+/// From which designs the moves of a search start: what `evals.csv` does not say of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Starts {
+    /// How many designs with a value a random walk makes, after which all begins anew.
+    pub(crate) walk: Option<usize>,
+    /// Whether chains may change places between iterations, which no row tells.
+    pub(crate) exchange: bool,
+    /// Whether a move starts from any of several designs that are kept, and no row tells which.
+    pub(crate) archive: bool,
+}
+
+impl Starts {
+    /// Those of a grammar's search.
+    pub(crate) fn of(rules: &RuleSet) -> Self {
+        let outer = &rules.search.outer;
+        let several = outer.chains.is_some_and(|chains| chains > 1);
+        Self {
+            walk: outer.walk,
+            exchange: several && outer.exchange.is_some(),
+            archive: outer.archive.is_some(),
+        }
+    }
+
+    /// Whether it is known which moves led to a design.
+    pub(crate) fn are_known(self) -> bool {
+        !self.exchange && !self.archive
+    }
+}
+
 /// Reads the moves of a run. A last row that is not written to its end is left out where the run
 /// `may_be_cut`: it is under way, or was killed.
 ///
 /// # Errors
 ///
 /// A sentence that names the place.
-pub(crate) fn moves(path: &Path, may_be_cut: bool) -> Result<Vec<Move>, String> {
-    parse(&read(path)?, may_be_cut).map_err(|why| {
+pub(crate) fn moves(path: &Path, may_be_cut: bool, starts: Starts) -> Result<Vec<Move>, String> {
+    parse(&read(path)?, may_be_cut, starts).map_err(|why| {
         format!("{} is damaged: {why}; restore it, or leave this run out of the report", path.display())
     })
 }
 
-fn parse(text: &str, may_be_cut: bool) -> Result<Vec<Move>, String> {
+fn parse(text: &str, may_be_cut: bool, starts: Starts) -> Result<Vec<Move>, String> {
     let whole = match text.rfind('\n') {
         Some(end) if may_be_cut => text.get(..=end).unwrap_or(text),
         _ if text.is_empty() => return Err("it is empty".to_owned()),
@@ -59,22 +90,39 @@ fn parse(text: &str, may_be_cut: bool) -> Result<Vec<Move>, String> {
     let head = reader.headers().map_err(|e| told(&e))?.clone();
     let columns = Columns::new(&head)?;
     let mut moves = Vec::new();
-    let mut current: BTreeMap<u64, Option<f64>> = BTreeMap::new();
-    let mut first = None;
     for record in reader.records() {
         let record = record.map_err(|e| told(&e))?;
-        let mut made = columns.read(&record)?;
-        // All chains begin with the initial design.
-        made.from = current.get(&made.chain).copied().unwrap_or_else(|| first.unwrap_or_default());
-        if moves.is_empty() {
-            (first, made.from) = (Some(made.value), None);
+        moves.push(columns.read(&record)?);
+    }
+    start(&mut moves, starts);
+    Ok(moves)
+}
+
+/// Finds what each move started from.
+fn start(moves: &mut [Move], starts: Starts) {
+    let Some((first, made)) = moves.split_first_mut() else { return };
+    if starts.archive {
+        return;
+    }
+    // All chains begin with the initial design. A value that is not known is none.
+    let mut current: BTreeMap<u64, Option<f64>> = BTreeMap::new();
+    let (mut iteration, mut walked) = (first.iteration, 0);
+    for made in made {
+        if starts.exchange && made.iteration != iteration {
+            current.values_mut().for_each(|value| *value = None);
         }
+        iteration = made.iteration;
+        made.from = current.get(&made.chain).copied().unwrap_or(first.value);
         if made.accepted {
             current.insert(made.chain, made.value);
         }
-        moves.push(made);
+        walked += usize::from(made.value.is_some());
+        if starts.walk == Some(walked) {
+            current.clear();
+            // Only once.
+            walked = usize::MAX / 2;
+        }
     }
-    Ok(moves)
 }
 
 fn told(error: &csv::Error) -> String {
@@ -94,8 +142,9 @@ struct Columns<'a> {
 
 impl<'a> Columns<'a> {
     /// The columns without which there is nothing to report.
-    const NEEDED: [&'static str; 13] = [
+    const NEEDED: [&'static str; 14] = [
         "move",
+        "iteration",
         "rule",
         "blocked",
         "parts",
@@ -134,6 +183,7 @@ impl<'a> Columns<'a> {
         let number = |name| if text(name).is_empty() { Ok(None) } else { finite(name).map(Some) };
         Ok(Move {
             number: count("move")?,
+            iteration: count("iteration")?,
             rule: Some(text("rule").to_owned()).filter(|rule| !rule.is_empty()),
             blocked: blocked(text("blocked")),
             parts: count("parts")?,
@@ -185,7 +235,7 @@ pub(crate) mod tests {
 
     /// The moves of a table of rows without its head.
     pub(crate) fn table(rows: &str) -> Vec<Move> {
-        parse(&format!("{HEAD}\n{rows}"), false).unwrap()
+        parse(&format!("{HEAD}\n{rows}"), false, Starts::default()).unwrap()
     }
 
     #[test]
@@ -214,8 +264,31 @@ pub(crate) mod tests {
             + "x,2,0,add,,2,0,2,true,5,9,3,0,0,,1\n"
             + "x,3,0,add,,2,0,6,false,6,9,4,0,0,,1\n"
             + "x,4,0,add,,2,0,6,false,6,9,5,0,0,,0\n";
-        let from: Vec<_> = parse(&text, false).unwrap().iter().map(|m| m.from).collect();
+        let from: Vec<_> = parse(&text, false, Starts::default()).unwrap().iter().map(|m| m.from).collect();
         assert_eq!(from, [None, Some(1.0), Some(1.0), Some(2.0), Some(5.0)]);
+    }
+
+    #[test]
+    fn what_rows_do_not_tell_is_not_known() {
+        let rows = "0,0,,,1,0,1,true,1,0,1,0,0,\n\
+                    1,0,add,,2,0,2,true,2,9,2,0,0,\n\
+                    2,0,add,,2,0,3,true,3,9,3,0,0,\n\
+                    3,1,add,,2,0,4,false,4,9,4,0,0,\n\
+                    4,1,add,,2,0,5,true,5,9,5,0,0,\n\
+                    5,1,add,,2,0,6,true,6,9,6,0,0,\n";
+        let from = |starts| {
+            let moves = parse(&format!("{HEAD}\n{rows}"), false, starts).unwrap();
+            moves.iter().skip(1).map(|m| m.from).collect::<Vec<_>>()
+        };
+        let none = Starts::default();
+        let plain = [Some(1.0), Some(2.0), Some(3.0), Some(3.0), Some(5.0)];
+        assert_eq!(from(none), plain);
+        assert_eq!(from(Starts { archive: true, ..none }), [None; 5]);
+        // After the walk all begins with the initial design again.
+        let walked = [Some(1.0), Some(2.0), Some(1.0), Some(1.0), Some(5.0)];
+        assert_eq!(from(Starts { walk: Some(2), ..none }), walked);
+        // Places may have been changed before the fourth row.
+        assert_eq!(from(Starts { exchange: true, ..none }), [Some(1.0), Some(2.0), None, None, Some(5.0)]);
     }
 
     #[test]
@@ -232,11 +305,15 @@ pub(crate) mod tests {
             (good.replace("true", "yes"), "line 2 has `yes` in the column `accepted`"),
             (good.replace("1,0,0,\n", "1,0,0,many\n"), "`many` in the column `why_invalid`"),
         ] {
-            let told = parse(&text, false).unwrap_err();
+            let told = parse(&text, false, Starts::default()).unwrap_err();
             assert!(told.contains(says), "{told} / {says}");
         }
-        assert_eq!(parse(&cut, true).unwrap().len(), 1, "a run under way may have half a row");
-        assert_eq!(parse(&format!("{HEAD}\n"), false).unwrap(), []);
+        assert_eq!(
+            parse(&cut, true, Starts::default()).unwrap().len(),
+            1,
+            "a run under way may have half a row"
+        );
+        assert_eq!(parse(&format!("{HEAD}\n"), false, Starts::default()).unwrap(), []);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
-use super::moves::{Move, moves};
+use super::moves::{Move, Starts, moves};
 use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RUN};
 use crate::results::judge::confirmed;
 use crate::results::saved::{Grammar, SavedDesign};
@@ -36,6 +36,7 @@ pub(crate) struct Group {
 pub(crate) struct Run {
     pub(crate) path: PathBuf,
     pub(crate) asked: Asked,
+    pub(crate) rules: Rules,
     pub(crate) standing: Standing,
     pub(crate) moves: Vec<Move>,
     /// The best design so far, or why it cannot be read; none if there is none.
@@ -97,6 +98,11 @@ impl Run {
 
     pub(crate) fn is_complete(&self) -> bool {
         matches!(self.standing, Standing::Complete(_))
+    }
+
+    /// Whether it is known which moves led to the best.
+    pub(crate) fn is_history_known(&self) -> bool {
+        self.rules.as_ref().map_or(true, |rules| Starts::of(&rules.0).are_known())
     }
 
     /// Of how many cross-checks of a complete run the value was kept in how many.
@@ -213,7 +219,7 @@ fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, St
     let Some(first) = runs.first() else {
         return Err(format!("{} names no seeds", path.join(RUNS).display()));
     };
-    let rules = compiled.get(&folder::frozen(&first.path, &first.asked)?);
+    let rules = first.rules.clone();
     let unit = match (&rules, runs.iter().find_map(|run| run.design.as_ref()?.as_ref().ok())) {
         (Ok(rules), _) => rules.0.objective.unit.clone(),
         (Err(_), Some(found)) => found.design.unit.clone(),
@@ -235,7 +241,9 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String
     }
     let asked = folder::asked(path)?;
     let finished = folder::finished(path)?;
-    let moves = moves(&path.join(EVALS), finished.is_none())?;
+    let rules = compiled.get(&folder::frozen(path, &asked)?);
+    let starts = rules.as_ref().map_or_else(|_| Starts::default(), |rules| Starts::of(&rules.0));
+    let moves = moves(&path.join(EVALS), finished.is_none(), starts)?;
     let standing = match (finished, asker) {
         (Some(finished), _) => Standing::Complete(finished),
         (None, Asker::Going) if moves.is_empty() => Standing::Waiting,
@@ -250,7 +258,7 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String
         Ok(Found { design, rules })
     };
     let design = best.exists().then(found);
-    Ok(Run { path: path.to_owned(), asked, standing, moves, design, sittings: sittings::read(path) })
+    Ok(Run { path: path.to_owned(), asked, rules, standing, moves, design, sittings: sittings::read(path) })
 }
 
 /// Grammars that have been compiled already: runs share them.

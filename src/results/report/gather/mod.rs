@@ -54,6 +54,7 @@ pub(crate) mod tests {
                 parameters: Vec::new(),
                 sources: Vec::new(),
             },
+            rules: Err("there is none".to_owned()),
             standing: Standing::Complete(Finished {
                 grammar: "tiny".to_owned(),
                 seed,

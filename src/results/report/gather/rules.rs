@@ -20,7 +20,8 @@ pub(crate) struct Rule {
     pub(crate) accepted_change: Option<Spread>,
     /// How many of these changes are for the better.
     pub(crate) improved: u64,
-    /// Accepted applications on the way to each run's best design, those that were taken back included.
+    /// Accepted applications on the way to each run's best design, those that were taken back included; of
+    /// runs of which the way is known.
     pub(crate) on_the_way: u64,
     /// Steps in the saved best designs: what was taken back is not among them.
     pub(crate) in_best: u64,
@@ -71,7 +72,7 @@ fn rule(group: &Group, name: String) -> Rule {
     let drawn_in_vain = |m: &Move| m.blocked.iter().filter(|(blocked, _)| *blocked == name).count() as u64;
     let steps =
         |found: &Found| found.design.derivation.iter().filter(|step| step.rule == name).count() as u64;
-    let on_the_way = group.runs.iter().map(|run| {
+    let on_the_way = group.runs.iter().filter(|run| run.is_history_known()).map(|run| {
         let Some(found) = run.found() else { return 0 };
         let before = |m: &&Move| m.chain == found.chain && m.number <= found.number;
         let counts = |m: &&Move| m.rule.as_ref() == Some(&name) && (m.accepted || m.number == found.number);

@@ -114,11 +114,17 @@ fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)>
     let schedule = |schedule: &Schedule| {
         let text =
             |expr: &grammar_lang::ir::Expr| format!("<code>{}</code>", escape(sources.slice(expr.span)));
+        let how = match (&schedule.temperature, &schedule.cma_es, &schedule.archive) {
+            (Some(temperature), ..) => format!("temperature {}", text(temperature)),
+            (_, Some(_), _) => "evolution of a normal distribution (CMA-ES)".to_owned(),
+            (.., Some(_)) => "the best of each kind is kept".to_owned(),
+            _ => "no temperature".to_owned(),
+        };
+        let chains = schedule.chains.filter(|n| *n > 1).map_or(String::new(), |n| format!(" in {n} chains"));
         format!(
-            "{} iterations of {} moves, temperature {}, stop {}",
+            "{} iterations of {} moves{chains}, {how}, stop {}",
             text(&schedule.iterations),
             text(&schedule.moves),
-            text(&schedule.temperature),
             text(&schedule.stop)
         )
     };
