@@ -18,6 +18,7 @@ mod hostile;
 mod library;
 mod mending;
 mod new;
+mod report;
 mod resume;
 mod search;
 mod support;

@@ -6,6 +6,12 @@ use super::saved::SavedDesign;
 use super::view::{Check, Curve, Element, Scene};
 use super::{describe, judge};
 
+/// The colour of a kind of part; empty if it has none.
+pub(super) fn colour<'r>(rules: &'r RuleSet, kind: &str) -> &'r str {
+    let colour = rules.parts.get(kind).map(|p| &p.colour).or(rules.actuators.get(kind).map(|a| &a.colour));
+    colour.map_or("", String::as_str)
+}
+
 /// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named.
 ///
 /// # Errors
@@ -29,11 +35,9 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Resul
         .zip(&replayed.body.parts_of_elements)
         .map(|(element, id)| {
             let kind = parts.get(id).map_or("", |p| p.kind.as_str());
-            let colour =
-                rules.parts.get(kind).map(|p| &p.colour).or(rules.actuators.get(kind).map(|a| &a.colour));
             Element {
                 shape: element.shape,
-                colour: colour.cloned().unwrap_or_default(),
+                colour: colour(rules, kind).to_owned(),
                 actuator: replayed.body.actuators.iter().position(|a| a == id),
                 label: kind.to_owned(),
             }

@@ -10,10 +10,11 @@ use super::describe;
 use super::evals::quoted;
 use super::folder::{check_place, finished};
 use super::judge::confirmed;
+use super::report;
 use super::saved::SavedDesign;
-use super::whole::{aside, entries, lock, make_folder, read, write_whole};
+use super::whole::{aside, entries, is_unfinished, lock, make_folder, read, write_whole};
 
-const RUNS: &str = "runs.toml";
+pub(super) const RUNS: &str = "runs.toml";
 const SUMMARY: &str = "summary.csv";
 const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks\n";
 
@@ -58,7 +59,18 @@ pub fn is_series(path: &Path) -> bool {
     path.join(RUNS).is_file()
 }
 
-fn run_folder(path: &Path, seed: u64) -> PathBuf {
+/// What several runs in a folder were asked.
+///
+/// # Errors
+///
+/// A sentence: `runs.toml` cannot be read, or is damaged.
+pub fn series(path: &Path) -> Result<Series, String> {
+    let path = path.join(RUNS);
+    toml::from_str(&read(&path)?).map_err(|e| format!("{} is damaged: {e}", path.display()))
+}
+
+/// The folder of one of several runs.
+pub(super) fn run_folder(path: &Path, seed: u64) -> PathBuf {
     path.join(format!("seed-{seed}"))
 }
 
@@ -105,9 +117,7 @@ impl SeriesFolder {
     pub fn open(path: &Path) -> Result<Self, String> {
         let file = path.join(RUNS);
         let lock = lock(&file)?;
-        let series: Series =
-            toml::from_str(&read(&file)?).map_err(|e| format!("{} is damaged: {e}", file.display()))?;
-        Ok(Self { path: path.to_owned(), series, _lock: lock })
+        Ok(Self { path: path.to_owned(), series: series(path)?, _lock: lock })
     }
 
     /// Where the folder is.
@@ -212,7 +222,7 @@ fn check_series(path: &Path) -> Result<(), String> {
     for name in entries(path).map_err(|e| format!("cannot read {}: {e}", path.display()))? {
         if name.starts_with("seed-") {
             check_place(&path.join(name), true)?;
-        } else if name != RUNS && name != SUMMARY && !super::whole::is_unfinished(&name) {
+        } else if name != RUNS && name != SUMMARY && !is_unfinished(&name) && !report::is_own(path, &name) {
             return Err(format!(
                 "{} is not only a folder of runs: \"{name}\" in it was not written by them; --force replaces only such folders",
                 path.display()
