@@ -22,3 +22,4 @@ mod resume;
 mod search;
 mod support;
 mod tutorial;
+mod view;

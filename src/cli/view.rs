@@ -30,8 +30,9 @@ impl View {
         let path = design_file(&self.design);
         let design = SavedDesign::read(&path).map_err(Fault::usage)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
-        let rules = design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
-        let scene = picture::scene(&rules, &design, self.task.as_deref()).map_err(fault)?;
+        let frozen = design.grammar.compile_with_sources();
+        let (rules, sources) = frozen.map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
+        let scene = picture::scene((&rules, &sources), &design, self.task.as_deref()).map_err(fault)?;
         let out = self.out.unwrap_or_else(|| path.with_file_name("view.html"));
         write_whole(&out, &view::page(&scene)).map_err(Fault::usage)?;
         output::data(&format!("{}\n", out.display()))?;
