@@ -5,6 +5,7 @@
 
 mod architecture;
 mod audit;
+mod browser;
 mod cases;
 mod catalogue;
 mod command_line;

@@ -1,10 +1,8 @@
-//! The page as a whole: a synthetic walker, and the page in a real browser.
+//! The page as a whole, of a synthetic walker.
 
 use std::f64::consts::TAU;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
+use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
@@ -234,95 +232,6 @@ fn scenes_that_do_not_fit_together_still_give_a_page() {
     scene.motion.placements = Arc::from([]);
     scene.motion.interval = 0.0;
     assert!(page(&scene).contains("inchworm"));
-}
-
-/// A Chromium on this machine: `CHROMIUM` or one of the usual names.
-fn chromium() -> Option<PathBuf> {
-    let asked = std::env::var_os("CHROMIUM").map(PathBuf::from);
-    let names = ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable"];
-    let path = std::env::var_os("PATH").unwrap_or_default();
-    let found =
-        names.iter().flat_map(|name| std::env::split_paths(&path).map(move |folder| folder.join(name)));
-    asked.into_iter().chain(found).find(|program| program.is_file())
-}
-
-/// Opens a page as a double click would and gives its elements after some
-/// seconds of the page's time, and what it wrote to the console.
-fn open(browser: &Path, page: &Path, profile: &Path, fragment: &str, flags: &[&str]) -> (String, String) {
-    let output = |name: &str| std::fs::File::create(profile.join(name)).unwrap();
-    let mut child = Command::new(browser)
-        .args(["--headless", "--no-sandbox", "--disable-background-networking", "--disable-component-update"])
-        .args([
-            "--disable-dev-shm-usage",
-            "--no-first-run",
-            "--enable-logging=stderr",
-            "--window-size=1280,800",
-        ])
-        .args(["--virtual-time-budget=4000", "--dump-dom"])
-        .args(flags)
-        .arg(format!("--user-data-dir={}", profile.display()))
-        .arg(format!("file://{}{fragment}", page.display()))
-        .stdout(Stdio::from(output("dom")))
-        .stderr(Stdio::from(output("log")))
-        .spawn()
-        .unwrap();
-    let start = Instant::now();
-    while child.try_wait().unwrap().is_none() {
-        if start.elapsed() > Duration::from_secs(100) {
-            child.kill().unwrap();
-            child.wait().unwrap();
-            panic!("the browser did not end");
-        }
-        std::thread::sleep(Duration::from_millis(50));
-    }
-    let read = |name: &str| String::from_utf8_lossy(&std::fs::read(profile.join(name)).unwrap()).into_owned();
-    let console: Vec<String> =
-        read("log").lines().filter(|line| line.contains("CONSOLE")).map(str::to_owned).collect();
-    (read("dom"), console.join("\n"))
-}
-
-/// A data attribute of the root element.
-fn told<'a>(dom: &'a str, name: &str) -> &'a str {
-    let tag = dom.split_once("<html").and_then(|(_, rest)| rest.split_once('>')).map_or("", |(tag, _)| tag);
-    let value = tag.split_once(&format!("data-{name}=\"")).and_then(|(_, rest)| rest.split_once('"'));
-    value.map_or("", |(value, _)| value)
-}
-
-#[test]
-fn a_browser_plays_the_page() {
-    let Some(browser) = chromium() else {
-        println!("skipped: no Chromium found; set CHROMIUM to its path");
-        return;
-    };
-    let folder = tempfile::tempdir().unwrap();
-    let file = folder.path().join("walker.html");
-    std::fs::write(&file, page(&walker())).unwrap();
-    let soft = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"];
-
-    let (dom, console) = open(&browser, &file, folder.path(), "", &soft);
-    assert_eq!(console, "");
-    assert_eq!((told(&dom, "state"), told(&dom, "errors")), ("playing", "0"));
-    assert_eq!((told(&dom, "webgl"), told(&dom, "frames")), ("yes", "1001"));
-    assert!(told(&dom, "time").parse::<f64>().unwrap() > 0.1, "time stands still");
-
-    // The page looks at its own picture when asked to: how many colours it has.
-    let (dom, console) = open(&browser, &file, folder.path(), "#t=2.5&count=colours", &soft);
-    assert_eq!(console, "");
-    assert_eq!((told(&dom, "state"), told(&dom, "time")), ("paused", "2.500"));
-    let colours: usize = told(&dom, "colours").parse().unwrap();
-    assert!(colours > 100, "only {colours} colours in the picture");
-
-    let (dom, console) = open(&browser, &file, folder.path(), "#step=2&count=colours", &soft);
-    assert_eq!(console, "");
-    assert_eq!((told(&dom, "state"), told(&dom, "step"), told(&dom, "errors")), ("paused", "2", "0"));
-    assert!(dom.contains("step 2 of 3"));
-    let grown: usize = told(&dom, "colours").parse().unwrap();
-    assert!(grown > 100 && grown != colours, "{grown} colours in the picture");
-
-    let (dom, _) = open(&browser, &file, folder.path(), "", &["--disable-3d-apis"]);
-    assert_eq!((told(&dom, "webgl"), told(&dom, "state"), told(&dom, "errors")), ("no", "playing", "0"));
-    assert!(dom.contains("WebGL is missing"));
-    assert!(told(&dom, "time").parse::<f64>().unwrap() > 0.1, "time stands still without WebGL");
 }
 
 /// Writes pages to look at into the folder that `SGC_VIEW_PAGES` names.

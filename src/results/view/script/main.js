@@ -77,7 +77,6 @@ class Player {
       next(tick);
     };
     next(tick);
-    if (wish.get("count") === "colours" && this.stage) root.dataset.colours = this.stage.colours();
   }
 
   /** Goes on by some seconds of the viewer's time. */

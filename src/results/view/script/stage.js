@@ -252,8 +252,9 @@ class Stage {
     this.attend(step, part);
     const { making, grown, rims, ghosts, palette, tools: { colour } } = this, grey = new THREE.Color("#8b9097");
     const changes = making.pieces.map((piece) => making.change(piece, step));
-    const count = (what) => changes.filter((change) => change === what).length;
-    const many = { added: count("added"), gone: count("gone") }, seen = { added: 0, gone: 0 };
+    // What comes or goes does so one element after the other, each part by itself.
+    const many = new Map(), seen = new Map(), add = (map, name) => map.set(name, (map.get(name) ?? 0) + 1).get(name);
+    making.pieces.forEach((piece, index) => ["added", "gone"].includes(changes[index]) && add(many, making.name(piece, step)));
     making.pieces.forEach((piece, index) => {
       const change = changes[index];
       rims.hide(index);
@@ -263,8 +264,8 @@ class Stage {
         return this.ground.hide(index, this.tools);
       }
       const pose = change === "changed" ? making.between(piece, step, part) : making.pose(piece, step);
-      // What comes or goes does so one after the other, from the holder outwards.
-      const turn = change in seen ? (0.6 * seen[change]++) / many[change] : 0;
+      const name = making.name(piece, step), comes = change === "added" || change === "gone";
+      const turn = comes ? (0.6 * (add(seen, name) - 1)) / many.get(name) : 0;
       const share = Math.min(Math.max((part - turn) / 0.4, 0), 1), smooth = share * share * (3 - 2 * share);
       const size = Math.max(change === "added" ? smooth : change === "gone" ? 1 - smooth : 1, 1e-4);
       const axes = grown.place(index, pose, [size, size, size]);
@@ -307,16 +308,5 @@ class Stage {
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2((x / wide) * 2 - 1, 1 - (y / high) * 2), this.camera);
     return (this.isMaking ? this.grown : this.robot).pick(ray);
-  }
-
-  /** How many different colours the picture has: a test's way to see that there is one. */
-  colours() {
-    const context = this.renderer.getContext();
-    const { drawingBufferWidth: wide, drawingBufferHeight: high } = context;
-    const pixels = new Uint8Array(4 * wide * high);
-    // Read in the same task as it is drawn, for then the picture is still there.
-    this.renderer.render(this.scene, this.camera);
-    context.readPixels(0, 0, wide, high, context.RGBA, context.UNSIGNED_BYTE, pixels);
-    return new Set(new Uint32Array(pixels.buffer)).size;
   }
 }
