@@ -12,8 +12,8 @@ use super::output::{self, Fault};
 use super::progress::{Progress, span};
 use super::{exit, interrupt, load};
 use crate::results::folder::{Reopened, RunFolder};
-use crate::results::judge;
 use crate::results::saved::{Grammar, SavedDesign};
+use crate::results::{judge, leftovers};
 use crate::search::{self, Best, End, Failure, Limits, Observer, Outcome, Row, State};
 use crate::simulate::{self, Stop};
 
@@ -223,6 +223,12 @@ impl Ended {
         }
         output::data(&report.unwrap_or_default())?;
         output::note(&format!("look at it: sgc view {}", path.display()));
+        for older in leftovers::left(path) {
+            let older = older.display();
+            output::note(&format!(
+                "{older} is an older run that was to be replaced; remove it if you do not need it"
+            ));
+        }
         Ok(exit::DONE)
     }
 }

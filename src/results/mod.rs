@@ -5,6 +5,7 @@ pub mod describe;
 mod evals;
 pub mod folder;
 pub mod judge;
+pub mod leftovers;
 pub mod making;
 pub mod picture;
 pub mod saved;
