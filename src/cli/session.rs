@@ -13,7 +13,7 @@ use super::progress::{Progress, span};
 use super::{exit, interrupt, load};
 use crate::results::folder::{Reopened, RunFolder};
 use crate::results::saved::{Grammar, SavedDesign};
-use crate::results::{judge, leftovers};
+use crate::results::{archive, judge, leftovers};
 use crate::search::{self, Best, End, Failure, Limits, Observer, Outcome, Row, State};
 use crate::simulate::{self, Stop};
 
@@ -222,6 +222,9 @@ impl Ended {
             return Ok(exit::STOPPED);
         }
         output::data(&report.unwrap_or_default())?;
+        if let Some(table) = archive::told(path) {
+            output::note(&table);
+        }
         output::note(&format!("look at it: sgc view {}", path.display()));
         for older in leftovers::left(path) {
             let older = older.display();
@@ -277,6 +280,12 @@ impl Observer for Keeper<'_> {
         self.folder.best(&self.saved(best)?)?;
         interrupt::saved();
         Ok(())
+    }
+
+    fn kept(&mut self, archive: &[(Vec<usize>, Best)], new: usize) -> Result<(), String> {
+        let Some((cell, best)) = archive.get(new) else { return Ok(()) };
+        let design = self.saved(best)?;
+        self.folder.kept(self.rules, archive, (cell, &design))
     }
 
     fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), String> {

@@ -6,6 +6,7 @@
 
 mod mutate;
 mod scope;
+mod shares;
 
 use std::sync::Arc;
 

@@ -64,7 +64,7 @@ impl Drive<'_> {
 }
 
 /// Brings a value back into its domain.
-fn inside(x: f64, (low, high): (f64, f64), bound: Bound, random: &mut Stream) -> f64 {
+pub(super) fn inside(x: f64, (low, high): (f64, f64), bound: Bound, random: &mut Stream) -> f64 {
     if (low..=high).contains(&x) {
         return x;
     }

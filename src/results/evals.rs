@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::saved::hex;
 use crate::search::Row;
 
-const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid\n";
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,chain\n";
 
 /// The table, to which rows are added.
 #[derive(Debug)]
@@ -65,7 +65,7 @@ impl Evals {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
         let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
         let line = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
             row.number,
             row.iteration,
             row.rule.as_deref().unwrap_or(""),
@@ -80,6 +80,7 @@ impl Evals {
             row.tally.invalid(),
             row.tally.unstable,
             quoted(&row.tally.reasons()),
+            row.chain,
         );
         self.write(&line)
     }

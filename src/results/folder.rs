@@ -10,12 +10,13 @@ use grammar_lang::source::SourceMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::archive;
 use super::checkpoint::Checkpoint;
 use super::evals::Evals;
 use super::leftovers;
 use super::saved::{Grammar, SavedDesign, hex};
 use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
-use crate::search::{Outcome, Row, State};
+use crate::search::{Best, Outcome, Row, State};
 
 const RUN: &str = "run.toml";
 const SOURCES: &str = "sources";
@@ -311,6 +312,20 @@ impl RunFolder {
         write_whole(&self.path.join(CHECKPOINT), &checkpoint.text()?)
     }
 
+    /// Replaces the best design of a kind, and the table of all kinds.
+    ///
+    /// # Errors
+    ///
+    /// A sentence with the system's reason.
+    pub fn kept(
+        &self,
+        rules: &RuleSet,
+        archive: &[(Vec<usize>, Best)],
+        new: (&[usize], &SavedDesign),
+    ) -> Result<(), String> {
+        archive::write(&self.path, rules, archive, new)
+    }
+
     /// Replaces the best design.
     ///
     /// # Errors
@@ -401,7 +416,7 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, String> {
 
 /// Whether a run writes files of this name.
 fn is_own(name: &str) -> bool {
-    let known = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, "view.html"];
+    let known = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, archive::FOLDER, archive::TABLE, "view.html"];
     known.contains(&name) || is_unfinished(name)
 }
 

@@ -140,16 +140,15 @@ fn done(before: &Design, after: &Design) -> String {
     let both = || before.parts.iter().filter_map(|(id, old)| Some((*id, old, after.parts.get(id)?)));
     let turned = both().filter(|(_, old, part)| old.turn != part.turn);
     say("turns", turned.map(|(id, ..)| new(id)).collect());
-    let set = both().filter(|(_, old, part)| old.params != part.params);
-    say(
-        "sets",
-        set.map(|(id, old, part)| {
-            let other = part.params.iter().filter(|(name, value)| old.params.get(*name) != Some(*value));
-            let names: Vec<&str> = other.map(|(name, _)| name.as_str()).collect();
-            format!("{} of {}", names.join(" and "), new(id))
-        })
-        .collect(),
-    );
+    let mut set: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (id, old, part) in both().filter(|(_, old, part)| old.params != part.params) {
+        let other = part.params.iter().filter(|(name, value)| old.params.get(*name) != Some(*value));
+        let names: Vec<&str> = other.map(|(name, _)| name.as_str()).collect();
+        set.entry(names.join(" and ")).or_default().push(new(id));
+    }
+    for (attributes, parts) in set {
+        say(&format!("sets {attributes} of"), parts);
+    }
     let carried = both().filter(|(_, old, part)| old.pose != part.pose && !is_other(old, part));
     say("carries along", carried.map(|(id, ..)| new(id)).collect());
     if said.is_empty() { "changes nothing that can be seen".to_owned() } else { said.join("; ") }

@@ -1,5 +1,6 @@
 //! Results: the run folder, the saved design, the viewer's page.
 
+pub mod archive;
 pub mod checkpoint;
 pub mod describe;
 mod evals;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
-use grammar_lang::ir::{RuleSet, Task, Term, Word, builds_on};
+use grammar_lang::ir::{Expr, RuleSet, Task, Term, Word, builds_on};
 
 use crate::derive::{Derivation, DesignScope};
 use crate::design::Body;
@@ -65,6 +65,24 @@ fn used<'r>(rules: &'r RuleSet, task: &'r Task) -> Vec<(&'r str, &'r Term)> {
 /// [`EvalError`] when the objective has no value.
 pub fn objective(rules: &RuleSet, task: &Task, recording: Recording<'_>) -> Result<f64, EvalError> {
     value(task, &MotionScope::new(rules, recording)?)
+}
+
+/// Any quantities of the score stage, in SI units; a Bool is 0 or 1.
+///
+/// # Errors
+///
+/// [`EvalError`] when one has no value.
+pub fn quantities(
+    rules: &RuleSet,
+    recording: Recording<'_>,
+    wanted: &[&Expr],
+) -> Result<Vec<f64>, EvalError> {
+    let scope = MotionScope::new(rules, recording)?;
+    let one = |expr: &&Expr| match evaluate(expr, &scope, &mut Vec::new())? {
+        Value::Bool(yes) => Ok(f64::from(u8::from(yes))),
+        value => Ok(value.as_number().unwrap_or(0.0)),
+    };
+    wanted.iter().map(one).collect()
 }
 
 fn value(task: &Task, scope: &MotionScope<'_>) -> Result<f64, EvalError> {

@@ -4,22 +4,28 @@ use std::sync::Arc;
 
 use grammar_lang::ir::{RuleSet, Task};
 
+use super::cache::Cache;
 use super::inner::{Pace, Tuner};
 use super::state::{Body, Tune, Tuning};
 use super::tally::{Missing, Tally};
 use super::{Bounds, Failure};
 use crate::derive::Derivation;
+use crate::derive::random::Stream;
+use crate::drive::{Drive, Parameters};
 use crate::simulate::Model;
 
 /// The inner loops of one body. What they know is in a [`Body`].
 pub(super) struct Tasks<'a> {
     pub(super) rules: &'a RuleSet,
     pub(super) model: &'a dyn Model,
+    pub(super) cache: &'a Cache,
     pub(super) pool: &'a rayon::ThreadPool,
     pub(super) derivation: Arc<Derivation>,
     pub(super) seed: u64,
     /// Names their streams of random numbers, together with the name of the task.
     pub(super) name: String,
+    /// Curves to begin with, by task; none where they are drawn at random.
+    pub(super) warm: Vec<Parameters>,
     pub(super) bounds: Bounds<'a>,
     /// The loop of the task at hand, once it is needed.
     pub(super) tuner: Option<Tuner<'a>>,
@@ -65,16 +71,37 @@ impl<'a> Tasks<'a> {
                 };
                 none.insert(Tuner::new(
                     (self.rules, task),
-                    self.model,
+                    (self.model, self.cache),
                     self.pool,
                     &self.derivation,
                     (self.seed, stream),
+                    self.warm.get(body.done),
                     self.bounds,
                 )?)
             }
         };
         tuner.advance(&mut body.tuning, spent)
     }
+}
+
+/// Curves for a body that was made of another: those of the other for the actuators that are still there, and
+/// random ones for the rest. For each task; empty where the other has none.
+pub(super) fn inherited(
+    rules: &RuleSet,
+    (of, tunes): (&Arc<Derivation>, &[Tune]),
+    derivation: &Arc<Derivation>,
+    random: &mut Stream,
+) -> Vec<Parameters> {
+    let own = crate::design::Body::new(&derivation.design, rules);
+    let others = crate::design::Body::new(&of.design, rules);
+    let inherit = |(task, tune): (&Task, &Tune)| {
+        let drive = Drive::new(rules, task, Arc::clone(derivation), &own).ok()?;
+        let from = Drive::new(rules, task, Arc::clone(of), &others).ok()?;
+        let fresh = drive.draw(random);
+        Some(drive.inherit(&from, &tune.parameters, fresh))
+    };
+    let all: Option<Vec<_>> = rules.tasks.values().zip(tunes).map(inherit).collect();
+    all.unwrap_or_default()
 }
 
 impl Body {
@@ -88,9 +115,8 @@ impl Body {
 
     /// The temperature of the curves, and the best value of the task at hand.
     pub(super) fn progress(&self) -> (f64, Option<f64>) {
-        let iteration = self.tuning.chain.as_ref().and_then(|chain| chain.iteration);
         let value = self.tuning.found.as_ref().map(|found| found.value);
-        (iteration.map_or(0.0, |iteration| iteration.temperature), value)
+        (self.tuning.temperature(), value)
     }
 
     /// What was found, and the value of all tasks together; and what came to nothing.

@@ -3,10 +3,11 @@
 use std::sync::Arc;
 
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::{self, RuleSet, Task};
+use grammar_lang::ir::{self, Expr, RuleSet, Task};
 use rayon::prelude::*;
 
 use super::Failure;
+use super::cache::{self, Cache, Key, Subject};
 use super::tally::Missing;
 use crate::derive::Derivation;
 use crate::design::Body;
@@ -18,13 +19,16 @@ use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop};
 pub(super) type Valued = Result<f64, Missing>;
 
 /// Evaluates parameters of one body, several at a time.
-pub struct Evaluator<'r> {
+pub(super) struct Evaluator<'r> {
     rules: &'r RuleSet,
     task: &'r Task,
     derivation: Arc<Derivation>,
     body: Body,
+    cache: &'r Cache,
+    /// Names evaluations of this body, and of it at half the step.
+    subjects: (Subject, Subject),
     /// The actuation of the body.
-    pub drive: Drive<'r>,
+    pub(super) drive: Drive<'r>,
     pool: &'r rayon::ThreadPool,
     /// One simulation for each thread.
     workers: Vec<Box<dyn Simulation>>,
@@ -54,10 +58,10 @@ impl<'r> Evaluator<'r> {
     /// # Errors
     ///
     /// [`Failure`] when the model cannot simulate it, or an expression has no value.
-    pub fn new(
+    pub(super) fn new(
         rules: &'r RuleSet,
         task: &'r Task,
-        model: &dyn Model,
+        (model, cache): (&dyn Model, &'r Cache),
         derivation: Arc<Derivation>,
         pool: &'r rayon::ThreadPool,
     ) -> Result<Self, Failure> {
@@ -68,7 +72,9 @@ impl<'r> Evaluator<'r> {
             .map(|_| model.prepare(&body.assembly, &full))
             .collect::<Result<Vec<_>, _>>()?;
         let fine = model.prepare(&body.assembly, &full.finer())?;
-        Ok(Self { rules, task, derivation, body, drive, pool, workers, fine })
+        let name = rules.tasks.iter().find(|(_, t)| std::ptr::eq(*t, task)).map_or("", |(name, _)| name);
+        let subjects = (cache::subject(&derivation, name, false), cache::subject(&derivation, name, true));
+        Ok(Self { rules, task, derivation, body, cache, subjects, drive, pool, workers, fine })
     }
 
     /// How many evaluations go on at once at most: threads, and lanes of each.
@@ -79,6 +85,20 @@ impl<'r> Evaluator<'r> {
     /// Evaluates several parameters at once; each as if it were alone. None if it was
     /// asked to stop before all were done.
     pub(super) fn evaluate(&mut self, stop: Stop<'_>, batch: &[Parameters]) -> Option<Vec<Valued>> {
+        let keys: Vec<Key> = batch.iter().map(|one| Cache::key(&self.subjects.0, one)).collect();
+        let mut values: Vec<Option<Valued>> = keys.iter().map(|key| self.cache.get(key)).collect();
+        let open: Vec<usize> = (0..batch.len()).filter(|&i| values[i].is_none()).collect();
+        if !open.is_empty() {
+            let unknown: Vec<Parameters> = open.iter().map(|&i| batch[i].clone()).collect();
+            for (i, value) in open.into_iter().zip(self.simulate(stop, &unknown)?) {
+                self.cache.keep(keys[i], &value);
+                values[i] = Some(value);
+            }
+        }
+        values.into_iter().collect()
+    }
+
+    fn simulate(&mut self, stop: Stop<'_>, batch: &[Parameters]) -> Option<Vec<Valued>> {
         let Self { rules, task, derivation, body, drive, pool, workers, .. } = self;
         let one = Judging { rules, task, derivation, body, drive };
         let share = batch.len().div_ceil(workers.len()).max(1);
@@ -97,9 +117,36 @@ impl<'r> Evaluator<'r> {
 
     /// The value at half the step; none if it was asked to stop before that was known.
     pub(super) fn at_half_step(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Valued> {
+        let key = Cache::key(&self.subjects.1, parameters);
+        if let Some(known) = self.cache.get(&key) {
+            return Some(known);
+        }
         let Self { rules, task, derivation, body, drive, fine, .. } = self;
         let judging = Judging { rules, task, derivation, body, drive };
-        judging.values(stop, fine.as_mut(), std::slice::from_ref(parameters))?.into_iter().next()
+        let values = judging.values(stop, fine.as_mut(), std::slice::from_ref(parameters))?;
+        let value = values.into_iter().next()?;
+        self.cache.keep(key, &value);
+        Some(value)
+    }
+
+    /// What an archive's descriptors say of a motion, in their order; none if it was asked to stop.
+    pub(super) fn describe(
+        &mut self,
+        stop: Stop<'_>,
+        parameters: &Parameters,
+        described: &[&Expr],
+    ) -> Option<Result<Vec<f64>, Missing>> {
+        let Self { rules, derivation, body, drive, workers, .. } = self;
+        let worker = workers.first_mut()?;
+        let targets = match drive.targets(parameters) {
+            Ok(targets) => targets,
+            Err(error) => return Some(Err(Missing::Expression(error))),
+        };
+        let motion = worker.run_until(stop, std::slice::from_ref(&targets))?.into_iter().next()?;
+        Some(motion.map_err(Missing::Motion).and_then(|motion| {
+            let recording = Recording { derivation, body, motion: &motion, drive, parameters };
+            score::quantities(rules, recording, described).map_err(Missing::Expression)
+        }))
     }
 }
 

@@ -10,8 +10,8 @@
 //! evaluations, and a search that goes on from it does what it would have done.
 
 mod body;
+mod cache;
 mod evaluator;
-mod forecast;
 mod inner;
 mod outer;
 mod schedule;
@@ -24,7 +24,7 @@ use std::sync::atomic::AtomicBool;
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{RuleSet, Task};
 
-pub use evaluator::{Evaluator, settings};
+pub use evaluator::settings;
 pub use outer::{Observer, Outcome, Row, go_on, run, tune_body};
 pub use state::{Best, State, Tune};
 pub use tally::Tally;
@@ -56,6 +56,8 @@ pub enum Failure {
     Unfit(Unfit),
     /// Results cannot be kept.
     Output(String),
+    /// A random walk of so many values gave the same value again and again.
+    NoDeviation(usize),
     /// The threads could not be started.
     Threads(String),
 }
@@ -77,6 +79,11 @@ impl fmt::Display for Failure {
         match self {
             Self::Expression(error) => f.write_str(&error.reason),
             Self::Unfit(unfit) => f.write_str(&unfit.reason),
+            Self::NoDeviation(walk) => write!(
+                f,
+                "the random walk found {walk} designs of the same value, so that their deviation gives no \
+                 temperature: let `walk` be longer, or write a temperature as a number"
+            ),
             Self::Output(reason) | Self::Threads(reason) => f.write_str(reason),
         }
     }

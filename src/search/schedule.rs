@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::derive::{Derivation, DesignScope};
 
-/// The course of an annealing loop.
+/// The course of a loop.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(super) struct Course {
     /// Iterations that are complete.
@@ -16,12 +16,41 @@ pub(super) struct Course {
     pub(super) bests: Vec<f64>,
     /// Whether the objective is maximised.
     pub(super) maximize: bool,
+    /// The standard deviation of the values of the random walk, once that is made.
+    pub(super) deviation: Option<f64>,
+}
+
+/// Where one of the chains of a loop stands.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Standing {
+    /// The temperature of its iteration.
+    pub(super) temperature: f64,
+    /// Moves in a row that were not accepted.
+    pub(super) refused: u64,
+    /// Whether a move of this iteration was accepted.
+    pub(super) moved: bool,
+    /// Iterations in a row without an accepted move.
+    pub(super) stagnant: u64,
+}
+
+impl Standing {
+    /// Notes whether a move was accepted.
+    pub(super) fn note(&mut self, accepted: bool) {
+        self.refused = if accepted { 0 } else { self.refused + 1 };
+        self.moved |= accepted;
+    }
+
+    /// Notes the end of an iteration.
+    pub(super) fn complete(&mut self) {
+        self.stagnant = if self.moved { 0 } else { self.stagnant + 1 };
+        self.moved = false;
+    }
 }
 
 impl Course {
     /// A course that begins with a value; `None` if there is no valid one yet.
     pub(super) fn new(maximize: bool, first: Option<f64>) -> Self {
-        Self { iteration: 0, bests: vec![first.unwrap_or(0.0)], maximize }
+        Self { iteration: 0, bests: vec![first.unwrap_or(0.0)], maximize, deviation: None }
     }
 
     /// Notes the end of an iteration.
@@ -51,8 +80,7 @@ impl Course {
 /// An iteration under way. What the schedule says is asked once, where it begins.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Iteration {
-    pub(super) temperature: f64,
-    /// How many moves it has, and how many of them are made.
+    /// How many moves each chain has in it, and how many of them all have made.
     pub(super) moves: usize,
     pub(super) made: usize,
 }
@@ -60,6 +88,18 @@ pub(super) struct Iteration {
 struct ScheduleScope<'a> {
     design: DesignScope<'a>,
     course: &'a Course,
+    stand: Stand<'a>,
+}
+
+/// What a schedule knows of the one that asks.
+#[derive(Clone, Copy)]
+pub(super) enum Stand<'a> {
+    /// A chain, by its number.
+    Chain(usize, &'a Standing),
+    /// A distribution, by its spread.
+    Distribution(f64),
+    /// An archive, of which nothing more is known.
+    Archive,
 }
 
 impl Scope for ScheduleScope<'_> {
@@ -68,12 +108,22 @@ impl Scope for ScheduleScope<'_> {
     }
 
     fn word(&self, word: Word) -> Option<Value> {
-        match word {
-            Word::Iteration => Some(Value::Number(self.course.iteration as f64)),
-            Word::Best => Some(Value::Number(self.course.best())),
-            Word::Idle => Some(Value::Number(self.course.idle() as f64)),
-            _ => self.design.word(word),
-        }
+        let course = self.course;
+        let number = match (word, self.stand) {
+            (Word::Iteration, _) => course.iteration as f64,
+            (Word::Best, _) => course.best(),
+            (Word::Idle, _) => course.idle() as f64,
+            (Word::Deviation, _) => course.deviation?,
+            (Word::Chain, Stand::Chain(number, _)) => number as f64,
+            (Word::Temperature, Stand::Chain(_, standing)) => standing.temperature,
+            (Word::Refused, Stand::Chain(_, standing)) => standing.refused as f64,
+            (Word::Stagnant, Stand::Chain(_, standing)) => standing.stagnant as f64,
+            (Word::Spread, Stand::Distribution(spread)) => spread,
+            // What always accepts something, or has no moves of its own.
+            (Word::Refused | Word::Stagnant, _) => 0.0,
+            _ => return self.design.word(word),
+        };
+        Some(Value::Number(number))
     }
 
     fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
@@ -87,36 +137,84 @@ impl Scope for ScheduleScope<'_> {
 }
 
 /// A schedule with the design that it may read.
+#[derive(Clone, Copy)]
 pub(super) struct Plan<'a> {
     pub(super) rules: &'a RuleSet,
     pub(super) derivation: &'a Derivation,
     pub(super) schedule: &'a Schedule,
+    pub(super) course: &'a Course,
+    pub(super) stand: Stand<'a>,
 }
 
 impl Plan<'_> {
-    fn value(&self, expr: &Expr, course: &Course) -> Result<Value, EvalError> {
-        let scope = ScheduleScope { design: DesignScope::new(self.rules, self.derivation), course };
+    fn value(&self, expr: &Expr) -> Result<Value, EvalError> {
+        let Self { rules, derivation, course, stand, .. } = *self;
+        let scope = ScheduleScope { design: DesignScope::new(rules, derivation), course, stand };
         evaluate(expr, &scope, &mut Vec::new())
     }
 
-    fn number(&self, expr: &Expr, course: &Course) -> Result<f64, EvalError> {
-        Ok(self.value(expr, course)?.as_number().unwrap_or(0.0).max(0.0))
+    fn number(&self, expr: &Expr) -> Result<f64, EvalError> {
+        Ok(self.value(expr)?.as_number().unwrap_or(0.0).max(0.0))
+    }
+
+    fn is_true(&self, expr: &Expr) -> Result<bool, EvalError> {
+        Ok(self.value(expr)? == Value::Bool(true))
     }
 
     /// The next iteration; none if the schedule has no more.
-    pub(super) fn begin(&self, course: &Course) -> Result<Option<Iteration>, EvalError> {
-        if course.iteration >= self.number(&self.schedule.iterations, course)? as usize {
+    pub(super) fn begin(&self) -> Result<Option<Iteration>, EvalError> {
+        if self.course.iteration >= self.number(&self.schedule.iterations)? as usize {
             return Ok(None);
         }
-        let temperature = self.number(&self.schedule.temperature, course)?;
-        let moves = self.number(&self.schedule.moves, course)? as usize;
-        Ok(Some(Iteration { temperature, moves, made: 0 }))
+        let moves = self.number(&self.schedule.moves)? as usize;
+        Ok(Some(Iteration { moves, made: 0 }))
+    }
+
+    /// The temperature of the iteration that begins; zero where there is none.
+    pub(super) fn temperature(&self) -> Result<f64, EvalError> {
+        self.schedule.temperature.as_ref().map_or(Ok(0.0), |temperature| self.number(temperature))
     }
 
     /// Whether the stopping rule applies, after an iteration.
-    pub(super) fn stops(&self, course: &Course) -> Result<bool, EvalError> {
-        Ok(self.value(&self.schedule.stop, course)? == Value::Bool(true))
+    pub(super) fn stops(&self) -> Result<bool, EvalError> {
+        self.is_true(&self.schedule.stop)
     }
+
+    /// Whether chains may change places now.
+    pub(super) fn exchanges(&self) -> Result<bool, EvalError> {
+        self.schedule.exchange.as_ref().map_or(Ok(false), |exchange| self.is_true(exchange))
+    }
+
+    /// Whether a distribution is to begin anew elsewhere.
+    pub(super) fn restarts(&self) -> Result<bool, EvalError> {
+        let restart = self.schedule.cma_es.as_ref().and_then(|cma_es| cma_es.restart.as_ref());
+        restart.map_or(Ok(false), |restart| self.is_true(restart))
+    }
+}
+
+/// The sample standard deviation of values; zero of fewer than two.
+pub(super) fn deviation(values: &[f64]) -> f64 {
+    if values.len() < 2 {
+        return 0.0;
+    }
+    let mean = values.iter().sum::<f64>() / values.len() as f64;
+    let squares: f64 = values.iter().map(|x| (x - mean) * (x - mean)).sum();
+    libm::sqrt(squares / (values.len() - 1) as f64)
+}
+
+/// Whether a chain and the next, which is warmer or colder, change places (replica exchange, Geyer 1991):
+/// by the temperatures and the fitness of both, and a random number drawn beforehand.
+pub(super) fn exchange((t, fitness): (f64, f64), (other_t, other_fitness): (f64, f64), drawn: f64) -> bool {
+    let gain = other_fitness - fitness;
+    if gain.is_nan() || t == other_t {
+        return false;
+    }
+    // What the colder one gains is always taken.
+    let colder_gains = if t < other_t { gain > 0.0 } else { gain < 0.0 };
+    if colder_gains || t <= 0.0 || other_t <= 0.0 {
+        return colder_gains;
+    }
+    drawn < libm::exp((1.0 / t - 1.0 / other_t) * gain)
 }
 
 #[cfg(test)]
@@ -134,6 +232,44 @@ mod tests {
         assert_eq!(course.gain(3), 3.0);
         assert_eq!(course.gain(99), 6.0);
         assert_eq!(course.idle(), 2);
+    }
+
+    #[test]
+    fn a_chain_counts_what_it_refuses_and_how_long_it_stands_still() {
+        let mut standing = Standing::default();
+        for accepted in [true, false, false] {
+            standing.note(accepted);
+        }
+        standing.complete();
+        assert_eq!((standing.refused, standing.stagnant), (2, 0));
+        standing.note(false);
+        standing.complete();
+        standing.complete();
+        assert_eq!((standing.refused, standing.stagnant), (3, 2));
+        standing.note(true);
+        standing.complete();
+        assert_eq!((standing.refused, standing.stagnant), (0, 0));
+    }
+
+    #[test]
+    fn the_deviation_is_that_of_a_sample() {
+        assert!(
+            (deviation(&[2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0]) - libm::sqrt(32.0 / 7.0)).abs() < 1e-12
+        );
+        assert_eq!(deviation(&[3.0]), 0.0);
+    }
+
+    #[test]
+    fn chains_change_places_where_the_colder_gains_and_else_by_chance() {
+        assert!(exchange((1.0, 0.0), (2.0, 5.0), 0.999));
+        assert!(exchange((2.0, 5.0), (1.0, 0.0), 0.999));
+        // exp((1 - 1/2) * -2) = 0.3679
+        assert!(exchange((1.0, 2.0), (2.0, 0.0), 0.36));
+        assert!(!exchange((1.0, 2.0), (2.0, 0.0), 0.37));
+        assert!(exchange((2.0, 0.0), (1.0, 2.0), 0.36));
+        assert!(!exchange((2.0, 0.0), (1.0, 2.0), 0.37));
+        assert!(!exchange((0.0, 2.0), (2.0, 0.0), 0.0));
+        assert!(!exchange((1.0, f64::NEG_INFINITY), (2.0, f64::NEG_INFINITY), 0.0));
     }
 
     #[test]

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use grammar_lang::ir::RuleSet;
 use serde::{Deserialize, Serialize};
 
-use super::schedule::{Course, Iteration};
+use super::schedule::{Course, Iteration, Standing};
 use super::tally::Tally;
 use crate::derive::{Derivation, Steps};
 use crate::drive::Parameters;
@@ -26,27 +26,55 @@ pub struct State<D = Arc<Derivation>> {
     pub(super) idle_moves: usize,
     /// Evaluations that came to nothing, of all bodies judged.
     pub(super) tally: Tally,
-    /// The design that the next move starts from.
-    pub(super) current: D,
-    /// Its value.
-    pub(super) value: Option<f64>,
+    /// The design that the search began with.
+    pub(super) first: Place<D>,
+    /// The annealing chains; one until the first design is judged.
+    pub(super) chains: Vec<BodyChain<D>>,
+    /// The chain whose move is next.
+    pub(super) turn: usize,
+    /// The values of the random walk, as far as it is made.
+    pub(super) walk: Vec<f64>,
     pub(super) course: Course,
     pub(super) iteration: Option<Iteration>,
     /// The design that is being tried.
     pub(super) trial: Option<Trial<D>>,
     pub(super) best: Option<Best<D>>,
+    /// The best of each kind, by cell.
+    pub(super) archive: Vec<(Vec<usize>, Best<D>)>,
+}
+
+/// A design that was judged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Place<D> {
+    pub(super) derivation: D,
+    /// Its value; none if no evaluation was valid.
+    pub(super) value: Option<f64>,
+    /// Its curves for each task; none without a value.
+    pub(super) tunes: Vec<Tune>,
+}
+
+/// Where a chain of bodies stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct BodyChain<D> {
+    /// The design that its next move starts from.
+    pub(super) at: Place<D>,
+    pub(super) standing: Standing,
 }
 
 /// A design that is being tried.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Trial<D> {
     pub(super) derivation: D,
+    /// The chain that tries it.
+    pub(super) chain: usize,
     /// The rule that made it of the current one.
     pub(super) rule: Option<String>,
     /// Rules that were drawn before, and what blocked each.
     pub(super) blocked: Vec<(String, String)>,
     /// The random number that decides whether it is accepted.
     pub(super) drawn: f64,
+    /// Curves to begin with, by task; empty where they are drawn at random.
+    pub(super) warm: Vec<Parameters>,
     pub(super) body: Body,
 }
 
@@ -94,19 +122,68 @@ pub(super) struct Tuning {
     pub(super) found: Option<Tune>,
     pub(super) tally: Tally,
     /// None before the first evaluation.
-    pub(super) chain: Option<Chain>,
+    pub(super) loops: Option<Curves>,
+}
+
+/// Where the search for curves stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Curves {
+    /// Annealing.
+    Chains(Chains),
+    /// Covariance matrix adaptation.
+    Distribution(Distribution),
 }
 
 /// Where the annealing of curves stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Chains {
+    pub(super) course: Course,
+    pub(super) iteration: Option<Iteration>,
+    pub(super) chains: Vec<Chain>,
+    /// The chain whose move is next.
+    pub(super) turn: usize,
+    /// The values of the random walk, as far as it is made, and how many points of it were tried.
+    pub(super) walk: (Vec<f64>, usize),
+}
+
+/// Where one chain stands.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Chain {
     pub(super) current: Parameters,
     /// The value of the current ones where more is better; none where they have no value.
     pub(super) fitness: Option<f64>,
-    pub(super) course: Course,
-    pub(super) iteration: Option<Iteration>,
+    pub(super) standing: Standing,
     /// Moves made.
     pub(super) number: u64,
+}
+
+/// Where the adaptation of a normal distribution of curves stands. Each value is a share of its range.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Distribution {
+    pub(super) course: Course,
+    pub(super) mean: Vec<f64>,
+    /// The step size.
+    pub(super) sigma: f64,
+    /// The covariance matrix, by columns.
+    pub(super) covariance: Vec<f64>,
+    /// The evolution paths of the step size and of the covariance matrix.
+    pub(super) sigma_path: Vec<f64>,
+    pub(super) path: Vec<f64>,
+    /// Generations since it began, or began anew; and how often it did.
+    pub(super) generation: u64,
+    pub(super) restarts: u64,
+}
+
+impl Tuning {
+    /// The temperature of the first chain; zero where nothing anneals.
+    pub(super) fn temperature(&self) -> f64 {
+        match &self.loops {
+            Some(Curves::Chains(chains)) => {
+                chains.chains.first().map_or(0.0, |chain| chain.standing.temperature)
+            }
+            _ => 0.0,
+        }
+    }
 }
 
 impl State {
@@ -120,18 +197,23 @@ impl State {
             bodies: 0,
             idle_moves: 0,
             tally: Tally::default(),
-            current: Arc::clone(&first),
-            value: None,
+            first: Place { derivation: Arc::clone(&first), value: None, tunes: Vec::new() },
+            chains: Vec::new(),
+            turn: 0,
+            walk: Vec::new(),
             course: Course::default(),
             iteration: None,
             trial: Some(Trial {
                 derivation: first,
+                chain: 0,
                 rule: None,
                 blocked: Vec::new(),
                 drawn: 0.0,
+                warm: Vec::new(),
                 body: Body::default(),
             }),
             best: None,
+            archive: Vec::new(),
         }
     }
 
@@ -175,21 +257,55 @@ impl State<Steps> {
 
 impl<D> State<D> {
     fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<State<T>, E> {
-        let Self { spent, moves, bodies, idle_moves, tally, current, value, course, iteration, trial, best } =
-            self;
-        let current = change(current)?;
-        let trial = match trial {
-            Some(Trial { derivation, rule, blocked, drawn, body }) => {
-                Some(Trial { derivation: change(derivation)?, rule, blocked, drawn, body })
+        let Self { spent, moves, bodies, idle_moves, tally, turn, walk, course, iteration, .. } = self;
+        let first = self.first.map(change)?;
+        let mut chains = Vec::with_capacity(self.chains.len());
+        for BodyChain { at, standing } in self.chains {
+            chains.push(BodyChain { at: at.map(change)?, standing });
+        }
+        let trial = match self.trial {
+            Some(Trial { derivation, chain, rule, blocked, drawn, warm, body }) => {
+                Some(Trial { derivation: change(derivation)?, chain, rule, blocked, drawn, warm, body })
             }
             None => None,
         };
-        let best = match best {
-            Some(Best { derivation, tasks, value, found_at }) => {
-                Some(Best { derivation: change(derivation)?, tasks, value, found_at })
-            }
+        let best = match self.best {
+            Some(best) => Some(best.map(change)?),
             None => None,
         };
-        Ok(State { spent, moves, bodies, idle_moves, tally, current, value, course, iteration, trial, best })
+        let mut archive = Vec::with_capacity(self.archive.len());
+        for (cell, best) in self.archive {
+            archive.push((cell, best.map(change)?));
+        }
+        Ok(State {
+            spent,
+            moves,
+            bodies,
+            idle_moves,
+            tally,
+            first,
+            chains,
+            turn,
+            walk,
+            course,
+            iteration,
+            trial,
+            best,
+            archive,
+        })
+    }
+}
+
+impl<D> Place<D> {
+    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Place<T>, E> {
+        let Self { derivation, value, tunes } = self;
+        Ok(Place { derivation: change(derivation)?, value, tunes })
+    }
+}
+
+impl<D> Best<D> {
+    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Best<T>, E> {
+        let Self { derivation, tasks, value, found_at } = self;
+        Ok(Best { derivation: change(derivation)?, tasks, value, found_at })
     }
 }

@@ -167,9 +167,17 @@ impl<'r> Facts<'r> {
             Word::Pi => Abstract::Number(Interval::point(std::f64::consts::PI)),
             Word::Cycle => Abstract::Number(Interval::new(0.0, 1.0)),
             Word::Start => Abstract::Number(Interval::point(0.0)),
-            Word::Time | Word::End | Word::Duration | Word::Temperature | Word::Iteration | Word::Idle => {
-                Abstract::Number(Interval::NOT_NEGATIVE)
-            }
+            Word::Time
+            | Word::End
+            | Word::Duration
+            | Word::Temperature
+            | Word::Iteration
+            | Word::Idle
+            | Word::Refused
+            | Word::Stagnant
+            | Word::Deviation
+            | Word::Chain
+            | Word::Spread => Abstract::Number(Interval::NOT_NEGATIVE),
             Word::Elements => Abstract::Many(Box::new(Abstract::Any), Interval::new(1.0, f64::INFINITY)),
             Word::Connected | Word::NoOverlap => Abstract::Bool(Truth::Sometimes),
             Word::Period | Word::Best => Abstract::Number(Interval::ALL),

@@ -161,6 +161,11 @@ words! {
         Iteration "iteration" "How many iterations have been completed.";
         Best "best" "The best value so far.";
         Idle "idle" "Iterations since the best value improved.";
+        Refused "refused" "Moves in a row that were not accepted.";
+        Stagnant "stagnant" "Iterations in a row in which no move was accepted.";
+        Deviation "deviation" "The standard deviation of the values of the random walk.";
+        Chain "chain" "The number of an annealing chain, from 0.";
+        Spread "spread" "The standard deviation of the samples, as a share of the ranges.";
         Connected "connected" "Whether the design is in one piece.";
         NoOverlap "no_overlap" "Whether no two parts overlap; touching is allowed.";
     }

@@ -564,17 +564,61 @@ pub struct Search {
     pub inner: Option<Schedule>,
 }
 
-/// An annealing schedule: expressions of the search stage.
+/// A loop of a search: expressions of the search stage, and how candidates are drawn and kept. There
+/// is one of `temperature`, `cma_es` and `archive`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Schedule {
     /// Greatest number of iterations.
     pub iterations: Expr,
-    /// Moves in an iteration.
+    /// Moves in an iteration, of each chain; samples of a generation.
     pub moves: Expr,
-    /// The temperature of an iteration.
-    pub temperature: Expr,
+    /// The temperature of an iteration, if the loop anneals.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub temperature: Option<Expr>,
     /// Whether to stop, asked after each iteration.
     pub stop: Expr,
+    /// How many moves a random walk makes before the annealing, whose values `deviation` tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walk: Option<usize>,
+    /// How many annealing chains go on side by side, if not one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chains: Option<usize>,
+    /// Whether neighbouring chains may change places, asked after each iteration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exchange: Option<Expr>,
+    /// Whether curves start from those of the body that this one was made of.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub warm: bool,
+    /// Evolution of a normal distribution in place of annealing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cma_es: Option<CmaEs>,
+    /// The best of each kind in place of annealing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub archive: Option<IndexMap<String, Descriptor>>,
+}
+
+/// Covariance matrix adaptation (Hansen 2016): a normal distribution of curves that follows the better half of
+/// its samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CmaEs {
+    /// The first standard deviation, as a share of each value's range.
+    pub spread: f64,
+    /// Whether to begin anew elsewhere, asked after each iteration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restart: Option<Expr>,
+}
+
+/// What tells kinds of designs apart (MAP-Elites, Mouret and Clune 2015).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Descriptor {
+    /// A quantity of the score stage, of the motion of the first task.
+    pub value: Expr,
+    /// Where the first cell begins, in SI units; what is less belongs to it, too.
+    pub from: f64,
+    /// Where the last cell ends, in SI units; what is more belongs to it, too.
+    pub to: f64,
+    /// How many cells there are.
+    pub cells: usize,
 }
 
 impl RuleSet {

@@ -371,14 +371,34 @@ impl Writer<'_> {
 
     fn schedule(&mut self, name: &str, schedule: &Schedule) {
         self.line(1, format!("{name} {{"));
-        for (field, value) in [
-            ("iterations", &schedule.iterations),
-            ("moves", &schedule.moves),
-            ("temperature", &schedule.temperature),
-            ("stop", &schedule.stop),
-        ] {
-            let value = self.expr(value, &Names::new());
-            self.line(2, format!("{field} = {value}"));
+        let show = |value: &Expr| self.expr(value, &Names::new());
+        let known = [
+            ("walk", schedule.walk.map(|n| n.to_string())),
+            ("chains", schedule.chains.map(|n| n.to_string())),
+            ("exchange", schedule.exchange.as_ref().map(show)),
+            ("warm", schedule.warm.then(|| "true".to_owned())),
+            ("iterations", Some(show(&schedule.iterations))),
+            ("moves", Some(show(&schedule.moves))),
+            ("temperature", schedule.temperature.as_ref().map(show)),
+            ("stop", Some(show(&schedule.stop))),
+        ];
+        let mut fields: Vec<String> =
+            known.into_iter().filter_map(|(field, value)| Some(format!("{field} = {}", value?))).collect();
+        if let Some(cma_es) = &schedule.cma_es {
+            let restart =
+                cma_es.restart.as_ref().map_or(String::new(), |r| format!(", restart = {}", show(r)));
+            fields.push(format!("cma_es {{ spread = {}{restart} }}", cma_es.spread));
+        }
+        for (name, kind) in schedule.archive.iter().flatten() {
+            let scale = |x: f64| self.constant(x, &kind.value.ty);
+            let (value, from, to) = (show(&kind.value), scale(kind.from), scale(kind.to));
+            let cells = kind.cells;
+            fields.push(format!(
+                "archive {name} {{ value = {value}, from = {from}, to = {to}, cells = {cells} }}"
+            ));
+        }
+        for field in fields {
+            self.line(2, field);
         }
         self.line(1, "}");
     }

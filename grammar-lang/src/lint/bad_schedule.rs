@@ -19,8 +19,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 report(expr.span, &message, "never 1 or more", "write a number above zero");
             }
         }
-        if most(&schedule.temperature) < 0.0 {
-            let span = schedule.temperature.span;
+        if let Some(temperature) = &schedule.temperature
+            && most(temperature) < 0.0
+        {
+            let span = temperature.span;
             report(span, "a temperature cannot be negative", "always below zero", "let it fall towards 0");
         }
     }

@@ -45,7 +45,12 @@ fn course<'r>(ruleset: &'r RuleSet, schedule: &'r Schedule) -> Vec<Moment<'r>> {
     let most = moment(0, 0.0).number(&schedule.iterations).unwrap_or(0.0).clamp(0.0, FOLLOWED as f64);
     let mut all = Vec::new();
     for i in 0..most as usize {
-        let Some(temperature) = moment(i, 0.0).number(&schedule.temperature) else { break };
+        let before = all.last().map_or(0.0, |m: &Moment<'_>| m.temperature);
+        let temperature = match &schedule.temperature {
+            Some(temperature) => moment(i, before).number(temperature),
+            None => Some(0.0),
+        };
+        let Some(temperature) = temperature else { break };
         // What cannot be known here may stop the search.
         let next = moment(i + 1, 0.0);
         all.push(moment(i, temperature));
@@ -87,12 +92,14 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 
 fn cold(ruleset: &RuleSet, schedule: &Schedule, findings: &mut Vec<Diagnostic>) {
     let all = course(ruleset, schedule);
-    if let Some(moment) = all.iter().find(|m| m.temperature < 0.0) {
+    if let (Some(temperature), Some(moment)) =
+        (&schedule.temperature, all.iter().find(|m| m.temperature < 0.0))
+    {
         findings.push(
-            Diagnostic::new(Code::COLD, schedule.temperature.span, "the temperature falls below zero")
+            Diagnostic::new(Code::COLD, temperature.span, "the temperature falls below zero")
                 .label(format!(
                     "{} in iteration {}",
-                    shown(&schedule.temperature, moment.temperature),
+                    shown(temperature, moment.temperature),
                     moment.iteration
                 ))
                 .help("below zero counts as zero: write `max(..., 0)` if that is meant"),

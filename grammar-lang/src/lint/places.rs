@@ -48,8 +48,11 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Place<'r>> {
     add(ruleset.tasks.values().map(|task| &task.objective.value).collect(), Vec::new());
     add(vec![&ruleset.objective.value], Vec::new());
     for schedule in schedules(ruleset) {
-        let parts = vec![&schedule.iterations, &schedule.moves, &schedule.temperature, &schedule.stop];
-        add(parts, Vec::new());
+        let parts = [&schedule.iterations, &schedule.moves, &schedule.stop];
+        let restart = schedule.cma_es.as_ref().and_then(|cma_es| cma_es.restart.as_ref());
+        let further = [schedule.temperature.as_ref(), schedule.exchange.as_ref(), restart];
+        let described = schedule.archive.iter().flat_map(|kinds| kinds.values()).map(|kind| &kind.value);
+        add(parts.into_iter().chain(further.into_iter().flatten()).chain(described).collect(), Vec::new());
     }
     all
 }

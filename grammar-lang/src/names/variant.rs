@@ -518,6 +518,9 @@ fn change_rule(clauses: &mut Vec<RuleClause>, field: &Name, change: &Change<'_>)
     Err(choices_of(clauses))
 }
 
+/// Fields that need not be there to be set. In which blocks they mean something, the checker knows.
+const MAY_BE_LEFT_OUT: &[&str] = &["colour", "walk", "chains", "exchange", "warm", "restart"];
+
 fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result<(), Vec<String>> {
     let Some((field, rest)) = rest.split_first() else { return Err(fields_of(block)) };
     for known in &mut block.fields {
@@ -543,7 +546,7 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
             _ => {}
         }
     }
-    // Of mass and density each stands for the other; a colour may be left out.
+    // Of mass and density each stands for the other.
     let other = match field.text.as_str() {
         "mass" => Some("density"),
         "density" => Some("mass"),
@@ -558,7 +561,7 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
         block.fields.push(Field::Value(field.clone(), (*value).clone()));
         return Ok(());
     }
-    if let (true, Change::Set(value), []) = (field.text == "colour", change, rest) {
+    if let (true, Change::Set(value), []) = (MAY_BE_LEFT_OUT.contains(&field.text.as_str()), change, rest) {
         block.fields.push(Field::Value(field.clone(), (*value).clone()));
         return Ok(());
     }

@@ -1,4 +1,4 @@
-//! Checks the blocks of named values: parts, actuators, models, searches.
+//! Checks the blocks of named values: parts, actuators, models. Searches have a file of their own.
 
 use indexmap::IndexMap;
 
@@ -11,9 +11,12 @@ use crate::ir::{self, Shape, Ty};
 use crate::syntax::ast::{self, Block, Field, Name};
 use crate::units::Dimension;
 
+/// Names that are blocks where they are allowed, not values.
+const GROUPS: &[&str] = &["outer", "inner", "cma_es", "archive"];
+
 /// What a number must be.
 #[derive(Clone, Copy)]
-enum Sign {
+pub(super) enum Sign {
     Positive,
     NotNegative,
 }
@@ -44,21 +47,24 @@ const MODEL: &[&str] = &[
     "self_collision",
     "speed_limit",
 ];
-const SEARCH: &[&str] = &["keep", "outer", "inner"];
-const SCHEDULE: &[&str] = &["iterations", "moves", "temperature", "stop"];
 
 /// A block with its values by name.
-struct Values<'b> {
+pub(super) struct Values<'b> {
     block: &'b Block,
     what: &'static str,
-    values: IndexMap<&'b str, (&'b Name, &'b ast::Expr)>,
-    groups: IndexMap<&'b str, &'b Block>,
+    pub(super) values: IndexMap<&'b str, (&'b Name, &'b ast::Expr)>,
+    pub(super) groups: IndexMap<&'b str, &'b Block>,
     /// Names that are there, but misspelt, which has been reported.
-    misspelt: Vec<String>,
+    pub(super) misspelt: Vec<String>,
 }
 
 impl Checker<'_> {
-    fn values<'b>(&mut self, block: &'b Block, what: &'static str, allowed: &[&str]) -> Values<'b> {
+    pub(super) fn values<'b>(
+        &mut self,
+        block: &'b Block,
+        what: &'static str,
+        allowed: &[&str],
+    ) -> Values<'b> {
         let mut values: IndexMap<&str, (&Name, &ast::Expr)> = IndexMap::new();
         let mut groups: IndexMap<&str, &Block> = IndexMap::new();
         let mut misspelt = Vec::new();
@@ -103,7 +109,7 @@ impl Checker<'_> {
                 }
             };
             let group = matches!(field, Field::Group(_));
-            let is_group = matches!(name.text.as_str(), "outer" | "inner");
+            let is_group = GROUPS.contains(&name.text.as_str());
             if !allowed.contains(&name.text.as_str()) || group != is_group {
                 let open: Vec<&str> = allowed.iter().copied().filter(|a| !given(a)).collect();
                 let known = allowed.contains(&name.text.as_str());
@@ -154,7 +160,7 @@ impl Checker<'_> {
         Values { block, what, values, groups, misspelt }
     }
 
-    fn missing(&mut self, from: &Values<'_>, name: &str, example: &str, damaged: bool) {
+    pub(super) fn missing(&mut self, from: &Values<'_>, name: &str, example: &str, damaged: bool) {
         if damaged || from.misspelt.iter().any(|m| m == name) {
             return;
         }
@@ -186,7 +192,7 @@ impl Checker<'_> {
         );
     }
 
-    fn value(
+    pub(super) fn value(
         &mut self,
         from: &Values<'_>,
         name: &str,
@@ -206,7 +212,13 @@ impl Checker<'_> {
     }
 
     /// What does not fit a field is mended as the field is usually written.
-    fn show_example(&mut self, known: usize, place: crate::source::Span, name: &str, example: &str) {
+    pub(super) fn show_example(
+        &mut self,
+        known: usize,
+        place: crate::source::Span,
+        name: &str,
+        example: &str,
+    ) {
         for mut error in self.errors.split_off(known) {
             let unit =
                 example.split_once(' ').map(|(_, unit)| unit).filter(|u| crate::units::parse(u).is_ok());
@@ -221,7 +233,7 @@ impl Checker<'_> {
         }
     }
 
-    fn number(
+    pub(super) fn number(
         &mut self,
         from: &Values<'_>,
         name: &str,
@@ -636,66 +648,6 @@ impl Checker<'_> {
             self_collision: self_collision?.0 == Value::Bool(true),
             speed_limit: speed_limit?,
         })
-    }
-
-    pub(super) fn search(&mut self, block: &Block, damaged: bool) -> Option<ir::Search> {
-        let cx = Context::new(Stage::Declaration, damaged);
-        let from = self.values(block, "a search", SEARCH);
-        let keep = self.number(&from, "keep", "Number", Sign::NotNegative, "80 %", &cx);
-        if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
-            && keep > 1.0
-        {
-            self.report(
-                Diagnostic::new(
-                    Code::OUT_OF_DOMAIN,
-                    tree.span,
-                    "`keep` is a share: it must lie within 0 % .. 100 %",
-                )
-                .label("too much")
-                .help("write for example `keep = 80 %`"),
-            );
-        }
-        let Some(outer) = from.groups.get("outer").copied() else {
-            if !damaged && !from.misspelt.iter().any(|m| m == "outer") {
-                self.report(
-                    Diagnostic::new(
-                        Code::MISSING_FIELD,
-                        block.name.span,
-                        format!("`{}` has no `outer` schedule", block.name.text),
-                    )
-                    .label("a search needs it")
-                    .help("add `outer { iterations = ..., moves = ..., temperature = ..., stop = ... }`"),
-                );
-            }
-            return None;
-        };
-        let outer = self.schedule(outer, damaged);
-        let inner = from.groups.get("inner").map(|inner| self.schedule(inner, damaged));
-        let inner = match inner {
-            Some(inner) => Some(inner?),
-            None => None,
-        };
-        Some(ir::Search { name: block.name.text.clone(), keep: keep?, outer: outer?, inner })
-    }
-
-    fn schedule(&mut self, block: &Block, damaged: bool) -> Option<ir::Schedule> {
-        let from = self.values(block, "a schedule", SCHEDULE);
-        let mut get = |name: &str, ty: &Ty, example: &str| {
-            let Some((_, tree)) = from.values.get(name) else {
-                self.missing(&from, name, example, damaged);
-                return None;
-            };
-            let mut cx = Context::new(Stage::Schedule, damaged);
-            let known = self.errors.len();
-            let value = self.expect(tree, &mut cx, ty, &format!("`{name}`"));
-            self.show_example(known, tree.span, name, example);
-            Some(value)
-        };
-        let iterations = get("iterations", &Ty::Count, "100");
-        let moves = get("moves", &Ty::Count, "3");
-        let temperature = get("temperature", &Ty::NUMBER, "9 / (1 + 0.1 * iteration)");
-        let stop = get("stop", &Ty::Bool, "idle >= 5");
-        Some(ir::Schedule { iterations: iterations?, moves: moves?, temperature: temperature?, stop: stop? })
     }
 }
 

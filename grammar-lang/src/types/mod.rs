@@ -13,6 +13,7 @@ mod members;
 mod mend;
 mod names;
 mod rules;
+mod searches;
 mod signature;
 mod stage;
 mod tasks;

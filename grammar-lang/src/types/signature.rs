@@ -6,10 +6,12 @@ use crate::units::Dimension;
 /// The type of a word.
 pub(super) fn word(word: Word) -> Ty {
     match word {
-        Word::Pi | Word::Cycle | Word::Temperature | Word::Best => Ty::NUMBER,
+        Word::Pi | Word::Cycle | Word::Temperature | Word::Best | Word::Deviation | Word::Spread => {
+            Ty::NUMBER
+        }
         Word::Time | Word::Start | Word::End | Word::Duration | Word::Period => Ty::Quantity(Dimension::TIME),
         Word::Elements => Ty::List(Box::new(Ty::Element)),
-        Word::Iteration | Word::Idle => Ty::Count,
+        Word::Iteration | Word::Idle | Word::Refused | Word::Stagnant | Word::Chain => Ty::Count,
         Word::Connected | Word::NoOverlap => Ty::Bool,
     }
 }

@@ -77,9 +77,15 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
         Word::Cycle => &[S::Pattern],
         Word::Time => &[S::Drive],
         Word::Start | Word::End | Word::Duration | Word::Elements | Word::Period => &[S::Score],
-        Word::Temperature => &[S::Choice, S::Weight, S::Mutation],
+        Word::Temperature => &[S::Choice, S::Weight, S::Mutation, S::Schedule],
         Word::Iteration => &[S::Schedule, S::Mutation],
-        Word::Best | Word::Idle => &[S::Schedule],
+        Word::Best
+        | Word::Idle
+        | Word::Refused
+        | Word::Stagnant
+        | Word::Deviation
+        | Word::Chain
+        | Word::Spread => &[S::Schedule],
         Word::Connected | Word::NoOverlap => &[S::Derivation, S::Choice, S::Weight],
     })
 }

@@ -247,11 +247,12 @@ class Stage {
   }
 
   /** Draws the design after a step, or on the way there from the step before; gives what the step did with
-   * each element. */
+   * the elements, and "before" where ghosts show what was. */
   showStep(step, part) {
     this.attend(step, part);
     const { making, grown, rims, ghosts, palette, tools: { colour } } = this, grey = new THREE.Color("#8b9097");
     const changes = making.pieces.map((piece) => making.change(piece, step));
+    let haunted = false;
     // What comes or goes does so one element after the other, each part by itself.
     const many = new Map(), seen = new Map(), add = (map, name) => map.set(name, (map.get(name) ?? 0) + 1).get(name);
     making.pieces.forEach((piece, index) => ["added", "gone"].includes(changes[index]) && add(many, making.name(piece, step)));
@@ -283,6 +284,7 @@ class Stage {
         const old = making.pose(piece, step - 1);
         if (change === "gone" || old.some((x, i) => Math.abs(x - pose[i]) > 1e-5)) {
           ghosts.place(index, old, [0.98, 0.98, 0.98]);
+          haunted = true;
           ghosts.paint(index, colour.set(palette.quiet));
         }
       }
@@ -290,7 +292,7 @@ class Stage {
     for (const solids of [grown, rims, ghosts]) solids.placed();
     this.ground.showBlobs(making.pieces.length);
     this.draw(making.shift[0], making.shift[2]);
-    return changes;
+    return haunted ? [...changes, "before"] : changes;
   }
 
   /** Draws what has been placed; the lamp stands over a place of the ground. */

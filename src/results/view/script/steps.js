@@ -50,7 +50,7 @@ class Steps {
   draw() {
     if (!this.stage) return;
     const changes = this.stage.showStep(this.step, this.part);
-    for (const line of by("legend").children) line.hidden = !line.dataset.of.split(" ").some((change) => changes.includes(change));
+    for (const line of by("legend").children) line.hidden = !changes.includes(line.dataset.of);
   }
 
   /** The words and marks that belong to the step. */

@@ -1,16 +1,20 @@
-//! The outer loop: annealing of bodies by rule applications.
+//! The outer loop: the search for bodies by rule applications.
+
+mod annealing;
+mod archive;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use grammar_lang::ir::RuleSet;
 
-use super::body::Tasks;
+use super::body::{Tasks, inherited};
+use super::cache::Cache;
 use super::inner::Pace;
-use super::schedule::{Course, Plan};
-use super::state::{Best, Body, State, Trial};
+use super::schedule::Iteration;
+use super::state::{Best, Body, Place, State, Trial, Tune};
 use super::tally::Tally;
-use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES, accepts};
+use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES};
 use crate::derive::random::Stream;
 use crate::derive::{Blocked, Derivation};
 use crate::simulate::Model;
@@ -22,6 +26,8 @@ pub struct Row {
     pub number: usize,
     /// The iteration it belongs to.
     pub iteration: usize,
+    /// The annealing chain whose current design it changed.
+    pub chain: usize,
     /// The rule that was applied; none if nothing could be.
     pub rule: Option<String>,
     /// Rules that were drawn but blocked, and by what.
@@ -59,6 +65,16 @@ pub trait Observer {
     ///
     /// A sentence; the search ends with it.
     fn improved(&mut self, best: &Best) -> Result<(), String>;
+    /// Called for each new best of its kind, where a search keeps an archive: all that it keeps, by the cells
+    /// of its descriptors, and the place of the new one.
+    ///
+    /// # Errors
+    ///
+    /// A sentence; the search ends with it.
+    fn kept(&mut self, archive: &[(Vec<usize>, Best)], new: usize) -> Result<(), String> {
+        let _ = (archive, new);
+        Ok(())
+    }
     /// Called wherever the search could go on from: after each batch of evaluations and each outer
     /// move; `last` when it has been stopped and will not go on by itself.
     ///
@@ -88,13 +104,34 @@ pub struct Outcome {
     pub end: End,
 }
 
-struct Annealing<'a> {
+/// What a loop does next.
+enum Begun {
+    /// A move of a chain, at a temperature.
+    Move { chain: usize, temperature: f64 },
+    /// Something else: there is more to do.
+    Iteration,
+    /// Nothing more.
+    End(End),
+}
+
+/// What kind of design a body is.
+enum Described {
+    /// Its cell of the archive.
+    Cell(Vec<usize>),
+    /// It has none, or there is no archive.
+    Nothing,
+    /// That was stopped.
+    Stopped(End),
+}
+
+struct Bodies<'a> {
     rules: &'a RuleSet,
     model: &'a dyn Model,
     pool: &'a rayon::ThreadPool,
     seed: u64,
     bounds: Bounds<'a>,
     observer: &'a mut dyn Observer,
+    cache: Cache,
     state: State,
     /// A new best whose curves are not tuned to the end, once the search has been stopped.
     unfinished: Option<Best>,
@@ -133,13 +170,14 @@ pub fn go_on(
     let pool = threads(limits)?;
     let bounds = Bounds::new(limits, stop);
     let seed = limits.seed;
-    let mut annealing =
-        Annealing { rules, model, pool: &pool, seed, bounds, observer, state, unfinished: None };
-    let end = annealing.anneal()?;
-    let State { spent, moves, bodies, tally, best, trial, .. } = annealing.state;
+    let cache = Cache::default();
+    let mut search =
+        Bodies { rules, model, pool: &pool, seed, bounds, observer, cache, state, unfinished: None };
+    let end = search.go()?;
+    let State { spent, moves, bodies, tally, best, trial, .. } = search.state;
     // The one that was being tuned, if the search was stopped.
     let bodies = bodies + usize::from(trial.is_some());
-    let best = annealing.unfinished.or(best);
+    let best = search.unfinished.or(best);
     Ok(Outcome { best, evaluations: spent, moves, bodies, tally, end })
 }
 
@@ -156,13 +194,16 @@ pub fn tune_body(
     stop: &AtomicBool,
 ) -> Result<Outcome, Failure> {
     let pool = threads(limits)?;
+    let cache = Cache::default();
     let mut tasks = Tasks {
         rules,
         model,
+        cache: &cache,
         pool: &pool,
         derivation: Arc::clone(derivation),
         seed: limits.seed,
         name: "body".to_owned(),
+        warm: Vec::new(),
         bounds: Bounds::new(limits, stop),
         tuner: None,
     };
@@ -190,7 +231,7 @@ fn threads(limits: &Limits) -> Result<rayon::ThreadPool, Failure> {
         .map_err(|e| Failure::Threads(format!("cannot start {} threads: {e}", limits.jobs)))
 }
 
-impl Annealing<'_> {
+impl Bodies<'_> {
     /// The value on a scale where more is better; worst where there is none.
     fn fitness(&self, value: Option<f64>) -> f64 {
         match value {
@@ -200,12 +241,12 @@ impl Annealing<'_> {
         }
     }
 
-    fn anneal(&mut self) -> Result<End, Failure> {
+    fn go(&mut self) -> Result<End, Failure> {
         loop {
             let end = match self.bounds.stopped() {
                 Some(end) => Some(end),
                 None if self.state.trial.is_some() => self.try_body()?,
-                None => self.advance()?,
+                None => self.next_move()?,
             };
             let last = end.is_some_and(End::is_early);
             if last {
@@ -221,30 +262,38 @@ impl Annealing<'_> {
     }
 
     /// Draws the next body, or ends an iteration.
-    fn advance(&mut self) -> Result<Option<End>, Failure> {
-        let Self { rules, state, .. } = self;
-        let rules = *rules;
-        let derivation = Arc::clone(&state.current);
-        let plan = Plan { rules, derivation: &derivation, schedule: &rules.search.outer };
-        let Some(iteration) = (match state.iteration {
-            Some(iteration) => Some(iteration),
-            None => plan.begin(&state.course)?,
-        }) else {
-            return Ok(Some(End::Schedule));
+    fn next_move(&mut self) -> Result<Option<End>, Failure> {
+        let begun = match &self.rules.search.outer.archive {
+            Some(_) => self.begin_archive_move()?,
+            None => self.begin_chain_move()?,
         };
-        state.iteration = Some(iteration);
-        if iteration.made >= iteration.moves {
-            state.iteration = None;
-            state.course.complete(state.best.as_ref().map(|b| b.value));
-            return Ok(plan.stops(&state.course)?.then_some(End::Stopped));
+        match begun {
+            Begun::Move { chain, temperature } => self.draw(chain, temperature),
+            Begun::Iteration => Ok(None),
+            Begun::End(end) => Ok(Some(end)),
         }
-        if let Some(end) = self.bounds.exhausted(state.spent) {
+    }
+
+    /// Applies a rule to the current design of a chain, or to one of the archive.
+    fn draw(&mut self, chain: usize, temperature: f64) -> Result<Option<End>, Failure> {
+        let rules = self.rules;
+        if let Some(end) = self.bounds.exhausted(self.state.spent) {
             return Ok(Some(end));
         }
-        let number = state.moves + 1;
+        let number = self.state.moves + 1;
         let mut random = Stream::named(self.seed, &format!("body {number}"));
         let drawn = random.unit();
-        let step = state.current.advance(rules, &mut random, iteration.temperature);
+        let (derivation, tunes) = self.parent(chain, &mut random);
+        let step = derivation.advance(rules, &mut random, temperature);
+        let is_warm = rules.search.inner.as_ref().is_some_and(|inner| inner.warm);
+        let warm = match &step.result {
+            Some(next) if is_warm => {
+                let mut random = Stream::named(self.seed, &format!("warm {number}"));
+                inherited(rules, (&derivation, &tunes), &Arc::new(next.clone()), &mut random)
+            }
+            _ => Vec::new(),
+        };
+        let state = &mut self.state;
         for (_, why) in &step.blocked {
             if let Blocked::NoValue(error) = why {
                 *state.tally.refused.entry(error.clone()).or_default() += 1;
@@ -258,20 +307,41 @@ impl Annealing<'_> {
             })
             .collect();
         state.moves = number;
-        if let Some(iteration) = &mut state.iteration {
-            iteration.made += 1;
+        state.turn += 1;
+        if state.turn >= state.chains.len() {
+            state.turn = 0;
+            if let Some(Iteration { made, .. }) = &mut state.iteration {
+                *made += 1;
+            }
         }
         let Some(next) = step.result else {
             // A move that can do nothing is counted and told.
             state.idle_moves += 1;
             let stuck = state.idle_moves >= MOST_IDLE_MOVES;
-            self.tell(&derivation, (None, blocked), None, false, Tally::default())?;
+            if let Some(chain) = state.chains.get_mut(chain) {
+                chain.standing.note(false);
+            }
+            self.tell(&derivation, chain, (None, blocked), None, false, Tally::default())?;
             return Ok(stuck.then_some(End::Stuck));
         };
         state.idle_moves = 0;
         let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
-        state.trial = Some(Trial { derivation: Arc::new(next), rule, blocked, drawn, body: Body::default() });
+        let body = Body::default();
+        state.trial = Some(Trial { derivation: Arc::new(next), chain, rule, blocked, drawn, warm, body });
         Ok(None)
+    }
+
+    /// The design that a move starts from, and its curves: the chain's own, or one of the archive.
+    fn parent(&self, chain: usize, random: &mut Stream) -> (Arc<Derivation>, Vec<Tune>) {
+        let state = &self.state;
+        let of = |derivation: &Arc<Derivation>, tunes: &[Tune]| (Arc::clone(derivation), tunes.to_vec());
+        if self.rules.search.outer.archive.is_some()
+            && let Some(elite) = self.elite(random)
+        {
+            return of(&elite.derivation, &elite.tasks);
+        }
+        let place = state.chains.get(chain).map_or(&state.first, |chain| &chain.at);
+        of(&place.derivation, &place.tunes)
     }
 
     /// Tunes the body that is being tried, and judges it.
@@ -280,10 +350,12 @@ impl Annealing<'_> {
         let mut tasks = Tasks {
             rules: self.rules,
             model: self.model,
+            cache: &self.cache,
             pool: self.pool,
             derivation: Arc::clone(&trial.derivation),
             seed: self.seed,
             name: format!("curves {}", self.state.moves),
+            warm: trial.warm.clone(),
             bounds: self.bounds,
             tuner: None,
         };
@@ -302,43 +374,53 @@ impl Annealing<'_> {
             self.observer.evaluated(self.state.spent, best, temperature);
             self.observer.checkpoint(&self.state, false).map_err(Failure::Output)?;
         };
+        let cell = match self.describe()? {
+            Described::Stopped(end) => return Ok(Some(end)),
+            Described::Cell(cell) => Some(cell),
+            Described::Nothing => None,
+        };
         let Some(trial) = self.state.trial.take() else { return Ok(cut) };
-        self.judge(trial, cut.is_some())?;
+        self.judge(trial, cell, cut.is_some())?;
         Ok(cut)
     }
 
     /// Accepts a body or not, and keeps the best.
-    fn judge(&mut self, trial: Trial<Arc<Derivation>>, is_cut: bool) -> Result<(), Failure> {
-        let Trial { derivation, rule, blocked, drawn, body } = trial;
+    fn judge(
+        &mut self,
+        trial: Trial<Arc<Derivation>>,
+        cell: Option<Vec<usize>>,
+        is_cut: bool,
+    ) -> Result<(), Failure> {
+        let Trial { derivation, chain, rule, blocked, drawn, body, .. } = trial;
         let (found, tally) = body.found(self.rules, &derivation);
         let value = found.as_ref().map(|(_, value)| *value);
         let first = self.state.moves == 0;
-        let temperature = self.state.iteration.map_or(0.0, |iteration| iteration.temperature);
-        let accepted = if first {
-            self.state.course = Course::new(self.rules.objective.maximize, value);
-            true
-        } else {
-            // A body whose curves were not tuned to the end is judged by nothing but its best.
-            let (now, new) = (self.fitness(self.state.value), self.fitness(value));
-            !is_cut && accepts(now, new, temperature, drawn)
-        };
         self.state.bodies += 1;
         self.state.tally.add(&tally);
+        let tunes = found.as_ref().map_or_else(Vec::new, |(tunes, _)| tunes.clone());
+        let place = Place { derivation: Arc::clone(&derivation), value, tunes };
         if let Some(best) = self.better(&derivation, found) {
             self.observer.improved(&best).map_err(Failure::Output)?;
             self.state.best = Some(best);
         }
-        if accepted {
-            (self.state.current, self.state.value) = (Arc::clone(&derivation), value);
-        }
+        let accepted = if first {
+            self.begin_chains(place.clone());
+            true
+        } else {
+            !is_cut && self.rules.search.outer.archive.is_none() && self.accept(chain, &place, drawn)
+        };
+        let kept = match cell {
+            Some(cell) => self.keep_of_kind(cell, place)?,
+            None => false,
+        };
         let mistake = tally.no_value.keys().next().filter(|_| first && value.is_none()).cloned();
-        self.tell(&derivation, (rule, blocked), value, accepted, tally)?;
+        self.tell(&derivation, chain, (rule, blocked), value, accepted || kept, tally)?;
         // What has no value for the very first design is a mistake in the grammar.
         mistake.map_or(Ok(()), |error| Err(error.into()))
     }
 
     /// A new best, if what was found for a body is one.
-    fn better(&self, derivation: &Arc<Derivation>, found: Option<(Vec<super::Tune>, f64)>) -> Option<Best> {
+    fn better(&self, derivation: &Arc<Derivation>, found: Option<(Vec<Tune>, f64)>) -> Option<Best> {
         let (tasks, value) = found?;
         let best = self.state.best.as_ref().map(|best| self.fitness(Some(best.value)));
         best.is_none_or(|best| self.fitness(Some(value)) > best).then(|| Best {
@@ -367,6 +449,7 @@ impl Annealing<'_> {
     fn tell(
         &mut self,
         derivation: &Derivation,
+        chain: usize,
         (rule, blocked): (Option<String>, Vec<(String, String)>),
         value: Option<f64>,
         accepted: bool,
@@ -376,16 +459,22 @@ impl Annealing<'_> {
         let state = &self.state;
         let parts = derivation.design.parts.len();
         let actuators = derivation.design.parts.values().filter(|p| rules.is_actuator(&p.kind)).count();
+        let is_annealed = state.iteration.is_some();
         let row = Row {
             number: state.moves,
             iteration: state.course.iteration,
+            chain,
             rule,
             blocked,
             size: (parts, actuators),
             value,
             accepted,
             best: state.best.as_ref().map(|b| b.value),
-            temperature: state.iteration.map_or(0.0, |iteration| iteration.temperature),
+            temperature: state
+                .chains
+                .get(chain)
+                .filter(|_| is_annealed)
+                .map_or(0.0, |chain| chain.standing.temperature),
             evaluations: state.spent,
             tally,
         };

@@ -6,7 +6,7 @@
 //! Journal of Computational and Graphical Statistics 15, 2006, "prefetching"). Then the chain
 //! walks through them as far as they reach. Nothing here changes what is found, only how soon.
 
-use super::evaluator::Evaluator;
+use super::super::evaluator::Evaluator;
 
 /// What each lane after the first adds to the time of a simulation with one.
 const LANE: f64 = 0.2;
@@ -47,14 +47,14 @@ impl Forecast {
         self.accepted += FRESH * (f64::from(u8::from(accepted)) - self.accepted);
     }
 
-    /// The moves that promise the most for the time, at most some deep. The first is
-    /// the next move; each stands after the one it starts from.
-    pub(super) fn ahead(&self, deepest: usize) -> Vec<Guess> {
-        let mut guesses = self.likeliest(self.threads * self.lanes, deepest);
+    /// The moves that promise the most for the time, at most some deep, for each of several chains that go
+    /// on side by side. The first is the next move; each stands after the one it starts from.
+    pub(super) fn ahead(&self, deepest: usize, chains: usize) -> Vec<Guess> {
+        let mut guesses = self.likeliest((self.threads * self.lanes / chains).max(1), deepest);
         let (mut best, mut most) = (1, 0.0);
         let mut lanes = 1;
         while lanes <= self.lanes {
-            let count = (self.threads * lanes).min(guesses.len());
+            let count = (self.threads * lanes / chains).clamp(1, guesses.len());
             let used: f64 = guesses[..count].iter().map(|guess| guess.chance).sum();
             let gain = used / (1.0 + LANE * (lanes - 1) as f64);
             if gain > most {
@@ -113,11 +113,14 @@ mod tests {
 
     #[test]
     fn the_surer_the_future_the_more_of_it_is_tried() {
-        assert_eq!(forecast(0.0).ahead(100).len(), 32);
-        assert_eq!(forecast(1.0).ahead(100).len(), 32);
-        assert!(forecast(0.5).ahead(100).len() < 32);
-        assert!(forecast(0.3).ahead(5).iter().all(|guess| guess.depth < 5));
-        assert_eq!(forecast(0.5).ahead(1).len(), 1);
+        assert_eq!(forecast(0.0).ahead(100, 1).len(), 32);
+        assert_eq!(forecast(1.0).ahead(100, 1).len(), 32);
+        assert!(forecast(0.5).ahead(100, 1).len() < 32);
+        assert!(forecast(0.3).ahead(5, 1).iter().all(|guess| guess.depth < 5));
+        assert_eq!(forecast(0.5).ahead(1, 1).len(), 1);
+        // Many chains fill the lanes with moves that surely come to pass.
+        assert_eq!(forecast(0.5).ahead(100, 32).len(), 1);
+        assert_eq!(forecast(0.5).ahead(100, 100).len(), 1);
     }
 
     #[test]
@@ -131,6 +134,8 @@ mod tests {
             }
         }
         // All always refused: one row from where the chain stands.
-        assert!(forecast(0.0).ahead(100).iter().enumerate().all(|(n, g)| g.depth == n && g.from.is_none()));
+        assert!(
+            forecast(0.0).ahead(100, 1).iter().enumerate().all(|(n, g)| g.depth == n && g.from.is_none())
+        );
     }
 }

@@ -1,0 +1,88 @@
+//! The best design of each kind, where a search keeps an archive: a saved design for each, and a table.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use grammar_lang::ir::{Descriptor, RuleSet};
+
+use super::saved::SavedDesign;
+use super::whole::{read, write_whole};
+use crate::search::Best;
+
+/// The folder of the designs within a run folder.
+pub(super) const FOLDER: &str = "archive";
+/// The table of them.
+pub(super) const TABLE: &str = "archive.csv";
+
+/// The file of a kind: its cells, `3-0.design.json`.
+fn file(cell: &[usize]) -> String {
+    let cells: Vec<String> = cell.iter().map(ToString::to_string).collect();
+    format!("{}.design.json", cells.join("-"))
+}
+
+/// Where a cell of a descriptor begins and ends.
+fn ends(descriptor: &Descriptor, cell: usize) -> (f64, f64) {
+    let end = |n: usize| {
+        descriptor.from + (descriptor.to - descriptor.from) * n as f64 / descriptor.cells.max(1) as f64
+    };
+    (end(cell), end(cell + 1))
+}
+
+/// Writes the design of a kind, and the table with all.
+pub(super) fn write(
+    run: &Path,
+    rules: &RuleSet,
+    archive: &[(Vec<usize>, Best)],
+    (cell, design): (&[usize], &SavedDesign),
+) -> Result<(), String> {
+    let folder = run.join(FOLDER);
+    fs::create_dir_all(&folder).map_err(|e| format!("cannot write {}: {e}", folder.display()))?;
+    write_whole(&folder.join(file(cell)), &design.text())?;
+    write_whole(&run.join(TABLE), &table(rules, archive))
+}
+
+fn table(rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> String {
+    let mut text = String::from("design");
+    let descriptors: Vec<_> = rules.search.outer.archive.iter().flatten().collect();
+    for (name, _) in &descriptors {
+        let _ = write!(text, ",{name},{name}_from,{name}_to");
+    }
+    text += ",value,move,parts,actuators\n";
+    for (cell, best) in archive {
+        text += &file(cell);
+        for ((_, descriptor), cell) in descriptors.iter().zip(cell) {
+            let (from, to) = ends(descriptor, *cell);
+            let _ = write!(text, ",{cell},{from},{to}");
+        }
+        let parts = &best.derivation.design.parts;
+        let actuators = parts.values().filter(|p| rules.is_actuator(&p.kind)).count();
+        let _ = writeln!(text, ",{},{},{},{actuators}", best.value, best.found_at, parts.len());
+    }
+    text
+}
+
+/// How many kinds a run has found, in words; none if it keeps no archive.
+#[must_use]
+pub fn told(run: &Path) -> Option<String> {
+    let table = read(&run.join(TABLE)).ok()?;
+    let found = table.lines().count().saturating_sub(1);
+    let kinds = if found == 1 { "kind" } else { "kinds" };
+    Some(format!("the best of {found} {kinds} of designs: see {}", run.join(TABLE).display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use grammar_lang::ir::{Expr, ExprKind, Ty};
+
+    use super::*;
+
+    #[test]
+    fn a_cell_lies_between_its_ends() {
+        let value = Expr { kind: ExprKind::Number(0.0), ty: Ty::NUMBER, span: Default::default() };
+        let descriptor = Descriptor { value, from: 1.0, to: 21.0, cells: 10 };
+        assert_eq!(ends(&descriptor, 0), (1.0, 3.0));
+        assert_eq!(ends(&descriptor, 9), (19.0, 21.0));
+        assert_eq!(file(&[3, 0]), "3-0.design.json");
+    }
+}

@@ -1,0 +1,203 @@
+//! Annealing of curves, by one chain or several that may change places.
+
+use grammar_lang::ir::Schedule;
+
+use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange};
+use super::super::state::{Chain, Chains, Tuning};
+use super::super::{Failure, accepts};
+use super::{Pace, Tuner, best};
+use crate::drive::Parameters;
+
+/// Chains that begin with curves whose fitness is known.
+pub(super) fn chains(starts: Vec<Parameters>, fitness: Vec<Option<f64>>, course: Course) -> Chains {
+    let chain = |(current, fitness)| Chain { current, fitness, standing: Standing::default(), number: 0 };
+    let chains = starts.into_iter().zip(fitness).map(chain).collect();
+    Chains { course, iteration: None, chains, turn: 0, walk: (Vec::new(), 0) }
+}
+
+/// Candidates of one chain: those of its likeliest futures, with the random numbers that decide on each.
+struct Futures {
+    candidates: Vec<Parameters>,
+    drawn: Vec<f64>,
+}
+
+impl Tuner<'_> {
+    /// Goes on with the annealing by a batch of evaluations.
+    pub(super) fn anneal(
+        &mut self,
+        schedule: &Schedule,
+        tuning: &mut Tuning,
+        chains: &mut Chains,
+        spent: &mut u64,
+    ) -> Result<Pace, Failure> {
+        if let Some(end) = self.bounds.exhausted(*spent) {
+            return Ok(Pace::Cut(end));
+        }
+        if let Some(walk) = schedule.walk
+            && chains.course.deviation.is_none()
+        {
+            return self.walk(walk, tuning, chains, spent);
+        }
+        let Some(iteration) = (match chains.iteration {
+            Some(iteration) => Some(iteration),
+            None => self.begin_iteration(schedule, chains)?,
+        }) else {
+            return Ok(Pace::Done);
+        };
+        chains.iteration = Some(iteration);
+        if iteration.made < iteration.moves && !self.moves(tuning, chains, spent)? {
+            return self.stopped();
+        }
+        if chains.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
+            return self.end_iteration(schedule, tuning, chains);
+        }
+        Ok(Pace::More)
+    }
+
+    fn begin_iteration(
+        &self,
+        schedule: &Schedule,
+        chains: &mut Chains,
+    ) -> Result<Option<Iteration>, Failure> {
+        let Chains { course, chains, .. } = chains;
+        let mut iteration = None;
+        for (number, chain) in chains.iter_mut().enumerate() {
+            let plan = self.plan(schedule, course, Stand::Chain(number, &chain.standing));
+            if number == 0 {
+                iteration = plan.begin()?;
+            }
+            let temperature = plan.temperature()?;
+            chain.standing.temperature = temperature;
+        }
+        Ok(iteration)
+    }
+
+    fn end_iteration(
+        &self,
+        schedule: &Schedule,
+        tuning: &Tuning,
+        chains: &mut Chains,
+    ) -> Result<Pace, Failure> {
+        chains.iteration = None;
+        chains.course.complete(best(tuning));
+        let Chains { course, chains, .. } = chains;
+        chains.iter_mut().for_each(|chain| chain.standing.complete());
+        let mut is_over = true;
+        for (number, chain) in chains.iter().enumerate() {
+            is_over &= self.plan(schedule, course, Stand::Chain(number, &chain.standing)).stops()?;
+        }
+        if is_over {
+            return Ok(Pace::Done);
+        }
+        if chains.len() > 1
+            && self.plan(schedule, course, Stand::Chain(0, &chains[0].standing)).exchanges()?
+        {
+            let mut random = self.stream(&format!("exchange {}", course.iteration));
+            // Each with the one after it, then each with the one before.
+            for first in (course.iteration % 2..chains.len() - 1).step_by(2) {
+                let (before, after) = chains.split_at_mut(first + 1);
+                let (one, other) = (&mut before[first], &mut after[0]);
+                let place = |c: &Chain| (c.standing.temperature, c.fitness.unwrap_or(f64::NEG_INFINITY));
+                if exchange(place(one), place(other), random.unit()) {
+                    std::mem::swap(&mut one.current, &mut other.current);
+                    std::mem::swap(&mut one.fitness, &mut other.fitness);
+                }
+            }
+        }
+        Ok(Pace::More)
+    }
+
+    fn plan<'p>(&'p self, schedule: &'p Schedule, course: &'p Course, stand: Stand<'p>) -> Plan<'p> {
+        Plan { rules: self.rules, derivation: &self.derivation, schedule, course, stand }
+    }
+
+    /// Goes on with the random walk: points drawn evenly, as the steps of a walk depend on the
+    /// temperature that is to be found. A deviation of zero anneals without heat.
+    fn walk(
+        &mut self,
+        walk: usize,
+        tuning: &mut Tuning,
+        chains: &mut Chains,
+        spent: &mut u64,
+    ) -> Result<Pace, Failure> {
+        let (threads, lanes) = self.evaluator.room();
+        let from = chains.walk.1;
+        let to = walk.min(from + threads * lanes);
+        let points: Vec<Parameters> = (from..to)
+            .map(|number| self.evaluator.drive.draw(&mut self.stream(&format!("walk {number}"))))
+            .collect();
+        let Some(values) = self.evaluator.evaluate(self.bounds.stop, &points) else { return self.stopped() };
+        for (point, value) in points.iter().zip(values) {
+            if let Some(end) = self.bounds.exhausted(*spent) {
+                return Ok(Pace::Cut(end));
+            }
+            let known = value.as_ref().ok().copied();
+            let Some(sound) = self.count(tuning, point, value, spent)? else { return self.stopped() };
+            chains.walk.0.extend(known.filter(|_| sound));
+            chains.walk.1 += 1;
+        }
+        if chains.walk.1 >= walk {
+            chains.course.deviation = Some(deviation(&chains.walk.0));
+            chains.walk.0.clear();
+        }
+        Ok(Pace::More)
+    }
+
+    /// Makes moves as far as a batch of evaluations reaches, the chains in turn; whether it was not stopped.
+    fn moves(&mut self, tuning: &mut Tuning, state: &mut Chains, spent: &mut u64) -> Result<bool, Failure> {
+        let Chains { course, iteration: Some(iteration), chains, turn, .. } = state else { return Ok(true) };
+        let guesses = self.forecast.ahead(iteration.moves - iteration.made, chains.len());
+        let mut futures = Vec::with_capacity(chains.len());
+        for (number, chain) in chains.iter().enumerate() {
+            let mut drawn = Vec::with_capacity(guesses.len());
+            let mut candidates: Vec<Parameters> = Vec::with_capacity(guesses.len());
+            for guess in &guesses {
+                let made = chain.number + guess.depth as u64;
+                let stream = if number == 0 { format!("{made}") } else { format!("{number}:{made}") };
+                let mut random = self.stream(&stream);
+                drawn.push(random.unit());
+                let from = guess.from.map_or(&chain.current, |from| &candidates[from]);
+                let (temperature, now) = (chain.standing.temperature, course.iteration);
+                match self.evaluator.drive.mutate(from, temperature, now, &mut random) {
+                    Ok(candidate) => candidates.push(candidate),
+                    // Of a later move it is not known that it comes to pass.
+                    Err(_) if !candidates.is_empty() => break,
+                    Err(error) => return Err(error.into()),
+                }
+            }
+            futures.push(Futures { candidates, drawn });
+        }
+        let all: Vec<Parameters> = futures.iter().flat_map(|f| f.candidates.iter().cloned()).collect();
+        let Some(values) = self.evaluator.evaluate(self.bounds.stop, &all) else { return Ok(false) };
+        let mut values = values.into_iter();
+        let values: Vec<Vec<_>> =
+            futures.iter().map(|f| values.by_ref().take(f.candidates.len()).collect()).collect();
+        let mut next = vec![Some(0); chains.len()];
+        while iteration.made < iteration.moves {
+            let Some(now) = next[*turn] else { break };
+            if self.bounds.exhausted(*spent).is_some() {
+                break;
+            }
+            let (chain, future) = (&mut chains[*turn], &futures[*turn]);
+            let (candidate, value) = (&future.candidates[now], values[*turn][now].clone());
+            let new = value.as_ref().map_or(f64::NEG_INFINITY, |v| self.fitness(*v));
+            let Some(sound) = self.count(tuning, candidate, value, spent)? else { return Ok(false) };
+            chain.number += 1;
+            let fitness = chain.fitness.unwrap_or(f64::NEG_INFINITY);
+            let accepted = sound && accepts(fitness, new, chain.standing.temperature, future.drawn[now]);
+            self.forecast.learn(accepted);
+            chain.standing.note(accepted);
+            if accepted {
+                (chain.current, chain.fitness) = (candidate.clone(), Some(new));
+            }
+            let follows = if accepted { guesses[now].accepted } else { guesses[now].refused };
+            next[*turn] = follows.filter(|&next| next < future.candidates.len());
+            *turn += 1;
+            if *turn == chains.len() {
+                *turn = 0;
+                iteration.made += 1;
+            }
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,188 @@
+//! The inner loop: the search for the curves of one body.
+
+mod annealing;
+mod evolution;
+mod forecast;
+
+use std::sync::Arc;
+
+use grammar_lang::ir::{RuleSet, Schedule, Task};
+
+use super::cache::Cache;
+use super::evaluator::{Evaluator, Valued};
+use super::schedule::Course;
+use super::state::{Curves, Tune, Tuning};
+use super::tally::Missing;
+use super::{Bounds, End, Failure, keeps};
+use crate::derive::Derivation;
+use crate::derive::random::Stream;
+use crate::drive::Parameters;
+use crate::simulate::Model;
+use forecast::Forecast;
+
+/// How a loop stands after a batch of evaluations.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Pace {
+    /// There is more to do.
+    More,
+    /// It is complete.
+    Done,
+    /// It is cut short.
+    Cut(End),
+}
+
+/// The inner loop of one body for one task. What it knows is in a [`Tuning`]; here is only
+/// what can be made again.
+pub(super) struct Tuner<'a> {
+    rules: &'a RuleSet,
+    task: &'a Task,
+    derivation: Arc<Derivation>,
+    evaluator: Evaluator<'a>,
+    forecast: Forecast,
+    seed: u64,
+    /// Names its streams of random numbers.
+    name: String,
+    /// Curves to begin with, if not with random ones.
+    warm: Option<Parameters>,
+    bounds: Bounds<'a>,
+}
+
+impl<'a> Tuner<'a> {
+    pub(super) fn new(
+        (rules, task): (&'a RuleSet, &'a Task),
+        (model, cache): (&dyn Model, &'a Cache),
+        pool: &'a rayon::ThreadPool,
+        derivation: &Arc<Derivation>,
+        (seed, name): (u64, String),
+        warm: Option<&Parameters>,
+        bounds: Bounds<'a>,
+    ) -> Result<Self, Failure> {
+        let evaluator = Evaluator::new(rules, task, (model, cache), Arc::clone(derivation), pool)?;
+        let forecast = Forecast::new(&evaluator);
+        let warm = warm.filter(|warm| evaluator.drive.fits(warm)).cloned();
+        let derivation = Arc::clone(derivation);
+        Ok(Self { rules, task, derivation, evaluator, forecast, seed, name, warm, bounds })
+    }
+
+    fn stream(&self, what: &str) -> Stream {
+        Stream::named(self.seed, &format!("{}/{what}", self.name))
+    }
+
+    /// The value on a scale where more is better.
+    fn fitness(&self, value: f64) -> f64 {
+        if self.task.objective.maximize { value } else { -value }
+    }
+
+    /// The schedule, where there is something to tune.
+    fn schedule(&self) -> Option<&'a Schedule> {
+        self.rules.search.inner.as_ref().filter(|_| !self.evaluator.drive.is_fixed())
+    }
+
+    /// Curves that a chain begins with.
+    fn start(&self, chain: usize) -> Parameters {
+        match (&self.warm, chain) {
+            (Some(warm), 0) => warm.clone(),
+            (_, 0) => self.evaluator.drive.draw(&mut self.stream("start")),
+            _ => self.evaluator.drive.draw(&mut self.stream(&format!("start {chain}"))),
+        }
+    }
+
+    /// Goes on by a batch of evaluations. Moves are made whole or not at all, so that the state is
+    /// sound whenever this returns.
+    pub(super) fn advance(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
+        let Some(mut curves) = tuning.loops.take() else { return self.begin(tuning, spent) };
+        let pace = match (&mut curves, self.schedule()) {
+            (_, None) => Ok(Pace::Done),
+            (Curves::Chains(chains), Some(schedule)) => self.anneal(schedule, tuning, chains, spent),
+            (Curves::Distribution(distribution), Some(schedule)) => {
+                self.evolve(schedule, tuning, distribution, spent)
+            }
+        };
+        tuning.loops = Some(curves);
+        pace
+    }
+
+    /// Evaluates the curves that the search starts from.
+    fn begin(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
+        let schedule = self.schedule();
+        let chains = schedule.and_then(|schedule| schedule.chains).unwrap_or(1);
+        let starts: Vec<Parameters> = (0..chains).map(|chain| self.start(chain)).collect();
+        let Some(values) = self.evaluator.evaluate(self.bounds.stop, &starts) else { return self.stopped() };
+        // Counted as if nothing had been, if it is stopped between them.
+        let (mut now, mut counted) = (tuning.clone(), *spent);
+        let mut fitness = Vec::with_capacity(chains);
+        for (start, value) in starts.iter().zip(values) {
+            let known = value.as_ref().ok().map(|value| self.fitness(*value));
+            let Some(sound) = self.count(&mut now, start, value, &mut counted)? else {
+                return self.stopped();
+            };
+            fitness.push(known.filter(|_| sound));
+        }
+        let course = Course::new(self.task.objective.maximize, best(&now));
+        now.loops = Some(match schedule.and_then(|schedule| schedule.cma_es.as_ref()) {
+            Some(cma_es) => Curves::Distribution(self.distribution(&starts[0], cma_es.spread, course)),
+            None => Curves::Chains(annealing::chains(starts, fitness, course)),
+        });
+        (*tuning, *spent) = (now, counted);
+        Ok(if schedule.is_some() { Pace::More } else { Pace::Done })
+    }
+
+    fn stopped(&self) -> Result<Pace, Failure> {
+        Ok(Pace::Cut(self.bounds.stopped().unwrap_or(End::Interrupted)))
+    }
+
+    /// Counts an evaluation and keeps it if it is the best. A best must hold its
+    /// value at half the step; what does not is no candidate at all, or the
+    /// search would go and live on an error of the simulation. None if that was stopped: then
+    /// nothing is counted.
+    fn count(
+        &mut self,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        value: Valued,
+        spent: &mut u64,
+    ) -> Result<Option<bool>, Failure> {
+        let value = match value {
+            Ok(value) => value,
+            // What fails at the very first is a mistake in the grammar.
+            Err(Missing::Expression(error)) if *spent == 0 => return Err(error.into()),
+            Err(reason) => {
+                *spent += 1;
+                tuning.tally.count(reason);
+                return Ok(Some(false));
+            }
+        };
+        let fitness = self.fitness(value);
+        if tuning.found.as_ref().is_some_and(|f| fitness <= self.fitness(f.value)) {
+            *spent += 1;
+            return Ok(Some(true));
+        }
+        let mut half_step = None;
+        // Where more is better, a value that is not positive has nothing to lose.
+        if self.is_actuated() && (fitness > 0.0 || !self.task.objective.maximize) {
+            let Some(half) = self.evaluator.at_half_step(self.bounds.stop, candidate) else {
+                return Ok(None);
+            };
+            *spent += 1;
+            half_step = half.ok().filter(|&half| keeps(self.rules, self.task, value, half));
+            if half_step.is_none() {
+                *spent += 1;
+                tuning.tally.unstable += 1;
+                return Ok(Some(false));
+            }
+        }
+        *spent += 1;
+        tuning.found = Some(Tune { parameters: candidate.clone(), value, half_step });
+        Ok(Some(true))
+    }
+
+    /// Whether anything in the body moves by itself.
+    fn is_actuated(&self) -> bool {
+        let rules = self.rules;
+        self.derivation.design.parts.values().any(|p| rules.is_actuator(&p.kind))
+    }
+}
+
+fn best(tuning: &Tuning) -> Option<f64> {
+    tuning.found.as_ref().map(|f| f.value)
+}

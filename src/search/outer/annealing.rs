@@ -1,0 +1,134 @@
+//! Annealing of bodies, by one chain or several that may change places; and the random walk before it.
+
+use std::sync::Arc;
+
+use super::super::schedule::{Course, Plan, Stand, Standing, deviation, exchange};
+use super::super::state::{BodyChain, Place};
+use super::super::{Failure, accepts};
+use super::{Begun, Bodies, End};
+use crate::derive::Derivation;
+use crate::derive::random::Stream;
+
+impl Bodies<'_> {
+    /// Begins all chains with the first design.
+    pub(super) fn begin_chains(&mut self, first: Place<Arc<Derivation>>) {
+        self.state.course = Course::new(self.rules.objective.maximize, first.value);
+        self.state.first = first;
+        self.place_chains();
+    }
+
+    fn place_chains(&mut self) {
+        let count = self.rules.search.outer.chains.unwrap_or(1);
+        let chain = BodyChain { at: self.state.first.clone(), standing: Standing::default() };
+        self.state.chains = vec![chain; count];
+        self.state.turn = 0;
+    }
+
+    /// The move that is next, or the end of an iteration.
+    pub(super) fn begin_chain_move(&mut self) -> Result<Begun, Failure> {
+        let schedule = &self.rules.search.outer;
+        if let Some(walk) = schedule.walk
+            && self.state.course.deviation.is_none()
+        {
+            if self.state.walk.len() < walk {
+                return Ok(Begun::Move { chain: 0, temperature: 0.0 });
+            }
+            let deviation = deviation(&self.state.walk);
+            if deviation <= 0.0 {
+                return Err(Failure::NoDeviation(walk));
+            }
+            self.state.course.deviation = Some(deviation);
+            self.state.walk.clear();
+            self.place_chains();
+            return Ok(Begun::Iteration);
+        }
+        if self.state.iteration.is_none() {
+            let mut iteration = None;
+            for number in 0..self.state.chains.len() {
+                let plan = self.plan(number);
+                if number == 0 {
+                    iteration = plan.begin()?;
+                }
+                let temperature = plan.temperature()?;
+                if let Some(chain) = self.state.chains.get_mut(number) {
+                    chain.standing.temperature = temperature;
+                }
+            }
+            let Some(iteration) = iteration else { return Ok(Begun::End(End::Schedule)) };
+            self.state.iteration = Some(iteration);
+        }
+        if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
+            return self.end_iteration();
+        }
+        let chain = self.state.turn;
+        let temperature = self.state.chains.get(chain).map_or(0.0, |chain| chain.standing.temperature);
+        Ok(Begun::Move { chain, temperature })
+    }
+
+    fn end_iteration(&mut self) -> Result<Begun, Failure> {
+        self.state.iteration = None;
+        self.state.course.complete(self.state.best.as_ref().map(|b| b.value));
+        self.state.chains.iter_mut().for_each(|chain| chain.standing.complete());
+        let mut is_over = true;
+        for number in 0..self.state.chains.len() {
+            is_over &= self.plan(number).stops()?;
+        }
+        if is_over {
+            return Ok(Begun::End(End::Stopped));
+        }
+        if self.state.chains.len() > 1 && self.plan(0).exchanges()? {
+            let iteration = self.state.course.iteration;
+            let mut random = Stream::named(self.seed, &format!("exchange {iteration}"));
+            // Each with the one after it, then each with the one before.
+            for first in (iteration % 2..self.state.chains.len() - 1).step_by(2) {
+                let place = |number: usize| {
+                    let chain = &self.state.chains[number];
+                    (chain.standing.temperature, self.fitness(chain.at.value))
+                };
+                if exchange(place(first), place(first + 1), random.unit()) {
+                    let (before, after) = self.state.chains.split_at_mut(first + 1);
+                    std::mem::swap(&mut before[first].at, &mut after[0].at);
+                }
+            }
+        }
+        Ok(Begun::Iteration)
+    }
+
+    /// Metropolis's rule for the chain that tried a design; a random walk accepts whatever has a value.
+    pub(super) fn accept(&mut self, chain: usize, tried: &Place<Arc<Derivation>>, drawn: f64) -> bool {
+        let is_walk = self.rules.search.outer.walk.is_some() && self.state.course.deviation.is_none();
+        let new = self.fitness(tried.value);
+        let Some(current) = self.state.chains.get(chain).map(|chain| self.fitness(chain.at.value)) else {
+            return false;
+        };
+        if is_walk {
+            self.state.walk.extend(tried.value);
+        }
+        let Some(chain) = self.state.chains.get_mut(chain) else { return false };
+        let accepted = if is_walk {
+            tried.value.is_some()
+        } else {
+            accepts(current, new, chain.standing.temperature, drawn)
+        };
+        chain.standing.note(accepted);
+        if accepted {
+            chain.at = tried.clone();
+        }
+        accepted
+    }
+
+    fn plan(&self, chain: usize) -> Plan<'_> {
+        let state = &self.state;
+        let (derivation, stand) = match state.chains.get(chain) {
+            Some(one) => (&one.at.derivation, Stand::Chain(chain, &one.standing)),
+            None => (&state.first.derivation, Stand::Archive),
+        };
+        Plan {
+            rules: self.rules,
+            derivation,
+            schedule: &self.rules.search.outer,
+            course: &state.course,
+            stand,
+        }
+    }
+}

@@ -1,0 +1,137 @@
+//! The best design of each kind (MAP-Elites, Mouret and Clune 2015): kinds are told apart by what the
+//! grammar's descriptors say of a design and of its motion. A move changes one of the designs that are kept.
+
+use std::sync::Arc;
+
+use grammar_lang::ir::Descriptor;
+
+use super::super::evaluator::Evaluator;
+use super::super::schedule::{Plan, Stand};
+use super::super::state::{Best, Place, Trial};
+use super::super::{Bounds, Failure};
+use super::{Begun, Bodies, Described, End};
+use crate::derive::Derivation;
+use crate::derive::random::Stream;
+
+/// The cell that a value falls into; what lies beyond the ends belongs to the outermost ones.
+fn cell(descriptor: &Descriptor, value: f64) -> usize {
+    let share = (value - descriptor.from) / (descriptor.to - descriptor.from);
+    let cell = libm::floor(share * descriptor.cells as f64).max(0.0);
+    (cell as usize).min(descriptor.cells.saturating_sub(1))
+}
+
+impl Bodies<'_> {
+    /// The move that is next, or the end of an iteration.
+    pub(super) fn begin_archive_move(&mut self) -> Result<Begun, Failure> {
+        if self.state.iteration.is_none() {
+            let Some(iteration) = self.archive_plan().begin()? else { return Ok(Begun::End(End::Schedule)) };
+            self.state.iteration = Some(iteration);
+        }
+        if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
+            self.state.iteration = None;
+            self.state.course.complete(self.state.best.as_ref().map(|b| b.value));
+            let is_over = self.archive_plan().stops()?;
+            return Ok(if is_over { Begun::End(End::Stopped) } else { Begun::Iteration });
+        }
+        Ok(Begun::Move { chain: 0, temperature: 0.0 })
+    }
+
+    fn archive_plan(&self) -> Plan<'_> {
+        let (rules, state) = (self.rules, &self.state);
+        let derivation = &state.first.derivation;
+        Plan {
+            rules,
+            derivation,
+            schedule: &rules.search.outer,
+            course: &state.course,
+            stand: Stand::Archive,
+        }
+    }
+
+    /// One of the designs that are kept, each with the same chance.
+    pub(super) fn elite(&self, random: &mut Stream) -> Option<&Best> {
+        let archive = &self.state.archive;
+        if archive.is_empty() {
+            return None;
+        }
+        archive.get(random.below(archive.len())).map(|(_, best)| best)
+    }
+
+    /// What kind of design the body is that is being tried. It takes an evaluation.
+    pub(super) fn describe(&mut self) -> Result<Described, Failure> {
+        let Some(archive) = &self.rules.search.outer.archive else { return Ok(Described::Nothing) };
+        let (Some(Trial { derivation, body, .. }), Some(task)) =
+            (&self.state.trial, self.rules.tasks.values().next())
+        else {
+            return Ok(Described::Nothing);
+        };
+        let Some(tune) = body.tunes.first().filter(|_| body.tunes.len() == self.rules.tasks.len()) else {
+            return Ok(Described::Nothing);
+        };
+        let model = (self.model, &self.cache);
+        let mut evaluator = Evaluator::new(self.rules, task, model, Arc::clone(derivation), self.pool)?;
+        let described: Vec<_> = archive.values().map(|descriptor| &descriptor.value).collect();
+        let Bounds { stop, .. } = self.bounds;
+        let Some(values) = evaluator.describe(stop, &tune.parameters, &described) else {
+            return Ok(Described::Stopped(self.bounds.stopped().unwrap_or(End::Interrupted)));
+        };
+        self.state.spent += 1;
+        match values {
+            Ok(values) => {
+                Ok(Described::Cell(archive.values().zip(values).map(|(d, value)| cell(d, value)).collect()))
+            }
+            Err(why) => {
+                // A design that nothing can be said of is of no kind.
+                if let Some(Trial { body, .. }) = &mut self.state.trial {
+                    body.tally.count(why);
+                }
+                Ok(Described::Nothing)
+            }
+        }
+    }
+
+    /// Keeps a design if it is the best of its kind; whether it is.
+    pub(super) fn keep_of_kind(
+        &mut self,
+        cell: Vec<usize>,
+        place: Place<Arc<Derivation>>,
+    ) -> Result<bool, Failure> {
+        let Some(value) = place.value else { return Ok(false) };
+        let found = self.state.archive.binary_search_by(|(known, _)| known.cmp(&cell));
+        if let Ok(known) = found
+            && self.fitness(Some(self.state.archive[known].1.value)) >= self.fitness(Some(value))
+        {
+            return Ok(false);
+        }
+        let Place { derivation, tunes, .. } = place;
+        let best = Best { derivation, tasks: tunes, value, found_at: self.state.moves };
+        let place = match found {
+            Ok(known) => {
+                self.state.archive[known].1 = best;
+                known
+            }
+            Err(free) => {
+                self.state.archive.insert(free, (cell, best));
+                free
+            }
+        };
+        self.observer.kept(&self.state.archive, place).map_err(Failure::Output)?;
+        Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use grammar_lang::ir::{Descriptor, Expr, ExprKind, Ty};
+
+    use super::cell;
+
+    #[test]
+    fn cells_are_even_and_the_outermost_are_open() {
+        let value = Expr { kind: ExprKind::Number(0.0), ty: Ty::NUMBER, span: Default::default() };
+        let descriptor = Descriptor { value, from: 2.0, to: 12.0, cells: 5 };
+        let cells: Vec<usize> = [-7.0, 2.0, 3.9, 4.0, 11.9, 12.0, 99.0].map(|x| cell(&descriptor, x)).into();
+        assert_eq!(cells, [0, 0, 0, 1, 4, 4, 4]);
+        assert_eq!(cell(&descriptor, f64::NAN), 0);
+    }
+}
