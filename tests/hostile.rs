@@ -15,7 +15,7 @@ use sgc::world::Frozen;
 
 use crate::fuzz::mutate::{Random, gently, mutated};
 use crate::fuzz::{corpus, holds};
-use crate::support::{GRAMMARS, read, root};
+use crate::support::{GRAMMARS, is_long, read, root};
 
 #[allow(dead_code)]
 #[path = "../benches/check/grown.rs"]
@@ -263,7 +263,7 @@ fn more_findings_than_anyone_reads_are_counted() {
 }
 
 proptest::proptest! {
-    #![proptest_config(proptest::test_runner::Config { cases: 150, ..Default::default() })]
+    #![proptest_config(proptest::test_runner::Config { cases: if is_long() { 5000 } else { 150 }, ..Default::default() })]
 
     /// Whatever the bytes, checking ends with findings.
     #[test]
@@ -288,7 +288,7 @@ fn small_mutations_of_sound_grammars_reach_the_engine() {
     let (world, mut random) = (holds::world(), Random(3));
     let sound: Vec<String> = GRAMMARS.iter().map(|path| read(path)).collect();
     let mut reached = holds::Reached::default();
-    for _ in 0..60 {
+    for _ in 0..if is_long() { 2000 } else { 60 } {
         let text = gently(random.pick::<String>(&sound), &mut random);
         reached += holds::reached(&world, &text).unwrap_or_else(|why| panic!("{why}:\n{text}"));
     }
@@ -317,7 +317,7 @@ fn mending_leads_to_no_more_errors_whatever_the_text() {
     let errors =
         |text: &str| sgc_check(&["--format", "json"], text).matches("\"severity\":\"error\"").count();
     let mut mended_any = 0;
-    for seed in 0..40 {
+    for seed in 0..if is_long() { 1000 } else { 40 } {
         let mut random = Random(seed);
         let text = mutated(random.pick::<String>(&corpus), &corpus, &mut random);
         let mended = sgc_check(&["--fix"], &text);

@@ -5,6 +5,7 @@
 
 mod architecture;
 mod audit;
+mod browser;
 mod cases;
 mod catalogue;
 mod command_line;
@@ -23,3 +24,4 @@ mod resume;
 mod search;
 mod support;
 mod tutorial;
+mod view;

@@ -1,4 +1,5 @@
-//! Runs that are stopped, killed and gone on with. `SGC_KILLS=100` kills a hundred times.
+//! Runs that are stopped, killed and gone on with. In the profile `long` a hundred are killed, else five,
+//! or as many as `SGC_KILLS` says.
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
@@ -10,7 +11,7 @@ use sgc::results::judge::final_check;
 use sgc::results::saved::SavedDesign;
 use sgc::simulate::Stop;
 
-use crate::support::root;
+use crate::support::{is_long, root};
 
 /// What a complete run leaves; the first three are the same each time.
 const COMPLETE: [&str; 6] =
@@ -127,7 +128,8 @@ fn copy(from: &Path, to: &Path) {
 
 #[test]
 fn a_run_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
-    let kills: usize = std::env::var("SGC_KILLS").map_or(5, |kills| kills.parse().expect("a number"));
+    let usual = if is_long() { 100 } else { 5 };
+    let kills: usize = std::env::var("SGC_KILLS").map_or(usual, |kills| kills.parse().expect("a number"));
     let folder = tempfile::tempdir().unwrap();
     let grammar = grammar(folder.path(), "1");
     let begun = Instant::now();
@@ -393,4 +395,140 @@ fn several_runs_are_what_each_is_alone_with_any_number_of_threads() {
     let (_, told) = several("one", "1", &["--force"]);
     assert_code(&told, 2);
     assert!(errors(&told).contains("notes.txt"), "{}", errors(&told));
+}
+
+#[test]
+fn what_killed_processes_leave_is_taken_away_but_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let quick = grammar(folder.path(), "1");
+    let whole = whole(folder.path(), &quick);
+    let out = at("run");
+    let foreign = [at("run.replaced-7"), at(".tmp-run-mine"), at("run.replaced-mine"), at(".tmp-running-a")];
+    for folder in &foreign {
+        std::fs::create_dir(folder).unwrap();
+        std::fs::write(folder.join("notes.txt"), "mine").unwrap();
+    }
+    // Killed when it was to replace a run: before or after it had moved it away, or later.
+    let moved =
+        || names(folder.path()).iter().any(|name| name.starts_with("run.replaced-") && name.len() > 16);
+    for _ in 0..2 {
+        copy(&whole, &out);
+        let mut child = start(&[&short(&quick, &out)[..], &["--force"]].concat());
+        let begun = Instant::now();
+        while !moved() && begun.elapsed() < Duration::from_secs(2) {
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        child.kill().unwrap();
+        child.wait().unwrap();
+        copy(&whole, &at(".tmp-run-a"));
+        if !out.join("result.json").exists() {
+            assert_code(&sgc(&["resume", path(&out), "--quiet"]), 0);
+        } else {
+            assert_code(&sgc(&[&short(&quick, &out)[..], &["--force"]].concat()), 0);
+        }
+        assert_same(&out, &whole);
+        let left: Vec<String> = names(folder.path()).into_iter().filter(|n| n.contains("run")).collect();
+        assert_eq!(left, [".tmp-run-mine", ".tmp-running-a", "run", "run.replaced-7", "run.replaced-mine"]);
+        std::fs::remove_dir_all(&out).unwrap();
+    }
+    for folder in &foreign {
+        assert_eq!(std::fs::read_to_string(folder.join("notes.txt")).unwrap(), "mine");
+    }
+
+    // The older run is not lost where the newer one never came to be.
+    std::fs::rename(&whole, at("run.replaced-123456")).unwrap();
+    let output = sgc(&["resume", path(&out)]);
+    assert_code(&output, 2);
+    assert!(errors(&output).contains("run.replaced-123456 back"), "{}", errors(&output));
+    // A run that was not asked to replace anything tells of it.
+    let output = sgc(&short(&quick, &out));
+    assert_code(&output, 0);
+    assert!(errors(&output).contains("is an older run that was to be replaced"), "{}", errors(&output));
+    assert_eq!(names(&at("run.replaced-123456")), COMPLETE);
+}
+
+/// Somebody who may not write what root has made; none where nobody can be anybody else.
+#[cfg(unix)]
+fn as_guest(arguments: &[&str], folder: &Path) -> Option<Output> {
+    use std::os::unix::process::CommandExt;
+    let run = |uid: Option<u32>| {
+        let mut command = command(arguments);
+        uid.map(|uid| command.uid(uid).gid(uid));
+        command.current_dir(folder).output().ok()
+    };
+    let mine = Command::new("id").arg("-u").output().ok()?;
+    if mine.stdout.trim_ascii() == b"0" { run(Some(65534)) } else { run(None) }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_cannot_be_written_is_looked_at_but_not_gone_on_with() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = tempfile::tempdir().unwrap();
+    let quick = grammar(folder.path(), "1");
+    let open = folder.path().join("open");
+    std::fs::create_dir(&open).unwrap();
+    let shut = folder.path().join("shut");
+    let out = shut.join("run");
+    assert_code(&stop_once(&out.join("best.design.json"), &short(&quick, &out), "-TERM"), 75);
+    let allow = |path: &Path, mode| {
+        std::fs::set_permissions(path, std::fs::Permissions::from_mode(mode)).unwrap();
+    };
+    allow(folder.path(), 0o755);
+    allow(&open, 0o777);
+    for folder in [&out.join("sources"), &out, &shut] {
+        for name in names(folder) {
+            let path = folder.join(name);
+            allow(&path, if path.is_dir() { 0o555 } else { 0o444 });
+        }
+        allow(folder, 0o555);
+    }
+    let guest = |arguments: &[&str]| as_guest(arguments, &open);
+    let before: Vec<Vec<u8>> = ["checkpoint", "evals.csv", "best.design.json", "run.toml"]
+        .iter()
+        .map(|name| std::fs::read(out.join(name)).unwrap())
+        .collect();
+    if guest(&["--version"]).is_none_or(|output| !output.status.success()) {
+        eprintln!("skipped: nobody but root may run the program here");
+        return;
+    }
+    let other = shut.join("other");
+    for (arguments, says) in [
+        (vec!["resume", path(&out)], "copy its folder to such a place, and resume the copy"),
+        (
+            vec!["run", path(&quick), "--max-evals", "5", "--out", path(&other)],
+            "choose another place with --out",
+        ),
+        (vec!["run", path(&quick), "--max-evals", "5", "--runs", "2", "--out", path(&other)], "with --out"),
+        (vec!["run", path(&quick), "--max-evals", "5", "--force", "--out", path(&out)], "cannot write"),
+    ] {
+        let output = guest(&arguments).unwrap();
+        assert_code(&output, 2);
+        assert!(
+            errors(&output).contains(says) && errors(&output).contains("cannot write"),
+            "{}",
+            errors(&output)
+        );
+    }
+    assert_eq!(names(&shut), ["run"]);
+    for (name, before) in ["checkpoint", "evals.csv", "best.design.json", "run.toml"].iter().zip(before) {
+        assert_eq!(std::fs::read(out.join(name)).unwrap(), before, "{name}");
+    }
+    assert_code(&guest(&["eval", path(&out)]).unwrap(), 0);
+    assert_code(&guest(&["export", path(&out), "--to", "mjcf"]).unwrap(), 0);
+    let output = guest(&["view", path(&out)]).unwrap();
+    assert_code(&output, 0);
+    assert!(errors(&output).contains("the page is in the current folder instead"), "{}", errors(&output));
+    assert_eq!(names(&open), ["codesign-2.view.html"]);
+    // As the message says.
+    let again = open.join("again");
+    copy(&out, &again);
+    for name in names(&again) {
+        allow(&again.join(&name), if name == "sources" { 0o755 } else { 0o644 });
+    }
+    assert_code(&sgc(&["resume", path(&again), "--max-evals", "1", "--quiet"]), 0);
+    for folder in [&shut, &out, &out.join("sources")] {
+        allow(folder, 0o755);
+    }
 }

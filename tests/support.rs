@@ -55,3 +55,8 @@ pub(crate) fn compile_texts(texts: &BTreeMap<String, String>, entry: &str) -> Re
     let compiled = grammar_lang::compile(&world, &mut sources, file, &[], None);
     compiled.ruleset.ok_or_else(|| format!("{:?}", compiled.diagnostics))
 }
+
+/// Whether tests are to take their time: `cargo nextest run --profile long` tells them its name.
+pub(crate) fn is_long() -> bool {
+    std::env::var("NEXTEST_PROFILE").is_ok_and(|profile| profile == "long")
+}

@@ -11,6 +11,7 @@ use super::session::{Session, Work, duration};
 use super::several::Several;
 use super::{exit, interrupt};
 use crate::results::folder::{self, RunFolder};
+use crate::results::leftovers;
 use crate::results::series::{self, SeriesFolder};
 
 /// Go on with a run that was stopped or killed, from its last checkpoint
@@ -44,6 +45,7 @@ impl Resume {
                 )));
             }
             folder::clear(path);
+            leftovers::clear(path);
             output::note(&format!("{complete}: there is nothing to go on with"));
             return Ok(exit::DONE);
         }

@@ -15,7 +15,7 @@ use super::{exit, interrupt, load};
 use crate::results::folder::{Reopened, RunFolder};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::sittings::Sittings;
-use crate::results::{archive, judge};
+use crate::results::{archive, judge, leftovers};
 use crate::search::{self, Best, End, Failure, Limits, Observer, Outcome, Row, State};
 use crate::simulate::{self, Stop};
 
@@ -241,6 +241,12 @@ impl Ended {
             output::note(&table);
         }
         output::note(&format!("look at it: sgc view {}", path.display()));
+        for older in leftovers::left(path) {
+            let older = older.display();
+            output::note(&format!(
+                "{older} is an older run that was to be replaced; remove it if you do not need it"
+            ));
+        }
         Ok(exit::DONE)
     }
 }

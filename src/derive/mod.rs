@@ -172,17 +172,16 @@ impl Derivation {
         Ok(derivation)
     }
 
-    /// The design before each step: what a step names may be gone later.
-    #[must_use]
-    pub fn designs_before(&self, rules: &RuleSet) -> Vec<Design> {
+    /// Makes its steps again; `see` gets each with the designs before and after it: what a step
+    /// names may be gone later.
+    pub fn retrace(&self, rules: &RuleSet, mut see: impl FnMut(&Step, &Design, &Design)) {
         let mut now = Self::begin(rules);
-        let mut designs = Vec::with_capacity(self.steps.len());
         for step in &self.steps {
-            designs.push(now.design.clone());
+            let before = now.design.clone();
             // Its steps have been applied before: they can be again.
             let _ = now.repeat(rules, step);
+            see(step, &before, &now.design);
         }
-        designs
     }
 
     /// Makes the design that recorded steps lead to.

@@ -1,5 +1,7 @@
 //! From a design to its assembly: elements and joints.
 
+use std::collections::BTreeMap;
+
 use grammar_lang::ir::{self, RuleSet};
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
@@ -27,6 +29,12 @@ impl Body {
     pub fn new(design: &Design, rules: &RuleSet) -> Self {
         let mut body =
             Self { assembly: Assembly::default(), parts_of_elements: Vec::new(), actuators: Vec::new() };
+        let mut held: BTreeMap<PartId, Vec<(u8, PartId)>> = BTreeMap::new();
+        for (id, part) in &design.parts {
+            if let Some((holder, port)) = part.held_by {
+                held.entry(holder).or_default().push((port, *id));
+            }
+        }
         // Each entry: the part, and the element that holds it.
         let mut open: Vec<(PartId, Option<usize>)> =
             design.parts.first().map(|(id, _)| (*id, None)).into_iter().collect();
@@ -37,11 +45,7 @@ impl Body {
                 body.assembly.joints.push(Joint { parent, child, kind: JointKind::Rigid });
             }
             let ends = body.add(rules, id, part);
-            let mut held: Vec<(u8, PartId)> = design
-                .parts
-                .iter()
-                .filter_map(|(i, p)| p.held_by.filter(|(h, _)| *h == id).map(|(_, port)| (port, *i)))
-                .collect();
+            let mut held = held.remove(&id).unwrap_or_default();
             held.sort_unstable();
             // The last one in is the next one out: the lowest port comes first.
             let element = |port: u8| if port == 0 { ends.0 } else { ends.1 };

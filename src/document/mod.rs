@@ -14,11 +14,25 @@ mod sections;
 #[cfg(test)]
 mod tests;
 
+use grammar_lang::ir::Rule;
 use grammar_lang::names::{LoadedModule, Program, load};
 use grammar_lang::source::{Source, SourceMap, World};
-use grammar_lang::syntax::ast::Item;
+use grammar_lang::syntax::{
+    self,
+    ast::{Item, ItemKind},
+};
 pub(crate) use html::escape;
 pub use names::is_name;
+
+/// What the comment above a rule says first: one sentence without its full stop, empty if there is none.
+#[must_use]
+pub fn about_rule(sources: &SourceMap, rule: &Rule) -> String {
+    let (module, _) = syntax::parse(sources, rule.span.file);
+    let items = module.items.iter();
+    let mut own =
+        items.filter(|item| matches!(&item.kind, ItemKind::Rule(name, _) if name.text == rule.name));
+    own.next().map_or_else(String::new, |item| prose::first_sentence(&item.doc))
+}
 
 /// A text that a page documents, with all that it imports.
 struct Module {

@@ -13,7 +13,7 @@ use crate::derive::{Blocked, Derivation, Recorded, Step};
 use crate::design::{Design, Part, PartId, ports};
 
 /// What people call a part: `core`, or its kind and a number.
-fn part_name(design: &Design, id: PartId) -> String {
+pub(super) fn part_name(design: &Design, id: PartId) -> String {
     if let Some((name, _)) = design.placed.iter().find(|(_, p)| **p == id) {
         return name.clone();
     }
@@ -90,9 +90,9 @@ fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: Option<&Ty>)
     }
 }
 
-/// A step as one line: the rule and what it matched and chose.
+/// What a step matched and chose in the design before it: names and values.
 #[must_use]
-pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
+pub fn choices(rules: &RuleSet, design: &Design, step: &Step) -> Vec<(String, String)> {
     let rule = rules.rules.iter().find(|r| r.name == step.rule);
     let names = rule.map(|r| r.locals.as_slice()).unwrap_or_default();
     let item = |name: &String| {
@@ -102,11 +102,15 @@ pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
             _ => None,
         }
     };
-    let values: Vec<String> = names
-        .iter()
-        .zip(&step.locals)
-        .map(|(name, local)| format!("{name} = {}", value(rules, design, local, item(name))))
-        .collect();
+    let pairs = names.iter().zip(&step.locals);
+    pairs.map(|(name, local)| (name.clone(), value(rules, design, local, item(name)))).collect()
+}
+
+/// A step as one line: the rule and what it matched and chose.
+#[must_use]
+pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
+    let choices = choices(rules, design, step);
+    let values: Vec<String> = choices.into_iter().map(|(name, value)| format!("{name} = {value}")).collect();
     format!("{}({})", step.rule, values.join(", "))
 }
 
@@ -115,11 +119,12 @@ pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
 pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     let design = &derivation.design;
     let mut out = String::from("steps\n");
-    let before = derivation.designs_before(rules);
-    for (i, (s, before)) in derivation.steps.iter().zip(&before).enumerate() {
+    let mut number = 0;
+    derivation.retrace(rules, |made, before, _| {
+        number += 1;
         // Writing to a String never fails.
-        let _ = writeln!(out, "  {:>2}. {}", i + 1, step(rules, before, s));
-    }
+        let _ = writeln!(out, "  {number:>2}. {}", step(rules, before, made));
+    });
     out.push_str("parts\n");
     for (index, (id, part)) in design.parts.iter().enumerate() {
         let held = part.held_by.map_or(String::new(), |(holder, port)| {

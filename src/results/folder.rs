@@ -13,10 +13,11 @@ use sha2::{Digest, Sha256};
 use super::archive;
 use super::checkpoint::Checkpoint;
 use super::evals::Evals;
+use super::leftovers;
 use super::report;
 use super::saved::{Grammar, SavedDesign, hex};
 use super::sittings::SITTINGS;
-use super::whole::{aside, entries, is_unfinished, lock, make_folder, read, write_whole};
+use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
 use crate::search::{Best, Outcome, Row, State};
 
 pub(super) const RUN: &str = "run.toml";
@@ -209,9 +210,11 @@ impl RunFolder {
     ) -> Result<Self, String> {
         // A link is followed: what it points to is replaced, not the link.
         let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let replaced = check_place(path, force)?.then(|| aside(path));
-        let mut folder =
-            make_folder(path, replaced.as_deref(), |path| Self::fill(path, asked, grammar, state))?;
+        let aside = check_place(path, force)?.then(|| aside(path));
+        leftovers::clear_unfinished(path);
+        let mut folder = make_folder(path, aside.as_deref(), |path| Self::fill(path, asked, grammar, state))?;
+        // A process may have been killed when it had just moved the older run away.
+        let replaced = aside.or_else(|| if force { leftovers::older(path) } else { None });
         folder.path = path.to_owned();
         folder.evals.moved(path.join(EVALS));
         folder.replaced = RefCell::new(replaced);
@@ -250,9 +253,16 @@ impl RunFolder {
     pub fn reopen(path: &Path) -> Result<Reopened, String> {
         let shown = path.display();
         if !is_run(path) {
-            return Err(format!("{shown} is not a run folder: it has no {RUN}"));
+            let older = if path.exists() { None } else { leftovers::older(path) };
+            return Err(match older {
+                Some(older) => format!(
+                    "{shown} is not there: the process that was to replace it was killed. The older run is intact: rename {} back",
+                    older.display()
+                ),
+                None => format!("{shown} is not a run folder: it has no {RUN}"),
+            });
         }
-        let lock = lock(&path.join(RUN))?;
+        let lock = lock_again(&path.join(RUN))?;
         if finished(path)?.is_some() {
             return Err(format!("the run in {shown} is complete"));
         }
@@ -273,7 +283,14 @@ impl RunFolder {
                 let _ = fs::remove_file(path.join(name));
             }
         }
-        let folder = Self { path: path.to_owned(), evals, run, _lock: lock, replaced: RefCell::new(None) };
+        // A process that was killed before its first best leaves the run that it was to replace: it goes
+        // on waiting until there is a best.
+        let replaced = if path.join(BEST).exists() { None } else { leftovers::older(path) };
+        if replaced.is_none() {
+            leftovers::clear(path);
+        }
+        let replaced = RefCell::new(replaced);
+        let folder = Self { path: path.to_owned(), evals, run, _lock: lock, replaced };
         let max_evals = checkpoint.max_evals;
         Ok(Reopened { folder, asked, grammar, rules, sources, state, max_evals })
     }
@@ -338,6 +355,7 @@ impl RunFolder {
         write_whole(&self.best_path(), &design.text())?;
         if let Some(old) = self.replaced.borrow_mut().take() {
             fs::remove_dir_all(&old).map_err(|e| format!("cannot remove {}: {e}", old.display()))?;
+            leftovers::clear(&self.path);
         }
         Ok(())
     }

@@ -6,6 +6,8 @@ pub mod describe;
 mod evals;
 pub mod folder;
 pub mod judge;
+pub mod leftovers;
+pub mod making;
 pub mod picture;
 pub mod report;
 pub mod saved;

@@ -1,23 +1,23 @@
 //! From a saved design to the scene that the viewer shows.
 
 use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
 
+use super::making::{look, making};
 use super::saved::SavedDesign;
 use super::view::{Check, Curve, Element, Scene};
 use super::{describe, judge};
-
-/// The colour of a kind of part; empty if it has none.
-pub(super) fn colour<'r>(rules: &'r RuleSet, kind: &str) -> &'r str {
-    let colour = rules.parts.get(kind).map(|p| &p.colour).or(rules.actuators.get(kind).map(|a| &a.colour));
-    colour.map_or("", String::as_str)
-}
 
 /// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named.
 ///
 /// # Errors
 ///
 /// A sentence: the design does not fit its grammar, or its motion is not valid.
-pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Result<Scene, String> {
+pub fn scene(
+    (rules, sources): (&RuleSet, &SourceMap),
+    design: &SavedDesign,
+    task: Option<&str>,
+) -> Result<Scene, String> {
     let mut replayed = judge::replay(rules, design, &design.solver, judge::Precision::Model)?;
     if replayed.value.map(f64::to_bits) != Some(design.value.to_bits()) {
         return Err("simulated again it has another value than the saved one: it was changed, or made by another version".to_owned());
@@ -35,12 +35,8 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Resul
         .zip(&replayed.body.parts_of_elements)
         .map(|(element, id)| {
             let kind = parts.get(id).map_or("", |p| p.kind.as_str());
-            Element {
-                shape: element.shape,
-                colour: colour(rules, kind).to_owned(),
-                actuator: replayed.body.actuators.iter().position(|a| a == id),
-                label: kind.to_owned(),
-            }
+            let actuator = replayed.body.actuators.iter().position(|a| a == id);
+            Element { look: look(rules, kind, element.shape), actuator }
         })
         .collect();
     let targets = &moved.targets;
@@ -62,15 +58,12 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Resul
             }
         })
         .collect();
-    let before = replayed.derivation.designs_before(rules);
-    let steps = replayed.derivation.steps.iter().zip(&before);
-    let derivation = steps.map(|(s, before)| describe::step(rules, before, s)).collect();
     let unit = &saved.unit;
     let checks = saved
         .checks
         .iter()
         .map(|check| Check {
-            name: format!("with {}", check.name),
+            name: check.name.clone(),
             text: check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, unit)),
             ok: judge::confirmed(rules, saved, check),
         })
@@ -107,7 +100,7 @@ pub fn scene(rules: &RuleSet, design: &SavedDesign, task: Option<&str>) -> Resul
         elements,
         motion,
         curves,
-        derivation,
+        making: making(rules, sources, &replayed.derivation),
         checks,
     })
 }

@@ -10,9 +10,10 @@ use super::describe;
 use super::evals::quoted;
 use super::folder::{check_place, finished};
 use super::judge::confirmed;
+use super::leftovers;
 use super::report;
 use super::saved::SavedDesign;
-use super::whole::{aside, entries, is_unfinished, lock, make_folder, read, write_whole};
+use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
 
 pub(super) const RUNS: &str = "runs.toml";
 const SUMMARY: &str = "summary.csv";
@@ -106,6 +107,9 @@ impl SeriesFolder {
         if let Some(old) = replaced {
             fs::remove_dir_all(&old).map_err(|e| format!("cannot remove {}: {e}", old.display()))?;
         }
+        if force {
+            leftovers::clear(path);
+        }
         Ok(Self { path: path.to_owned(), series, _lock: lock })
     }
 
@@ -116,8 +120,10 @@ impl SeriesFolder {
     /// A sentence: another process goes on with them, or a file is damaged.
     pub fn open(path: &Path) -> Result<Self, String> {
         let file = path.join(RUNS);
-        let lock = lock(&file)?;
-        Ok(Self { path: path.to_owned(), series: series(path)?, _lock: lock })
+        let lock = lock_again(&file)?;
+        let series = series(path)?;
+        leftovers::clear(path);
+        Ok(Self { path: path.to_owned(), series, _lock: lock })
     }
 
     /// Where the folder is.
@@ -217,7 +223,7 @@ pub fn table(lines: &[Line]) -> String {
 }
 
 /// Refuses to replace what is not only the folder of several runs, or is under way.
-fn check_series(path: &Path) -> Result<(), String> {
+pub(super) fn check_series(path: &Path) -> Result<(), String> {
     drop(lock(&path.join(RUNS))?);
     for name in entries(path).map_err(|e| format!("cannot read {}: {e}", path.display()))? {
         if name.starts_with("seed-") {

@@ -91,14 +91,17 @@ pub(super) fn make_folder<T>(
     aside: Option<&Path>,
     fill: impl FnOnce(&Path) -> Result<T, String>,
 ) -> Result<T, String> {
-    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
+    let fault = |e: &dyn std::fmt::Display| {
+        format!("cannot write {}: {e}; choose another place with --out", path.display())
+    };
     if aside.is_none() && path.exists() {
         return fill(path);
     }
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     fs::create_dir_all(parent).map_err(|e| fault(&e))?;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(UNFINISHED);
+    let prefix = unfinished(path);
+    builder.prefix(&prefix);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     let beside = builder.tempdir_in(parent).map_err(|e| fault(&e))?;
@@ -118,22 +121,49 @@ pub(super) fn make_folder<T>(
     Ok(made)
 }
 
+/// How the names of folders begin that are made to become this one.
+pub(super) fn unfinished(path: &Path) -> String {
+    format!("{UNFINISHED}-{}-", path.file_name().unwrap_or_default().to_string_lossy())
+}
+
 /// The names in a folder.
 pub(super) fn entries(path: &Path) -> std::io::Result<Vec<String>> {
     fs::read_dir(path)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
 }
 
+/// How the names of folders begin that were to be replaced by this one.
+pub(super) fn replaced(path: &Path) -> String {
+    format!("{}.replaced-", path.file_name().unwrap_or_default().to_string_lossy())
+}
+
 /// Where what is to be replaced waits until it is known that something comes of it.
 pub(super) fn aside(path: &Path) -> PathBuf {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    path.with_file_name(format!("{name}.replaced-{}", std::process::id()))
+    path.with_file_name(format!("{}{}", replaced(path), std::process::id()))
 }
 
 /// Keeps other processes from writing what a file stands for. The system gives the lock back
 /// with the process, however that ends.
 pub(super) fn lock(path: &Path) -> Result<fs::File, String> {
     let file = fs::OpenOptions::new().read(true).write(true).open(path);
-    let file = file.map_err(|e| format!("cannot write {}: {e}", path.display()))?;
+    hold(path, file.map_err(|e| format!("cannot write {}: {e}", path.display()))?)
+}
+
+/// The same for a run that is to go on: nothing is begun in a folder that cannot be written.
+pub(super) fn lock_again(path: &Path) -> Result<fs::File, String> {
+    let folder = path.parent().unwrap_or(path);
+    let file = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder);
+    let file = file.and_then(|_| fs::OpenOptions::new().read(true).write(true).open(path));
+    let file = file.map_err(|e| {
+        let folder = folder.display();
+        format!(
+            "cannot write {folder}: {e}; a run goes on only where it can write: copy its folder to such a place, and resume the copy"
+        )
+    })?;
+    hold(path, file)
+}
+
+/// Locks a file that is open.
+fn hold(path: &Path, file: fs::File) -> Result<fs::File, String> {
     let mut locked = file.try_lock();
     for _ in 0..PATIENCE {
         if !matches!(locked, Err(fs::TryLockError::WouldBlock)) {

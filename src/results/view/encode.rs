@@ -18,7 +18,7 @@ use nalgebra::{Isometry3, UnitQuaternion};
 use serde::Serialize;
 
 use super::Scene;
-use crate::design::assembly::Shape;
+use super::pieces::{Look, Looks, Piece, pieces};
 use crate::simulate::Motion;
 
 /// The most frames that a page keeps of a recording.
@@ -40,8 +40,12 @@ pub struct Data {
     pub bodies: usize,
     /// Number of actuators whose bend was recorded.
     pub actuators: usize,
+    /// What elements look like, each look once.
+    pub looks: Vec<Look>,
     /// The elements that have a placement.
     pub elements: Vec<Part>,
+    /// The elements at rest, as the design grew.
+    pub pieces: Vec<Piece>,
     /// The target curves, without their samples.
     pub curves: Vec<Label>,
     /// The groups in `stream`: the bodies' x, y and z in m, their rotations
@@ -55,15 +59,10 @@ pub struct Data {
 /// An element as the page's script reads it.
 #[derive(Debug, Serialize)]
 pub struct Part {
-    /// `box` with three half edges, `ball` with a radius, `cylinder` with
-    /// radius and half length along x; in m.
-    pub shape: (&'static str, Vec<f64>),
-    /// Colour as `#rrggbb`.
-    pub colour: String,
+    /// Index of its look.
+    pub look: usize,
     /// Index of its actuator.
     pub actuator: Option<usize>,
-    /// What to call it.
-    pub label: String,
     /// Index of the body that it is fixed to.
     pub body: usize,
     /// Its pose in the frame of that body: x, y, z in m, quaternion i, j, k, w.
@@ -104,6 +103,8 @@ pub fn stride(motion: &Motion) -> usize {
 #[must_use]
 pub fn data(scene: &Scene) -> Data {
     let motion = &scene.motion;
+    let mut looks = Looks::default();
+    let (elements, pieces) = (elements(scene, &mut looks), pieces(&scene.making, &mut looks));
     let stride = stride(motion);
     let kept = kept(motion.frames(), stride);
     let actuators = motion.bends.len().checked_div(motion.frames()).unwrap_or(0);
@@ -122,7 +123,9 @@ pub fn data(scene: &Scene) -> Data {
         frames: kept.len(),
         bodies: motion.bodies,
         actuators,
-        elements: elements(scene),
+        looks: looks.list,
+        elements,
+        pieces,
         curves: scene
             .curves
             .iter()
@@ -187,7 +190,7 @@ fn columns(table: &[f64], width: usize, kept: &[usize]) -> Vec<Vec<f64>> {
 }
 
 /// The elements that have a placement on a body.
-fn elements(scene: &Scene) -> Vec<Part> {
+fn elements(scene: &Scene, looks: &mut Looks) -> Vec<Part> {
     let placements = scene.motion.placements.iter();
     scene
         .elements
@@ -195,32 +198,12 @@ fn elements(scene: &Scene) -> Vec<Part> {
         .zip(placements)
         .filter(|(_, placement)| placement.body < scene.motion.bodies)
         .map(|(element, placement)| Part {
-            shape: shape(&element.shape),
-            colour: colour(&element.colour),
+            look: looks.index(&element.look),
             actuator: element.actuator.filter(|actuator| *actuator < scene.curves.len()),
-            label: element.label.clone(),
             body: placement.body,
             local: coordinates(&placement.local),
         })
         .collect()
-}
-
-/// A shape as its kind and lengths in m.
-fn shape(shape: &Shape) -> (&'static str, Vec<f64>) {
-    let (kind, lengths) = match *shape {
-        Shape::Box { half } => ("box", vec![half.x, half.y, half.z]),
-        Shape::Ball { radius } => ("ball", vec![radius]),
-        Shape::Cylinder { radius, half_length } => ("cylinder", vec![radius, half_length]),
-    };
-    (kind, lengths.into_iter().map(finite).collect())
-}
-
-/// The colour if it is one, else grey: nothing but a colour may reach the page.
-fn colour(text: &str) -> String {
-    let is_colour = text
-        .strip_prefix('#')
-        .is_some_and(|digits| digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit()));
-    if is_colour { text.to_ascii_lowercase() } else { "#8a9099".to_owned() }
 }
 
 /// A pose as seven numbers.
@@ -230,7 +213,7 @@ fn coordinates(pose: &Isometry3<f64>) -> [f64; 7] {
 }
 
 /// The value, or zero for what JSON has no word for.
-fn finite(value: f64) -> f64 {
+pub(super) fn finite(value: f64) -> f64 {
     if value.is_finite() { value } else { 0.0 }
 }
 
@@ -391,13 +374,5 @@ mod tests {
         assert_eq!(stride(&motion), 17);
         motion.interval = 1.0 / 60.0;
         assert_eq!(stride(&motion), 1);
-    }
-
-    #[test]
-    fn only_colours_pass_for_colours() {
-        assert_eq!(colour("#A0b1C2"), "#a0b1c2");
-        for bad in ["", "red", "#fff", "#12345g", "#1234567", "url(x)"] {
-            assert_eq!(colour(bad), "#8a9099");
-        }
     }
 }

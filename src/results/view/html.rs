@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest as _, Sha256};
 
 use super::encode::Data;
-use super::{Check, Scene};
+use super::{Check, Made, Making, Scene};
 use crate::document::escape;
 
 /// The frame: HTML with `{{name}}` where something goes.
@@ -13,12 +13,15 @@ const FRAME: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const THREE: &str = include_str!("three/three.min.js");
 /// What runs in the browser, in order; one function around all of it.
-const SCRIPT: [&str; 7] = [
+const SCRIPT: [&str; 10] = [
     "(function () {\n\"use strict\";\n",
     include_str!("script/data.js"),
     include_str!("script/ground.js"),
+    include_str!("script/solids.js"),
+    include_str!("script/making.js"),
     include_str!("script/stage.js"),
     include_str!("script/curves.js"),
+    include_str!("script/steps.js"),
     include_str!("script/main.js"),
     "})();\n",
 ];
@@ -37,9 +40,7 @@ pub(super) fn page(scene: &Scene, data: &Data) -> String {
             format!("<div><dt>{}</dt><dd>{}</dd></div>", escape(name), escape(text))
         }),
         "checks" => section("Cross-checks", "ul", &scene.checks, check),
-        "derivation" => {
-            section("Derivation", "ol", &scene.derivation, |line| format!("<li>{}</li>", escape(line)))
-        }
+        "making" => making(&scene.making),
         "data" => inert(&serde_json::to_string(data).unwrap_or_default()),
         "three" => THREE.to_owned(),
         "script" => script.clone(),
@@ -90,10 +91,30 @@ fn check(check: &Check) -> String {
         if check.ok { ("agrees", "✓", "agrees") } else { ("differs", "✗", "does not agree") };
     format!(
         "<li class=\"{class}\"><span class=\"sign\" role=\"img\" aria-label=\"{word}\">{sign}</span>\
-         <span><b>{}</b> {}</span></li>",
+         <b>{}</b><span class=\"text\">{}</span></li>",
         escape(&check.name),
         escape(&check.text)
     )
+}
+
+/// The list of steps. What a step says stands here only: the script takes it from here.
+fn making(making: &Making) -> String {
+    if making.steps.is_empty() {
+        return String::new();
+    }
+    let choice =
+        |(name, value): &(String, String)| format!("<span><i>{}</i> {}</span> ", escape(name), escape(value));
+    let step = |step: &Made| {
+        format!(
+            "<li><button type=\"button\"><b>{}</b><span class=\"about\">{}</span>\
+             <span class=\"choices\">{}</span><span class=\"done\">{}</span></button></li>",
+            escape(&step.rule),
+            escape(&step.about),
+            each(&step.choices, choice),
+            escape(&step.done)
+        )
+    };
+    format!("<section id=\"making\"><h2>How it was made</h2><ol>{}</ol></section>", each(&making.steps, step))
 }
 
 /// The items, one after the other.
@@ -122,10 +143,12 @@ mod tests {
         (scene.title, scene.value) = (text(), text());
         scene.subtitle = vec![text()];
         scene.terms = vec![(text(), text())];
-        scene.derivation = vec![text()];
+        let choices = vec![(text(), text())];
+        scene.making.steps = vec![Made { rule: text(), about: text(), choices, done: text() }];
+        scene.making.pieces[0].names = vec![(0, text())];
         scene.checks = vec![Check { name: text(), text: text(), ok: false }];
         for element in &mut scene.elements {
-            (element.label, element.colour) = (text(), text());
+            (element.look.label, element.look.colour) = (text(), text());
         }
         for curve in &mut scene.curves {
             curve.name = text();

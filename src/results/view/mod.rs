@@ -5,13 +5,16 @@
 //! content security policy lets it run those scripts only and load nothing.
 //! The same scene always gives the same bytes.
 //!
-//! [`encode`] packs the numbers, `page.html` is the frame into which the texts
+//! [`encode`] packs the numbers, `pieces` what the making of the design needs, `page.html` is the frame into which the texts
 //! go, `page.css` the style, `script/` what runs in the browser.
 
 pub mod encode;
 mod html;
+mod pieces;
 #[cfg(test)]
 mod tests;
+
+use nalgebra::Isometry3;
 
 use crate::design::assembly::Shape;
 use crate::simulate::Motion;
@@ -34,23 +37,68 @@ pub struct Scene {
     pub motion: Motion,
     /// One curve per actuator, in the order of the actuators of [`Motion::bends`].
     pub curves: Vec<Curve>,
-    /// The derivation, a line of text per step.
-    pub derivation: Vec<String>,
+    /// How the design was made.
+    pub making: Making,
     /// What other models or settings say about the same design.
     pub checks: Vec<Check>,
 }
 
-/// How one element of the assembly looks.
-#[derive(Clone, Debug)]
-pub struct Element {
+/// How an element looks.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
     /// Its geometry, in metres.
     pub shape: Shape,
     /// Its colour as `#rrggbb`; anything else becomes grey.
     pub colour: String,
-    /// The actuator it belongs to: an index into [`Scene::curves`].
-    pub actuator: Option<usize>,
     /// What to call it, such as `cube`.
     pub label: String,
+}
+
+/// One element of the assembly.
+#[derive(Clone, Debug)]
+pub struct Element {
+    /// How it looks.
+    pub look: Look,
+    /// The actuator it belongs to: an index into [`Scene::curves`].
+    pub actuator: Option<usize>,
+}
+
+/// How a design was made, step by step.
+#[derive(Clone, Debug, Default)]
+pub struct Making {
+    /// The beginning, then the rule applications.
+    pub steps: Vec<Made>,
+    /// All elements that ever were part of it. Each is there once, with its changes: a design of a
+    /// thousand steps and elements does not become a million poses.
+    pub pieces: Vec<Piece>,
+}
+
+/// One step in words.
+#[derive(Clone, Debug)]
+pub struct Made {
+    /// The rule.
+    pub rule: String,
+    /// What the rule is for; may be empty.
+    pub about: String,
+    /// What it matched and chose: names and values.
+    pub choices: Vec<(String, String)>,
+    /// What became of it.
+    pub done: String,
+}
+
+/// An element over the steps: indices into [`Making::steps`].
+#[derive(Clone, Debug)]
+pub struct Piece {
+    /// How it looks.
+    pub look: Look,
+    /// The first step after which it is there.
+    pub from: usize,
+    /// The first step after which it is gone.
+    pub until: Option<usize>,
+    /// Its poses in the undeformed body, each from a step on; also where a step changed its part otherwise.
+    pub poses: Vec<(usize, Isometry3<f64>)>,
+    /// What its part is called, each from a step on.
+    pub names: Vec<(usize, String)>,
 }
 
 /// What one actuator was asked to do; what it did is in [`Motion::bends`].

@@ -4,7 +4,7 @@ use nalgebra::Isometry3;
 
 use crate::design::assembly::Shape;
 use crate::results::report::read::{Found, Run};
-use crate::results::{judge, picture};
+use crate::results::{judge, making};
 
 /// One rigid piece of a body at rest.
 #[derive(Clone, Debug)]
@@ -34,7 +34,7 @@ fn made(found: &Found) -> Result<Vec<Piece>, String> {
     let elements = body.assembly.elements.iter().zip(&body.parts_of_elements);
     let piece = elements.map(|(element, id)| {
         let kind = derivation.design.parts.get(id).map_or("", |part| part.kind.as_str());
-        Piece { shape: element.shape, pose: element.pose, colour: picture::colour(rules, kind).to_owned() }
+        Piece { shape: element.shape, pose: element.pose, colour: making::colour(rules, kind).to_owned() }
     });
     Ok(piece.collect())
 }

@@ -29,10 +29,15 @@ async function unpack(groups, text) {
   return groups.map((group) => Array.from({ length: group.channels }, () => channel(group)));
 }
 
+/** Elements with their looks: shape, colour and label. */
+function looking(elements, looks) {
+  return elements.map((element) => ({ ...looks[element.look], ...element }));
+}
+
 /** A recording that can be asked for the pose of any element at any time. */
 class Recording {
   constructor(data, channels) {
-    Object.assign(this, { interval: data.interval, duration: data.duration, frames: data.frames, elements: data.elements });
+    Object.assign(this, { interval: data.interval, duration: data.duration, frames: data.frames, elements: looking(data.elements, data.looks) });
     [this.x, this.y, this.z, this.turn, this.bends] = channels;
     this.curves = data.curves.map((curve, i) => ({ ...curve, targets: channels[5 + i][0] || [], bend: this.bends[i] || [] }));
     this.pose = new Float32Array(7);

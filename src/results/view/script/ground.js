@@ -34,8 +34,8 @@ const GRID = {
 };
 
 class Ground {
-  /** `size` is the radius of the robot, `span` the extent of the whole motion, in m. */
-  constructor(scene, recording, size, span) {
+  /** `size` is the radius of the robot, `span` the extent of the whole motion, in m; `count` the most elements at once. */
+  constructor(scene, recording, size, span, count) {
     this.recording = recording;
     this.size = size;
     this.major = round(Math.max(span / 4, size / 2));
@@ -50,7 +50,7 @@ class Ground {
     this.shadow.receiveShadow = true;
     this.shadow.renderOrder = 3;
     scene.add(this.shadow);
-    this.blobs = this.addBlobs(scene);
+    this.blobs = this.addBlobs(scene, count);
     this.ways = [
       // The wider below, so that both are seen where they lie on each other.
       this.addWay(scene, recording.coreWay, 0.1, 1.1),
@@ -82,7 +82,7 @@ class Ground {
   }
 
   /** Soft dark patches where elements touch or nearly touch: multiplied onto the ground. */
-  addBlobs(scene) {
+  addBlobs(scene, count) {
     const size = 64, canvas = document.createElement("canvas");
     canvas.width = canvas.height = size;
     const context = canvas.getContext("2d"), image = context.createImageData(size, size);
@@ -102,7 +102,7 @@ class Ground {
       polygonOffset: true, polygonOffsetFactor: -1, polygonOffsetUnits: -1,
     });
     const geometry = new THREE.PlaneGeometry(2, 2).rotateX(-Math.PI / 2);
-    const blobs = new THREE.InstancedMesh(geometry, material, this.recording.elements.length);
+    const blobs = new THREE.InstancedMesh(geometry, material, count);
     blobs.instanceMatrix.setUsage(THREE.DynamicDrawUsage);
     blobs.frustumCulled = false;
     blobs.renderOrder = 2;
@@ -223,15 +223,30 @@ class Ground {
     }
   }
 
-  /** The ways up to a place. */
-  show(place) {
+  /** The ways up to a place, and the patches of so many elements. */
+  show(place, count) {
     for (const { way, passed, dot } of this.ways) {
       passed.geometry.setDrawRange(0, 6 * (place.part > 0 ? place.high : place.low));
       const [x, , z] = this.recording.along(way, place);
       dot.position.set(x, 0, z);
     }
+    this.showBlobs(count);
+  }
+
+  showWays(visible) {
+    for (const { all, passed, dot } of this.ways) all.visible = passed.visible = dot.visible = visible;
+  }
+
+  showBlobs(count) {
+    this.blobs.count = count;
     this.blobs.instanceMatrix.needsUpdate = true;
     if (this.blobs.instanceColor) this.blobs.instanceColor.needsUpdate = true;
+  }
+
+  /** No patch for an element. */
+  hide(index, { matrix, colour }) {
+    this.blobs.setMatrixAt(index, matrix.makeScale(0, 0, 0));
+    this.blobs.setColorAt(index, colour.setRGB(0, 0, 0));
   }
 
   /** The patch below one element: its shape's part nearest to the ground, as

@@ -1,11 +1,15 @@
 // Playing, keys and buttons. The root element's data attributes tell tests and
 // other programs what goes on: state (loading, playing, paused, failed), time,
-// frames, webgl, errors.
+// frames, webgl, errors, and step while the page shows how the design was made.
 
 const root = document.documentElement;
 const by = (id) => document.getElementById(id);
-window.addEventListener("error", () => { root.dataset.errors = Number(root.dataset.errors) + 1; });
-window.addEventListener("unhandledrejection", () => { root.dataset.errors = Number(root.dataset.errors) + 1; });
+for (const kind of ["error", "unhandledrejection"]) {
+  window.addEventListener(kind, (event) => {
+    root.dataset.errors = Number(root.dataset.errors) + 1;
+    notice(`A mistake in this page: ${event.message || event.reason?.message || "unknown"}. Please report it.`);
+  });
+}
 
 /** Says something in the middle of the stage. */
 function notice(text) {
@@ -14,10 +18,12 @@ function notice(text) {
 }
 
 class Player {
-  constructor(recording) {
-    this.recording = recording;
-    Object.assign(this, { t: 0, speed: 1, playing: false, loop: true, held: 0, shown: null });
+  constructor(recording, making) {
+    Object.assign(this, { recording, making, t: 0, speed: 1, playing: false, loop: true, held: 0, shown: null, made: false });
     this.stage = this.makeStage();
+    this.steps = making ? new Steps(by("making"), making, this.stage, () => this.tell()) : null;
+    by("modes").hidden = !making;
+    root.classList.toggle("ready", Boolean(making));
     this.curves = recording.curves.length ? new Curves(by("curves"), recording, (t) => this.seek(t), (actuator) => this.light(actuator)) : null;
     by("curves").hidden = !this.curves;
     by("readout").hidden = false;
@@ -36,27 +42,33 @@ class Player {
   }
 
   makeStage() {
+    const canvas = by("view");
+    let renderer;
     try {
-      const stage = new Stage(by("view"), this.recording);
-      by("scale").textContent = `grid ${centimetres(stage.ground.minor, 2).replace(/\.?0+(?=\u00a0)/, "")}, numbers in cm from where the core started`;
-      by("scale").hidden = by("cameras").hidden = false;
-      root.dataset.webgl = "yes";
-      return stage;
-    } catch (error) {
+      renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    } catch {
       root.dataset.webgl = "no";
-      by("view").hidden = true;
+      canvas.hidden = true;
       notice("This browser cannot draw in 3D here (WebGL is missing or switched off). The curves and numbers still work.");
       return null;
     }
+    const stage = new Stage(renderer, this.recording, this.making);
+    by("scale").textContent = `grid ${centimetres(stage.ground.minor, 2).replace(/\.?0+(?=\u00a0)/, "")}, numbers in cm from where the core started`;
+    by("scale").hidden = by("cameras").hidden = false;
+    root.dataset.webgl = "yes";
+    return stage;
   }
 
-  /** Starts the clock; what the address says after # comes first, such as `#t=2.5&view=whole`. */
+  /** Starts the clock; what the address says after # comes first, such as `#t=2.5&view=whole` or `#step=3`. */
   start() {
     const wish = new URLSearchParams(location.hash.slice(1));
-    const still = matchMedia("(prefers-reduced-motion: reduce)").matches;
     if (wish.get("view") === "whole" && this.stage) this.whole();
     if (wish.has("t")) this.seek(Number(wish.get("t")) || 0);
-    this.play(!still && !wish.has("t") && this.recording.duration > 0);
+    this.play(!this.still && !wish.has("t") && this.recording.duration > 0);
+    if (wish.has("step")) {
+      this.turnTo(true, false);
+      this.steps?.go(Number(wish.get("step")), false);
+    }
     // Without a picture there is nothing to keep in step with the screen.
     const next = this.stage ? requestAnimationFrame : (act) => setTimeout(() => act(performance.now()), 40);
     const tick = (now) => {
@@ -65,13 +77,13 @@ class Player {
       next(tick);
     };
     next(tick);
-    if (wish.get("count") === "colours" && this.stage) root.dataset.colours = this.stage.colours();
   }
 
   /** Goes on by some seconds of the viewer's time. */
   step(seconds) {
     const { duration } = this.recording;
-    if (this.playing) {
+    if (this.made) this.steps.advance(seconds);
+    else if (this.playing) {
       this.t += seconds * this.speed;
       if (this.t >= duration) this.atEnd(seconds);
     }
@@ -88,6 +100,7 @@ class Player {
 
   draw() {
     const { t, recording } = this;
+    if (this.made) return this.steps.draw();
     // The stage is drawn again even at rest: the camera may still glide.
     if (this.stage) this.stage.show(t);
     if (this.shown === t) return;
@@ -104,13 +117,52 @@ class Player {
     root.dataset.time = t.toFixed(3);
   }
 
+  get still() {
+    return matchMedia("(prefers-reduced-motion: reduce)").matches;
+  }
+
   play(playing) {
+    if (this.made) return this.steps.play(playing);
     if (playing && this.t >= this.recording.duration) this.t = 0;
     this.held = 0;
     this.playing = playing;
-    root.dataset.state = playing ? "playing" : "paused";
-    root.classList.toggle("playing", playing);
-    by("play").setAttribute("aria-label", playing ? "Pause" : "Play");
+    this.tell();
+  }
+
+  get isPlaying() {
+    return this.made ? this.steps.playing : this.playing;
+  }
+
+  /** Says whether it plays. */
+  tell() {
+    root.dataset.state = this.isPlaying ? "playing" : "paused";
+    root.classList.toggle("playing", this.isPlaying);
+    by("play").setAttribute("aria-label", this.isPlaying ? "Pause" : "Play");
+  }
+
+  /** Shows how the design was made, or the motion again. */
+  turnTo(made, playing) {
+    if (!this.steps || made === this.made) return;
+    this.play(false);
+    this.made = made;
+    root.classList.toggle("made", made);
+    by("to-motion").setAttribute("aria-selected", !made);
+    by("to-making").setAttribute("aria-selected", made);
+    Object.assign(by("scrub"), made ? { max: this.making.last, step: 1 } : { max: this.recording.duration, step: "any" });
+    by("scrub").setAttribute("aria-label", made ? "Step" : "Time");
+    by("scrub").title = made ? "Arrows: one step; Home, End" : "Arrows: one frame, with shift one second; Home, End";
+    by("tip").hidden = true;
+    if (this.stage) this.stage.turnTo(made);
+    if (made) {
+      this.steps.tell();
+      this.play(playing && this.steps.step === 0);
+    } else {
+      delete root.dataset.step;
+      this.shown = null;
+      this.tell();
+    }
+    this.resize();
+    this.draw();
   }
 
   /** Goes to a moment. */
@@ -128,7 +180,7 @@ class Player {
   resize() {
     if (!this.stage) return;
     this.stage.resize();
-    this.stage.show(this.t);
+    this.draw();
   }
 
   setFollow(follow) {
@@ -145,6 +197,7 @@ class Player {
 
   near() {
     if (!this.stage) return;
+    if (this.made) return this.stage.beside();
     this.stage.near(this.t);
     by("follow").setAttribute("aria-pressed", true);
   }
@@ -160,12 +213,19 @@ class Player {
       // After a click of the mouse the space bar belongs to playing again.
       if (event.detail > 0) by(id).blur();
     });
-    on("play", () => this.play(!this.playing));
+    on("to-motion", () => this.turnTo(false));
+    on("to-making", () => this.turnTo(true, !this.still));
+    on("play", () => this.play(!this.isPlaying));
     on("loop", () => this.setLoop(!this.loop));
     on("follow", () => this.setFollow(!this.stage.follow));
     on("whole", () => this.whole());
     on("near", () => this.near());
-    by("scrub").addEventListener("input", () => this.seek(Number(by("scrub").value)));
+    by("scrub").addEventListener("input", () => {
+      const at = Number(by("scrub").value);
+      if (!this.made) return this.seek(at);
+      this.play(false);
+      this.steps.go(at, false);
+    });
     by("speed").addEventListener("change", () => {
       this.speed = Number(by("speed").value);
       by("speed").blur();
@@ -174,26 +234,45 @@ class Player {
 
   keys() {
     const frame = this.recording.interval || 0.02;
-    const acts = {
+    const to = (step, grow) => {
+      this.play(false);
+      this.steps.go(step(), grow);
+    };
+    const [back, on] = [() => to(() => this.steps.step - 1), () => to(() => this.steps.step + 1, true)];
+    const shared = {
+      " ": () => this.play(!this.isPlaying),
+      r: () => this.near(),
+      g: () => this.turnTo(!this.made, !this.still),
+    };
+    const making = {
+      ...shared,
+      ArrowLeft: back,
+      ArrowUp: back,
+      ArrowRight: on,
+      ArrowDown: on,
+      Home: () => to(() => 0),
+      End: () => to(() => this.making.last),
+      Escape: () => this.turnTo(false),
+    };
+    const motion = {
+      ...shared,
       ArrowLeft: (shift) => this.seek(this.t - (shift ? 1 : frame)),
       ArrowRight: (shift) => this.seek(this.t + (shift ? 1 : frame)),
       ArrowUp: () => this.faster(1),
       ArrowDown: () => this.faster(-1),
       Home: () => this.seek(0),
       End: () => this.seek(this.recording.duration),
-      " ": () => this.play(!this.playing),
       f: () => this.setFollow(!this.stage?.follow),
       w: () => this.whole(),
-      r: () => this.near(),
       l: () => this.setLoop(!this.loop),
     };
     window.addEventListener("keydown", (event) => {
-      const act = acts[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+      const act = (this.made ? making : motion)[event.key.length === 1 ? event.key.toLowerCase() : event.key];
       const taken = event.target.closest?.("select") || (event.key === " " && event.target.closest?.("button"));
       if (!act || taken || event.ctrlKey || event.metaKey || event.altKey) return;
       event.preventDefault();
       // One frame at a time only makes sense when it does not run away.
-      if (event.key.startsWith("Arrow") && /Left|Right/.test(event.key) && !event.shiftKey) this.play(false);
+      if (!this.made && event.key.startsWith("Arrow") && /Left|Right/.test(event.key) && !event.shiftKey) this.play(false);
       act(event.shiftKey);
     });
   }
@@ -214,10 +293,12 @@ class Player {
     };
     view.addEventListener("pointermove", (event) => {
       if (event.buttons) return hide();
-      const element = this.recording.elements[this.stage.pick(event.offsetX, event.offsetY)];
+      const index = this.stage.pick(event.offsetX, event.offsetY);
+      const element = this.made ? this.making.pieces[index] : this.recording.elements[index];
       if (!element) return hide();
       const curve = this.recording.curves[element.actuator];
-      tip.textContent = curve ? `${element.label}, ${curve.name}` : element.label;
+      const name = this.made ? this.making.name(element, this.steps.step) : element.label;
+      tip.textContent = curve ? `${name}, ${curve.name}` : name;
       tip.hidden = false;
       const left = Math.min(event.offsetX + 14, view.clientWidth - tip.offsetWidth - 6);
       tip.style.transform = `translate(${left}px, ${Math.max(event.offsetY - 30, 4)}px)`;
@@ -237,7 +318,9 @@ async function main() {
       notice("No motion was recorded.");
       return;
     }
-    new Player(recording).start();
+    const steps = by("making")?.querySelectorAll("li").length, pieces = looking(data.pieces, data.looks);
+    const making = steps && pieces.length ? new Making(pieces, steps, recording.coreWay) : null;
+    new Player(recording, making).start();
   } catch (error) {
     root.dataset.state = "failed";
     notice(`The motion cannot be shown: ${error.message}.`);

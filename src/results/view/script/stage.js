@@ -1,50 +1,25 @@
 // The robot in three dimensions.
 
-/** A cylinder along x with slightly rounded rims. */
-function cylinder(radius, half) {
-  const bevel = 0.16 * Math.min(radius, half), points = [new THREE.Vector2(0, -half)];
-  for (const [side, from] of [[-1, 0], [1, 1]]) {
-    for (let step = 0; step <= 4; step++) {
-      const angle = (from ? 4 - step : step) / 4 * Math.PI / 2;
-      points.push(new THREE.Vector2(radius - bevel + bevel * Math.sin(angle), side * (half - bevel + bevel * Math.cos(angle))));
-    }
-  }
-  points.push(new THREE.Vector2(0, half));
-  return new THREE.LatheGeometry(points, 40).rotateZ(-Math.PI / 2);
-}
-
-/** The geometry of a shape; see `Part` in encode.rs. */
-function geometry([kind, lengths]) {
-  if (kind === "ball") return new THREE.SphereGeometry(lengths[0], 40, 28);
-  if (kind === "cylinder") return cylinder(...lengths);
-  return new THREE.RoundedBoxGeometry(...lengths.map((half) => 2 * half), 3, 0.12 * Math.min(...lengths));
-}
-
-/** The radius of the ball around a shape. */
-function radius([kind, lengths]) {
-  return kind === "ball" ? lengths[0] : Math.hypot(...lengths);
-}
-
 class Stage {
-  /** Throws when there is no WebGL. */
-  constructor(canvas, recording) {
-    this.canvas = canvas;
+  constructor(renderer, recording, making) {
+    this.canvas = renderer.domElement;
     this.recording = recording;
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true });
+    this.making = making;
+    this.renderer = renderer;
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.scene = new THREE.Scene();
+    this.tools = { matrix: new THREE.Matrix4(), colour: new THREE.Color() };
     this.measure();
-    this.ground = new Ground(this.scene, recording, this.size, this.span);
+    this.ground = new Ground(this.scene, recording, this.size, this.span, Math.max(recording.elements.length, making?.pieces.length ?? 0));
     this.addLights();
     this.addElements();
     this.camera = new THREE.PerspectiveCamera(32, 1, 0.02 * this.size, 60 * this.ground.reach);
-    this.controls = new THREE.OrbitControls(this.camera, canvas);
+    this.controls = new THREE.OrbitControls(this.camera, this.canvas);
     Object.assign(this.controls, { enableDamping: true, dampingFactor: 0.12, maxPolarAngle: 0.495 * Math.PI, minDistance: 0.8 * this.size, maxDistance: 6 * this.ground.reach, zoomToCursor: false });
     this.followWay = recording.smoothed(recording.centreWay, 0.8);
     this.follow = true;
     this.lit = null;
-    this.tools = { matrix: new THREE.Matrix4(), colour: new THREE.Color() };
     this.resize();
     this.paint();
     this.near(0);
@@ -79,8 +54,8 @@ class Stage {
     this.lamp = new THREE.DirectionalLight(0xffffff, 1);
     this.lamp.castShadow = true;
     this.lamp.shadow.mapSize.set(2048, 2048);
-    const reach = 1.5 * this.size, shadow = this.lamp.shadow.camera;
-    Object.assign(shadow, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * this.size, far: 8 * this.size });
+    const reach = 1.5 * Math.max(this.size, this.making?.size ?? 0), shadow = this.lamp.shadow.camera;
+    Object.assign(shadow, { left: -reach, right: reach, top: reach, bottom: -reach, near: 0.1 * this.size, far: 3 * this.size + 3 * reach });
     this.lamp.shadow.normalBias = 0.004 * this.size;
     this.lamp.shadow.bias = -0.0006;
     this.lamp.shadow.radius = 7;
@@ -90,50 +65,42 @@ class Stage {
     this.scene.add(this.sky, this.lamp, this.lamp.target);
   }
 
-  /** One instanced mesh for all elements of one shape: a few draw calls even for hundreds of balls. */
   addElements() {
-    const kinds = new Map();
-    this.recording.elements.forEach((element, index) => {
-      const key = JSON.stringify(element.shape);
-      if (!kinds.has(key)) kinds.set(key, []);
-      kinds.get(key).push(index);
-    });
-    this.meshes = [...kinds.values()].map((indices) => {
-      const material = new THREE.MeshStandardMaterial({ roughness: 0.62, metalness: 0 });
-      const mesh = new THREE.InstancedMesh(geometry(this.recording.elements[indices[0]].shape), material, indices.length);
-      mesh.castShadow = mesh.receiveShadow = true;
-      mesh.frustumCulled = false;
-      mesh.instanceMatrix.setUsage(THREE.DynamicDrawUsage);
-      mesh.userData.indices = indices;
-      this.scene.add(mesh);
-      return mesh;
-    });
+    const solid = () => new THREE.MeshStandardMaterial({ roughness: 0.62, metalness: 0 });
+    this.robot = new Solids(this.scene, this.recording.elements, solid(), true);
     this.light(null);
+    if (!this.making) return;
+    // The design as it grew; the rims of what a step did, from the back of slightly larger
+    // elements (1 is three.js's BackSide); and what was there before it.
+    const ghost = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.34, depthWrite: false });
+    this.grown = new Solids(this.scene, this.making.pieces, solid(), true);
+    this.rims = new Solids(this.scene, this.making.pieces, new THREE.MeshBasicMaterial({ side: 1, toneMapped: false }), false);
+    this.ghosts = new Solids(this.scene, this.making.pieces, ghost, false);
+    for (const solids of [this.grown, this.rims, this.ghosts]) solids.visible = false;
+    // Colours must be there from the first picture on.
+    this.making.pieces.forEach((_, index) => [this.grown, this.rims, this.ghosts].forEach((solids) => solids.paint(index, this.tools.colour)));
   }
 
   /** Picks out the elements of one actuator, or none (null). */
   light(actuator) {
     this.lit = actuator;
-    const colour = new THREE.Color(), grey = new THREE.Color("#80858c");
-    for (const mesh of this.meshes) {
-      mesh.userData.indices.forEach((index, instance) => {
-        const element = this.recording.elements[index];
-        colour.set(element.colour);
-        if (actuator !== null && element.actuator !== actuator) colour.lerp(grey, 0.78);
-        mesh.setColorAt(instance, colour);
-      });
-      mesh.instanceColor.needsUpdate = true;
-    }
+    const { colour } = this.tools, grey = new THREE.Color("#80858c");
+    this.recording.elements.forEach((element, index) => {
+      colour.set(element.colour);
+      if (actuator !== null && element.actuator !== actuator) colour.lerp(grey, 0.78);
+      this.robot.paint(index, colour);
+    });
   }
 
   /** Takes the colours of the page. */
   paint() {
     const style = getComputedStyle(document.documentElement), colours = {};
-    for (const name of ["sky", "ground", "grid", "axis", "shade", "accent", "centre", "quiet", "lamp", "glow"]) colours[name] = style.getPropertyValue("--" + name).trim();
+    for (const name of ["sky", "ground", "grid", "axis", "shade", "accent", "centre", "quiet", "lamp", "glow", "added", "changed"]) colours[name] = style.getPropertyValue("--" + name).trim();
     this.scene.background = new THREE.Color(colours.sky);
     this.lamp.intensity = Number(colours.lamp);
     this.sky.intensity = Number(colours.glow);
     this.ground.paint(colours);
+    this.palette = colours;
     this.resize();
   }
 
@@ -220,23 +187,15 @@ class Stage {
     this.last = focus;
   }
 
-  /** Draws the moment t. */
+  /** Draws the moment t of the motion. */
   show(t) {
-    const { recording, tools } = this, place = recording.place(t);
-    const at = new THREE.Vector3(), turn = new THREE.Quaternion(), one = new THREE.Vector3(1, 1, 1);
-    for (const mesh of this.meshes) {
-      mesh.userData.indices.forEach((index, instance) => {
-        const element = recording.elements[index], pose = recording.poseOf(element, place);
-        tools.matrix.compose(at.fromArray(pose, 0), turn.fromArray(pose, 3), one);
-        mesh.setMatrixAt(instance, tools.matrix);
-        const e = tools.matrix.elements;
-        this.ground.shade(index, element.shape, pose, [[e[0], e[1], e[2]], [e[4], e[5], e[6]], [e[8], e[9], e[10]]], tools);
-      });
-      mesh.instanceMatrix.needsUpdate = true;
-      // A stale bound would make the pointer miss what has moved away.
-      mesh.boundingSphere = null;
-    }
-    this.ground.show(place);
+    const { recording } = this, place = recording.place(t);
+    recording.elements.forEach((element, index) => {
+      const pose = recording.poseOf(element, place);
+      this.ground.shade(index, element.shape, pose, this.robot.place(index, pose), this.tools);
+    });
+    this.robot.placed();
+    this.ground.show(place, recording.elements.length);
     const focus = this.focus(t);
     if (this.follow) {
       const shift = focus.clone().sub(this.last);
@@ -245,30 +204,111 @@ class Stage {
     }
     this.last = focus;
     const [x, , z] = recording.along(recording.centreWay, place);
+    this.draw(x, z);
+  }
+
+  /** Turns to the design as it grew, or back to the motion. */
+  turnTo(making) {
+    this.isMaking = making;
+    for (const solids of [this.grown, this.rims, this.ghosts]) solids.visible = making;
+    this.robot.visible = !making;
+    this.ground.showWays(!making);
+    if (making) {
+      this.before = [this.camera.position.clone(), this.controls.target.clone()];
+      this.sight = null;
+    } else {
+      this.camera.position.copy(this.before[0]);
+      this.controls.target.copy(this.before[1]);
+    }
+  }
+
+  /** Keeps the design in sight as it grows, from the direction and as near as one has chosen. */
+  attend(step, part) {
+    if (this.sight?.step !== step) {
+      const [middle, size] = this.making.box(step);
+      // The first parts need not fill the picture.
+      const to = { middle: new THREE.Vector3(...middle), size: Math.max(size, 0.4 * this.making.size) };
+      const now = this.sight?.now;
+      this.sight = { step, from: now ?? to, to, now };
+    }
+    const { from, to, now } = this.sight, share = part * part * (3 - 2 * part);
+    const next = { middle: from.middle.clone().lerp(to.middle, share), size: from.size + (to.size - from.size) * share };
+    this.sight.now = next;
+    if (!now) return this.beside();
+    const away = this.camera.position.clone().sub(this.controls.target).multiplyScalar(next.size / now.size);
+    this.controls.target.add(next.middle).sub(now.middle);
+    this.camera.position.copy(this.controls.target).add(away);
+  }
+
+  /** Puts the camera beside the design as it grows. */
+  beside() {
+    const [dx, dz] = this.side(), { middle, size } = this.sight.now;
+    this.aim(middle, new THREE.Vector3(-dz - 0.45 * dx, 0.62, dx - 0.45 * dz), this.distance(size) * 0.95);
+  }
+
+  /** Draws the design after a step, or on the way there from the step before; gives what the step did with
+   * the elements, and "before" where ghosts show what was. */
+  showStep(step, part) {
+    this.attend(step, part);
+    const { making, grown, rims, ghosts, palette, tools: { colour } } = this, grey = new THREE.Color("#8b9097");
+    const changes = making.pieces.map((piece) => making.change(piece, step));
+    let haunted = false;
+    // What comes or goes does so one element after the other, each part by itself.
+    const many = new Map(), seen = new Map(), add = (map, name) => map.set(name, (map.get(name) ?? 0) + 1).get(name);
+    making.pieces.forEach((piece, index) => ["added", "gone"].includes(changes[index]) && add(many, making.name(piece, step)));
+    making.pieces.forEach((piece, index) => {
+      const change = changes[index];
+      rims.hide(index);
+      ghosts.hide(index);
+      if (!making.isThere(piece, step) && change !== "gone") {
+        grown.hide(index);
+        return this.ground.hide(index, this.tools);
+      }
+      const pose = change === "changed" ? making.between(piece, step, part) : making.pose(piece, step);
+      const name = making.name(piece, step), comes = change === "added" || change === "gone";
+      const turn = comes ? (0.6 * (add(seen, name) - 1)) / many.get(name) : 0;
+      const share = Math.min(Math.max((part - turn) / 0.4, 0), 1), smooth = share * share * (3 - 2 * share);
+      const size = Math.max(change === "added" ? smooth : change === "gone" ? 1 - smooth : 1, 1e-4);
+      const axes = grown.place(index, pose, [size, size, size]);
+      if (size > 0.99) this.ground.shade(index, piece.shape, pose, axes, this.tools);
+      else this.ground.hide(index, this.tools);
+      colour.set(piece.colour);
+      if (step > 0 && !change) colour.lerp(grey, 0.62);
+      grown.paint(index, colour);
+      if (change === "added" || change === "changed") {
+        const rim = 0.02 * this.making.size;
+        rims.place(index, pose, halves(piece.shape).map((half) => size * (half + Math.min(rim, 0.1 * half)) / half));
+        rims.paint(index, colour.set(palette[change]));
+      }
+      if (change === "gone" || change === "changed") {
+        const old = making.pose(piece, step - 1);
+        if (change === "gone" || old.some((x, i) => Math.abs(x - pose[i]) > 1e-5)) {
+          ghosts.place(index, old, [0.98, 0.98, 0.98]);
+          haunted = true;
+          ghosts.paint(index, colour.set(palette.quiet));
+        }
+      }
+    });
+    for (const solids of [grown, rims, ghosts]) solids.placed();
+    this.ground.showBlobs(making.pieces.length);
+    this.draw(making.shift[0], making.shift[2]);
+    return haunted ? [...changes, "before"] : changes;
+  }
+
+  /** Draws what has been placed; the lamp stands over a place of the ground. */
+  draw(x, z) {
     this.lamp.target.position.set(x, 0.3 * this.size, z);
-    this.lamp.position.copy(this.lamp.target.position).addScaledVector(this.lampFrom, 3 * this.size);
+    this.lamp.position.copy(this.lamp.target.position).addScaledVector(this.lampFrom, 3 * Math.max(this.size, this.making?.size ?? 0));
     this.controls.update();
     this.ground.look(this.controls.target, this.camera);
     this.renderer.render(this.scene, this.camera);
   }
 
-  /** The index of the element below a point of the canvas, or -1. */
+  /** The index of the element below a point of the canvas, or -1: of the motion's or of the design's as it grew. */
   pick(x, y) {
     const { clientWidth: wide, clientHeight: high } = this.canvas;
     const ray = new THREE.Raycaster();
     ray.setFromCamera(new THREE.Vector2((x / wide) * 2 - 1, 1 - (y / high) * 2), this.camera);
-    const [hit] = ray.intersectObjects(this.meshes, false);
-    return hit ? hit.object.userData.indices[hit.instanceId] : -1;
-  }
-
-  /** How many different colours the picture has: a test's way to see that there is one. */
-  colours() {
-    const context = this.renderer.getContext();
-    const { drawingBufferWidth: wide, drawingBufferHeight: high } = context;
-    const pixels = new Uint8Array(4 * wide * high);
-    // Read in the same task as it is drawn, for then the picture is still there.
-    this.renderer.render(this.scene, this.camera);
-    context.readPixels(0, 0, wide, high, context.RGBA, context.UNSIGNED_BYTE, pixels);
-    return new Set(new Uint32Array(pixels.buffer)).size;
+    return (this.isMaking ? this.grown : this.robot).pick(ray);
   }
 }

@@ -1,0 +1,74 @@
+//! What a process that was killed at the wrong moment leaves beside a run: the older run that was to
+//! be replaced, and folders that were not filled to their end.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use super::folder::check_place;
+use super::series::check_series;
+use super::whole::{entries, replaced, unfinished};
+
+/// A folder without a lock yet may be one that another process fills right now, unless it is older.
+const FILLED_WITHIN: Duration = Duration::from_secs(600);
+
+/// The older run that this one was to replace when its process was killed: the newest, if there are several.
+pub(super) fn older(path: &Path) -> Option<PathBuf> {
+    let mut found = beside(path, &replaced(path), true);
+    found.retain(|folder| check_place(folder, true) == Ok(true));
+    found.into_iter().max_by_key(|folder| changed(folder))
+}
+
+/// Removes what is of no use once the run has a best design: older runs and unfinished folders, but
+/// nothing that a process holds or in which there is anything that no run writes.
+pub fn clear(path: &Path) {
+    for folder in beside(path, &replaced(path), true) {
+        remove(&folder);
+    }
+    clear_unfinished(path);
+}
+
+/// Removes folders that were to become this one and were not filled to their end.
+pub(super) fn clear_unfinished(path: &Path) {
+    for folder in beside(path, &unfinished(path), false) {
+        let is_locked_when_filled = super::folder::is_run(&folder) || super::series::is_series(&folder);
+        let age = changed(&folder).and_then(|then| then.elapsed().ok());
+        if is_locked_when_filled || age.is_some_and(|age| age > FILLED_WITHIN) {
+            remove(&folder);
+        }
+    }
+}
+
+/// What is left after all: for people to look at.
+#[must_use]
+pub fn left(path: &Path) -> Vec<PathBuf> {
+    beside(path, &replaced(path), true)
+}
+
+fn changed(folder: &Path) -> Option<SystemTime> {
+    fs::metadata(folder).and_then(|data| data.modified()).ok()
+}
+
+/// The folders beside a run whose names begin so, and go on with a number if they must.
+fn beside(path: &Path, prefix: &str, numbered: bool) -> Vec<PathBuf> {
+    let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let is_number = |rest: &str| !rest.is_empty() && rest.bytes().all(|byte| byte.is_ascii_digit());
+    let mut names = entries(parent).unwrap_or_default();
+    names.retain(|name| name.strip_prefix(prefix).is_some_and(|rest| !numbered || is_number(rest)));
+    names.sort_unstable();
+    names.iter().map(|name| parent.join(name)).filter(|folder| folder.is_dir()).collect()
+}
+
+/// Removes a folder if all in it was written by runs and no process holds it.
+fn remove(folder: &Path) {
+    let is_ours = if super::series::is_series(folder) {
+        check_series(folder).is_ok()
+    } else {
+        check_place(folder, true).is_ok()
+    };
+    if is_ours {
+        // What cannot be removed stays, and does no harm.
+        let _ = fs::remove_dir_all(folder);
+    }
+}
