@@ -1,4 +1,4 @@
-//! `sgc export`: a saved design for other simulators.
+//! `sgc export`: a saved design for other simulators, and as text of a grammar.
 
 use std::path::PathBuf;
 
@@ -9,6 +9,8 @@ use super::eval::design_file;
 use super::exit;
 use super::output::{self, Fault};
 use super::precision::Precision;
+use crate::derive::Derivation;
+use crate::results::beginning::beginning;
 use crate::results::judge;
 use crate::results::saved::SavedDesign;
 use crate::results::whole::write_whole;
@@ -21,11 +23,13 @@ enum Format {
     Mjcf,
     /// The target of every servo over time, as comma-separated values
     Drive,
+    /// The body as the `begin` of a grammar, to edit it, keep it or start from it
+    Begin,
     /// The poses of all elements over time, as comma-separated values
     Motion,
 }
 
-/// Write a saved design for other simulators: its body, its drive or its motion
+/// Write a saved design for other simulators (its body, its drive or its motion), or as text of a grammar
 #[derive(Args)]
 pub(super) struct Export {
     /// The saved design, or the run folder that holds it
@@ -53,24 +57,35 @@ impl Export {
         let design = SavedDesign::read(&path).map_err(Fault::usage)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
         let rules = design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
+        if matches!(self.to, Format::Begin) {
+            let derivation = Derivation::replay(&rules, &design.derivation).map_err(|(n, reason)| {
+                fault(format!("step {n} of its derivation cannot be applied: {reason}"))
+            })?;
+            return self.write(&beginning(&rules, &derivation.design));
+        }
         let precision = self.precision.asked();
         let setup = judge::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
         let assembly = &setup.body.assembly;
         let text = match self.to {
             Format::Mjcf => export::mjcf(assembly, &setup.settings, &self.title(&design)),
             Format::Drive => export::drive(assembly, &setup.settings, &setup.targets),
+            // Written already.
+            Format::Begin => Ok(String::new()),
             Format::Motion => {
                 let solver = self.solver.as_deref().unwrap_or(&design.solver);
                 Ok(export::motion(&setup.motion(solver).map_err(fault)?))
             }
         };
-        let text = text.map_err(|unfit| fault(unfit.reason))?;
+        self.write(&text.map_err(|unfit| fault(unfit.reason))?)
+    }
+
+    fn write(&self, text: &str) -> Result<u8, Fault> {
         match &self.out {
             Some(out) => {
-                write_whole(out, &text).map_err(Fault::usage)?;
+                write_whole(out, text).map_err(Fault::usage)?;
                 output::data(&format!("{}\n", out.display()))?;
             }
-            None => output::data(&text)?,
+            None => output::data(text)?,
         }
         Ok(exit::DONE)
     }

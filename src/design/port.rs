@@ -102,7 +102,7 @@ pub fn ports(rules: &RuleSet, part: &Part) -> Vec<PortFrame> {
 
 /// The ports by which a kind of part is held, and at its other end: `back` and
 /// `front`, `base` and `tip`; the first port stands for a missing `back`.
-pub(super) fn ends(rules: &RuleSet, kind: &str) -> (u8, Option<u8>) {
+pub(crate) fn ends(rules: &RuleSet, kind: &str) -> (u8, Option<u8>) {
     let Some(block) = rules.parts.get(kind).filter(|b| !b.ports.is_empty()) else {
         return if rules.is_actuator(kind) { (0, Some(1)) } else { (1, Some(0)) };
     };

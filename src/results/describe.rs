@@ -24,14 +24,14 @@ pub(super) fn part_name(design: &Design, id: PartId) -> String {
 }
 
 /// What people call a port: its name, with its number where several share it.
-fn port_name(rules: &RuleSet, part: &Part, port: u8) -> Option<String> {
+pub(super) fn port_name(rules: &RuleSet, part: &Part, port: u8) -> Option<String> {
     let frames = ports(rules, part);
     let own = frames.get(port as usize)?;
     let several = frames.iter().filter(|p| p.name == own.name).count() > 1;
     Some(if several { format!("{}[{}]", own.name, own.number) } else { own.name.clone() })
 }
 
-fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: Option<&Ty>) -> String {
+pub(super) fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: Option<&Ty>) -> String {
     let several = |items: &[Recorded], ty: Option<&Ty>| {
         let items: Vec<String> = items.iter().map(|i| value(rules, design, i, ty)).collect();
         items.join(", ")

@@ -1,6 +1,7 @@
 //! Results: the run folder, the saved design, the viewer's page.
 
 pub mod archive;
+pub mod beginning;
 pub mod checkpoint;
 pub mod describe;
 mod evals;
