@@ -91,7 +91,8 @@ impl Session<'_> {
         if !folder.is_replacing() {
             interrupt::saved();
         }
-        let limits = Limits { seed: asked.seed, jobs: work.jobs(), max_evaluations: max_evals, deadline };
+        let limits =
+            Limits { seed: asked.seed, jobs: work.jobs(), max_evaluations: max_evals, lanes: None, deadline };
         let unit = rules.objective.unit.clone();
         let quiet = work.quiet || !told;
         let before = state.spent();
