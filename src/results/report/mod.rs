@@ -104,7 +104,7 @@ fn check_place(out: &Path) -> Result<(), String> {
     match foreign(out) {
         Ok(None) => Ok(()),
         Ok(Some(name)) => Err(format!(
-            "{} holds \"{name}\", which no report writes: choose another folder with --out",
+            "{} holds \"{name}\", which no report writes: take it away, or choose another folder with --out",
             out.display()
         )),
         Err(e) => Err(format!("cannot write a report to {}: {e}", out.display())),
