@@ -422,7 +422,7 @@ impl Observer for Log {
 }
 
 fn search(rules: &RuleSet, jobs: usize, max: u64) -> (Option<Best>, Vec<f64>) {
-    let limits = Limits { seed: 2, jobs, max_evaluations: Some(max), deadline: None };
+    let limits = Limits { seed: 2, jobs, max_evaluations: Some(max), lanes: None, deadline: None };
     let model = simulate::model("articulated").unwrap();
     let mut log = Log::default();
     let first = Derivation::start(rules, rules.from.as_deref()).unwrap();

@@ -19,6 +19,7 @@ mod hostile;
 mod library;
 mod mending;
 mod new;
+mod report;
 mod resume;
 mod search;
 mod support;

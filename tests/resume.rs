@@ -13,8 +13,9 @@ use sgc::simulate::Stop;
 
 use crate::support::{is_long, root};
 
-/// What a complete run leaves.
-const COMPLETE: [&str; 5] = ["best.design.json", "evals.csv", "result.json", "run.toml", "sources"];
+/// What a complete run leaves; the first three are the same each time.
+const COMPLETE: [&str; 6] =
+    ["best.design.json", "evals.csv", "result.json", "run.toml", "sittings.csv", "sources"];
 
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sgc"));

@@ -34,7 +34,7 @@ impl Observer for Log {
 }
 
 fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<String>) {
-    let limits = Limits { seed, jobs, max_evaluations: Some(max), deadline: None };
+    let limits = Limits { seed, jobs, max_evaluations: Some(max), lanes: None, deadline: None };
     let mut log = Log::default();
     let model = simulate::model("articulated").unwrap();
     let outcome =
@@ -192,7 +192,8 @@ fn in_sittings(
     for sittings in 1.. {
         flag.store(false, Ordering::Relaxed);
         let deadline = sitting.map(|time| Instant::now() + time);
-        let limits = Limits { seed, jobs: 1 + sittings % 3, max_evaluations: Some(200), deadline };
+        let limits =
+            Limits { seed, jobs: 1 + sittings % 3, max_evaluations: Some(200), lanes: None, deadline };
         let outcome = go_on(rules, state, model, &limits, &flag, &mut stopper).unwrap();
         if !outcome.end.is_early() {
             return (outcome, stopper.rows, sittings);
@@ -252,6 +253,107 @@ fn what_has_no_value_is_counted_on_in_pieces() {
     assert!(same_end(&rules, 2, 5, None) > 2);
     let tally = in_sittings(&rules, 2, usize::MAX, None).0.tally;
     assert!(!tally.no_value.is_empty() && !tally.refused.is_empty(), "{tally:?}");
+}
+
+/// `codesign` with a short motion and another search, whose fields stand two spaces apart.
+fn with_search(search: &str) -> RuleSet {
+    let search = search.replace("  ", "\n");
+    let mut texts = texts();
+    let text = texts["grammars/codesign.sgr"]
+        .replace("for 20 s", "for 1 s")
+        .replace("use std.search     { nested_annealing }", "use std.search { cauchy, reheated, geometric }")
+        .replace(
+            "search   nested_annealing",
+            &format!("search quick\nsearch quick {{ keep = 80 %\n{search} }}"),
+        );
+    texts.insert("grammars/codesign.sgr".into(), text);
+    compile_texts(&texts, "grammars/codesign.sgr").unwrap()
+}
+
+const BODIES: &str = "outer { iterations = 50  moves = 3  temperature = 9  stop = false }";
+
+/// It goes the same way with any number of threads, in one sitting or in many.
+fn is_repeatable(rules: &RuleSet) -> (Outcome, Vec<String>) {
+    assert!(same_end(rules, 2, 3, None) > 2);
+    let (one, log) = search(rules, 2, 1, 300);
+    let (three, log_three) = search(rules, 2, 3, 300);
+    assert_eq!(log, log_three);
+    assert_eq!((one.evaluations, &one.best), (three.evaluations, &three.best));
+    assert!(one.best.as_ref().is_some_and(|best| best.value > 0.0), "{:?}", one.best);
+    (one, log)
+}
+
+#[test]
+fn chains_of_curves_take_turns_and_change_places() {
+    let rules = with_search(&format!(
+        "{BODIES} inner {{ iterations = 5  moves = 3  stop = false  walk = 7  chains = 5  exchange = true
+           temperature = geometric(deviation, 1.5, chain) }}"
+    ));
+    is_repeatable(&rules);
+    // A walk of seven, five starts, and fifteen rounds of five, but for checks at half the step.
+    let apart = with_search(&format!(
+        "{BODIES} inner {{ iterations = 5  moves = 3  stop = false  walk = 7  chains = 5
+           temperature = geometric(deviation, 1.5, chain) }}"
+    ));
+    assert_ne!(search(&rules, 2, 2, 300).1, search(&apart, 2, 2, 300).1, "exchanges change what is found");
+}
+
+#[test]
+fn chains_of_bodies_take_turns_after_a_random_walk() {
+    let rules = with_search(
+        "outer { iterations = 50  moves = 2  stop = false  walk = 6  chains = 3  exchange = iteration > 1
+                 temperature = reheated(cauchy(deviation, 0.2, iteration), 3, deviation, 9) }
+         inner { iterations = 2  moves = 2  temperature = 1  stop = false }",
+    );
+    let (_, log) = is_repeatable(&rules);
+    let chain = |row: &String| row.split("chain: ").nth(1)?.split(',').next()?.parse::<usize>().ok();
+    let chains: Vec<usize> = log.iter().filter_map(chain).collect();
+    let turns = chains.iter().position(|chain| *chain == 1).expect("a second chain") - 1;
+    assert!(chains[..turns].iter().all(|chain| *chain == 0), "the walk is one of the first chain");
+    assert!(chains[turns..].iter().zip((0..3).cycle()).all(|(a, b)| *a == b), "{chains:?}");
+    let temperature =
+        |row: &String| row.split("temperature: ").nth(1)?.split(',').next()?.parse::<f64>().ok();
+    let temperatures: Vec<f64> = log.iter().filter_map(temperature).collect();
+    assert!(temperatures[..turns].iter().all(|t| *t == 0.0) && temperatures[turns] > 0.0, "{temperatures:?}");
+}
+
+#[test]
+fn a_walk_among_equals_says_that_no_temperature_follows() {
+    let rules =
+        with_search("outer { iterations = 50  moves = 2  stop = false  walk = 3  temperature = deviation }");
+    let mut equal = rules.clone();
+    let zero = &mut equal.tasks[0].objective.value;
+    zero.kind = grammar_lang::ir::ExprKind::Number(0.0);
+    let limits = Limits { seed: 1, jobs: 1, max_evaluations: Some(50), lanes: None, deadline: None };
+    let model = simulate::model("articulated").unwrap();
+    let flag = AtomicBool::new(false);
+    let failure = run(&equal, Derivation::begin(&equal), model, &limits, &flag, &mut Log::default());
+    assert!(failure.unwrap_err().to_string().contains("the random walk found 3 designs of the same value"));
+}
+
+#[test]
+fn curves_evolve_and_begin_warm() {
+    let inner =
+        "inner { iterations = 6  moves = 8  stop = false  cma_es { spread = 30 %  restart = iteration == 3 }";
+    let cold = with_search(&format!("{BODIES} {inner} }}"));
+    let warm = with_search(&format!("{BODIES} {inner} warm = true }}"));
+    let (_, log_cold) = is_repeatable(&cold);
+    let (_, log_warm) = is_repeatable(&warm);
+    assert_ne!(log_cold, log_warm, "warm starts change what is found");
+}
+
+#[test]
+fn the_best_of_each_kind_is_kept() {
+    let rules = with_search(
+        "outer { iterations = 50  moves = 3  stop = false
+                 archive { size { value = count(part)  from = 1  to = 11  cells = 5 }
+                           sinks { value = fall  from = 0 cm  to = 2 cm  cells = 2 } } }
+         inner { iterations = 2  moves = 6  stop = false  warm = true  cma_es { spread = 30 % } }",
+    );
+    let (_, log) = is_repeatable(&rules);
+    // What is kept is a new kind or better than what was of its kind.
+    let accepted = log.iter().filter(|row| row.contains("accepted: true")).count();
+    assert!(accepted > 3, "{log:#?}");
 }
 
 #[test]

@@ -11,12 +11,14 @@ mod explain;
 mod export;
 mod fmt;
 mod interrupt;
+mod live;
 mod load;
 mod mend;
 mod new;
 mod output;
 mod precision;
 mod progress;
+mod report;
 mod resume;
 mod run;
 mod session;
@@ -66,6 +68,7 @@ Examples:
   sgc run grammars/codesign.sgr --seed 3 --max-evals 20000
   sgc resume runs/codesign-3
   sgc view runs/codesign-3
+  sgc report runs/codesign-3
 
 To have the shell complete commands and options (other shells: sgc help completions):
   sgc completions bash > ~/.local/share/bash-completion/completions/sgc
@@ -87,6 +90,7 @@ enum Command {
     Derive(derive::Derive),
     Run(run::Run),
     Resume(resume::Resume),
+    Report(report::Report),
     Eval(eval::Eval),
     View(view::View),
     Export(export::Export),
@@ -117,6 +121,7 @@ pub fn main() -> ExitCode {
         Command::Derive(command) => command.run(),
         Command::Run(command) => command.run(),
         Command::Resume(command) => command.run(),
+        Command::Report(command) => command.run(),
         Command::Eval(command) => command.run(),
         Command::View(command) => command.run(),
         Command::Export(command) => command.run(),

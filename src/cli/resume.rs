@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
+use super::live::Live;
 use super::output::{self, Fault};
 use super::session::{Session, Work, duration};
 use super::several::Several;
@@ -57,6 +58,11 @@ impl Resume {
         if let Some(max) = max_evals {
             run.max_evals = max;
         }
-        Session { run, work: self.work, deadline, told: true }.go(flag)?.tell()
+        let live = Live::begin(&self.work, run.folder.path());
+        let ended = Session { run, work: self.work, deadline, told: true, live: live.as_ref() }.go(flag);
+        if let Some(live) = live {
+            live.end();
+        }
+        ended?.tell()
     }
 }

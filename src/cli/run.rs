@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 
+use super::live::Live;
 use super::output::Fault;
 use super::session::{Session, Work, duration};
 use super::several::Several;
@@ -113,6 +114,11 @@ impl Run {
         let asked = asked(self.seed);
         let folder = RunFolder::create(&path, self.force, &asked, &grammar, &state).map_err(Fault::usage)?;
         let run = Reopened { folder, asked, grammar, rules, sources, state, max_evals };
-        Session { run, work: self.work, deadline, told: true }.go(flag)?.tell()
+        let live = Live::begin(&self.work, run.folder.path());
+        let ended = Session { run, work: self.work, deadline, told: true, live: live.as_ref() }.go(flag);
+        if let Some(live) = live {
+            live.end();
+        }
+        ended?.tell()
     }
 }

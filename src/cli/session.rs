@@ -8,11 +8,13 @@ use clap::Args;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
+use super::live::Live;
 use super::output::{self, Fault};
 use super::progress::{Progress, span};
 use super::{exit, interrupt, load};
 use crate::results::folder::{Reopened, RunFolder};
 use crate::results::saved::{Grammar, SavedDesign};
+use crate::results::sittings::Sittings;
 use crate::results::{archive, judge, leftovers};
 use crate::search::{self, Best, End, Failure, Limits, Observer, Outcome, Row, State};
 use crate::simulate::{self, Stop};
@@ -29,6 +31,9 @@ pub(super) struct Work {
     /// No progress, only the result
     #[arg(short, long)]
     pub(super) quiet: bool,
+    /// Keep a page of charts up to date in the folder, report/index.html: open it in a browser, it follows
+    #[arg(long)]
+    pub(super) live: bool,
 }
 
 impl Work {
@@ -56,12 +61,14 @@ pub(super) fn duration(text: &str) -> Result<(String, Duration), String> {
 }
 
 /// A run that is to go on.
-pub(super) struct Session {
+pub(super) struct Session<'a> {
     pub(super) run: Reopened,
     pub(super) work: Work,
     pub(super) deadline: Option<Instant>,
     /// Whether it tells people what it does.
     pub(super) told: bool,
+    /// The page that follows it, if one is wanted.
+    pub(super) live: Option<&'a Live>,
 }
 
 /// How a session ended.
@@ -75,21 +82,23 @@ pub(super) struct Ended {
     pub(super) is_early: bool,
 }
 
-impl Session {
+impl Session<'_> {
     pub(super) fn go(self, flag: &AtomicBool) -> Result<Ended, Fault> {
-        let Self { run, work, deadline, told } = self;
+        let Self { run, work, deadline, told, live } = self;
         let Reopened { folder, asked, grammar, rules, sources, state, max_evals } = run;
         let started = Instant::now();
         let model = simulate::model(&asked.solver).ok_or_else(|| Fault::usage("unknown solver"))?;
         if !folder.is_replacing() {
             interrupt::saved();
         }
-        let limits = Limits { seed: asked.seed, jobs: work.jobs(), max_evaluations: max_evals, deadline };
+        let limits =
+            Limits { seed: asked.seed, jobs: work.jobs(), max_evaluations: max_evals, lanes: None, deadline };
         let unit = rules.objective.unit.clone();
         let quiet = work.quiet || !told;
         let before = state.spent();
         let mut progress = Progress::new(before, max_evals, deadline, &unit, quiet);
         progress.moved(state.moves(), state.best().map(|best| best.value), 0.0);
+        let sittings = Sittings::begin(folder.path(), before, work.jobs());
         let mut keeper = Keeper {
             rules: &rules,
             grammar,
@@ -100,6 +109,8 @@ impl Session {
             max_evals,
             every: work.checkpoint.1,
             kept: Instant::now(),
+            sittings,
+            live,
         };
         if let Some(best) = state.best()
             && !keeper.folder.best_path().exists()
@@ -125,6 +136,10 @@ impl Session {
                 other => Fault::usage(other.to_string()),
             }
         })?;
+        // A run that found nothing gives its place back to the older one.
+        if !keeper.folder.is_replacing() {
+            keeper.sittings.note(outcome.evaluations).map_err(Fault::usage)?;
+        }
         if told {
             account(&outcome, before, started.elapsed(), &sources);
         }
@@ -248,6 +263,8 @@ struct Keeper<'a> {
     /// How often a checkpoint is saved, and when the last one was.
     every: Duration,
     kept: Instant,
+    sittings: Sittings,
+    live: Option<&'a Live>,
 }
 
 impl Keeper<'_> {
@@ -273,7 +290,11 @@ impl Observer for Keeper<'_> {
 
     fn moved(&mut self, row: &Row) -> Result<(), String> {
         self.progress.moved(row.number, row.best, row.temperature);
-        self.folder.row(row)
+        self.folder.row(row)?;
+        if let Some(live) = self.live {
+            live.follow();
+        }
+        Ok(())
     }
 
     fn improved(&mut self, best: &Best) -> Result<(), String> {
@@ -291,6 +312,7 @@ impl Observer for Keeper<'_> {
     fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), String> {
         if last || self.kept.elapsed() >= self.every {
             self.folder.checkpoint(state, self.max_evals)?;
+            self.sittings.note(state.spent())?;
             self.kept = Instant::now();
         }
         Ok(())

@@ -8,6 +8,7 @@ use std::sync::mpsc;
 use std::time::Instant;
 
 use super::exit;
+use super::live::Live;
 use super::output::{self, Fault};
 use super::session::{Ended, Session, Work};
 use crate::results::describe;
@@ -29,6 +30,7 @@ impl Several<'_> {
     /// Goes on with those that are not complete, and sums all up.
     pub(super) fn go(self) -> Result<u8, Fault> {
         let stop = Stop::new(self.flag, self.deadline);
+        let live = Live::begin(&self.work, self.folder.path());
         let mut waiting = VecDeque::new();
         for &seed in self.folder.seeds() {
             let path = self.folder.run(seed);
@@ -57,10 +59,11 @@ impl Several<'_> {
                     // As many runs as there are threads; fewer share what there is.
                     let threads = (free / (waiting.len() + 1)).max(1);
                     (free, under_way) = (free - threads, under_way + 1);
-                    let (send, path, several) = (send.clone(), self.folder.run(seed), &self);
+                    let (send, path, several, live) =
+                        (send.clone(), self.folder.run(seed), &self, live.as_ref());
                     scope.spawn(move || {
                         // The others go on if one breaks down.
-                        let outcome = catch_unwind(AssertUnwindSafe(|| several.one(&path, threads)));
+                        let outcome = catch_unwind(AssertUnwindSafe(|| several.one(&path, threads, live)));
                         let outcome = outcome.unwrap_or_else(|_| {
                             Err(Fault { code: exit::BUG, message: "a bug in sgc ended it".to_owned() })
                         });
@@ -86,6 +89,9 @@ impl Several<'_> {
             }
         });
         is_early |= !waiting.is_empty();
+        if let Some(live) = live {
+            live.end();
+        }
         let (lines, rules) = self.folder.summary().map_err(Fault::usage)?;
         let written = output::data(&table(&lines));
         let path = self.folder.path().display();
@@ -110,13 +116,13 @@ impl Several<'_> {
         })
     }
 
-    fn one(&self, path: &Path, threads: usize) -> Result<Ended, Fault> {
+    fn one(&self, path: &Path, threads: usize, live: Option<&Live>) -> Result<Ended, Fault> {
         let mut run = RunFolder::reopen(path).map_err(Fault::usage)?;
         if let Some(max) = self.max_evals {
             run.max_evals = max;
         }
         let work = Work { jobs: u16::try_from(threads).ok(), ..self.work.clone() };
-        Session { run, work, deadline: self.deadline, told: false }.go(self.flag)
+        Session { run, work, deadline: self.deadline, told: false, live }.go(self.flag)
     }
 }
 

@@ -14,15 +14,17 @@ use super::archive;
 use super::checkpoint::Checkpoint;
 use super::evals::Evals;
 use super::leftovers;
+use super::report;
 use super::saved::{Grammar, SavedDesign, hex};
+use super::sittings::SITTINGS;
 use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
 use crate::search::{Best, Outcome, Row, State};
 
-const RUN: &str = "run.toml";
+pub(super) const RUN: &str = "run.toml";
 const SOURCES: &str = "sources";
-const EVALS: &str = "evals.csv";
+pub(super) const EVALS: &str = "evals.csv";
 const CHECKPOINT: &str = "checkpoint";
-const BEST: &str = "best.design.json";
+pub(super) const BEST: &str = "best.design.json";
 const RESULT: &str = "result.json";
 
 /// What a run was asked; the content of `run.toml`.
@@ -156,6 +158,43 @@ pub fn finished(path: &Path) -> Result<Option<Finished>, String> {
     }
 }
 
+/// What the run in a folder was asked.
+///
+/// # Errors
+///
+/// A sentence: `run.toml` cannot be read, or is damaged.
+pub fn asked(path: &Path) -> Result<Asked, String> {
+    let path = path.join(RUN);
+    toml::from_str(&read(&path)?).map_err(|e| format!("{} is damaged: {e}", path.display()))
+}
+
+/// The texts that a run froze when it began.
+///
+/// # Errors
+///
+/// A sentence: a text is gone or was changed.
+pub fn frozen(path: &Path, asked: &Asked) -> Result<Grammar, String> {
+    let mut sources = BTreeMap::new();
+    for source in &asked.sources {
+        let file = path.join(SOURCES).join(&source.file);
+        let text = read(&file)?;
+        if hex(&Sha256::digest(&text)) != source.sha256 {
+            return Err(format!(
+                "{} was changed after the run began: a run goes on only with the grammar that it began with",
+                file.display()
+            ));
+        }
+        sources.insert(source.name.clone(), text);
+    }
+    Ok(Grammar {
+        name: asked.grammar.clone(),
+        rules: asked.rules.clone(),
+        entry: asked.entry.clone(),
+        parameters: asked.parameters.clone(),
+        sources,
+    })
+}
+
 impl RunFolder {
     /// Makes a folder for a run that begins with a state: whole or not at all.
     ///
@@ -233,27 +272,8 @@ impl RunFolder {
             return Err(format!("{shown} has no checkpoint to go on from: begin anew with sgc run --force"));
         }
         let checkpoint = Checkpoint::read(&path.join(CHECKPOINT), &run)?;
-        let asked: Asked =
-            toml::from_str(&text).map_err(|e| format!("{} is damaged: {e}", path.join(RUN).display()))?;
-        let mut sources = BTreeMap::new();
-        for source in &asked.sources {
-            let file = path.join(SOURCES).join(&source.file);
-            let text = read(&file)?;
-            if hex(&Sha256::digest(&text)) != source.sha256 {
-                return Err(format!(
-                    "{} was changed after the run began: a run goes on only with the grammar that it began with",
-                    file.display()
-                ));
-            }
-            sources.insert(source.name.clone(), text);
-        }
-        let grammar = Grammar {
-            name: asked.grammar.clone(),
-            rules: asked.rules.clone(),
-            entry: asked.entry.clone(),
-            parameters: asked.parameters.clone(),
-            sources,
-        };
+        let asked = asked(path)?;
+        let grammar = frozen(path, &asked)?;
         let (rules, sources) = grammar.compile_with_sources().map_err(|e| format!("{shown}: {e}"))?;
         let state = checkpoint.state.restore(&rules).map_err(|e| format!("{shown}: {e}"))?;
         let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals)?;
@@ -401,7 +421,7 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, String> {
         ));
     }
     // Only what a run has written is ever replaced.
-    if let Some(foreign) = entries.iter().find(|e| !is_own(e)) {
+    if let Some(foreign) = entries.iter().find(|e| !is_own(path, e)) {
         return Err(format!(
             "{} is not only a run folder: \"{foreign}\" in it was not written by a run; --force replaces only run folders",
             path.display()
@@ -414,10 +434,21 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, String> {
     Ok(true)
 }
 
-/// Whether a run writes files of this name.
-fn is_own(name: &str) -> bool {
-    let known = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, archive::FOLDER, archive::TABLE, "view.html"];
-    known.contains(&name) || is_unfinished(name)
+/// Whether what has this name in a folder was written by a run, or of it.
+fn is_own(path: &Path, name: &str) -> bool {
+    let known = [
+        RUN,
+        SOURCES,
+        EVALS,
+        CHECKPOINT,
+        BEST,
+        RESULT,
+        SITTINGS,
+        archive::FOLDER,
+        archive::TABLE,
+        "view.html",
+    ];
+    known.contains(&name) || is_unfinished(name) || report::is_own(path, name)
 }
 
 /// A file name for a source: `std.blocks` becomes `std.blocks.sgr`, folders become dashes.

@@ -153,7 +153,8 @@ impl Precision {
     }
 }
 
-fn body_of(rules: &RuleSet, design: &SavedDesign) -> Result<(Arc<Derivation>, Body), String> {
+/// The body that the steps of a saved design lead to.
+pub(super) fn body_of(rules: &RuleSet, design: &SavedDesign) -> Result<(Arc<Derivation>, Body), String> {
     let derivation = Derivation::replay(rules, &design.derivation)
         .map_err(|(n, reason)| format!("step {n} of its derivation cannot be applied: {reason}"))?;
     let body = Body::new(&derivation.design, rules);

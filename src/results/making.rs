@@ -6,6 +6,7 @@ use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
 use super::describe;
+use super::picture::colour;
 use super::view::{Look, Made, Making, Piece};
 use crate::derive::{Derivation, Step};
 use crate::design::assembly::Shape;
@@ -30,9 +31,7 @@ pub fn making(rules: &RuleSet, sources: &SourceMap, derivation: &Derivation) -> 
 
 /// How a kind of part looks.
 pub(super) fn look(rules: &RuleSet, kind: &str, shape: Shape) -> Look {
-    let part = rules.parts.get(kind).map(|part| &part.colour);
-    let colour = part.or(rules.actuators.get(kind).map(|actuator| &actuator.colour));
-    Look { shape, colour: colour.cloned().unwrap_or_default(), label: kind.to_owned() }
+    Look { shape, colour: colour(rules, kind).to_owned(), label: kind.to_owned() }
 }
 
 /// Takes over what the last step did to the elements. `there` says which pieces the elements of

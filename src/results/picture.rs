@@ -8,6 +8,12 @@ use super::saved::SavedDesign;
 use super::view::{Check, Curve, Element, Scene};
 use super::{describe, judge};
 
+/// The colour of a kind of part; empty if it has none.
+pub(super) fn colour<'r>(rules: &'r RuleSet, kind: &str) -> &'r str {
+    let colour = rules.parts.get(kind).map(|p| &p.colour).or(rules.actuators.get(kind).map(|a| &a.colour));
+    colour.map_or("", String::as_str)
+}
+
 /// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named.
 ///
 /// # Errors

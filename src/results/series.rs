@@ -11,10 +11,11 @@ use super::evals::quoted;
 use super::folder::{check_place, finished};
 use super::judge::confirmed;
 use super::leftovers;
+use super::report;
 use super::saved::SavedDesign;
-use super::whole::{aside, entries, lock, lock_again, make_folder, read, write_whole};
+use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
 
-const RUNS: &str = "runs.toml";
+pub(super) const RUNS: &str = "runs.toml";
 const SUMMARY: &str = "summary.csv";
 const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks\n";
 
@@ -59,7 +60,18 @@ pub fn is_series(path: &Path) -> bool {
     path.join(RUNS).is_file()
 }
 
-fn run_folder(path: &Path, seed: u64) -> PathBuf {
+/// What several runs in a folder were asked.
+///
+/// # Errors
+///
+/// A sentence: `runs.toml` cannot be read, or is damaged.
+pub fn series(path: &Path) -> Result<Series, String> {
+    let path = path.join(RUNS);
+    toml::from_str(&read(&path)?).map_err(|e| format!("{} is damaged: {e}", path.display()))
+}
+
+/// The folder of one of several runs.
+pub(super) fn run_folder(path: &Path, seed: u64) -> PathBuf {
     path.join(format!("seed-{seed}"))
 }
 
@@ -109,8 +121,7 @@ impl SeriesFolder {
     pub fn open(path: &Path) -> Result<Self, String> {
         let file = path.join(RUNS);
         let lock = lock_again(&file)?;
-        let series: Series =
-            toml::from_str(&read(&file)?).map_err(|e| format!("{} is damaged: {e}", file.display()))?;
+        let series = series(path)?;
         leftovers::clear(path);
         Ok(Self { path: path.to_owned(), series, _lock: lock })
     }
@@ -217,7 +228,7 @@ pub(super) fn check_series(path: &Path) -> Result<(), String> {
     for name in entries(path).map_err(|e| format!("cannot read {}: {e}", path.display()))? {
         if name.starts_with("seed-") {
             check_place(&path.join(name), true)?;
-        } else if name != RUNS && name != SUMMARY && !super::whole::is_unfinished(&name) {
+        } else if name != RUNS && name != SUMMARY && !is_unfinished(&name) && !report::is_own(path, &name) {
             return Err(format!(
                 "{} is not only a folder of runs: \"{name}\" in it was not written by them; --force replaces only such folders",
                 path.display()

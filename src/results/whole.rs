@@ -4,9 +4,13 @@ use std::fs;
 use std::io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 /// How the names of files begin that are not written to their end.
 const UNFINISHED: &str = ".tmp";
+
+/// How often a lock is tried again: whoever only asks about one holds it for a moment.
+const PATIENCE: usize = 5;
 
 /// Whether a name is of a file that was not written to its end.
 pub(super) fn is_unfinished(name: &str) -> bool {
@@ -160,7 +164,15 @@ pub(super) fn lock_again(path: &Path) -> Result<fs::File, String> {
 
 /// Locks a file that is open.
 fn hold(path: &Path, file: fs::File) -> Result<fs::File, String> {
-    match file.try_lock() {
+    let mut locked = file.try_lock();
+    for _ in 0..PATIENCE {
+        if !matches!(locked, Err(fs::TryLockError::WouldBlock)) {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(10));
+        locked = file.try_lock();
+    }
+    match locked {
         Err(fs::TryLockError::WouldBlock) => {
             let folder = path.parent().unwrap_or(path);
             Err(format!("a run is under way in {}: another process holds it", folder.display()))
@@ -168,6 +180,12 @@ fn hold(path: &Path, file: fs::File) -> Result<fs::File, String> {
         // Some file systems know no locks.
         Ok(()) | Err(fs::TryLockError::Error(_)) => Ok(file),
     }
+}
+
+/// Whether another process holds the lock of a file. Asking holds it for a moment.
+pub(super) fn is_locked(path: &Path) -> bool {
+    let file = fs::File::open(path);
+    file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(fs::TryLockError::WouldBlock)))
 }
 
 /// Reads a text.
@@ -203,9 +221,12 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("run.toml");
         write_whole(&path, "").unwrap();
+        assert!(!is_locked(&path));
         let held = lock(&path).unwrap();
         assert!(lock(&path).unwrap_err().contains("under way"));
+        assert!(is_locked(&path));
         drop(held);
+        assert!(!is_locked(&path));
         lock(&path).unwrap();
     }
 }

@@ -41,6 +41,9 @@ pub struct Limits {
     pub seed: u64,
     /// How many threads evaluate.
     pub jobs: usize,
+    /// How many evaluations each thread makes side by side at most, if not as many as the solver can. It changes
+    /// nothing but speed.
+    pub lanes: Option<usize>,
     /// The search ends when it has spent this many evaluations.
     pub max_evaluations: Option<u64>,
     /// The search is stopped at this time.
@@ -127,16 +130,21 @@ impl End {
     }
 }
 
-/// What ends a search from outside.
+/// What bounds a search from outside.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Bounds<'a> {
     max_evaluations: Option<u64>,
+    lanes: Option<usize>,
     stop: Stop<'a>,
 }
 
 impl<'a> Bounds<'a> {
     fn new(limits: &Limits, flag: &'a AtomicBool) -> Self {
-        Self { max_evaluations: limits.max_evaluations, stop: Stop::new(flag, limits.deadline) }
+        Self {
+            max_evaluations: limits.max_evaluations,
+            lanes: limits.lanes,
+            stop: Stop::new(flag, limits.deadline),
+        }
     }
 
     /// Why nothing more may be spent after so many evaluations, if so.

@@ -434,6 +434,13 @@ impl Writer<'_> {
                 let number = number.as_ref().map_or(String::new(), |n| format!("[{}]", show(n)));
                 format!("{}.{name}{number}", show(of))
             }
+            // What a function was called with, if it is short, stands where the function reads it.
+            ExprKind::Bind { slot, value, body } if is_short(value) => {
+                let mut names = names.clone();
+                names.resize(names.len().max(slot + 1), String::new());
+                names[*slot] = show(value);
+                self.expr(body, &names)
+            }
             ExprKind::Bind { slot, value, body } => {
                 format!("(let x{slot} = {} in {})", show(value), show(body))
             }
@@ -485,4 +492,10 @@ impl Writer<'_> {
             }
         }
     }
+}
+
+/// Whether a value can stand in several places without making them longer.
+fn is_short(value: &Expr) -> bool {
+    use ExprKind as K;
+    matches!(value.kind, K::Number(_) | K::Bool(_) | K::Param(_) | K::Word(_) | K::Local(_) | K::Placed(_))
 }

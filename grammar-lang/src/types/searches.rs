@@ -55,7 +55,7 @@ impl Checker<'_> {
                         format!("`{}` has no `outer` schedule", block.name.text),
                     )
                     .label("a search needs it")
-                    .help("add `outer { iterations = ..., moves = ..., temperature = ..., stop = ... }`"),
+                    .help("add `outer { iterations = ...  moves = ...  temperature = ...  stop = ... }`"),
                 );
             }
             return None;
@@ -76,7 +76,8 @@ impl Checker<'_> {
         if which == Loop::Inner {
             allowed.push("warm");
         }
-        let from = self.values(block, "a schedule", &allowed);
+        let what = if which == Loop::Outer { "the outer loop" } else { "the inner loop" };
+        let from = self.values(block, what, &allowed);
         let other = from.groups.get(own).copied();
         let iterations = self.scheduled(&from, "iterations", &Ty::Count, "100", damaged);
         let moves = self.scheduled(&from, "moves", &Ty::Count, "3", damaged);
@@ -207,7 +208,7 @@ impl Checker<'_> {
     fn archive(&mut self, block: &Block, damaged: bool) -> Option<IndexMap<String, ir::Descriptor>> {
         let mut found = IndexMap::new();
         let mut is_fine = true;
-        let example = "size { value = count(part), from = 0, to = 20, cells = 10 }";
+        let example = "size { value = count(part)  from = 0  to = 20  cells = 10 }";
         for field in &block.fields {
             let group = match field {
                 Field::Group(group) => group,

@@ -37,9 +37,9 @@ pub(super) struct Guess {
 }
 
 impl Forecast {
-    pub(super) fn new(evaluator: &Evaluator<'_>) -> Self {
+    pub(super) fn new(evaluator: &Evaluator<'_>, most: Option<usize>) -> Self {
         let (threads, lanes) = evaluator.room();
-        Self { threads, lanes, accepted: 0.5 }
+        Self { threads, lanes: lanes.min(most.unwrap_or(lanes)).max(1), accepted: 0.5 }
     }
 
     /// Whether one more move was accepted.

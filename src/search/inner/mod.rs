@@ -58,7 +58,7 @@ impl<'a> Tuner<'a> {
         bounds: Bounds<'a>,
     ) -> Result<Self, Failure> {
         let evaluator = Evaluator::new(rules, task, (model, cache), Arc::clone(derivation), pool)?;
-        let forecast = Forecast::new(&evaluator);
+        let forecast = Forecast::new(&evaluator, bounds.lanes);
         let warm = warm.filter(|warm| evaluator.drive.fits(warm)).cloned();
         let derivation = Arc::clone(derivation);
         Ok(Self { rules, task, derivation, evaluator, forecast, seed, name, warm, bounds })

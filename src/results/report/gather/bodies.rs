@@ -1,0 +1,40 @@
+//! The best designs as bodies that can be drawn.
+
+use nalgebra::Isometry3;
+
+use crate::design::assembly::Shape;
+use crate::results::report::read::{Found, Run};
+use crate::results::{judge, picture};
+
+/// One rigid piece of a body at rest.
+#[derive(Clone, Debug)]
+pub(crate) struct Piece {
+    pub(crate) shape: Shape,
+    pub(crate) pose: Isometry3<f64>,
+    /// As `#rrggbb`; anything else is grey.
+    pub(crate) colour: String,
+}
+
+/// The body of a run's best design, at rest; none if there is none yet.
+///
+/// # Errors
+///
+/// A sentence: why it cannot be made again.
+pub(crate) fn pieces(run: &Run) -> Option<Result<Vec<Piece>, String>> {
+    let found = run.design.as_ref()?.as_ref();
+    Some(found.map_err(Clone::clone).and_then(made))
+}
+
+fn made(found: &Found) -> Result<Vec<Piece>, String> {
+    let rules = &found.rules.as_ref().map_err(Clone::clone)?.0;
+    let (derivation, body) = judge::body_of(rules, &found.design)?;
+    if derivation.design.canonical_hash(rules) != found.design.body {
+        return Err("its derivation does not lead to the body that was saved: it was changed".to_owned());
+    }
+    let elements = body.assembly.elements.iter().zip(&body.parts_of_elements);
+    let piece = elements.map(|(element, id)| {
+        let kind = derivation.design.parts.get(id).map_or("", |part| part.kind.as_str());
+        Piece { shape: element.shape, pose: element.pose, colour: picture::colour(rules, kind).to_owned() }
+    });
+    Ok(piece.collect())
+}

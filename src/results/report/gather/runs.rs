@@ -1,0 +1,145 @@
+//! The runs, one by one and together.
+
+use super::spread::Spread;
+use super::{or_empty, table};
+use crate::results::report::read::{Group, Run};
+
+/// How long a run took, as far as it was written down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Time {
+    pub(crate) seconds: f64,
+    /// Evaluations in that time: some may have been lost with a process that was killed.
+    pub(crate) evaluations: u64,
+    pub(crate) sittings: usize,
+    /// The fewest and the most threads of a sitting.
+    pub(crate) threads: (usize, usize),
+}
+
+impl Time {
+    /// None where nobody kept count.
+    pub(crate) fn of(run: &Run) -> Option<Self> {
+        let sittings = run.sittings.as_ref()?;
+        let threads = || sittings.iter().map(|sitting| sitting.threads);
+        Some(Self {
+            seconds: sittings.iter().map(|sitting| sitting.seconds).sum(),
+            evaluations: sittings.iter().map(|sitting| sitting.end - sitting.begin).sum(),
+            sittings: sittings.len(),
+            threads: (threads().min()?, threads().max()?),
+        })
+    }
+
+    /// Evaluations per second.
+    pub(crate) fn rate(&self) -> Option<f64> {
+        (self.seconds > 0.0).then(|| self.evaluations as f64 / self.seconds)
+    }
+}
+
+/// The share of pairs, a run of each of two groups, in which the first has the better value; even pairs
+/// count half.
+pub(crate) fn better(one: &Group, other: &Group) -> Option<f64> {
+    let (ours, theirs) = (one.values(), other.values());
+    let pairs = ours.len() * theirs.len();
+    let won = |a: f64, b: f64| match one.fitness(a).total_cmp(&one.fitness(b)) {
+        std::cmp::Ordering::Greater => 1.0,
+        std::cmp::Ordering::Equal => 0.5,
+        std::cmp::Ordering::Less => 0.0,
+    };
+    let sum: f64 = ours.iter().flat_map(|a| theirs.iter().map(move |b| won(*a, *b))).sum();
+    (pairs > 0).then(|| sum / pairs as f64)
+}
+
+/// The best values of a group's runs.
+pub(crate) fn spread(group: &Group) -> Option<Spread> {
+    Spread::of(group.values())
+}
+
+/// `runs.csv`.
+pub(crate) fn csv(groups: &[Group]) -> String {
+    let columns = [
+        "group",
+        "seed",
+        "value",
+        "unit",
+        "evaluations",
+        "moves",
+        "found_at_move",
+        "found_at_evaluation",
+        "parts",
+        "actuators",
+        "end",
+        "checks_kept",
+        "checks",
+        "seconds",
+        "evaluations_per_second",
+        "folder",
+    ];
+    let rows = groups.iter().flat_map(|group| group.runs.iter().map(move |run| (group, run)));
+    table(
+        columns,
+        rows.map(|(group, run)| {
+            let (found, checks, time) = (run.found(), run.checks(), Time::of(run));
+            [
+                group.name.clone(),
+                run.asked.seed.to_string(),
+                or_empty(run.value()),
+                group.unit.clone(),
+                run.evaluations().to_string(),
+                or_empty(run.moves.last().map(|m| m.number)),
+                or_empty(found.map(|m| m.number)),
+                or_empty(found.map(|m| m.evaluations)),
+                or_empty(found.map(|m| m.parts)),
+                or_empty(found.map(|m| m.actuators)),
+                run.standing.text().to_owned(),
+                or_empty(checks.map(|(kept, _)| kept)),
+                or_empty(checks.map(|(_, all)| all)),
+                or_empty(time.map(|time| format!("{:.1}", time.seconds))),
+                or_empty(time.and_then(|time| time.rate()).map(|rate| format!("{rate:.1}"))),
+                run.path.display().to_string(),
+            ]
+        }),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::{group, run, two};
+    use super::*;
+    use crate::results::sittings::Sitting;
+
+    #[test]
+    fn time_is_summed_over_the_sittings() {
+        let mut timed = run(1, "0,0,,,1,0,0,true,0,0,1,0,0,\n");
+        assert_eq!(Time::of(&timed), None);
+        let sitting = |begin, end, seconds, threads| Sitting { begin, end, seconds, threads };
+        timed.sittings = Some(vec![sitting(0, 100, 2.0, 2), sitting(90, 190, 3.0, 1)]);
+        let time = Time::of(&timed).unwrap();
+        assert_eq!(time, Time { seconds: 5.0, evaluations: 200, sittings: 2, threads: (1, 2) });
+        assert_eq!(time.rate(), Some(40.0));
+    }
+
+    #[test]
+    fn groups_are_compared_pair_by_pair() {
+        // 8 and 2 against 4: better once, worse once.
+        let four = group(vec![run(1, "0,0,,,1,0,4,true,4,0,1,0,0,\n")]);
+        assert_eq!(better(&two(), &four), Some(0.5));
+        // 8 and 2 against 2: better once, even once.
+        let same = group(vec![run(1, "0,0,,,1,0,2,true,2,0,1,0,0,\n")]);
+        assert_eq!(better(&two(), &same), Some(0.75));
+        let mut least = same;
+        least.maximize = false;
+        let mut other = two();
+        other.maximize = false;
+        assert_eq!(better(&other, &least), Some(0.25));
+        assert_eq!(better(&two(), &group(Vec::new())), None);
+    }
+
+    #[test]
+    fn the_best_run_is_found_whatever_is_best() {
+        let mut runs = two();
+        let best = |group: &Group| group.best().map(|(i, _)| i);
+        assert_eq!(best(&runs), Some(0));
+        runs.maximize = false;
+        assert_eq!(best(&runs), Some(1));
+        assert_eq!(best(&group(vec![run(1, ""), run(2, "0,0,,,1,0,,true,,0,1,1,0,1 too fast\n")])), None);
+    }
+}

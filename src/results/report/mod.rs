@@ -1,0 +1,150 @@
+//! The report of runs: one page that opens offline, and the tables behind it.
+//!
+//! [`read`] reads folders of runs into plain data, [`gather`] counts and measures, a file for each
+//! section, and [`page`] draws, a file for each section again. A section is a line in
+//! [`page::SECTIONS`], a table a line in [`TABLES`]; none knows another.
+
+mod gather;
+mod moves;
+mod page;
+mod read;
+#[cfg(test)]
+mod tests;
+
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+pub use read::Asker;
+
+use gather::{convergence, rejections, rules, runs, sizes, temperature};
+use read::Group;
+
+use super::whole::{entries, is_unfinished, write_whole};
+
+/// What the folder of a report is called in the folder of its runs.
+pub const FOLDER: &str = "report";
+/// The page.
+pub const PAGE: &str = "index.html";
+
+/// A table by the name of its file.
+type Table = (&'static str, fn(&[Group]) -> String);
+
+/// The tables.
+const TABLES: [Table; 6] = [
+    ("runs.csv", runs::csv),
+    ("convergence.csv", convergence::csv),
+    ("temperature.csv", temperature::csv),
+    ("rules.csv", rules::csv),
+    ("sizes.csv", sizes::csv),
+    ("rejections.csv", rejections::csv),
+];
+
+/// Whether a page loads itself again after a while.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reload {
+    /// It is complete.
+    Never,
+    /// It is written again as the runs go on.
+    WhileRunning,
+}
+
+/// What is known of some runs.
+#[derive(Debug)]
+pub struct Report {
+    groups: Vec<Group>,
+}
+
+impl Report {
+    /// Reads the folders: each holds a run or several, and is a group of its own.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: a folder holds no runs, is damaged or is named twice, or values cannot be compared.
+    pub fn read(folders: &[PathBuf], asker: Asker) -> Result<Self, String> {
+        Ok(Self { groups: read::groups(folders, asker)? })
+    }
+
+    /// Writes the page and the tables into a folder; what a report wrote there before is replaced.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: the folder holds something that no report writes, or cannot be written.
+    pub fn write(&self, out: &Path) -> Result<PathBuf, String> {
+        check_place(out)?;
+        fs::create_dir_all(out).map_err(|e| format!("cannot write {}: {e}", out.display()))?;
+        for (name, table) in TABLES {
+            write_whole(&out.join(name), &table(&self.groups))?;
+        }
+        // What was begun by a process that was killed.
+        for name in entries(out).unwrap_or_default().iter().filter(|name| is_unfinished(name)) {
+            let _ = fs::remove_file(out.join(name));
+        }
+        self.write_page(out, Reload::Never)
+    }
+
+    /// Writes the page alone.
+    ///
+    /// # Errors
+    ///
+    /// As of [`Report::write`].
+    pub fn write_page(&self, out: &Path, reload: Reload) -> Result<PathBuf, String> {
+        check_place(out)?;
+        fs::create_dir_all(out).map_err(|e| format!("cannot write {}: {e}", out.display()))?;
+        let page = out.join(PAGE);
+        write_whole(&page, &page::page(&self.groups, &|run| link(out, run), reload))?;
+        Ok(page)
+    }
+}
+
+/// Refuses a place where there is anything but a report.
+fn check_place(out: &Path) -> Result<(), String> {
+    if !out.exists() {
+        return Ok(());
+    }
+    match foreign(out) {
+        Ok(None) => Ok(()),
+        Ok(Some(name)) => Err(format!(
+            "{} holds \"{name}\", which no report writes: choose another folder with --out",
+            out.display()
+        )),
+        Err(e) => Err(format!("cannot write a report to {}: {e}", out.display())),
+    }
+}
+
+/// Something in a folder that no report writes.
+fn foreign(folder: &Path) -> std::io::Result<Option<String>> {
+    let is_ours =
+        |name: &str| name == PAGE || TABLES.iter().any(|(table, _)| *table == name) || is_unfinished(name);
+    Ok(entries(folder)?.into_iter().find(|name| !is_ours(name)))
+}
+
+/// Whether something in a run's folder is the report of it, and nothing else.
+pub(super) fn is_own(folder: &Path, name: &str) -> bool {
+    name == FOLDER && foreign(&folder.join(name)).is_ok_and(|foreign| foreign.is_none())
+}
+
+/// The address of a run's own page, from the page of the report; none if there is no such page.
+fn link(out: &Path, run: &Path) -> Option<String> {
+    let page = fs::canonicalize(run.join("view.html")).ok()?;
+    let out = fs::canonicalize(out).ok()?;
+    Some(relative(&out, &page))
+}
+
+/// The way from a folder to a file as an address.
+fn relative(folder: &Path, file: &Path) -> String {
+    let parts = |path: &Path| -> Vec<String> {
+        let named = path.components().filter(|part| !matches!(part, Component::RootDir));
+        named.map(|part| part.as_os_str().to_string_lossy().into_owned()).collect()
+    };
+    let (from, to) = (parts(folder), parts(file));
+    let shared = from.iter().zip(&to).take_while(|(a, b)| a == b).count();
+    let up = from.iter().skip(shared).map(|_| "..".to_owned());
+    let steps: Vec<String> = up.chain(to.iter().skip(shared).map(|name| encoded(name))).collect();
+    steps.join("/")
+}
+
+/// A name in an address: what would mean something else there is written as numbers.
+fn encoded(name: &str) -> String {
+    let plain = |b: u8| b.is_ascii_alphanumeric() || b"-_.~".contains(&b);
+    name.bytes().map(|b| if plain(b) { char::from(b).to_string() } else { format!("%{b:02X}") }).collect()
+}

@@ -1,0 +1,252 @@
+//! What was run, and what came of each run.
+
+use grammar_lang::ir::{RuleSet, Schedule};
+use grammar_lang::source::SourceMap;
+
+use super::words::{count, counted, number, or_dash, paragraph, percent, table, value};
+use super::{Link, heading, told};
+use crate::document::escape;
+use crate::results::report::gather::runs::{better, spread};
+use crate::results::report::read::{Group, Run};
+
+pub(super) fn section(groups: &[Group], link: Link) -> String {
+    let asked: String = groups
+        .iter()
+        .enumerate()
+        .map(|(i, group)| format!("<div>{}{}</div>\n", heading(groups, i), facts(group)))
+        .collect();
+    let several = groups.len() > 1;
+    let seen: String = groups.iter().map(|group| told(groups, group, &said(group))).collect();
+    let words = seen + &paragraph(&compared(groups));
+    let mut head = vec![
+        "#seed",
+        "#best value",
+        "#evaluations",
+        "#moves",
+        "#found at evaluation",
+        "#parts",
+        "#actuators",
+        "#checks kept",
+        "why it ended",
+    ];
+    if several {
+        head.insert(0, "group");
+    }
+    let rows: Vec<Vec<String>> = groups
+        .iter()
+        .flat_map(|group| group.runs.iter().map(move |run| (group, run)))
+        .map(|(group, run)| {
+            let mut cells = cells(group, run, link);
+            if several {
+                cells.insert(0, escape(&group.name));
+            }
+            cells
+        })
+        .collect();
+    format!("<div class=\"asked\">{asked}</div>\n{}{}{}", table(&head, &rows), together(groups), words)
+}
+
+/// What a group was asked.
+fn facts(group: &Group) -> String {
+    let Some(first) = group.runs.first() else { return String::new() };
+    let asked = &first.asked;
+    let code = |text: &str| format!("<code>{}</code>", escape(text));
+    let mut facts = vec![("grammar", format!("{}, from {}", escape(&asked.grammar), code(&asked.entry)))];
+    match &group.rules {
+        Ok(rules) => facts.extend(of_rules(&rules.0, &rules.1)),
+        Err(why) => facts.push(("rules", format!("not shown: {}", escape(why)))),
+    }
+    facts.push(("runs", format!("{}, {}", group.runs.len(), seeds(group))));
+    let bound = match (asked.max_evals, &asked.time) {
+        (Some(n), Some(time)) => format!("{} each, or {}", counted(n, "evaluation"), escape(time)),
+        (Some(n), None) => format!("{} each", counted(n, "evaluation")),
+        (None, Some(time)) => escape(time),
+        (None, None) => "that of the search's schedule".to_owned(),
+    };
+    facts.push(("bound", bound));
+    facts.push(("solver", escape(&asked.solver)));
+    if let Some(from) = &asked.from {
+        facts.push(("started from", format!("the example {}", escape(from))));
+    }
+    if !asked.parameters.is_empty() {
+        let all: Vec<String> =
+            asked.parameters.iter().map(|(name, text)| code(&format!("{name}={text}"))).collect();
+        facts.push(("parameters", all.join(" ")));
+    }
+    let mut versions: Vec<&str> = group.runs.iter().map(|run| run.asked.sgc.as_str()).collect();
+    versions.dedup();
+    facts.push(("sgc", escape(&versions.join(", "))));
+    facts.push(("folder", code(&group.path.display().to_string())));
+    let facts: String =
+        facts.into_iter().map(|(name, text)| format!("<div><dt>{name}</dt><dd>{text}</dd></div>")).collect();
+    format!("<dl>{facts}</dl>\n")
+}
+
+/// The seeds of a group: a row of them as its ends.
+fn seeds(group: &Group) -> String {
+    let seeds: Vec<u64> = group.runs.iter().map(|run| run.asked.seed).collect();
+    match seeds.as_slice() {
+        [only] => format!("seed {only}"),
+        [first, .., last] if seeds.windows(2).all(|pair| pair[1] == pair[0] + 1) => {
+            format!("seeds {first} to {last}")
+        }
+        _ => format!("seeds {}", seeds.iter().map(u64::to_string).collect::<Vec<_>>().join(", ")),
+    }
+}
+
+/// What the grammar asks of the search.
+fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)> {
+    let objective = &rules.objective;
+    let goal = if objective.maximize { "maximize" } else { "minimize" };
+    let text = sources.slice(objective.value.span);
+    // The unit stands in the text, unless a variant has set it.
+    let unit = match objective.unit.as_str() {
+        unit if unit.is_empty() || text.ends_with(unit) => String::new(),
+        unit => format!(" in {unit}"),
+    };
+    let goal = format!("{goal} {text}{unit}");
+    let mut facts = vec![("objective", format!("<code>{}</code>", escape(&goal)))];
+    let tasks: Vec<&str> =
+        rules.tasks.keys().map(String::as_str).filter(|name| *name != RuleSet::ONLY_TASK).collect();
+    if !tasks.is_empty() {
+        facts.push(("tasks", escape(&tasks.join(", "))));
+    }
+    let schedule = |schedule: &Schedule| {
+        let text =
+            |expr: &grammar_lang::ir::Expr| format!("<code>{}</code>", escape(sources.slice(expr.span)));
+        let how = match (&schedule.temperature, &schedule.cma_es, &schedule.archive) {
+            (Some(temperature), ..) => format!("temperature {}", text(temperature)),
+            (_, Some(_), _) => "evolution of a normal distribution (CMA-ES)".to_owned(),
+            (.., Some(_)) => "the best of each kind is kept".to_owned(),
+            _ => "no temperature".to_owned(),
+        };
+        let chains = schedule.chains.filter(|n| *n > 1).map_or(String::new(), |n| format!(" in {n} chains"));
+        format!(
+            "{} iterations of {} moves{chains}, {how}, stop {}",
+            text(&schedule.iterations),
+            text(&schedule.moves),
+            text(&schedule.stop)
+        )
+    };
+    facts.push(("search", escape(&rules.search.name)));
+    facts.push(("bodies", schedule(&rules.search.outer)));
+    match &rules.search.inner {
+        Some(inner) => facts.push(("gaits", schedule(inner))),
+        None => facts.push(("gaits", "not searched: one evaluation a body".to_owned())),
+    }
+    facts
+}
+
+fn cells(group: &Group, run: &Run, link: Link) -> Vec<String> {
+    let found = run.found();
+    let seed = run.asked.seed.to_string();
+    let seed = match link(&run.path) {
+        Some(address) => format!("<a href=\"{}\">{seed}</a>", escape(&address)),
+        None => seed,
+    };
+    let kept = run.checks().map(|(kept, all)| {
+        let class = if kept == all { "good" } else { "odd" };
+        format!("<span class=\"{class}\">{kept} of {all}</span>")
+    });
+    vec![
+        seed,
+        or_dash(run.value().map(|best| value(best, &group.unit))),
+        count(run.evaluations()),
+        or_dash(run.moves.last().map(|m| count(m.number))),
+        or_dash(found.map(|m| count(m.evaluations))),
+        or_dash(found.map(|m| m.parts.to_string())),
+        or_dash(found.map(|m| m.actuators.to_string())),
+        or_dash(kept),
+        escape(run.standing.text()),
+    ]
+}
+
+/// The groups as wholes.
+fn together(groups: &[Group]) -> String {
+    if groups.iter().all(|group| group.runs.len() < 2) && groups.len() < 2 {
+        return String::new();
+    }
+    let head = ["best values of", "#runs", "#best", "#mean", "#median", "#sd", "#lowest", "#highest"];
+    let rows: Vec<Vec<String>> = groups
+        .iter()
+        .filter_map(|group| {
+            let spread = spread(group)?;
+            let best = if group.maximize { spread.max } else { spread.min };
+            let of = |x: f64| value(x, &group.unit);
+            let sd = or_dash(spread.sd.map(of));
+            let name = escape(&group.name);
+            Some(vec![
+                name,
+                spread.count.to_string(),
+                of(best),
+                of(spread.mean),
+                of(spread.median),
+                sd,
+                of(spread.min),
+                of(spread.max),
+            ])
+        })
+        .collect();
+    if rows.is_empty() { String::new() } else { table(&head, &rows) }
+}
+
+/// What is seen of a group, in words.
+fn said(group: &Group) -> Vec<String> {
+    let mut said = Vec::new();
+    let without =
+        group.runs.iter().filter(|run| !run.moves.is_empty() && run.value().is_none()).count() as u64;
+    if without > 0 {
+        said.push(format!("{} found nothing valid so far.", counted(without, "run")));
+    }
+    if let Some(spread) = spread(group).filter(|spread| spread.count > 2)
+        && let Some(sd) = spread.sd
+        && sd > 0.5 * spread.mean.abs()
+    {
+        said.push(format!(
+            "Luck matters: the standard deviation is {} of the mean, so a few runs say little.",
+            percent(sd / spread.mean.abs().max(f64::MIN_POSITIVE))
+        ));
+    }
+    let checked: Vec<(usize, usize)> =
+        group.runs.iter().filter_map(Run::checks).filter(|(_, all)| *all > 0).collect();
+    let held = checked.iter().filter(|(kept, all)| kept == all).count();
+    if !checked.is_empty() {
+        said.push(format!(
+            "{held} of {} best designs kept their value in all cross-checks (finer simulation, the second solver, other friction, masses and motors).",
+            checked.len()
+        ));
+    }
+    said
+}
+
+/// What is seen of groups side by side, in words.
+fn compared(groups: &[Group]) -> Vec<String> {
+    let mut said = Vec::new();
+    for (i, one) in groups.iter().enumerate() {
+        for other in groups.iter().skip(i + 1) {
+            let Some(share) = better(one, other) else { continue };
+            said.push(format!(
+                "Of all pairs of runs, one of each group, {} is better than {} in {}{}.",
+                escape(&one.name),
+                escape(&other.name),
+                percent(share),
+                if (0.4..=0.6).contains(&share) { ": hardly a difference" } else { "" }
+            ));
+        }
+    }
+    if let [one, other] = groups
+        && let (Some(a), Some(b)) = (spread(one), spread(other))
+        && a.mean > 0.0
+        && b.mean > 0.0
+    {
+        let factor = if a.mean > b.mean { a.mean / b.mean } else { b.mean / a.mean };
+        let (more, less) = if a.mean > b.mean { (one, other) } else { (other, one) };
+        said.push(format!(
+            "The mean of {} is {} times that of {}.",
+            escape(&more.name),
+            number(factor),
+            escape(&less.name)
+        ));
+    }
+    said
+}

@@ -1,0 +1,279 @@
+//! Folders of runs, read for a report.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+
+use super::moves::{Move, Starts, moves};
+use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RUN};
+use crate::results::judge::confirmed;
+use crate::results::saved::{Grammar, SavedDesign};
+use crate::results::series::{self, RUNS, is_series, run_folder};
+use crate::results::sittings::{self, Sitting};
+use crate::results::whole::is_locked;
+
+/// The rules of a grammar and their texts, or why this version of sgc cannot read them.
+type Rules = Result<Rc<(RuleSet, SourceMap)>, String>;
+
+/// Runs that belong together: those of a folder that was named.
+#[derive(Debug)]
+pub(crate) struct Group {
+    /// What the report calls it; no other group of the report is called so.
+    pub(crate) name: String,
+    pub(crate) path: PathBuf,
+    pub(crate) runs: Vec<Run>,
+    /// The unit of the values.
+    pub(crate) unit: String,
+    pub(crate) maximize: bool,
+    pub(crate) rules: Rules,
+}
+
+/// One run.
+#[derive(Debug)]
+pub(crate) struct Run {
+    pub(crate) path: PathBuf,
+    pub(crate) asked: Asked,
+    pub(crate) rules: Rules,
+    pub(crate) standing: Standing,
+    pub(crate) moves: Vec<Move>,
+    /// The best design so far, or why it cannot be read; none if there is none.
+    pub(crate) design: Option<Result<Found, String>>,
+    /// None where nobody kept count.
+    pub(crate) sittings: Option<Vec<Sitting>>,
+}
+
+/// A saved design with the rules that made it.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) design: SavedDesign,
+    pub(crate) rules: Rules,
+}
+
+/// How far a run is.
+#[derive(Clone, Debug)]
+pub(crate) enum Standing {
+    Complete(Finished),
+    /// Another process goes on with it.
+    UnderWay,
+    /// It can be gone on with.
+    Stopped,
+    /// It has not begun yet, and waits for its turn among several.
+    Waiting,
+}
+
+impl Standing {
+    /// In words.
+    pub(crate) fn text(&self) -> &str {
+        match self {
+            Self::Complete(finished) => &finished.end,
+            Self::UnderWay => "under way",
+            Self::Stopped => "not complete: stopped or killed",
+            Self::Waiting => "waiting for its turn",
+        }
+    }
+}
+
+impl Run {
+    /// Evaluations spent, as far as is known.
+    pub(crate) fn evaluations(&self) -> u64 {
+        match &self.standing {
+            Standing::Complete(finished) => finished.evaluations,
+            _ => self.moves.last().map_or(0, |m| m.evaluations),
+        }
+    }
+
+    /// The best value so far.
+    pub(crate) fn value(&self) -> Option<f64> {
+        self.moves.last().and_then(|m| m.best)
+    }
+
+    /// The row of the move that found the best.
+    pub(crate) fn found(&self) -> Option<&Move> {
+        let best = self.value()?;
+        self.moves.iter().find(|m| m.best == Some(best))
+    }
+
+    pub(crate) fn is_complete(&self) -> bool {
+        matches!(self.standing, Standing::Complete(_))
+    }
+
+    /// Whether it is known which moves led to the best.
+    pub(crate) fn is_history_known(&self) -> bool {
+        self.rules.as_ref().map_or(true, |rules| Starts::of(&rules.0).are_known())
+    }
+
+    /// Of how many cross-checks of a complete run the value was kept in how many.
+    pub(crate) fn checks(&self) -> Option<(usize, usize)> {
+        let Some(Ok(Found { design, rules: Ok(rules) })) = &self.design else { return None };
+        let all = || design.tasks.iter().flat_map(|task| task.checks.iter().map(move |check| (task, check)));
+        let kept = all().filter(|(task, check)| confirmed(&rules.0, task, check)).count();
+        self.is_complete().then(|| (kept, all().count()))
+    }
+}
+
+impl Group {
+    /// A value on a scale where more is better.
+    pub(crate) fn fitness(&self, value: f64) -> f64 {
+        if self.maximize { value } else { -value }
+    }
+
+    /// The run with the best value so far; of several, the first.
+    pub(crate) fn best(&self) -> Option<(usize, &Run)> {
+        let valued = self.runs.iter().enumerate().filter_map(|(i, run)| Some((i, run, run.value()?)));
+        valued
+            .min_by(|a, b| self.fitness(b.2).total_cmp(&self.fitness(a.2)))
+            .map(|(index, run, _)| (index, run))
+    }
+
+    /// The best values of the runs that have one.
+    pub(crate) fn values(&self) -> Vec<f64> {
+        self.runs.iter().filter_map(Run::value).collect()
+    }
+}
+
+/// Who asks for the report.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Asker {
+    /// Somebody outside: whether a run is under way is known by its lock.
+    Anybody,
+    /// The process that goes on with the runs: what is not complete is under way, and no lock is touched.
+    Going,
+    /// The same at its end: what is not complete is stopped.
+    Gone,
+}
+
+/// Reads the groups of a report: a run folder or the folder of several runs for each.
+///
+/// # Errors
+///
+/// A sentence: a folder holds no runs, is damaged or is named twice, or values cannot be compared.
+pub(crate) fn groups(paths: &[PathBuf], asker: Asker) -> Result<Vec<Group>, String> {
+    let mut compiled = Compiled::default();
+    let groups: Vec<Group> =
+        paths.iter().map(|path| group(path, asker, &mut compiled)).collect::<Result<_, _>>()?;
+    for (i, one) in groups.iter().enumerate() {
+        let real = |group: &Group| fs::canonicalize(&group.path).unwrap_or_else(|_| group.path.clone());
+        if groups.iter().take(i).any(|other| real(other) == real(one)) {
+            return Err(format!("{} is named twice: name each folder once", one.path.display()));
+        }
+    }
+    comparable(&groups)?;
+    Ok(named(groups))
+}
+
+fn comparable(groups: &[Group]) -> Result<(), String> {
+    let sense = |group: &Group| {
+        let unit = if group.unit.is_empty() { "no unit" } else { &group.unit };
+        format!("{} in {unit}", if group.maximize { "maximises" } else { "minimises" })
+    };
+    let Some((first, others)) = groups.split_first() else { return Ok(()) };
+    match others.iter().find(|other| sense(other) != sense(first)) {
+        Some(other) => Err(format!(
+            "{} {}, {} {}: their values cannot be compared; report them one by one",
+            first.path.display(),
+            sense(first),
+            other.path.display(),
+            sense(other)
+        )),
+        None => Ok(()),
+    }
+}
+
+/// Gives each group a name of its own: the grammar's, the folder's where several share a grammar, or the path.
+fn named(mut groups: Vec<Group>) -> Vec<Group> {
+    let grammars: Vec<String> = groups.iter().map(|group| group.name.clone()).collect();
+    let folder = |group: &Group| {
+        let path = fs::canonicalize(&group.path).unwrap_or_else(|_| group.path.clone());
+        path.file_name().map_or(String::new(), |name| name.to_string_lossy().into_owned())
+    };
+    let folders: Vec<String> = groups.iter().map(folder).collect();
+    let paths = groups.iter().map(|group| group.path.display().to_string()).collect();
+    let distinct = |names: &[String]| (1..names.len()).all(|i| !names[..i].contains(&names[i]));
+    let names = [grammars, folders].into_iter().find(|names| distinct(names)).unwrap_or(paths);
+    for (group, name) in groups.iter_mut().zip(names) {
+        group.name = name;
+    }
+    groups
+}
+
+fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, String> {
+    let shown = path.display();
+    let runs: Vec<Run> = if is_series(path) {
+        let series = series::series(path)?;
+        // Its runs are not asked one by one: one may be about to begin.
+        let asker = if asker == Asker::Anybody && is_locked(&path.join(RUNS)) { Asker::Going } else { asker };
+        let folders = series.seeds.iter().map(|seed| run_folder(path, *seed));
+        folders.map(|folder| run(&folder, asker, compiled)).collect::<Result<_, _>>()?
+    } else if folder::is_run(path) {
+        vec![run(path, asker, compiled)?]
+    } else if path.is_dir() {
+        return Err(format!(
+            "{shown} holds no run: it has neither {RUN} (one run) nor {RUNS} (several); name a folder that sgc run wrote"
+        ));
+    } else {
+        return Err(format!("there is no folder {shown}"));
+    };
+    let Some(first) = runs.first() else {
+        return Err(format!("{} names no seeds", path.join(RUNS).display()));
+    };
+    let rules = first.rules.clone();
+    let unit = match (&rules, runs.iter().find_map(|run| run.design.as_ref()?.as_ref().ok())) {
+        (Ok(rules), _) => rules.0.objective.unit.clone(),
+        (Err(_), Some(found)) => found.design.unit.clone(),
+        (Err(_), None) => String::new(),
+    };
+    let maximize = rules.as_ref().map_or_else(|_| is_rising(&runs), |rules| rules.0.objective.maximize);
+    Ok(Group { name: first.asked.grammar.clone(), path: path.to_owned(), runs, unit, maximize, rules })
+}
+
+/// Whether more is better, as far as the bests tell.
+fn is_rising(runs: &[Run]) -> bool {
+    let bests = |run: &Run| run.moves.iter().filter_map(|m| m.best).collect::<Vec<_>>();
+    !runs.iter().any(|run| bests(run).windows(2).any(|pair| pair[1] < pair[0]))
+}
+
+fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String> {
+    if !folder::is_run(path) {
+        return Err(format!("{} is damaged: it has no {RUN}", path.display()));
+    }
+    let asked = folder::asked(path)?;
+    let finished = folder::finished(path)?;
+    let rules = compiled.get(&folder::frozen(path, &asked)?);
+    let starts = rules.as_ref().map_or_else(|_| Starts::default(), |rules| Starts::of(&rules.0));
+    let moves = moves(&path.join(EVALS), finished.is_none(), starts)?;
+    let standing = match (finished, asker) {
+        (Some(finished), _) => Standing::Complete(finished),
+        (None, Asker::Going) if moves.is_empty() => Standing::Waiting,
+        (None, Asker::Going) => Standing::UnderWay,
+        (None, Asker::Anybody) if is_locked(&path.join(RUN)) => Standing::UnderWay,
+        (None, Asker::Anybody | Asker::Gone) => Standing::Stopped,
+    };
+    let best = path.join(BEST);
+    let found = || {
+        let design = SavedDesign::read(&best)?;
+        let rules = compiled.get(&design.grammar);
+        Ok(Found { design, rules })
+    };
+    let design = best.exists().then(found);
+    Ok(Run { path: path.to_owned(), asked, rules, standing, moves, design, sittings: sittings::read(path) })
+}
+
+/// Grammars that have been compiled already: runs share them.
+#[derive(Default)]
+struct Compiled {
+    all: Vec<(Grammar, Rules)>,
+}
+
+impl Compiled {
+    fn get(&mut self, grammar: &Grammar) -> Rules {
+        if let Some((_, known)) = self.all.iter().find(|(known, _)| known == grammar) {
+            return known.clone();
+        }
+        let rules = grammar.compile_with_sources().map(Rc::new);
+        self.all.push((grammar.clone(), rules.clone()));
+        rules
+    }
+}

@@ -1,0 +1,157 @@
+//! Reports of real runs, and of folders that are not as they should be.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use crate::support::root;
+
+fn sgc(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .args(arguments)
+        .current_dir(root())
+        .env("NO_COLOR", "1")
+        .output()
+        .unwrap()
+}
+
+fn errors(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+fn assert_code(output: &Output, code: i32) {
+    assert_eq!(output.status.code(), Some(code), "{}", errors(output));
+}
+
+fn path(path: &Path) -> &str {
+    path.to_str().unwrap()
+}
+
+fn read(path: PathBuf) -> String {
+    std::fs::read_to_string(&path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+}
+
+/// Two short runs of one grammar, followed by a page.
+fn two_runs(folder: &Path, seed: &str, out: &str) -> PathBuf {
+    let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
+    let grammar = folder.join("quick.sgr");
+    std::fs::write(&grammar, text.replace("for 20 s", "for 1 s")).unwrap();
+    let out = folder.join(out);
+    let run = ["run", path(&grammar), "--seed", seed, "--runs", "2", "--max-evals", "80", "--live"];
+    let output = sgc(&[&run[..], &["--out", path(&out)]].concat());
+    assert_code(&output, 0);
+    assert!(errors(&output).contains("report/index.html"), "{}", errors(&output));
+    out
+}
+
+#[test]
+fn a_report_of_two_runs_says_what_their_tables_say() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = two_runs(folder.path(), "4", "runs");
+    let followed = read(runs.join("report/index.html"));
+    assert!(!followed.contains("http-equiv=\"refresh\""), "the last page follows nothing any more");
+
+    let output = sgc(&["report", path(&runs)]);
+    assert_code(&output, 0);
+    assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), path(&runs.join("report/index.html")));
+    let page = read(runs.join("report/index.html"));
+    assert_eq!(page, followed, "the runs wrote the same at their end");
+    assert_eq!(page.matches("<figure class=\"card\">").count(), 2);
+    assert!(!page.contains("class=\"lost\"") && page.contains("class=\"solid\""), "both designs are drawn");
+    assert!(!page.contains("<script"), "nothing runs in it");
+    assert!(page.contains("evaluations a second") && !page.contains("unknown"), "the time is known");
+
+    // What the report says is in the runs' own files.
+    let table = read(runs.join("report/runs.csv"));
+    let summary = read(runs.join("summary.csv"));
+    for (ours, theirs) in table.lines().zip(summary.lines()).skip(1) {
+        let (ours, theirs): (Vec<&str>, Vec<&str>) = (ours.split(',').collect(), theirs.split(',').collect());
+        assert_eq!((ours[1], ours[2], ours[4]), (theirs[0], theirs[1], theirs[3]), "{table}{summary}");
+    }
+    let applied: usize = ["seed-4", "seed-5"]
+        .iter()
+        .map(|seed| {
+            read(runs.join(seed).join("evals.csv"))
+                .lines()
+                .skip(2)
+                .filter(|l| l.split(',').nth(2) != Some(""))
+                .count()
+        })
+        .sum();
+    let rules = read(runs.join("report/rules.csv"));
+    let counted: usize =
+        rules.lines().skip(1).map(|l| l.split(',').nth(4).unwrap().parse::<usize>().unwrap()).sum();
+    assert_eq!(counted, applied, "{rules}");
+
+    // A page of a run is linked; one run has a report, too, and a folder with a report can be replaced.
+    assert_code(&sgc(&["view", path(&runs.join("seed-4"))]), 0);
+    assert_code(&sgc(&["report", path(&runs)]), 0);
+    assert!(read(runs.join("report/index.html")).contains("href=\"../seed-4/view.html\""));
+    assert_code(&sgc(&["report", path(&runs.join("seed-5"))]), 0);
+    assert!(runs.join("seed-5/report/index.html").exists());
+    two_runs_again_by_force(folder.path(), &runs);
+}
+
+fn two_runs_again_by_force(folder: &Path, runs: &Path) {
+    let grammar = folder.join("quick.sgr");
+    let run = ["run", path(&grammar), "--seed", "4", "--runs", "2", "--max-evals", "3", "--out", path(runs)];
+    assert_code(&sgc(&[&run[..], &["--force"]].concat()), 0);
+    assert!(!runs.join("report").exists());
+    std::fs::create_dir(runs.join("report")).unwrap();
+    std::fs::write(runs.join("report/notes.txt"), "mine").unwrap();
+    assert_code(&sgc(&[&run[..], &["--force"]].concat()), 2);
+    let output = sgc(&["report", path(runs)]);
+    assert_code(&output, 2);
+    assert!(errors(&output).contains("\"notes.txt\", which no report writes"), "{}", errors(&output));
+}
+
+#[test]
+fn groups_are_compared_and_damage_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let (one, other) = (two_runs(folder.path(), "4", "one"), two_runs(folder.path(), "6", "other"));
+    let out = folder.path().join("compared");
+    let report = |folders: &[&Path]| {
+        let folders: Vec<&str> = folders.iter().map(|folder| path(folder)).collect();
+        sgc(&[&["report", "--out", path(&out)][..], &folders].concat())
+    };
+    assert_code(&report(&[&one, &other]), 0);
+    let page = read(out.join("index.html"));
+    assert!(page.contains("Of all pairs of runs, one of each group, one is better than other"), "{page}");
+    assert_eq!(read(out.join("runs.csv")).lines().count(), 5);
+
+    let says = |folders: &[&Path], says: &str| {
+        let output = report(folders);
+        assert_code(&output, 2);
+        assert!(errors(&output).contains(says), "{says}: {}", errors(&output));
+    };
+    says(&[&one, &one], "is named twice");
+    says(&[&folder.path().join("nowhere")], "there is no folder");
+    says(&[folder.path()], "holds no run");
+
+    // A changed design is told in its place, and all else is shown.
+    let design = one.join("seed-4/best.design.json");
+    let text = read(design.clone());
+    std::fs::write(&design, text.replacen("\"body\": \"", "\"body\": \"0", 1)).unwrap();
+    assert_code(&report(&[&one]), 0);
+    let page = read(out.join("index.html"));
+    assert!(page.contains("it was changed") && page.matches("class=\"solid\"").count() == 1);
+    std::fs::write(&design, text.get(..200).unwrap()).unwrap();
+    assert_code(&report(&[&one]), 0);
+    assert!(read(out.join("index.html")).contains("is not a saved design"));
+
+    // A killed run may have half a row, a complete one not.
+    let evals = one.join("seed-5/evals.csv");
+    let text = read(evals.clone());
+    std::fs::write(&evals, text.get(..text.len() - 5).unwrap()).unwrap();
+    says(&[&one], "seed-5/evals.csv is damaged: its last row is not complete");
+    std::fs::remove_file(one.join("seed-5/result.json")).unwrap();
+    assert_code(&report(&[&one]), 0);
+    assert!(read(out.join("index.html")).contains("not complete: stopped or killed"));
+    std::fs::write(&evals, text.replacen("0,0,,", "0,0,,,", 1)).unwrap();
+    says(&[&one], "line 2 has 15 fields");
+    std::fs::remove_file(&evals).unwrap();
+    says(&[&one], "cannot read");
+    std::fs::remove_file(one.join("seed-5/run.toml")).unwrap();
+    says(&[&one], "it has no run.toml");
+    std::fs::write(one.join("runs.toml"), "seeds = [").unwrap();
+    says(&[&one], "runs.toml is damaged");
+}
