@@ -20,6 +20,7 @@ use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
 pub use body::Body;
+pub(crate) use port::{ends, pose_at};
 pub use port::{PortFrame, ports};
 
 /// Names a part for as long as the step that made it exists: the step's number

@@ -111,7 +111,7 @@ pub(crate) fn ends(rules: &RuleSet, kind: &str) -> (u8, Option<u8>) {
 }
 
 /// The pose of a part held by a port of another: the two ports meet face to face.
-pub(super) fn pose_at(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> Option<Isometry3<f64>> {
+pub(crate) fn pose_at(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> Option<Isometry3<f64>> {
     let frame = ports(rules, holder).get(port as usize)?.frame;
     let own = ports(rules, part).get(part.holding as usize)?.frame;
     let half_turn = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(0.0, 0.0, 1.0, 0.0));

@@ -1,6 +1,6 @@
 //! A design as the `begin` of a grammar, so that what was found can be edited, kept and started from.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
 use grammar_lang::ir::RuleSet;
@@ -8,7 +8,7 @@ use grammar_lang::units::{self, Dimension};
 
 use super::describe::{port_name, value};
 use crate::derive::Recorded;
-use crate::design::{Design, Part, PartId, ends};
+use crate::design::{Design, Part, PartId, ends, pose_at};
 
 /// The lines `begin { place ... }` that make a design. Images of a symmetry are left out: `begin` makes
 /// them again. What a grammar's own `begin` has placed keeps its name.
@@ -18,39 +18,55 @@ pub fn beginning(rules: &RuleSet, design: &Design) -> String {
     let mut text = String::from("begin {\n");
     for (id, name) in &names {
         if let Some(part) = design.parts.get(id) {
-            let _ = writeln!(text, "  place {name} : {}", placed(rules, design, &names, part));
+            // What tells an original from its images, a phase for example, is the other way round here.
+            let side = if part.image == 0 || !rules.is_actuator(&part.kind) { "" } else { "   # was an image" };
+            let _ = writeln!(text, "  place {name} : {}{side}", placed(rules, design, &names, part));
         }
     }
     text + "}\n"
 }
 
-/// The originals with their names, each after what holds it.
+/// One part of each that the symmetry repeats, with its name, after what holds it. Which one is no matter: the
+/// part that a rule matched may have been an image.
 fn names(design: &Design) -> Vec<(PartId, String)> {
     let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
     let mut known: Vec<(PartId, String)> = Vec::new();
-    let originals: Vec<(&PartId, &Part)> = design.parts.iter().filter(|(_, p)| p.image == 0).collect();
-    // A part that was turned or replaced may stand before what holds it.
-    while known.len() < originals.len() {
+    let mut done: BTreeSet<PartId> = BTreeSet::new();
+    loop {
         let before = known.len();
-        for (id, part) in &originals {
-            let holder = part.held_by.map(|(holder, _)| holder);
-            let stands = |wanted: PartId| known.iter().any(|(known, _)| *known == wanted);
-            if stands(**id) || holder.is_some_and(|holder| !stands(holder)) {
+        for (id, part) in &design.parts {
+            let original = part.image_of.unwrap_or(*id);
+            let is_held = part.held_by.is_none_or(|(holder, _)| known.iter().any(|(k, _)| *k == holder));
+            if !is_held || !done.insert(original) {
                 continue;
             }
-            let given = design.placed.iter().find(|(_, placed)| *placed == *id).map(|(name, _)| name.clone());
+            let given = design.placed.iter().find(|(_, placed)| **placed == *id).map(|(name, _)| name.clone());
             let name = given.unwrap_or_else(|| {
                 let number = numbers.entry(part.kind.as_str()).or_default();
                 *number += 1;
                 format!("{}{number}", part.kind)
             });
-            known.push((**id, name));
+            known.push((*id, name));
         }
         if known.len() == before {
-            break;
+            return known;
         }
     }
-    known
+}
+
+/// The turn by which a part stands as it does: that of an image is measured in a mirrored frame.
+fn turn(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> f64 {
+    let full = 2.0 * std::f64::consts::PI;
+    let reflected = if part.turn == 0.0 { 0.0 } else { full - part.turn };
+    let quarters = [0.0, 0.25, 0.5, 0.75].map(|share| share * full);
+    let fits = |turn: &f64| {
+        let as_placed = Part { turn: *turn, ..part.clone() };
+        pose_at(rules, holder, port, &as_placed).is_some_and(|pose| {
+            let apart = pose.inverse() * part.pose;
+            apart.translation.vector.norm() < 1e-6 && apart.rotation.angle() < 1e-4
+        })
+    };
+    [part.turn, reflected].into_iter().chain(quarters).find(fits).unwrap_or(part.turn)
 }
 
 fn placed(rules: &RuleSet, design: &Design, names: &[(PartId, String)], part: &Part) -> String {
@@ -69,10 +85,11 @@ fn placed(rules: &RuleSet, design: &Design, names: &[(PartId, String)], part: &P
     }
     let Some((holder, port)) = part.held_by else { return text };
     let name = names.iter().find(|(id, _)| *id == holder).map_or("?", |(_, name)| name);
-    let on = design.parts.get(&holder).and_then(|holder| port_name(rules, holder, port));
-    let _ = write!(text, " to {name}.{}", on.as_deref().unwrap_or("?"));
-    if part.turn != 0.0 {
-        let _ = write!(text, " turned {}", units::shown(part.turn, Dimension::ANGLE));
+    let Some(holder) = design.parts.get(&holder) else { return text };
+    let _ = write!(text, " to {name}.{}", port_name(rules, holder, port).as_deref().unwrap_or("?"));
+    let turn = turn(rules, holder, port, part);
+    if turn != 0.0 {
+        let _ = write!(text, " turned {}", units::shown(turn, Dimension::ANGLE));
     }
     if part.holding != ends(rules, &part.kind).0
         && let Some(own) = port_name(rules, part, part.holding)
