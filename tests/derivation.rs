@@ -6,7 +6,7 @@ use sgc::derive::Derivation;
 use sgc::derive::random::Stream;
 use sgc::testing;
 
-use crate::support::{grammar, root};
+use crate::support::{grammar, read, root};
 
 fn derive(rules: &RuleSet, seed: u64, moves: usize) -> Derivation {
     let mut derivation = Derivation::begin(rules);
@@ -158,4 +158,45 @@ fn every_rule_can_apply_and_the_draw_is_even() {
     }
     assert_eq!(counts.len(), rules.rules.len(), "{counts:?}");
     assert!(counts.values().all(|n| *n > 100), "{counts:?}");
+}
+
+#[test]
+fn a_design_as_the_begin_of_a_grammar_is_the_same_body() {
+    let imports = "use std.blocks { cube, ball }\nuse std.actuators { bender }\n";
+    let mut images = 0;
+    for path in ["codesign", "morphology", "worm", "pneumatic", "millipede", "disk"] {
+        let path = format!("grammars/{path}.sgr");
+        let rules = grammar(&path);
+        for seed in 0..8 {
+            let design = derive(&rules, seed, 30).design;
+            let text = sgc::results::beginning::beginning(&rules, &design);
+            images += text.matches("# was an image").count();
+            // The kinds that the grammar's own parts are called by must be imported to be named.
+            let known = read(&path);
+            let imports: String = imports
+                .lines()
+                .filter(|line| known.contains(*line) || known.contains(" of \"./codesign"))
+                .collect();
+            let name = rules.name.clone();
+            let whole = if known.contains("grammar ") {
+                let begin = known.find("\nbegin {").expect("a beginning") + 1;
+                let end = begin + known[begin..].find("\n}").expect("its end") + 3;
+                let whole = format!("{}{text}{}", &known[..begin], &known[end..]);
+                let lacks = text.contains("ball") && !known.contains("ball }");
+                let import = if lacks { "\nuse std.blocks { ball }\n\nbegin {" } else { "\nbegin {" };
+                whole.replacen("\nbegin {", import, 1)
+            } else {
+                let edit = text.replace("begin {", "replace begin {");
+                format!("{imports}\nvariant again of \"{}\" {{\n{edit}}}\n", root().join(&path).display())
+            };
+            let mut sources = grammar_lang::source::SourceMap::default();
+            let entry = sources.add(root().join("grammars/again.sgr").to_string_lossy(), whole);
+            let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[], None);
+            let again =
+                compiled.ruleset.unwrap_or_else(|| panic!("{name}: {:#?}\n{text}", compiled.diagnostics));
+            let begun = Derivation::begin(&again).design;
+            assert_eq!(begun.canonical_hash(&again), design.canonical_hash(&rules), "{path} {seed}\n{text}");
+        }
+    }
+    assert!(images > 10, "rules were applied to images, too");
 }

@@ -20,8 +20,8 @@ use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
 pub use body::Body;
-pub(crate) use port::{ends, pose_at};
 pub use port::{PortFrame, ports};
+pub(crate) use port::{ends, pose_at};
 
 /// Names a part for as long as the step that made it exists: the step's number
 /// in the upper bits, the part's number within the step in the lower eight.

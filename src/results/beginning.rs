@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
+use grammar_lang::eval::evaluate;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::units::{self, Dimension};
 
@@ -19,7 +20,8 @@ pub fn beginning(rules: &RuleSet, design: &Design) -> String {
     for (id, name) in &names {
         if let Some(part) = design.parts.get(id) {
             // What tells an original from its images, a phase for example, is the other way round here.
-            let side = if part.image == 0 || !rules.is_actuator(&part.kind) { "" } else { "   # was an image" };
+            let side =
+                if part.image == 0 || !rules.is_actuator(&part.kind) { "" } else { "   # was an image" };
             let _ = writeln!(text, "  place {name} : {}{side}", placed(rules, design, &names, part));
         }
     }
@@ -40,7 +42,8 @@ fn names(design: &Design) -> Vec<(PartId, String)> {
             if !is_held || !done.insert(original) {
                 continue;
             }
-            let given = design.placed.iter().find(|(_, placed)| **placed == *id).map(|(name, _)| name.clone());
+            let given =
+                design.placed.iter().find(|(_, placed)| **placed == *id).map(|(name, _)| name.clone());
             let name = given.unwrap_or_else(|| {
                 let number = numbers.entry(part.kind.as_str()).or_default();
                 *number += 1;
@@ -75,9 +78,13 @@ fn placed(rules: &RuleSet, design: &Design, names: &[(PartId, String)], part: &P
     let params: Vec<String> = part
         .params
         .iter()
-        .map(|(name, given)| {
-            let ty = declared.and_then(|params| params.get(name)).map(|param| &param.ty);
-            format!("{name} = {}", value(rules, design, &Recorded::new(given), ty))
+        .filter_map(|(name, given)| {
+            let param = declared.and_then(|params| params.get(name));
+            let default = param.and_then(|param| param.default.as_ref());
+            let default = default.and_then(|default| evaluate(default, rules, &mut Vec::new()).ok());
+            let differs = default.as_ref() != Some(given);
+            let shown = || value(rules, design, &Recorded::new(given), param.map(|param| &param.ty));
+            differs.then(|| format!("{name} = {}", shown()))
         })
         .collect();
     if !params.is_empty() {

@@ -6,7 +6,6 @@ use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
 use super::describe;
-use super::picture::colour;
 use super::view::{Look, Made, Making, Piece};
 use crate::derive::{Derivation, Step};
 use crate::design::assembly::Shape;
