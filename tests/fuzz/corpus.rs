@@ -8,6 +8,7 @@ pub fn texts() -> Vec<String> {
     let folders = [
         "std-rules",
         "grammars",
+        "grammars/experiments",
         "tests/cases",
         "tests/fuzz/found",
         "docs",

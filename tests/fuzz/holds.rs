@@ -21,6 +21,9 @@ pub fn world() -> Frozen {
     let mut texts = BTreeMap::new();
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
+        if path.is_dir() {
+            continue;
+        }
         let name = format!("grammars/{}", path.file_name().unwrap().to_string_lossy());
         texts.insert(name, std::fs::read_to_string(&path).unwrap());
     }
