@@ -1,8 +1,8 @@
 //! The report of runs: one page that opens offline, and the tables behind it.
 //!
-//! [`read`] reads folders of runs into plain data, [`gather`] counts and measures, a file for each
-//! section, and [`page`] draws, a file for each section again. A section is a line in
-//! [`page::SECTIONS`], a table a line in [`TABLES`]; none knows another.
+//! `read` reads folders of runs into plain data, `gather` counts and measures, a file for each
+//! section, and `page` draws, a file for each section again. A section is a line in
+//! `page::SECTIONS`, a table a line in `TABLES`; none knows another.
 
 mod gather;
 mod moves;
