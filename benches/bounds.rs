@@ -37,8 +37,14 @@ fn main() {
             *text = text.replace("bound clamp", &format!("bound {bound}"));
             let rules = grammar.compile_edited().unwrap();
             let derivation = Arc::new(Derivation::start(&rules, Some(body)).unwrap());
-            let limits =
-                Limits { seed: *seed, jobs: 1, max_evaluations: Some(most), lanes: None, deadline: None };
+            let limits = Limits {
+                seed: *seed,
+                jobs: 1,
+                max_evaluations: Some(most),
+                lanes: None,
+                gives_up: true,
+                deadline: None,
+            };
             let model = simulate::model("articulated").unwrap();
             let outcome = tune_body(&rules, model, &derivation, &limits, &AtomicBool::new(false)).unwrap();
             outcome.best.map_or(f64::NAN, |best| best.value)

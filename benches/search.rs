@@ -50,7 +50,7 @@ impl Observer for Until<'_> {
 fn time(rules: &RuleSet, seed: u64, lanes: Option<usize>, most: u64, value: f64) -> (Option<f64>, f64, u64) {
     let flag = AtomicBool::new(false);
     let mut until = Until { value, found: false, flag: &flag };
-    let limits = Limits { seed, jobs: 1, max_evaluations: Some(most), lanes, deadline: None };
+    let limits = Limits { seed, jobs: 1, max_evaluations: Some(most), lanes, gives_up: true, deadline: None };
     let model = simulate::model("articulated").unwrap();
     let first = Derivation::start(rules, rules.from.as_deref()).unwrap();
     let begun = Instant::now();

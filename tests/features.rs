@@ -12,7 +12,7 @@ use sgc::drive::Drive;
 use sgc::search::{Best, Limits, Observer, Row};
 use sgc::simulate;
 
-use crate::support::root;
+use crate::support::{grammar, root};
 
 /// What most of the grammars below have in common.
 const COMMON: &str = "
@@ -422,7 +422,8 @@ impl Observer for Log {
 }
 
 fn search(rules: &RuleSet, jobs: usize, max: u64) -> (Option<Best>, Vec<f64>) {
-    let limits = Limits { seed: 2, jobs, max_evaluations: Some(max), lanes: None, deadline: None };
+    let limits =
+        Limits { seed: 2, jobs, max_evaluations: Some(max), lanes: None, gives_up: true, deadline: None };
     let model = simulate::model("articulated").unwrap();
     let mut log = Log::default();
     let first = Derivation::start(rules, rules.from.as_deref()).unwrap();
@@ -511,4 +512,67 @@ fn a_choice_may_be_a_value_of_an_enumeration_or_a_record() {
     let one = both.apply(&rules, undo, &[step]).unwrap().expect("it can be undone");
     assert_eq!(one.steps, both.steps[..1]);
     assert_eq!(one.design.parts.len(), 2);
+}
+
+/// What an objective can still come to, seen from the middle of a motion, holds what it comes to.
+#[test]
+fn limits_of_an_objective_under_way_hold() {
+    use sgc::score::ceiling::{Underway, limits};
+    use sgc::simulate::model;
+    let mut decided = 0;
+    for (path, is_bounded) in [
+        ("grammars/codesign.sgr", true),
+        ("grammars/shepherd.sgr", true),
+        ("grammars/steering.sgr", false),
+        ("grammars/pneumatic.sgr", false),
+    ] {
+        let rules = grammar(path);
+        let (_, task) = rules.tasks.first().unwrap();
+        let mut derivation = Derivation::start(&rules, rules.from.as_deref()).unwrap();
+        let mut random = Stream::named(7, "limits");
+        for _ in 0..12 {
+            if let Some(next) = derivation.advance(&rules, &mut random, 1.0).result {
+                derivation = next;
+            }
+        }
+        let derivation = std::sync::Arc::new(derivation);
+        let body = sgc::design::Body::new(&derivation.design, &rules);
+        let drive = sgc::drive::Drive::new(&rules, task, std::sync::Arc::clone(&derivation), &body).unwrap();
+        let settings = sgc::search::settings(&task.model);
+        let mut simulation = model("articulated").unwrap().prepare(&body.assembly, &settings).unwrap();
+        for _ in 0..4 {
+            let parameters = drive.draw(&mut random);
+            let targets = drive.targets(&parameters).unwrap();
+            let Ok(motion) = simulation.run(&[targets]).remove(0) else { continue };
+            let recording = sgc::score::Recording {
+                derivation: &derivation,
+                body: &body,
+                motion: &motion,
+                drive: &drive,
+                parameters: &parameters,
+            };
+            let value = sgc::score::objective(&rules, task, recording).unwrap();
+            for pace in [0.002, 0.02, 0.2] {
+                if motion.outpaces(pace) {
+                    continue;
+                }
+                for second in 0..=18 {
+                    let now = f64::from(second);
+                    let frames = (now / motion.interval).round() as usize + 1;
+                    let mut part = motion.clone();
+                    part.poses.truncate(frames * motion.bodies);
+                    let recording = sgc::score::Recording { motion: &part, ..recording };
+                    let underway = Underway { recording, now, pace };
+                    let (low, high) = limits(&rules, task, underway).unwrap();
+                    assert!(
+                        low <= value + 1e-9 && value <= high + 1e-9,
+                        "{path} {now} s: {low} {value} {high}"
+                    );
+                    assert!(high.is_finite() || !is_bounded, "{path}: {high}");
+                    decided += usize::from(high < 1.5 * value.abs() + 5.0);
+                }
+            }
+        }
+    }
+    assert!(decided > 20, "the limits say something: {decided}");
 }

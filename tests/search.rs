@@ -34,7 +34,8 @@ impl Observer for Log {
 }
 
 fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<String>) {
-    let limits = Limits { seed, jobs, max_evaluations: Some(max), lanes: None, deadline: None };
+    let limits =
+        Limits { seed, jobs, max_evaluations: Some(max), lanes: None, gives_up: true, deadline: None };
     let mut log = Log::default();
     let model = simulate::model("articulated").unwrap();
     let outcome =
@@ -192,8 +193,14 @@ fn in_sittings(
     for sittings in 1.. {
         flag.store(false, Ordering::Relaxed);
         let deadline = sitting.map(|time| Instant::now() + time);
-        let limits =
-            Limits { seed, jobs: 1 + sittings % 3, max_evaluations: Some(200), lanes: None, deadline };
+        let limits = Limits {
+            seed,
+            jobs: 1 + sittings % 3,
+            max_evaluations: Some(200),
+            lanes: None,
+            gives_up: true,
+            deadline,
+        };
         let outcome = go_on(rules, state, model, &limits, &flag, &mut stopper).unwrap();
         if !outcome.end.is_early() {
             return (outcome, stopper.rows, sittings);
@@ -253,6 +260,46 @@ fn what_has_no_value_is_counted_on_in_pieces() {
     assert!(same_end(&rules, 2, 5, None) > 2);
     let tally = in_sittings(&rules, 2, usize::MAX, None).0.tally;
     assert!(!tally.no_value.is_empty() && !tally.refused.is_empty(), "{tally:?}");
+}
+
+/// The curves of a body of four actuators, with a pace limit.
+fn paced(limit: &str) -> RuleSet {
+    let mut texts = texts();
+    texts.insert("grammars/bodies.sgr".into(), {
+        let text = crate::support::read("benches/bodies/bodies.sgr");
+        text.replace("../../grammars/codesign.sgr", "./codesign.sgr").replace("from two", "from four")
+    });
+    let text = texts["grammars/codesign.sgr"].replace("for 20 s", "for 12 s");
+    texts.insert("grammars/codesign.sgr".into(), text);
+    let text = texts["std.models"]
+        .replace("speed_limit     = 10 m/s", &format!("pace_limit = {limit}\n  speed_limit     = 10 m/s"));
+    assert_ne!(text, texts["std.models"]);
+    texts.insert("std.models".into(), text);
+    let text = texts["std.search"].replace("cauchy(9, 0.1, iteration)", "1");
+    texts.insert("std.search".into(), text);
+    compile_texts(&texts, "grammars/bodies.sgr").unwrap()
+}
+
+#[test]
+fn giving_up_what_cannot_come_to_enough_changes_nothing() {
+    // At 5 cm/s some motions are too fast, so that what is given up might have been invalid, too.
+    for (limit, are_invalid) in [("20 cm/s", false), ("5 cm/s", true)] {
+        let rules = paced(limit);
+        let go = |gives_up, jobs| {
+            let limits =
+                Limits { seed: 2, jobs, max_evaluations: Some(140), lanes: None, gives_up, deadline: None };
+            let mut log = Log::default();
+            let model = simulate::model("articulated").unwrap();
+            let flag = AtomicBool::new(false);
+            let first = Derivation::start(&rules, rules.from.as_deref()).unwrap();
+            let outcome = run(&rules, first, model, &limits, &flag, &mut log).unwrap();
+            (outcome.best, outcome.tally, outcome.evaluations, log.0)
+        };
+        let without = go(false, 1);
+        assert!(without.1.hopeless > 10, "{:?}", without.1);
+        assert_eq!(without.1.invalid() > 0, are_invalid, "{:?}", without.1);
+        assert_eq!(go(true, 3), without);
+    }
 }
 
 /// `codesign` with a short motion and another search, whose fields stand two spaces apart.
@@ -324,7 +371,8 @@ fn a_walk_among_equals_says_that_no_temperature_follows() {
     let mut equal = rules.clone();
     let zero = &mut equal.tasks[0].objective.value;
     zero.kind = grammar_lang::ir::ExprKind::Number(0.0);
-    let limits = Limits { seed: 1, jobs: 1, max_evaluations: Some(50), lanes: None, deadline: None };
+    let limits =
+        Limits { seed: 1, jobs: 1, max_evaluations: Some(50), lanes: None, gives_up: true, deadline: None };
     let model = simulate::model("articulated").unwrap();
     let flag = AtomicBool::new(false);
     let failure = run(&equal, Derivation::begin(&equal), model, &limits, &flag, &mut Log::default());

@@ -91,8 +91,14 @@ impl Session<'_> {
         if !folder.is_replacing() {
             interrupt::saved();
         }
-        let limits =
-            Limits { seed: asked.seed, jobs: work.jobs(), max_evaluations: max_evals, lanes: None, deadline };
+        let limits = Limits {
+            seed: asked.seed,
+            jobs: work.jobs(),
+            max_evaluations: max_evals,
+            lanes: None,
+            gives_up: true,
+            deadline,
+        };
         let unit = rules.objective.unit.clone();
         let quiet = work.quiet || !told;
         let before = state.spent();
@@ -211,6 +217,10 @@ fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) 
     for (error, many) in &tally.refused {
         let place = load::no_value(error, sources);
         output::note(&format!("warning: {place}; {many} moves were refused for it"));
+    }
+    if tally.hopeless > 0 {
+        let many = tally.hopeless;
+        output::note(&format!("{many} evaluations could not come to enough, as was known before their end"));
     }
     if tally.unstable > 0 {
         let many = tally.unstable;

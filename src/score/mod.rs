@@ -1,5 +1,7 @@
 //! Scores a recorded motion with the grammar's terms.
 
+pub mod ceiling;
+
 use std::collections::BTreeSet;
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};

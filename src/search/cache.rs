@@ -6,8 +6,10 @@ use std::collections::BTreeMap;
 
 use sha2::{Digest, Sha256};
 
-use super::evaluator::Valued;
+use super::evaluator::Evaluated;
+use super::tally::Missing;
 use crate::derive::Derivation;
+use crate::simulate::Invalid;
 
 /// More than this are not remembered: some ten megabytes.
 const MOST: usize = 40_000;
@@ -18,7 +20,7 @@ pub(super) type Subject = [u8; 16];
 /// Values by what was evaluated.
 #[derive(Debug, Default)]
 pub(super) struct Cache {
-    values: RefCell<BTreeMap<[u8; 16], Valued>>,
+    values: RefCell<BTreeMap<Key, Evaluated>>,
 }
 
 /// What names an evaluation.
@@ -46,12 +48,16 @@ impl Cache {
     }
 
     /// A value that is known.
-    pub(super) fn get(&self, key: &Key) -> Option<Valued> {
+    pub(super) fn get(&self, key: &Key) -> Option<Evaluated> {
         self.values.borrow().get(key).cloned()
     }
 
     /// Remembers a value.
-    pub(super) fn keep(&self, key: Key, value: &Valued) {
+    pub(super) fn keep(&self, key: Key, value: &Evaluated) {
+        // What was given up for one chain may be of use to another.
+        if matches!(value.value, Err(Missing::Motion(Invalid::GivenUp))) {
+            return;
+        }
         let mut values = self.values.borrow_mut();
         if values.len() >= MOST {
             values.clear();

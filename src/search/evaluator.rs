@@ -1,6 +1,6 @@
 //! Evaluates parameters of one body: drive, simulation, score.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{self, Expr, RuleSet, Task};
@@ -12,11 +12,21 @@ use super::tally::Missing;
 use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::{Drive, Parameters};
+use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Recording};
-use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop};
+use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop, Watch};
 
 /// The value of an evaluation, or why it has none.
 pub(super) type Valued = Result<f64, Missing>;
+
+/// An evaluation, as far as it was made.
+#[derive(Clone, Debug)]
+pub(super) struct Evaluated {
+    pub(super) value: Valued,
+    /// What its value could come to at most, where more is better, when that was least. It is known by the
+    /// middle of the motion or later, also of motions that turn out not to be valid; infinite where no bound follows.
+    pub(super) ceiling: f64,
+}
 
 /// Evaluates parameters of one body, several at a time.
 pub(super) struct Evaluator<'r> {
@@ -49,6 +59,7 @@ pub fn settings(model: &ir::Model) -> Settings {
         tolerance: model.tolerance,
         self_collision: model.self_collision,
         speed_limit: model.speed_limit,
+        pace_limit: model.pace_limit,
     }
 }
 
@@ -84,12 +95,23 @@ impl<'r> Evaluator<'r> {
 
     /// Evaluates several parameters at once; each as if it were alone. None if it was
     /// asked to stop before all were done.
-    pub(super) fn evaluate(&mut self, stop: Stop<'_>, batch: &[Parameters]) -> Option<Vec<Valued>> {
-        let keys: Vec<Key> = batch.iter().map(|one| Cache::key(&self.subjects.0, one)).collect();
-        let mut values: Vec<Option<Valued>> = keys.iter().map(|key| self.cache.get(key)).collect();
+    pub(super) fn evaluate(&mut self, stop: Stop<'_>, batch: &[Parameters]) -> Option<Vec<Evaluated>> {
+        let batch: Vec<_> = batch.iter().map(|one| (one.clone(), f64::NEG_INFINITY)).collect();
+        self.evaluate_above(stop, &batch)
+    }
+
+    /// The same for parameters that are no use below a value, where more is better: what certainly stays
+    /// below is given up on the way.
+    pub(super) fn evaluate_above(
+        &mut self,
+        stop: Stop<'_>,
+        batch: &[(Parameters, f64)],
+    ) -> Option<Vec<Evaluated>> {
+        let keys: Vec<Key> = batch.iter().map(|(one, _)| Cache::key(&self.subjects.0, one)).collect();
+        let mut values: Vec<Option<Evaluated>> = keys.iter().map(|key| self.cache.get(key)).collect();
         let open: Vec<usize> = (0..batch.len()).filter(|&i| values[i].is_none()).collect();
         if !open.is_empty() {
-            let unknown: Vec<Parameters> = open.iter().map(|&i| batch[i].clone()).collect();
+            let unknown: Vec<_> = open.iter().map(|&i| batch[i].clone()).collect();
             for (i, value) in open.into_iter().zip(self.simulate(stop, &unknown)?) {
                 self.cache.keep(keys[i], &value);
                 values[i] = Some(value);
@@ -98,7 +120,7 @@ impl<'r> Evaluator<'r> {
         values.into_iter().collect()
     }
 
-    fn simulate(&mut self, stop: Stop<'_>, batch: &[Parameters]) -> Option<Vec<Valued>> {
+    fn simulate(&mut self, stop: Stop<'_>, batch: &[(Parameters, f64)]) -> Option<Vec<Evaluated>> {
         let Self { rules, task, derivation, body, drive, pool, workers, .. } = self;
         let one = Judging { rules, task, derivation, body, drive };
         let share = batch.len().div_ceil(workers.len()).max(1);
@@ -119,14 +141,14 @@ impl<'r> Evaluator<'r> {
     pub(super) fn at_half_step(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Valued> {
         let key = Cache::key(&self.subjects.1, parameters);
         if let Some(known) = self.cache.get(&key) {
-            return Some(known);
+            return Some(known.value);
         }
         let Self { rules, task, derivation, body, drive, fine, .. } = self;
         let judging = Judging { rules, task, derivation, body, drive };
-        let values = judging.values(stop, fine.as_mut(), std::slice::from_ref(parameters))?;
-        let value = values.into_iter().next()?;
+        let one = (parameters.clone(), f64::NEG_INFINITY);
+        let value = judging.values(stop, fine.as_mut(), &[one])?.into_iter().next()?;
         self.cache.keep(key, &value);
-        Some(value)
+        Some(value.value)
     }
 
     /// What an archive's descriptors say of a motion, in their order; none if it was asked to stop.
@@ -165,21 +187,70 @@ impl Judging<'_> {
         &self,
         stop: Stop<'_>,
         simulation: &mut dyn Simulation,
-        batch: &[Parameters],
-    ) -> Option<Vec<Valued>> {
-        let targets: Vec<_> = batch.iter().map(|parameters| self.drive.targets(parameters)).collect();
-        let drives: Vec<_> = targets.iter().flatten().cloned().collect();
-        let mut motions = simulation.run_until(stop, &drives)?.into_iter();
-        let mut value = |(targets, parameters): (Result<_, EvalError>, &Parameters)| {
-            targets.map_err(Missing::Expression)?;
-            let motion = motions.next().unwrap_or(Err(Invalid::NotFinite)).map_err(Missing::Motion)?;
-            self.score(&motion, parameters).map_err(Missing::Expression)
+        batch: &[(Parameters, f64)],
+    ) -> Option<Vec<Evaluated>> {
+        let targets: Vec<_> = batch.iter().map(|(parameters, _)| self.drive.targets(parameters)).collect();
+        let driven: Vec<_> = targets.iter().zip(batch).filter(|(targets, _)| targets.is_ok()).collect();
+        let drives: Vec<_> =
+            driven.iter().filter_map(|(targets, _)| targets.as_ref().ok().cloned()).collect();
+        let watch = Ceilings {
+            judging: self,
+            batch: driven.iter().map(|(_, one)| *one).collect(),
+            least: drives.iter().map(|_| Mutex::new(f64::INFINITY)).collect(),
+        };
+        let motions = match self.task.model.pace_limit {
+            Some(_) => simulation.run_watched(stop, &drives, &watch)?,
+            None => simulation.run_until(stop, &drives)?,
+        };
+        let mut motions = motions.into_iter().zip(watch.least);
+        let mut value = |(targets, (parameters, _)): (Result<_, EvalError>, &(Parameters, f64))| {
+            if let Err(error) = targets {
+                return Evaluated { value: Err(Missing::Expression(error)), ceiling: f64::INFINITY };
+            }
+            let (motion, least) =
+                motions.next().unwrap_or((Err(Invalid::NotFinite), Mutex::new(f64::INFINITY)));
+            let value = motion
+                .map_err(Missing::Motion)
+                .and_then(|motion| self.score(&motion, parameters).map_err(Missing::Expression));
+            Evaluated { value, ceiling: least.into_inner().unwrap_or(f64::INFINITY) }
         };
         Some(targets.into_iter().zip(batch).map(&mut value).collect())
+    }
+
+    /// What the value of a motion under way can come to at most, where more is better.
+    fn ceiling(&self, motion: &Motion, parameters: &[f64], now: f64) -> Option<f64> {
+        let Self { rules, task, derivation, body, drive } = *self;
+        let recording = Recording { derivation, body, motion, drive, parameters };
+        let underway = Underway { recording, now, pace: task.model.pace_limit? };
+        let (low, high) = ceiling::limits(rules, task, underway).ok()?;
+        Some(if task.objective.maximize { high } else { -low })
     }
 
     fn score(&self, motion: &Motion, parameters: &[f64]) -> Result<f64, EvalError> {
         let Self { rules, task, derivation, body, drive } = *self;
         score::objective(rules, task, Recording { derivation, body, motion, drive, parameters })
+    }
+}
+
+/// Keeps what the values of motions under way can come to, and gives up those that stay below what is needed.
+struct Ceilings<'a> {
+    judging: &'a Judging<'a>,
+    batch: Vec<&'a (Parameters, f64)>,
+    least: Vec<Mutex<f64>>,
+}
+
+impl Watch for Ceilings<'_> {
+    fn gives_up(&self, drive: usize, motion: &Motion, now: f64) -> bool {
+        // Earlier, hardly anything is out of reach.
+        if 2.0 * now < motion.duration {
+            return false;
+        }
+        let (Some((parameters, needed)), Some(least)) = (self.batch.get(drive), self.least.get(drive)) else {
+            return false;
+        };
+        let Some(ceiling) = self.judging.ceiling(motion, parameters, now) else { return false };
+        let mut least = least.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+        *least = least.min(ceiling);
+        *least < *needed
     }
 }

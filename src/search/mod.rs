@@ -44,6 +44,9 @@ pub struct Limits {
     /// How many evaluations each thread makes side by side at most, if not as many as the solver can. It changes
     /// nothing but speed.
     pub lanes: Option<usize>,
+    /// Whether simulations are given up that cannot come to a value that would be accepted. It changes nothing
+    /// but speed.
+    pub gives_up: bool,
     /// The search ends when it has spent this many evaluations.
     pub max_evaluations: Option<u64>,
     /// The search is stopped at this time.
@@ -135,6 +138,7 @@ impl End {
 pub(crate) struct Bounds<'a> {
     max_evaluations: Option<u64>,
     lanes: Option<usize>,
+    gives_up: bool,
     stop: Stop<'a>,
 }
 
@@ -143,6 +147,7 @@ impl<'a> Bounds<'a> {
         Self {
             max_evaluations: limits.max_evaluations,
             lanes: limits.lanes,
+            gives_up: limits.gives_up,
             stop: Stop::new(flag, limits.deadline),
         }
     }

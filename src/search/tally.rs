@@ -32,6 +32,9 @@ pub struct Tally {
     pub refused: BTreeMap<EvalError, u64>,
     /// Candidates that lost their value at half the step.
     pub unstable: u64,
+    /// Evaluations that could not come to a value that would be accepted, as was known before their end.
+    #[serde(default)]
+    pub hopeless: u64,
 }
 
 impl Tally {
@@ -49,6 +52,7 @@ impl Tally {
         add_all(&mut self.no_value, &other.no_value);
         add_all(&mut self.refused, &other.refused);
         self.unstable += other.unstable;
+        self.hopeless += other.hopeless;
     }
 
     /// Evaluations without a value, for whatever reason.

@@ -48,7 +48,13 @@ pub struct Settings {
     pub self_collision: bool,
     /// An element faster than this (m/s) makes the evaluation invalid.
     pub speed_limit: f64,
+    /// An element that is faster than this (m/s) on its way to where it ends makes the evaluation invalid: along
+    /// the ground, in the mean from any whole second until the end, at least [`LAST_STRETCH`].
+    pub pace_limit: Option<f64>,
 }
+
+/// The shortest stretch of a motion, s, of which a pace is asked.
+pub const LAST_STRETCH: f64 = 2.0;
 
 impl Settings {
     /// The same model, simulated with more care: half the step, and contacts solved
@@ -79,10 +85,14 @@ pub enum Invalid {
     NotFinite,
     /// An element went faster than the model's speed limit.
     TooFast,
+    /// An element was faster than the model's pace limit on its way to where it ended.
+    TooFar,
     /// The centre of a body went through the ground.
     Sunk,
     /// There was energy that no servo had put in.
     EnergyFromNowhere,
+    /// Whoever watched it gave it up: nothing is said of the motion.
+    GivenUp,
 }
 
 impl Invalid {
@@ -92,6 +102,8 @@ impl Invalid {
         match self {
             Self::NotFinite => "not finite",
             Self::TooFast => "too fast",
+            Self::TooFar => "too far in its time",
+            Self::GivenUp => "given up",
             Self::Sunk => "through the ground",
             Self::EnergyFromNowhere => "energy from nowhere",
         }
@@ -123,6 +135,22 @@ pub trait Model: Sync {
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit>;
 }
 
+/// Looks at runs under way and gives up those that cannot come to anything.
+pub trait Watch: Sync {
+    /// Whether to give up a drive, by its place among those that run; asked at every whole second of the motion
+    /// with what has been recorded until then.
+    fn gives_up(&self, drive: usize, motion: &Motion, now: f64) -> bool;
+}
+
+/// Gives up nothing.
+struct Unwatched;
+
+impl Watch for Unwatched {
+    fn gives_up(&self, _: usize, _: &Motion, _: f64) -> bool {
+        false
+    }
+}
+
 /// One body, ready to be driven any number of times.
 pub trait Simulation: Send {
     /// How many drives it runs side by side: give it as many at once, if there are.
@@ -132,7 +160,17 @@ pub trait Simulation: Send {
     /// are independent: an outcome does not depend on the others in the batch
     /// nor on earlier calls, bit for bit.
     /// None if it was asked to stop before all were done.
-    fn run_until(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>>;
+    fn run_until(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>> {
+        self.run_watched(stop, drives, &Unwatched)
+    }
+
+    /// The same, watched: what the watch gives up ends as [`Invalid::GivenUp`].
+    fn run_watched(
+        &mut self,
+        stop: Stop<'_>,
+        drives: &[Targets],
+        watch: &dyn Watch,
+    ) -> Option<Vec<Result<Motion, Invalid>>>;
 
     /// Simulates each drive to its end.
     fn run(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>> {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
-use super::extent;
+use super::{LAST_STRETCH, extent};
 use crate::design::assembly::Shape;
 
 /// Target bend angles of every actuator, sampled at equal intervals and
@@ -119,6 +119,21 @@ impl Motion {
     pub fn lowest(&self, element: usize, t: f64) -> Option<f64> {
         let shape = &self.placements.get(element)?.shape;
         Some(extent::lowest(shape, &self.pose(element, t)?))
+    }
+
+    /// Whether an element is faster than `limit` (m/s) on its way to where it ends: along the ground, in the mean from
+    /// any whole second until the end.
+    #[must_use]
+    pub fn outpaces(&self, limit: f64) -> bool {
+        let seconds = libm::floor(self.duration - LAST_STRETCH + 1e-9);
+        (0..self.placements.len()).any(|element| {
+            let Some(end) = self.pose(element, self.duration) else { return false };
+            (0..=seconds.max(-1.0) as i64).any(|second| {
+                let t = second as f64;
+                let apart = self.pose(element, t).map(|p| end.translation.vector - p.translation.vector);
+                apart.is_some_and(|d| libm::hypot(d.x, d.z) > limit * (self.duration - t))
+            })
+        })
     }
 
     /// The longest extent of an element in m: the longest edge of a box, the

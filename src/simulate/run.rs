@@ -8,7 +8,7 @@ use super::lowering::Lowered;
 use super::motion::Placement;
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
-use super::{Invalid, Motion, Settings, Simulation, Stop, Targets};
+use super::{Invalid, LAST_STRETCH, Motion, Settings, Simulation, Stop, Targets, Watch};
 use crate::design::assembly::Hinge;
 
 /// A solver that advances one body step by step, in one or several runs at
@@ -51,6 +51,7 @@ pub(super) struct Run<S> {
     placements: Arc<[Placement]>,
     bodies: usize,
     actuators: usize,
+    pace_limit: Option<f64>,
 }
 
 /// One run under way.
@@ -74,6 +75,7 @@ impl<S: Stepper> Run<S> {
             placements: lowered.placements(),
             bodies: lowered.bodies.len(),
             actuators: lowered.actuators,
+            pace_limit: settings.pace_limit,
         }
     }
 
@@ -93,7 +95,12 @@ impl<S: Stepper> Run<S> {
 
     /// As many drives as there are lanes, or fewer: idle lanes do what the last one does.
     /// None if it was asked to stop.
-    fn together(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>> {
+    fn together(
+        &mut self,
+        stop: Stop<'_>,
+        (first, drives): (usize, &[Targets]),
+        watch: &dyn Watch,
+    ) -> Option<Vec<Result<Motion, Invalid>>> {
         let mut lanes: Vec<Lane> = drives.iter().map(|drive| self.lane(drive)).collect();
         self.stepper.reset();
         let mut frame = 0;
@@ -110,6 +117,12 @@ impl<S: Stepper> Run<S> {
             while frame < self.schedule.frames && self.schedule.step_of(frame) == now {
                 self.record(&mut lanes);
                 frame += 1;
+                self.look(&mut lanes, first, frame, watch);
+            }
+        }
+        for lane in &mut lanes {
+            if lane.failure.is_none() && self.pace_limit.is_some_and(|limit| lane.motion.outpaces(limit)) {
+                lane.failure = Some(Invalid::TooFar);
             }
         }
         for (number, lane) in lanes.iter_mut().enumerate() {
@@ -121,6 +134,20 @@ impl<S: Stepper> Run<S> {
         }
         let outcome = |lane: Lane| lane.failure.map_or(Ok(lane.motion), Err);
         Some(lanes.into_iter().map(outcome).collect())
+    }
+
+    /// Shows the watch what has been recorded, once in a second of the motion.
+    fn look(&self, lanes: &mut [Lane], first: usize, frames: usize, watch: &dyn Watch) {
+        let Schedule { interval, duration, .. } = self.schedule;
+        let (before, now) = (frames.saturating_sub(2) as f64 * interval, (frames - 1) as f64 * interval);
+        if libm::floor(now + 1e-9) <= libm::floor(before + 1e-9) || now > duration - LAST_STRETCH {
+            return;
+        }
+        for (number, lane) in lanes.iter_mut().enumerate() {
+            if lane.failure.is_none() && watch.gives_up(first + number, &lane.motion, now) {
+                lane.failure = Some(Invalid::GivenUp);
+            }
+        }
     }
 
     fn step(&mut self, lanes: &mut [Lane], t: f64) {
@@ -160,9 +187,15 @@ impl<S: Stepper> Simulation for Run<S> {
         S::LANES
     }
 
-    fn run_until(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>> {
+    fn run_watched(
+        &mut self,
+        stop: Stop<'_>,
+        drives: &[Targets],
+        watch: &dyn Watch,
+    ) -> Option<Vec<Result<Motion, Invalid>>> {
+        let chunks = drives.chunks(S::LANES).enumerate();
         let chunks: Option<Vec<_>> =
-            drives.chunks(S::LANES).map(|chunk| self.together(stop, chunk)).collect();
+            chunks.map(|(n, chunk)| self.together(stop, (n * S::LANES, chunk), watch)).collect();
         Some(chunks?.into_iter().flatten().collect())
     }
 }

@@ -527,6 +527,10 @@ pub struct Model {
     pub self_collision: bool,
     /// Greatest speed of an element in a valid evaluation, m/s.
     pub speed_limit: f64,
+    /// How fast any element may be on its way to where it ends, along the ground and in the mean from any
+    /// whole second until the end, at least two seconds, m/s; a motion that is faster is invalid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pace_limit: Option<f64>,
 }
 
 /// A named term of an objective.

@@ -363,6 +363,9 @@ impl Writer<'_> {
         ] {
             self.line(indent + 1, format!("{field} = {}", named(value, dimension)));
         }
+        if let Some(limit) = model.pace_limit {
+            self.line(indent + 1, format!("pace_limit = {}", named(limit, "Velocity")));
+        }
         self.line(indent + 1, format!("iterations = {}", model.iterations));
         self.line(indent + 1, format!("tolerance = {}", named(model.tolerance, "Number")));
         self.line(indent + 1, format!("self_collision = {}", model.self_collision));

@@ -46,6 +46,7 @@ const MODEL: &[&str] = &[
     "tolerance",
     "self_collision",
     "speed_limit",
+    "pace_limit",
 ];
 
 /// A block with its values by name.
@@ -603,6 +604,11 @@ impl Checker<'_> {
         let tolerance = get("tolerance", "Number", Sign::NotNegative, "0.2 %");
         let speed_limit = get("speed_limit", "Velocity", Sign::Positive, "10 m/s");
         let self_collision = self.value(&from, "self_collision", &Ty::Bool, "true", &cx);
+        let pace_limit = if from.values.contains_key("pace_limit") {
+            Some(self.number(&from, "pace_limit", "Velocity", Sign::Positive, "20 cm/s", &cx)?)
+        } else {
+            None
+        };
         if let (Some(n), Some((_, tree))) = (iterations, from.values.get("iterations"))
             && n > 1000.0
         {
@@ -647,6 +653,7 @@ impl Checker<'_> {
             tolerance: tolerance?,
             self_collision: self_collision?.0 == Value::Bool(true),
             speed_limit: speed_limit?,
+            pace_limit,
         })
     }
 }

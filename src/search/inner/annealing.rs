@@ -2,6 +2,7 @@
 
 use grammar_lang::ir::Schedule;
 
+use super::super::evaluator::Evaluated;
 use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange};
 use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
@@ -127,7 +128,7 @@ impl Tuner<'_> {
             .map(|number| self.evaluator.drive.draw(&mut self.stream(&format!("walk {number}"))))
             .collect();
         let Some(values) = self.evaluator.evaluate(self.bounds.stop, &points) else { return self.stopped() };
-        for (point, value) in points.iter().zip(values) {
+        for (point, Evaluated { value, .. }) in points.iter().zip(values) {
             if let Some(end) = self.bounds.exhausted(*spent) {
                 return Ok(Pace::Cut(end));
             }
@@ -167,8 +168,16 @@ impl Tuner<'_> {
             }
             futures.push(Futures { candidates, drawn });
         }
-        let all: Vec<Parameters> = futures.iter().flat_map(|f| f.candidates.iter().cloned()).collect();
-        let Some(values) = self.evaluator.evaluate(self.bounds.stop, &all) else { return Ok(false) };
+        let mut all = Vec::with_capacity(guesses.len() * chains.len());
+        for (chain, future) in chains.iter().zip(&futures) {
+            for ((candidate, guess), drawn) in future.candidates.iter().zip(&guesses).zip(&future.drawn) {
+                // What comes after an accepted move is measured by what that will be worth.
+                let is_known = guess.from.is_none() && self.bounds.gives_up;
+                let needed = if is_known { needed(chain, *drawn) } else { f64::NEG_INFINITY };
+                all.push((candidate.clone(), needed));
+            }
+        }
+        let Some(values) = self.evaluator.evaluate_above(self.bounds.stop, &all) else { return Ok(false) };
         let mut values = values.into_iter();
         let values: Vec<Vec<_>> =
             futures.iter().map(|f| values.by_ref().take(f.candidates.len()).collect()).collect();
@@ -179,9 +188,19 @@ impl Tuner<'_> {
                 break;
             }
             let (chain, future) = (&mut chains[*turn], &futures[*turn]);
-            let (candidate, value) = (&future.candidates[now], values[*turn][now].clone());
+            let candidate = &future.candidates[now];
+            let Evaluated { value, ceiling } = values[*turn][now].clone();
             let new = value.as_ref().map_or(f64::NEG_INFINITY, |v| self.fitness(*v));
-            let Some(sound) = self.count(tuning, candidate, value, spent)? else { return Ok(false) };
+            let sound = if ceiling < needed(chain, future.drawn[now]) {
+                // It could not come to enough, whether it was simulated to its end or not, and whatever
+                // would have become of it then.
+                *spent += 1;
+                tuning.tally.hopeless += 1;
+                false
+            } else {
+                let Some(sound) = self.count(tuning, candidate, value, spent)? else { return Ok(false) };
+                sound
+            };
             chain.number += 1;
             let fitness = chain.fitness.unwrap_or(f64::NEG_INFINITY);
             let accepted = sound && accepts(fitness, new, chain.standing.temperature, future.drawn[now]);
@@ -199,5 +218,35 @@ impl Tuner<'_> {
             }
         }
         Ok(true)
+    }
+}
+
+/// The fitness that a candidate needs to be accepted, a little less for rounding. It is never more than that
+/// of the chain, so that no best is lost that is below it.
+fn needed(chain: &Chain, drawn: f64) -> f64 {
+    let Some(fitness) = chain.fitness else { return f64::NEG_INFINITY };
+    let less =
+        if chain.standing.temperature > 0.0 { chain.standing.temperature * libm::log(drawn) } else { 0.0 };
+    fitness + less - 1e-9 * (1.0 + fitness.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_below_the_need_is_never_accepted() {
+        for (fitness, temperature, drawn) in
+            [(3.0, 2.0, 0.3), (-5.0, 9.0, 0.999), (10.0, 0.0, 0.5), (0.0, 0.1, 1e-300), (80.0, 9.0, 0.0)]
+        {
+            let standing = Standing { temperature, ..Standing::default() };
+            let chain = Chain { current: Vec::new(), fitness: Some(fitness), standing, number: 0 };
+            let needed = needed(&chain, drawn);
+            assert!(needed <= fitness);
+            if needed.is_finite() {
+                assert!(!accepts(fitness, needed - 1e-9, temperature, drawn));
+                assert!(accepts(fitness, needed + 1e-6, temperature, drawn));
+            }
+        }
     }
 }

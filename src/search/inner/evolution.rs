@@ -7,6 +7,7 @@ use grammar_lang::ir::Schedule;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::super::Failure;
+use super::super::evaluator::Evaluated;
 use super::super::schedule::{Course, Iteration, Plan, Stand};
 use super::super::state::{Distribution, Tuning};
 use super::{Pace, Tuner, best};
@@ -52,7 +53,7 @@ impl Tuner<'_> {
         // A generation is made whole or not at all.
         let (mut now, mut counted) = (tuning.clone(), *spent);
         let mut samples = Vec::with_capacity(points.len());
-        for ((candidate, shares), value) in candidates.iter().zip(points).zip(values) {
+        for ((candidate, shares), Evaluated { value, .. }) in candidates.iter().zip(points).zip(values) {
             if let Some(end) = self.bounds.exhausted(counted) {
                 if !end.is_early() {
                     (*tuning, *spent) = (now, counted);

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use grammar_lang::ir::{RuleSet, Schedule, Task};
 
 use super::cache::Cache;
-use super::evaluator::{Evaluator, Valued};
+use super::evaluator::{Evaluated, Evaluator, Valued};
 use super::schedule::Course;
 use super::state::{Curves, Tune, Tuning};
 use super::tally::Missing;
@@ -111,7 +111,7 @@ impl<'a> Tuner<'a> {
         // Counted as if nothing had been, if it is stopped between them.
         let (mut now, mut counted) = (tuning.clone(), *spent);
         let mut fitness = Vec::with_capacity(chains);
-        for (start, value) in starts.iter().zip(values) {
+        for (start, Evaluated { value, .. }) in starts.iter().zip(values) {
             let known = value.as_ref().ok().map(|value| self.fitness(*value));
             let Some(sound) = self.count(&mut now, start, value, &mut counted)? else {
                 return self.stopped();

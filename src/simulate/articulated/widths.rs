@@ -6,7 +6,7 @@ use super::scalar::Scalar;
 use super::solver::Solver;
 use crate::simulate::lowering::Lowered;
 use crate::simulate::run::Run;
-use crate::simulate::{Invalid, Motion, Settings, Simulation, Stop, Targets};
+use crate::simulate::{Invalid, Motion, Settings, Simulation, Stop, Targets, Watch};
 
 /// One body, and a solver for each number of lanes that has been asked for.
 pub(super) struct Widths {
@@ -36,20 +36,38 @@ impl Simulation for Widths {
         self.solvers.last().map_or(1, |(width, _)| width.lanes)
     }
 
-    fn run_until(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>> {
+    fn run_watched(
+        &mut self,
+        stop: Stop<'_>,
+        drives: &[Targets],
+        watch: &dyn Watch,
+    ) -> Option<Vec<Result<Motion, Invalid>>> {
         let widest = self.lanes();
         let mut outcomes = Vec::with_capacity(drives.len());
-        for chunk in drives.chunks(widest) {
+        for (number, chunk) in drives.chunks(widest).enumerate() {
             let fits = |(width, _): &&mut (Width, _)| width.lanes >= chunk.len();
             let Some((width, solver)) = self.solvers.iter_mut().find(fits) else { continue };
             if solver.is_none() {
                 *solver = (width.make)(&self.lowered, &self.settings);
             }
             if let Some(solver) = solver {
-                outcomes.extend(solver.run_until(stop, chunk)?);
+                let watch = From { first: number * widest, watch };
+                outcomes.extend(solver.run_watched(stop, chunk, &watch)?);
             }
         }
         Some(outcomes)
+    }
+}
+
+/// The watch of some of the drives: those from the first on.
+struct From<'a> {
+    first: usize,
+    watch: &'a dyn Watch,
+}
+
+impl Watch for From<'_> {
+    fn gives_up(&self, drive: usize, motion: &Motion, now: f64) -> bool {
+        self.watch.gives_up(self.first + drive, motion, now)
     }
 }
 

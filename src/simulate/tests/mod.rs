@@ -19,5 +19,6 @@ pub(crate) fn settings() -> Settings {
         tolerance: 1e-3,
         self_collision: true,
         speed_limit: 10.0,
+        pace_limit: None,
     }
 }
