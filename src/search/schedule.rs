@@ -202,6 +202,12 @@ pub(super) fn deviation(values: &[f64]) -> f64 {
     libm::sqrt(squares / (values.len() - 1) as f64)
 }
 
+/// The chains that may change places after an iteration, each with the next: in turns those from the first on and
+/// those from the second on.
+pub(super) fn neighbours(chains: usize, iteration: usize) -> impl Iterator<Item = usize> {
+    (iteration % 2..chains.saturating_sub(1)).step_by(2)
+}
+
 /// Whether a chain and the next, which is warmer or colder, change places (replica exchange, Geyer 1991):
 /// by the temperatures and the fitness of both, and a random number drawn beforehand.
 pub(super) fn exchange((t, fitness): (f64, f64), (other_t, other_fitness): (f64, f64), drawn: f64) -> bool {

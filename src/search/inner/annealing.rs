@@ -3,7 +3,7 @@
 use grammar_lang::ir::Schedule;
 
 use super::super::evaluator::Evaluated;
-use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange};
+use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange, neighbours};
 use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
 use super::{Pace, Tuner, best};
@@ -94,8 +94,7 @@ impl Tuner<'_> {
             && self.plan(schedule, course, Stand::Chain(0, &chains[0].standing)).exchanges()?
         {
             let mut random = self.stream(&format!("exchange {}", course.iteration));
-            // Each with the one after it, then each with the one before.
-            for first in (course.iteration % 2..chains.len() - 1).step_by(2) {
+            for first in neighbours(chains.len(), course.iteration) {
                 let (before, after) = chains.split_at_mut(first + 1);
                 let (one, other) = (&mut before[first], &mut after[0]);
                 let place = |c: &Chain| (c.standing.temperature, c.fitness.unwrap_or(f64::NEG_INFINITY));

@@ -15,6 +15,8 @@ use crate::drive::Parameters;
 
 /// Samples of a generation, at least: two to follow and two to leave.
 const FEWEST: usize = 4;
+/// And at most: they are all in memory at once.
+const MOST: usize = 10_000;
 
 /// A sample: where it lies, as shares of the ranges; and how good it is.
 struct Sample {
@@ -44,7 +46,7 @@ impl Tuner<'_> {
             return Ok(Pace::Done);
         };
         let mut random = self.stream(&format!("generation {}", state.course.iteration));
-        let points = state.sample(moves.max(FEWEST), &mut || random.normal(0.0, 1.0));
+        let points = state.sample(moves.clamp(FEWEST, MOST), &mut || random.normal(0.0, 1.0));
         let (candidates, points): (Vec<Parameters>, Vec<Vec<f64>>) =
             points.iter().map(|point| self.evaluator.drive.at_shares(point, &mut random)).unzip();
         let Some(values) = self.evaluator.evaluate(self.bounds.stop, &candidates) else {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::schedule::{Course, Plan, Stand, Standing, deviation, exchange};
+use super::super::schedule::{Course, Plan, Stand, Standing, deviation, exchange, neighbours};
 use super::super::state::{BodyChain, Place};
 use super::super::{Failure, accepts};
 use super::{Begun, Bodies, End};
@@ -79,8 +79,7 @@ impl Bodies<'_> {
         if self.state.chains.len() > 1 && self.plan(0).exchanges()? {
             let iteration = self.state.course.iteration;
             let mut random = Stream::named(self.seed, &format!("exchange {iteration}"));
-            // Each with the one after it, then each with the one before.
-            for first in (iteration % 2..self.state.chains.len() - 1).step_by(2) {
+            for first in neighbours(self.state.chains.len(), iteration) {
                 let place = |number: usize| {
                     let chain = &self.state.chains[number];
                     (chain.standing.temperature, self.fitness(chain.at.value))
