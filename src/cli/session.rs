@@ -139,6 +139,7 @@ impl Session<'_> {
             match failure {
                 Failure::Expression(error) => Fault::input(load::no_value(&error, &sources)),
                 Failure::Unfit(unfit) => Fault::input(unfit.reason),
+                Failure::NoDeviation(_) => Fault::input(failure.to_string()),
                 other => Fault::usage(other.to_string()),
             }
         })?;
