@@ -10,7 +10,7 @@ mod shares;
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
+use grammar_lang::eval::{EvalError, Reference, Value, evaluate, evaluate_number};
 use grammar_lang::ir::{Actuation, Owner, RuleSet, Task, Ty, Variable};
 
 use crate::derive::random::Stream;
@@ -309,8 +309,7 @@ impl<'r> Drive<'r> {
                     let value = evaluate(value, &scope, &mut locals)?;
                     locals.push(value);
                 }
-                let angle =
-                    evaluate(&actuation.drive, &scope as &dyn Scope, &mut locals)?.as_number().unwrap_or(0.0);
+                let angle = evaluate_number(&actuation.drive, &scope, &mut locals)?;
                 if let Some(cell) = angles.get_mut(sample * count + column) {
                     // An actuator cannot bend further than it can.
                     *cell = angle.max(low).min(high);

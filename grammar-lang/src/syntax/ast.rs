@@ -490,6 +490,12 @@ pub enum Operator {
 }
 
 impl Operator {
+    /// Whether it adds, subtracts, multiplies or divides.
+    #[must_use]
+    pub fn is_arithmetic(self) -> bool {
+        matches!(self, Self::Add | Self::Subtract | Self::Multiply | Self::Divide)
+    }
+
     /// How a text writes it.
     #[must_use]
     pub fn symbol(self) -> &'static str {
