@@ -197,7 +197,8 @@ void commands_handle(const struct frame *f, uint8_t length) {
         reply_with_error(&reply, NO_SESSION, f->type, 0);
     } else {
         int8_t ahead = f->sequence - last_sequence;
-        heard();
+        // What is old may come from a buffer somewhere, and its host be gone.
+        if (ahead >= 0) heard();
         out = &last_reply;
         if (ahead < 0 || (ahead == 0 && last_reply.type == 0)) {
             out = &reply;

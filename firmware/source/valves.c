@@ -46,5 +46,6 @@ uint16_t valves_step(void) {
 }
 
 uint32_t valves_phase_us(void) {
-    return phase_us;
+    // Before the first tick it is behind zero.
+    return phase_us < program.settings.period_us ? phase_us : 0;
 }
