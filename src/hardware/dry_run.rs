@@ -135,7 +135,8 @@ fn valve_table(schedule: &Schedule, out: &mut String) {
         Output::Servo { .. } => None,
     });
     let all: Vec<_> = all.collect();
-    let times: BTreeSet<Micros> = all.iter().flat_map(|(_, changes)| changes.iter().map(|(at, _)| *at)).collect();
+    let times: BTreeSet<Micros> =
+        all.iter().flat_map(|(_, changes)| changes.iter().map(|(at, _)| *at)).collect();
     let wide = |channel: &Channel| channel.name.chars().count().max(7);
     let _ = write!(out, "{:>12}", "time");
     for (channel, _) in &all {
@@ -156,7 +157,8 @@ fn valve_table(schedule: &Schedule, out: &mut String) {
 
 fn servo_table(schedule: &Schedule, out: &mut String) {
     let name = schedule.channels.iter().map(|channel| channel.name.chars().count()).max().unwrap_or(0).max(8);
-    let _ = writeln!(out, "{:name$}  {:>8}  {:>20}  {:>20}  {:>10}", "", "points", "least", "most", "allowed");
+    let _ =
+        writeln!(out, "{:name$}  {:>8}  {:>20}  {:>20}  {:>10}", "", "points", "least", "most", "allowed");
     for channel in &schedule.channels {
         let Output::Servo { pulses, range, degrees, .. } = &channel.output else { continue };
         let told = |pulse: Option<&u16>| {
@@ -165,7 +167,12 @@ fn servo_table(schedule: &Schedule, out: &mut String) {
         };
         let (least, most) = (told(pulses.iter().min()), told(pulses.iter().max()));
         let range = format!("{} to {} us", range[0], range[1]);
-        let _ = writeln!(out, "{:name$}  {:>8}  {least:>20}  {most:>20}  {range:>10}", channel.name, pulses.len());
+        let _ = writeln!(
+            out,
+            "{:name$}  {:>8}  {least:>20}  {most:>20}  {range:>10}",
+            channel.name,
+            pulses.len()
+        );
     }
 }
 

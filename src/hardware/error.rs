@@ -111,7 +111,10 @@ impl fmt::Display for Error {
                  and Ubuntu `sudo usermod -aG dialout $USER`), then log in again"
             ),
             Self::Line { port, cause } => {
-                write!(f, "the line at {port} failed ({cause}): the board stops by itself; is its cable plugged in?")
+                write!(
+                    f,
+                    "the line at {port} failed ({cause}): the board stops by itself; is its cable plugged in?"
+                )
             }
             Self::Silent { waited } => write!(
                 f,
@@ -158,11 +161,9 @@ impl fmt::Display for Error {
                 write!(f, "the board cannot run this schedule:")?;
                 problems.iter().try_for_each(|problem| write!(f, "\n  {problem}"))
             }
-            Self::Timeout { asked } => write!(
-                f,
-                "the board can wait 0.1 s to 5 s for its host, not {} s",
-                asked.as_secs_f64()
-            ),
+            Self::Timeout { asked } => {
+                write!(f, "the board can wait 0.1 s to 5 s for its host, not {} s", asked.as_secs_f64())
+            }
             Self::Refused { request, refusal, detail } => write!(
                 f,
                 "the board refuses message {request:#04x} ({refusal:?}, {detail}): its firmware is not that of this \

@@ -100,7 +100,11 @@ fn why(name: &str, error: &serialport::Error) -> Error {
 
 impl Link for Serial {
     fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
-        let sent = self.port.set_timeout(WRITE).map_err(std::io::Error::from).and_then(|()| self.port.write_all(bytes));
+        let sent = self
+            .port
+            .set_timeout(WRITE)
+            .map_err(std::io::Error::from)
+            .and_then(|()| self.port.write_all(bytes));
         sent.map_err(|error| self.failed(&error))
     }
 
@@ -108,12 +112,21 @@ impl Link for Serial {
         let mut bytes = [0; 256];
         // The library takes zero to mean for ever.
         let wait = wait.max(Duration::from_millis(1));
-        let read = self.port.set_timeout(wait).map_err(std::io::Error::from).and_then(|()| self.port.read(&mut bytes));
+        let read = self
+            .port
+            .set_timeout(wait)
+            .map_err(std::io::Error::from)
+            .and_then(|()| self.port.read(&mut bytes));
         match read {
             // The end of a file: the device is gone.
             Ok(0) => Err(self.failed(&ErrorKind::UnexpectedEof.into())),
             Ok(length) => Ok(bytes[..length].to_vec()),
-            Err(error) if matches!(error.kind(), ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
+            Err(error)
+                if matches!(
+                    error.kind(),
+                    ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
+                ) =>
+            {
                 Ok(Vec::new())
             }
             Err(error) => Err(self.failed(&error)),

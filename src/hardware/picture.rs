@@ -182,7 +182,12 @@ fn curve(
         let letter = if i == 0 { 'M' } else { 'L' };
         let _ = write!(path, "{letter}{x:.1} {:.1}", y(f64::from(*pulse)));
     }
-    let _ = writeln!(out, "<path class=\"area\" d=\"{path}L{RIGHT} {:.1}L{LEFT} {:.1}Z\"/>", y(middle), y(middle));
+    let _ = writeln!(
+        out,
+        "<path class=\"area\" d=\"{path}L{RIGHT} {:.1}L{LEFT} {:.1}Z\"/>",
+        y(middle),
+        y(middle)
+    );
     let _ = writeln!(out, "<path class=\"curve\" d=\"{path}\"/>");
 }
 
@@ -209,12 +214,12 @@ mod tests {
     fn whatever_a_schedule_holds_can_be_drawn() {
         let mut odd = valves(&["a"]);
         odd.period = 0;
-        svg(&odd);
+        assert_eq!(count(&svg(&odd), "name"), 1);
         odd.period = u32::MAX;
         assert!(Axis { period: u32::MAX }.ticks().len() <= 11);
-        svg(&odd);
+        assert_eq!(count(&svg(&odd), "name"), 1);
         odd.channels.clear();
-        svg(&odd);
+        assert_eq!(count(&svg(&odd), "name"), 0);
     }
 
     #[test]

@@ -85,7 +85,8 @@ mod tests {
 
     #[test]
     fn pins_that_are_taken_say_by_what() {
-        for (name, why) in [("D0", "serial"), ("D2", "stop"), ("D13", "lamp"), ("D14", "no pin"), ("", "no pin")]
+        for (name, why) in
+            [("D0", "serial"), ("D2", "stop"), ("D13", "lamp"), ("D14", "no pin"), ("", "no pin")]
         {
             let error = name.parse::<Pin>().unwrap_err();
             assert!(error.contains(why) && error.contains("D3 to D12"), "{error}");

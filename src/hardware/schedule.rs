@@ -149,7 +149,8 @@ impl Schedule {
                 Output::Valves { changes, least, .. } => changes_at_fault(changes, *least, self.period),
                 Output::Servo { pulses, range, rest, .. } => pulses_at_fault(pulses, *range, *rest, limits),
             };
-            problems.extend(texts.into_iter().map(|text| Problem { channel: Some(channel.name.clone()), text }));
+            problems
+                .extend(texts.into_iter().map(|text| Problem { channel: Some(channel.name.clone()), text }));
         }
         problems
     }
@@ -187,7 +188,9 @@ impl Schedule {
                     Some(other) if other == channel.name => {
                         wrong(format!("{pin} is used for both its valves: each needs a pin of its own"));
                     }
-                    Some(other) => wrong(format!("{pin} is used by `{other}`, too: give one of them another")),
+                    Some(other) => {
+                        wrong(format!("{pin} is used by `{other}`, too: give one of them another"))
+                    }
                     None => {}
                 }
             }
@@ -263,7 +266,8 @@ pub(crate) mod tests {
     pub(crate) fn valves(names: &[&str]) -> Schedule {
         let mut pins = Pin::all();
         let mut pin = || pins.next().unwrap();
-        let changes = vec![(0, ValveState::Inflate), (300_000, ValveState::Closed), (500_000, ValveState::Vent)];
+        let changes =
+            vec![(0, ValveState::Inflate), (300_000, ValveState::Closed), (500_000, ValveState::Vent)];
         let channel = |name: &&str| Channel {
             name: (*name).to_owned(),
             output: Output::Valves { inflate: pin(), vent: pin(), least: 10_000, changes: changes.clone() },
@@ -321,13 +325,31 @@ pub(crate) mod tests {
             problems(two(), same_pin),
             "`back`: D3 is used by `front`, too: give one of them another\n"
         );
-        assert!(problems(two(), |s| changes(s, 1)[0].0 = 5).starts_with("`back`: its first change is at 0.000005 s"));
-        assert!(problems(two(), |s| changes(s, 1).swap(1, 2)).starts_with("`back`: the change at 0.3 s comes after"));
-        assert!(problems(two(), |s| changes(s, 1)[1].0 = 5000).starts_with("`back`: its valves change at 0 s and"));
-        assert!(problems(two(), |s| changes(s, 0)[2].0 = 995_000).contains("`front`: its valves change at 0.995 s"));
-        assert!(problems(two(), |s| changes(s, 0)[2].0 = 1_000_000).contains("`front`: the change at 1 s is after"));
+        assert!(
+            problems(two(), |s| changes(s, 1)[0].0 = 5)
+                .starts_with("`back`: its first change is at 0.000005 s")
+        );
+        assert!(
+            problems(two(), |s| changes(s, 1).swap(1, 2))
+                .starts_with("`back`: the change at 0.3 s comes after")
+        );
+        assert!(
+            problems(two(), |s| changes(s, 1)[1].0 = 5000)
+                .starts_with("`back`: its valves change at 0 s and")
+        );
+        assert!(
+            problems(two(), |s| changes(s, 0)[2].0 = 995_000)
+                .contains("`front`: its valves change at 0.995 s")
+        );
+        assert!(
+            problems(two(), |s| changes(s, 0)[2].0 = 1_000_000)
+                .contains("`front`: the change at 1 s is after")
+        );
         assert!(problems(two(), |s| changes(s, 0).clear()).contains("`front`: it has no changes"));
-        assert!(problems(two(), |s| s.channels[1] = servos(&["x"]).channels.remove(0)).contains("`x`: one schedule"));
+        assert!(
+            problems(two(), |s| s.channels[1] = servos(&["x"]).channels.remove(0))
+                .contains("`x`: one schedule")
+        );
         assert!(problems(two(), |s| s.channels.clear()).contains("nothing to drive"));
         assert!(problems(two(), |s| s.period = 1000).contains("its period is 0.001 s"));
         assert!(problems(two(), |s| s.safe = Safe::Rest).contains("other kind"));
@@ -343,7 +365,10 @@ pub(crate) mod tests {
             })
         };
         assert_eq!(edit([600, 2400], 1500, 2400), "");
-        assert_eq!(edit([600, 2000], 1500, 2001), "`wrist`: point 8 of its curve is 2001 us, outside of 600 to 2000 us\n");
+        assert_eq!(
+            edit([600, 2000], 1500, 2001),
+            "`wrist`: point 8 of its curve is 2001 us, outside of 600 to 2000 us\n"
+        );
         assert!(edit([600, 2000], 500, 1000).contains("its rest is 500 us"));
         assert!(edit([400, 2000], 1500, 1000).contains("the board makes pulses of 500 to 2400 us"));
     }
@@ -353,7 +378,9 @@ pub(crate) mod tests {
         let many = |s: &mut Schedule| {
             *changes(s, 0) = (0..200).map(|i| (i * 5000, ValveState::Closed)).collect();
             s.channels[0].output = match s.channels[0].output.clone() {
-                Output::Valves { inflate, vent, changes, .. } => Output::Valves { inflate, vent, least: 0, changes },
+                Output::Valves { inflate, vent, changes, .. } => {
+                    Output::Valves { inflate, vent, least: 0, changes }
+                }
                 other => other,
             };
         };

@@ -42,7 +42,11 @@ fn the_stack_stays_within_its_memory() {
     );
     // Twice as much as was ever used is there.
     assert!(status.stack_free > status.stack_used, "{status:?}");
-    assert!(seen.abs_diff(status.stack_used) <= 2, "the paint says {}, the pointer {seen}", status.stack_used);
+    assert!(
+        seen.abs_diff(status.stack_used) <= 2,
+        "the paint says {}, the pointer {seen}",
+        status.stack_used
+    );
 }
 
 /// The bytes of flash memory that an Intel HEX file fills.

@@ -25,7 +25,7 @@ use crate::support::root;
 use trace::Trace;
 
 /// Cycles of the chip in a microsecond.
-pub(super) const MHZ: u64 = 16;
+pub(crate) const MHZ: u64 = 16;
 
 /// What the tests run.
 struct Built {
@@ -74,7 +74,7 @@ fn build() -> Option<Built> {
 }
 
 /// An emulated board, as the other end of a line.
-pub(super) struct Rig {
+pub(crate) struct Rig {
     child: Child,
     input: ChildStdin,
     output: BufReader<ChildStdout>,
@@ -84,7 +84,7 @@ pub(super) struct Rig {
 
 impl Rig {
     /// A board whose time passes while its host waits; nothing if there is no emulator.
-    pub(super) fn new() -> Option<Self> {
+    pub(crate) fn new() -> Option<Self> {
         Self::start(&[])
     }
 
@@ -104,7 +104,7 @@ impl Rig {
     }
 
     /// Gives a command, and the answer.
-    pub(super) fn command(&mut self, line: &str) -> String {
+    pub(crate) fn command(&mut self, line: &str) -> String {
         writeln!(self.input, "{line}").unwrap();
         self.line()
     }
@@ -117,7 +117,7 @@ impl Rig {
     }
 
     /// Lets time pass, and drops what the board says.
-    pub(super) fn pass(&mut self, time: Duration) {
+    pub(crate) fn pass(&mut self, time: Duration) {
         let until = self.now() + time;
         while self.now() < until {
             self.receive(until - self.now()).unwrap();
@@ -125,19 +125,19 @@ impl Rig {
     }
 
     /// The time now, in cycles.
-    pub(super) fn cycles(&mut self) -> u64 {
+    pub(crate) fn cycles(&mut self) -> u64 {
         let answer = self.command("status");
         self.cycles.set(answer.split(' ').next().unwrap().parse().unwrap());
         self.cycles.get()
     }
 
     /// The lowest that the stack pointer has been.
-    pub(super) fn lowest_stack(&mut self) -> u16 {
+    pub(crate) fn lowest_stack(&mut self) -> u16 {
         self.command("status").split(' ').nth(1).unwrap().parse().unwrap()
     }
 
     /// What the outputs have done so far.
-    pub(super) fn trace(&mut self) -> Trace {
+    pub(crate) fn trace(&mut self) -> Trace {
         self.command("status");
         Trace::read(&std::fs::read_to_string(self.folder.path().join("trace")).unwrap())
     }
@@ -162,7 +162,9 @@ impl Link for Rig {
         let mut words = answer.split(' ').skip(1);
         self.cycles.set(words.next().unwrap().parse().unwrap());
         let digits = words.next().unwrap_or("");
-        Ok((0..digits.len() / 2).map(|i| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).unwrap()).collect())
+        Ok((0..digits.len() / 2)
+            .map(|i| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).unwrap())
+            .collect())
     }
 
     fn now(&self) -> Duration {
@@ -171,12 +173,12 @@ impl Link for Rig {
 }
 
 /// A session with a new board; nothing if there is no emulator.
-pub(super) fn session() -> Option<Session<Rig>> {
+pub(crate) fn session() -> Option<Session<Rig>> {
     Some(Session::open_as(Rig::new()?, 0x1234_5678).unwrap())
 }
 
 /// A new board that runs a schedule, with usual times.
-pub(super) fn running(schedule: &Schedule) -> Option<Session<Rig>> {
+pub(crate) fn running(schedule: &Schedule) -> Option<Session<Rig>> {
     let mut session = session()?;
     session.load(schedule).unwrap();
     session.start(0, Plan::default().silence).unwrap();
@@ -185,7 +187,7 @@ pub(super) fn running(schedule: &Schedule) -> Option<Session<Rig>> {
 }
 
 /// Lets a run go on for so long, with heartbeats.
-pub(super) fn keep_running(session: &mut Session<Rig>, time: Duration) {
+pub(crate) fn keep_running(session: &mut Session<Rig>, time: Duration) {
     let until = session.link().now() + time;
     while session.link().now() < until {
         session.status().unwrap();
@@ -195,6 +197,6 @@ pub(super) fn keep_running(session: &mut Session<Rig>, time: Duration) {
 }
 
 /// A wish to go on for ever.
-pub(super) fn go_on(_: &sgc::hardware::Status) -> Wish {
+pub(crate) fn go_on(_: &sgc::hardware::Status) -> Wish {
     Wish::GoOn
 }

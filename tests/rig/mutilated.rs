@@ -6,12 +6,12 @@ use sgc::hardware::frame::{Decoder, Frame};
 use sgc::hardware::message::{ChannelSetting, Config, Reply, Request};
 use sgc::hardware::{Link, Plan, Safe, State};
 
-use super::{Rig, keep_running, session, valves};
+use super::{Rig, session, valves};
 use crate::fuzz::mutate::Random;
 use crate::support::is_long;
 
 /// What the board says within a time.
-pub(super) fn answers(rig: &mut Rig, time: Duration) -> Vec<Reply> {
+pub(crate) fn answers(rig: &mut Rig, time: Duration) -> Vec<Reply> {
     let until = rig.now() + time;
     let mut decoder = Decoder::default();
     let mut out = Vec::new();
@@ -80,12 +80,8 @@ fn mutilated_frames_change_nothing() {
             let request = &requests()[random.below(requests().len())];
             // Newer than all that the session has said, so that it would be heard.
             sequence = sequence.wrapping_add(1);
-            let frame = Frame {
-                kind: request.kind(),
-                session: 0x1234_5678,
-                sequence,
-                payload: request.payload(),
-            };
+            let frame =
+                Frame { kind: request.kind(), session: 0x1234_5678, sequence, payload: request.payload() };
             match broken(&frame.encode(), &mut random) {
                 Some(line) => session.link().send(&line).unwrap(),
                 None => by_chance += 1,
@@ -183,8 +179,10 @@ fn tables_that_are_not_sound_are_refused_by_the_board() {
         (vec![(0, 1, 0), (1_000_000, 0, 1)], "BadTable"),
     ] {
         let config = config(1, 0, rows.len() as u16);
-        let table: Vec<u8> =
-            rows.iter().flat_map(|(at, inflate, vent)| [&at.to_le_bytes()[..], &[*inflate, *vent]].concat()).collect();
+        let table: Vec<u8> = rows
+            .iter()
+            .flat_map(|(at, inflate, vent)| [&at.to_le_bytes()[..], &[*inflate, *vent]].concat())
+            .collect();
         let all = [config.to_bytes(), setting(3, 4).to_bytes(), table.clone()].concat();
         assert!(say(&Request::Config(config)).contains("Ack"));
         assert!(say(&Request::Channel { index: 0, setting: setting(3, 4) }).contains("Ack"));
@@ -209,10 +207,11 @@ fn tables_that_are_not_sound_are_refused_by_the_board() {
         assert!(answer.contains(refusal), "{wrong:?}: {answer}");
     }
     assert!(say(&Request::Config(config(1, 0, 1))).contains("Ack"));
-    for (setting, refusal) in [(setting(2, 4), "BadPin"), (setting(3, 3), "BadPin"), (setting(0, 13), "BadPin")] {
+    for (setting, refusal) in
+        [(setting(2, 4), "BadPin"), (setting(3, 3), "BadPin"), (setting(0, 13), "BadPin")]
+    {
         let answer = say(&Request::Channel { index: 0, setting });
         assert!(answer.contains(refusal), "{answer}");
     }
     assert!(say(&Request::Load { offset: 3, bytes: vec![0; 4] }).contains("OutOfLimits"));
-    keep_running(&mut session, Duration::from_millis(10));
 }

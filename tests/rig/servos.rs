@@ -10,7 +10,7 @@ use super::{keep_running, running, session};
 use crate::support::is_long;
 
 /// Eight servos with curves of 64 points: waves, and steps as hard as there are.
-pub(super) fn eight(safe: Safe) -> Schedule {
+pub(crate) fn eight(safe: Safe) -> Schedule {
     let wave = |i: usize, k: usize| {
         let turn = (k as f64 / 64.0 + i as f64 / 8.0) * std::f64::consts::TAU;
         (1500.0 + 850.0 * libm::sin(turn)).round() as u16
@@ -55,7 +55,11 @@ fn pulses_are_as_long_as_the_curve_says() {
             let time = us(span.from - begin);
             let length = us(span.to.unwrap() - span.from);
             let error = (length - pulse_at(pulses, schedule.period, time)).abs();
-            assert!(error < 5.0, "{} at {time:.1} us: a pulse of {length:.2} us is {error:.2} us off", channel.name);
+            assert!(
+                error < 5.0,
+                "{} at {time:.1} us: a pulse of {length:.2} us is {error:.2} us off",
+                channel.name
+            );
             worst = worst.max(error);
             seen += 1;
         }

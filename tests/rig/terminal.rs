@@ -49,14 +49,15 @@ fn a_port_is_opened_by_one_program_only() {
 fn a_board_that_is_gone_is_told() {
     let Some((mut rig, port)) = board("--pty") else { return };
     let mut beats = 0;
-    let error = drive(Serial::open(&port).unwrap(), &valves::eight(Safe::Hold), &Plan::default(), &mut |_| {
-        beats += 1;
-        if beats == 5 {
-            rig.child.kill().unwrap();
-            rig.child.wait().unwrap();
-        }
-        Wish::GoOn
-    });
+    let error =
+        drive(Serial::open(&port).unwrap(), &valves::eight(Safe::Hold), &Plan::default(), &mut |_| {
+            beats += 1;
+            if beats == 5 {
+                rig.child.kill().unwrap();
+                rig.child.wait().unwrap();
+            }
+            Wish::GoOn
+        });
     let error = error.unwrap_err();
     assert!(matches!(error, Error::Line { .. }), "{error}");
 }

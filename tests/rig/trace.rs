@@ -7,23 +7,23 @@ use sgc::hardware::Pin;
 use super::MHZ;
 
 /// Changes of outputs, in cycles since the beginning.
-pub(super) struct Trace {
+pub(crate) struct Trace {
     /// For each pin, when it was changed to which level.
     changes: BTreeMap<Pin, Vec<(u64, bool)>>,
     /// When the chip was reset, without the first time.
-    pub(super) resets: Vec<u64>,
+    pub(crate) resets: Vec<u64>,
 }
 
 /// A pulse or an opened valve: from when to when, in cycles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Span {
-    pub(super) from: u64,
+pub(crate) struct Span {
+    pub(crate) from: u64,
     /// Nothing, if it has not ended.
-    pub(super) to: Option<u64>,
+    pub(crate) to: Option<u64>,
 }
 
 impl Trace {
-    pub(super) fn read(text: &str) -> Self {
+    pub(crate) fn read(text: &str) -> Self {
         let mut changes: BTreeMap<Pin, Vec<(u64, bool)>> = BTreeMap::new();
         let mut resets = Vec::new();
         for line in text.lines() {
@@ -33,7 +33,9 @@ impl Trace {
                 ("reset", _) => resets.push(at),
                 // The lamp.
                 ("D13", _) => {}
-                (pin, level) => changes.entry(pin.parse().unwrap()).or_default().push((at, level == Some(&"1"))),
+                (pin, level) => {
+                    changes.entry(pin.parse().unwrap()).or_default().push((at, level == Some(&"1")))
+                }
             }
         }
         resets.remove(0);
@@ -41,17 +43,17 @@ impl Trace {
     }
 
     /// How often any output has changed.
-    pub(super) fn changes(&self) -> usize {
+    pub(crate) fn changes(&self) -> usize {
         self.changes.values().map(Vec::len).sum()
     }
 
     /// When a pin was changed to which level.
-    pub(super) fn of(&self, pin: Pin) -> &[(u64, bool)] {
+    pub(crate) fn of(&self, pin: Pin) -> &[(u64, bool)] {
         self.changes.get(&pin).map_or(&[], Vec::as_slice)
     }
 
     /// When a pin was high.
-    pub(super) fn spans(&self, pin: Pin) -> Vec<Span> {
+    pub(crate) fn spans(&self, pin: Pin) -> Vec<Span> {
         let changes = self.of(pin);
         let span = |(i, (from, high)): (usize, &(u64, bool))| {
             high.then(|| Span { from: *from, to: changes.get(i + 1).map(|(to, _)| *to) })
@@ -60,22 +62,22 @@ impl Trace {
     }
 
     /// Whether a pin is high at the end.
-    pub(super) fn is_high(&self, pin: Pin) -> bool {
+    pub(crate) fn is_high(&self, pin: Pin) -> bool {
         self.of(pin).last().is_some_and(|(_, high)| *high)
     }
 
     /// The pins that are high at the end.
-    pub(super) fn high(&self) -> Vec<Pin> {
+    pub(crate) fn high(&self) -> Vec<Pin> {
         Pin::all().filter(|pin| self.is_high(*pin)).collect()
     }
 
     /// When an output was last raised, in cycles.
-    pub(super) fn last_rise(&self) -> u64 {
+    pub(crate) fn last_rise(&self) -> u64 {
         self.last(true)
     }
 
     /// When an output last fell, in cycles.
-    pub(super) fn last_fall(&self) -> u64 {
+    pub(crate) fn last_fall(&self) -> u64 {
         self.last(false)
     }
 
@@ -85,7 +87,7 @@ impl Trace {
     }
 
     /// Whether two pins were ever high at the same time.
-    pub(super) fn overlap(&self, one: Pin, other: Pin) -> bool {
+    pub(crate) fn overlap(&self, one: Pin, other: Pin) -> bool {
         let others = self.spans(other);
         self.spans(one).iter().any(|a| {
             others.iter().any(|b| a.from < b.to.unwrap_or(u64::MAX) && b.from < a.to.unwrap_or(u64::MAX))
@@ -94,7 +96,7 @@ impl Trace {
 }
 
 /// Cycles as microseconds.
-pub(super) fn us(cycles: u64) -> f64 {
+pub(crate) fn us(cycles: u64) -> f64 {
     cycles as f64 / MHZ as f64
 }
 

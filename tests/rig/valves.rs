@@ -9,7 +9,7 @@ use super::{MHZ, go_on, session};
 use crate::support::is_long;
 
 /// Eight actuators with phases of their own, of an odd period: nothing in it is a multiple of the board's tick.
-pub(super) fn eight(safe: Safe) -> Schedule {
+pub(crate) fn eight(safe: Safe) -> Schedule {
     use ValveState::{Closed, Inflate, Vent};
     let pins: Vec<Pin> = Pin::all().collect();
     let channel = |i: usize| {
@@ -21,28 +21,31 @@ pub(super) fn eight(safe: Safe) -> Schedule {
             _ => vec![(0, Vent), (500_001, Inflate)],
         };
         let (inflate, vent) = (pins[2 * i], pins[2 * i + 1]);
-        Channel { name: format!("actuator {i}"), output: Output::Valves { inflate, vent, least: 10_000, changes } }
+        Channel {
+            name: format!("actuator {i}"),
+            output: Output::Valves { inflate, vent, least: 10_000, changes },
+        }
     };
     Schedule { period: 1_000_003, safe, channels: (0..8).map(channel).collect() }
 }
 
-/// The edges that a channel's pins should have in a cycle: when, which pin, which level.
-fn edges(output: &Output) -> Vec<(u64, Pin, bool)> {
+/// The edges that a pin of a channel should have in a run: when, in microseconds since its beginning, and to which level.
+fn edges(output: &Output, pin: Pin, period: u32, cycles: u32) -> Vec<(u64, bool)> {
     let Output::Valves { inflate, vent, changes, .. } = output else { panic!("no valves") };
-    let open = |state: ValveState| match state {
-        ValveState::Inflate => Some(*inflate),
-        ValveState::Vent => Some(*vent),
-        ValveState::Closed => None,
+    let level = |state: ValveState| match state {
+        ValveState::Inflate => pin == *inflate,
+        ValveState::Vent => pin == *vent,
+        ValveState::Closed => false,
     };
-    let mut out = Vec::new();
-    for (i, (at, state)) in changes.iter().enumerate() {
-        let before = changes[(i + changes.len() - 1) % changes.len()].1;
-        if before != *state {
-            out.extend(open(before).map(|pin| (u64::from(*at), pin, false)));
-            out.extend(open(*state).map(|pin| (u64::from(*at), pin, true)));
-        }
-    }
-    out
+    let cycle = |n: u32| {
+        let begin = u64::from(n) * u64::from(period);
+        changes.iter().map(move |(at, state)| (begin + u64::from(*at), level(*state)))
+    };
+    // Before the first cycle all are closed, and after the last.
+    let end = u64::from(cycles) * u64::from(period);
+    let mut now = false;
+    let all = (0..cycles).flat_map(cycle).chain([(end, false)]);
+    all.filter(|(_, level)| std::mem::replace(&mut now, *level) != *level).collect()
 }
 
 #[test]
@@ -64,20 +67,11 @@ fn valves_keep_their_times() {
         assert!(!trace.overlap(inflate, vent), "both valves of {} were open", channel.name);
         for pin in [inflate, vent] {
             let found = trace.of(pin);
-            let mine: Vec<_> = edges(&channel.output).into_iter().filter(|(_, other, _)| *other == pin).collect();
-            let cycle = |n: u64| mine.iter().map(move |(at, _, level)| (n * u64::from(schedule.period) + at, *level));
-            // Before the first cycle all are closed, and after the last.
-            let mut expected: Vec<(u64, bool)> = (0..u64::from(cycles)).flat_map(cycle).collect();
-            if expected.first().is_some_and(|(_, level)| !level) {
-                expected.remove(0);
-            }
-            if expected.last().is_some_and(|(_, level)| *level) {
-                expected.push((u64::from(cycles) * u64::from(schedule.period), false));
-            }
+            let expected = edges(&channel.output, pin, schedule.period, cycles);
             assert_eq!(found.len(), expected.len(), "{pin}: as many changes");
             for ((at, level), (due, wanted)) in found.iter().zip(expected) {
                 assert_eq!(*level, wanted, "{pin} at {due} us");
-                let late = us(at - begin) - due as f64;
+                let late = us(*at) - us(begin) - due as f64;
                 least = least.min(late);
                 most = most.max(late);
                 seen += 1;
