@@ -158,6 +158,8 @@ impl Link for Rig {
     }
 
     fn receive(&mut self, wait: Duration) -> Result<Vec<u8>, Error> {
+        // Less than a cycle would be nothing, again and again.
+        let wait = wait.max(Duration::from_micros(1));
         let answer = self.command(&format!("run {}", wait.as_secs_f64() * 1e6));
         let mut words = answer.split(' ').skip(1);
         self.cycles.set(words.next().unwrap().parse().unwrap());
