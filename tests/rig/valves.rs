@@ -30,7 +30,7 @@ pub(crate) fn eight(safe: Safe) -> Schedule {
 }
 
 /// The edges that a pin of a channel should have in a run: when, in microseconds since its beginning, and to which level.
-fn edges(output: &Output, pin: Pin, period: u32, cycles: u32) -> Vec<(u64, bool)> {
+pub(crate) fn edges(output: &Output, pin: Pin, period: u32, cycles: u32) -> Vec<(u64, bool)> {
     let Output::Valves { inflate, vent, changes, .. } = output else { panic!("no valves") };
     let level = |state: ValveState| match state {
         ValveState::Inflate => pin == *inflate,
