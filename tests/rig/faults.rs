@@ -7,7 +7,7 @@ use sgc::hardware::message::Request;
 use sgc::hardware::{Error, Link, Pin, Plan, Safe, Schedule, Session, State, run};
 
 use super::trace::{Trace, us};
-use super::{MHZ, Rig, go_on, keep_running, running, servos, session, valves};
+use super::{MHZ, Rig, at_most, keep_running, running, servos, session, valves};
 
 /// How long after the last sign of life all must be safe, in microseconds.
 const SILENCE: f64 = 600_000.0;
@@ -85,7 +85,7 @@ fn a_run_tells_its_host_that_the_link_was_lost() {
         heartbeat: Duration::from_millis(400),
         ..Plan::default()
     };
-    let error = run(&mut session, &plan, &mut go_on).unwrap_err();
+    let error = run(&mut session, &plan, &mut at_most(100)).unwrap_err();
     assert!(matches!(error, Error::LinkLost), "{error}");
     assert!(matches!(session.start(0, Duration::from_secs(9)), Err(Error::Timeout { .. })));
 }
@@ -150,7 +150,7 @@ fn a_run_tells_its_host_that_the_button_was_pressed() {
     session.load(&servos::eight(Safe::Release)).unwrap();
     session.link().command("stop 1");
     session.link().pass(Duration::from_millis(20));
-    let error = run(&mut session, &Plan::default(), &mut go_on).unwrap_err();
+    let error = run(&mut session, &Plan::default(), &mut at_most(100)).unwrap_err();
     assert!(matches!(error, Error::Latched { state: State::Estopped, .. }), "{error}");
     assert_eq!(session.link().trace().changes(), 0);
 }
