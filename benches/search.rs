@@ -1,4 +1,4 @@
-//! How much time lanes save a search, and other methods than one annealing chain. For each body of
+//! How much CPU time lanes save a search, and other methods than one annealing chain. For each body of
 //! `benches/bodies/` and each seed, one thread anneals curves one evaluation after the other, until so many are
 //! spent. Then the same search fills the lanes of the solver, and other searches run until they
 //! have found as good a value: all in the same process, in turns.
@@ -8,8 +8,8 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
 
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Instant;
 
+use cpu_time::ProcessTime;
 use grammar_lang::ir::RuleSet;
 use sgc::derive::Derivation;
 use sgc::search::{Best, Limits, Observer, Row, run};
@@ -53,7 +53,7 @@ fn time(rules: &RuleSet, seed: u64, lanes: Option<usize>, most: u64, value: f64)
     let limits = Limits { seed, jobs: 1, max_evaluations: Some(most), lanes, gives_up: true, deadline: None };
     let model = simulate::model("articulated").unwrap();
     let first = Derivation::start(rules, rules.from.as_deref()).unwrap();
-    let begun = Instant::now();
+    let begun = ProcessTime::now();
     let outcome = run(rules, first, model, &limits, &flag, &mut until).unwrap();
     let took = begun.elapsed().as_secs_f64();
     let best = outcome.best.map_or(f64::NEG_INFINITY, |best| best.value);
@@ -83,7 +83,7 @@ fn main() {
     let mut numbers = std::env::args().filter_map(|a| a.parse::<u64>().ok());
     let (most, seeds) = (numbers.next().unwrap_or(1000), numbers.next().unwrap_or(10));
     println!(
-        "one chain, one evaluation after the other, {most} evaluations; then the share of its time that"
+        "one chain, one evaluation after the other, {most} evaluations; then the share of its CPU time that"
     );
     println!("others take to find as good a value (inf: not within {PATIENCE} times as many evaluations)");
     let mut all = vec![Vec::new(); OTHERS.len()];
@@ -92,7 +92,7 @@ fn main() {
         let others = OTHERS.map(|(_, search)| rules(body, search));
         let mut shares = vec![Vec::new(); OTHERS.len()];
         for seed in 1..=seeds {
-            let begun = Instant::now();
+            let begun = ProcessTime::now();
             let (_, value, spent) = time(&plain, seed, Some(1), most, f64::INFINITY);
             let alone = begun.elapsed().as_secs_f64();
             let mut told = format!("{body:6} seed {seed:2}: {value:7.2} cm, {alone:6.2} s");
@@ -100,7 +100,7 @@ fn main() {
                 let is_same = *search == "gait_annealing";
                 let (took, found, _) = if is_same {
                     // To its end, as it finds the same at the same evaluation.
-                    let begun = Instant::now();
+                    let begun = ProcessTime::now();
                     let (_, found, again) = time(rules, seed, None, most, f64::INFINITY);
                     assert_eq!((found.to_bits(), again), (value.to_bits(), spent), "the same search");
                     (Some(begun.elapsed().as_secs_f64()), found, again)

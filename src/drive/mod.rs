@@ -4,19 +4,22 @@
 //! one evaluation are a [`Parameters`]: every actuator that is not a mirror image
 //! has its own set, images follow their originals, shared variables are there once.
 
+mod cycle;
+mod hardware;
 mod mutate;
 mod scope;
 mod shares;
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
+use grammar_lang::eval::{EvalError, Reference, Value, Valves, evaluate};
 use grammar_lang::ir::{Actuation, Owner, RuleSet, Task, Ty, Variable};
 
 use crate::derive::random::Stream;
 use crate::derive::{Derivation, DesignScope};
 use crate::design::{Body, PartId};
 use crate::simulate::Targets;
+pub use cycle::{Asked, Cycle};
 use scope::DriveScope;
 
 /// Values of all varied quantities of a body, in SI units; a Bool is 0 or 1.
@@ -295,28 +298,37 @@ impl<'r> Drive<'r> {
         let samples = libm::ceil(model.duration / model.control - 1e-9) as usize + 1;
         let count = self.actuators.len();
         let mut angles = vec![0.0; samples * count];
-        let mut scope = DriveScope::new(self.rules, &self.derivation);
         for (column, driven) in self.actuators.iter().enumerate() {
-            let Some((_, actuation)) = self.actuations.get(driven.actuation) else { continue };
-            let mut locals = self.lets(driven, parameters)?;
-            let fixed = locals.len();
-            let kind = self.derivation.design.parts.get(&driven.id).map_or("", |p| p.kind.as_str());
-            let (low, high) = self.rules.actuators.get(kind).map_or((0.0, 0.0), |a| a.bend);
-            for sample in 0..samples {
-                scope.time = sample as f64 * model.control;
-                locals.truncate(fixed);
-                for (_, value) in &actuation.moving {
-                    let value = evaluate(value, &scope, &mut locals)?;
-                    locals.push(value);
-                }
-                let angle =
-                    evaluate(&actuation.drive, &scope as &dyn Scope, &mut locals)?.as_number().unwrap_or(0.0);
-                if let Some(cell) = angles.get_mut(sample * count + column) {
-                    // An actuator cannot bend further than it can.
-                    *cell = angle.max(low).min(high);
-                }
+            let drives = self.actuations.get(driven.actuation).map(|(_, actuation)| &actuation.drive.ty);
+            if drives == Some(&Ty::Valves) {
+                continue;
+            }
+            let times = (0..samples).map(|sample| sample as f64 * model.control);
+            let bends = self.bends(driven, parameters, times)?;
+            for (row, bend) in angles.chunks_exact_mut(count).zip(bends) {
+                row[column] = bend;
             }
         }
-        Ok(Targets { interval: model.control, actuators: count, angles })
+        let mut targets = Targets { interval: model.control, actuators: count, angles };
+        self.on_hardware(parameters, &mut targets)?;
+        Ok(targets)
+    }
+
+    fn kind_of(&self, driven: &Driven) -> Option<&str> {
+        self.derivation.design.parts.get(&driven.id).map(|part| part.kind.as_str())
+    }
+
+    /// The states of an actuator's valves, if it has any.
+    fn valves(&self, driven: &Driven, parameters: &[f64]) -> Result<Option<Valves>, EvalError> {
+        let Some((_, actuation)) = self.actuations.get(driven.actuation) else { return Ok(None) };
+        if actuation.drive.ty != Ty::Valves {
+            return Ok(None);
+        }
+        let scope = DriveScope::new(self.rules, &self.derivation);
+        let mut locals = self.lets(driven, parameters)?;
+        match evaluate(&actuation.drive, &scope, &mut locals)? {
+            Value::Valves(valves) => Ok(Some(Valves::clone(&valves))),
+            _ => Ok(None),
+        }
     }
 }

@@ -2,10 +2,84 @@
 
 use std::sync::Arc;
 
-use super::{Curve, Evaluation, Result_, Value, fail, missing};
+use super::{Curve, EvalError, Evaluation, Result_, Value, Valve, Valves, fail, missing};
 use crate::ir::{Expr, ExprKind, Function, Shape};
 
+impl Function {
+    /// Whether it makes a number out of numbers alone.
+    pub(super) fn is_numeric(self) -> bool {
+        use Function as F;
+        matches!(
+            self,
+            F::Abs
+                | F::Min
+                | F::Max
+                | F::Clamp
+                | F::Floor
+                | F::Ceil
+                | F::Round
+                | F::Fraction
+                | F::Sqrt
+                | F::Exp
+                | F::Ln
+                | F::Sin
+                | F::Cos
+                | F::Tan
+                | F::Arc
+                | F::Wrap
+        )
+    }
+}
+
 impl Evaluation<'_> {
+    /// A function that [is numeric](Function::is_numeric).
+    pub(super) fn numeric(
+        &mut self,
+        expr: &Expr,
+        function: Function,
+        arguments: &[Expr],
+    ) -> Result<f64, EvalError> {
+        use Function as F;
+        let Some((first, rest)) = arguments.split_first() else { return Err(missing(expr)) };
+        let x = self.number(first)?;
+        Ok(match function {
+            F::Abs => x.abs(),
+            F::Min | F::Max => {
+                let mut best = x;
+                for other in rest {
+                    let x = self.number(other)?;
+                    if (x < best) == (function == F::Min) {
+                        best = x;
+                    }
+                }
+                best
+            }
+            F::Clamp => {
+                let [low, high] = rest else { return Err(missing(expr)) };
+                let low = self.number(low)?;
+                x.min(self.number(high)?).max(low)
+            }
+            F::Floor => libm::floor(x),
+            F::Ceil => libm::ceil(x),
+            F::Round => libm::round(x),
+            F::Fraction => x - libm::floor(x),
+            F::Sqrt if x < 0.0 => return fail(expr, "a negative number has no square root"),
+            F::Sqrt => x.sqrt(),
+            F::Exp => libm::exp(x),
+            F::Ln if x <= 0.0 => return fail(expr, "only a positive number has a logarithm"),
+            F::Ln => libm::log(x),
+            F::Sin => libm::sin(x),
+            F::Cos => libm::cos(x),
+            F::Tan => libm::tan(x),
+            F::Arc => x * self.number(rest.first().ok_or_else(|| missing(expr))?)?,
+            F::Wrap => {
+                let turn = 2.0 * std::f64::consts::PI;
+                x - turn * libm::round(x / turn)
+            }
+            _ => return Err(missing(expr)),
+        })
+    }
+
     pub(super) fn call(&mut self, expr: &Expr, function: Function, arguments: &[Expr]) -> Result_ {
         use Function as F;
         if function == F::Count
@@ -13,6 +87,9 @@ impl Evaluation<'_> {
         {
             let group = self.scope.group(group).ok_or_else(|| missing(expr))?;
             return Ok(Value::Number(group.len() as f64));
+        }
+        if function.is_numeric() {
+            return Ok(Value::Number(self.numeric(expr, function, arguments)?));
         }
         let values = self.values(arguments)?;
         let number = |i: usize| match values.get(i) {
@@ -22,31 +99,6 @@ impl Evaluation<'_> {
         let list = |i: usize| values.get(i).map(Value::items).ok_or_else(|| missing(expr));
         let times = |i: usize| number(i).map(|n| n.clamp(0.0, 10_000.0) as usize);
         Ok(match function {
-            F::Abs => Value::Number(number(0)?.abs()),
-            F::Min | F::Max => {
-                let mut best = number(0)?;
-                for i in 1..values.len() {
-                    let x = number(i)?;
-                    if (x < best) == (function == F::Min) {
-                        best = x;
-                    }
-                }
-                Value::Number(best)
-            }
-            F::Clamp => Value::Number(number(0)?.min(number(2)?).max(number(1)?)),
-            F::Floor => Value::Number(libm::floor(number(0)?)),
-            F::Ceil => Value::Number(libm::ceil(number(0)?)),
-            F::Round => Value::Number(libm::round(number(0)?)),
-            F::Fraction => Value::Number(number(0)? - libm::floor(number(0)?)),
-            F::Sqrt if number(0)? < 0.0 => return fail(expr, "a negative number has no square root"),
-            F::Sqrt => Value::Number(number(0)?.sqrt()),
-            F::Exp => Value::Number(libm::exp(number(0)?)),
-            F::Ln if number(0)? <= 0.0 => return fail(expr, "only a positive number has a logarithm"),
-            F::Ln => Value::Number(libm::log(number(0)?)),
-            F::Sin => Value::Number(libm::sin(number(0)?)),
-            F::Cos => Value::Number(libm::cos(number(0)?)),
-            F::Tan => Value::Number(libm::tan(number(0)?)),
-            F::Arc => Value::Number(number(0)? * number(1)?),
             F::Length | F::Horizontal | F::Height => {
                 let Some(Value::Vector([x, y, z])) = values.first() else { return Err(missing(expr)) };
                 Value::Number(match function {
@@ -65,11 +117,6 @@ impl Evaluation<'_> {
             F::Bearing => {
                 let Some(Value::Vector([x, _, z])) = values.first() else { return Err(missing(expr)) };
                 Value::Number(libm::atan2(-z, *x))
-            }
-            F::Wrap => {
-                let turn = 2.0 * std::f64::consts::PI;
-                let x = number(0)?;
-                Value::Number(x - turn * libm::round(x / turn))
             }
             F::Angle => {
                 let (Some(Value::Rotation(a)), Some(Value::Rotation(b))) = (values.first(), values.get(1))
@@ -106,6 +153,19 @@ impl Evaluation<'_> {
                     None => return fail(expr, "a Bezier curve has 2 to 64 control points"),
                 }
             }
+            F::Cycle => {
+                let shares = list(1)?.iter().map(|share| share.as_number().ok_or_else(|| missing(expr)));
+                let shares: Vec<f64> = shares.collect::<Result<_, _>>()?;
+                let state = |value: &Value| match value {
+                    Value::Valve(state) => Ok(*state),
+                    _ => Err(missing(expr)),
+                };
+                let states: Vec<Valve> = list(2)?.iter().map(state).collect::<Result<_, _>>()?;
+                match Valves::cycle(number(0)?, &shares, &states, number(3)?) {
+                    Ok(valves) => Value::Valves(Arc::new(valves)),
+                    Err(reason) => return fail(expr, reason),
+                }
+            }
             F::Box => Value::Shape(Shape::Box([number(0)?, number(1)?, number(2)?])),
             F::Sphere => Value::Shape(Shape::Sphere(number(0)?)),
             F::Cylinder => Value::Shape(Shape::Cylinder(number(0)?, number(1)?)),
@@ -113,9 +173,7 @@ impl Evaluation<'_> {
             F::Normal | F::Uniform => {
                 Value::List([Value::Number(number(0)?), Value::Number(number(1)?)].into())
             }
-            F::Gain | F::Neighbours | F::Images => {
-                self.scope.call(function, &values).ok_or_else(|| missing(expr))?
-            }
+            _ => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
         })
     }
 }

@@ -3,11 +3,13 @@
 mod call;
 mod curve;
 mod value;
+mod valves;
 
 use std::sync::Arc;
 
 pub use curve::Curve;
 pub use value::{Domain, KindValue, Reference, Value};
+pub use valves::{Valve, Valves};
 
 use serde::{Deserialize, Serialize};
 
@@ -145,6 +147,15 @@ pub fn evaluate(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Resu
     Evaluation { scope, locals }.value(expr)
 }
 
+/// The same for an expression that is a number, SI.
+///
+/// # Errors
+///
+/// [`EvalError`] where the value does not exist, or is no number.
+pub fn evaluate_number(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Result<f64, EvalError> {
+    Evaluation { scope, locals }.number(expr)
+}
+
 struct Evaluation<'a> {
     scope: &'a dyn Scope,
     locals: &'a mut Vec<Value>,
@@ -160,12 +171,43 @@ fn missing(expr: &Expr) -> EvalError {
     EvalError { span: expr.span, reason: UNKNOWN_HERE.to_owned() }
 }
 
+/// Adds, subtracts, multiplies or divides.
+fn calculate(expr: &Expr, x: f64, operator: Operator, y: f64) -> Result<f64, EvalError> {
+    match operator {
+        Operator::Add => Ok(x + y),
+        Operator::Subtract => Ok(x - y),
+        Operator::Multiply => Ok(x * y),
+        Operator::Divide if y == 0.0 => fail(expr, "this divides by zero"),
+        Operator::Divide => Ok(x / y),
+        _ => Err(missing(expr)),
+    }
+}
+
 impl Evaluation<'_> {
+    /// A number. Curves are evaluated at every moment of a motion, and most of them are arithmetic: it is done
+    /// here without values in between.
     fn number(&mut self, expr: &Expr) -> Result<f64, EvalError> {
-        match self.value(expr)? {
-            Value::Number(x) => Ok(x),
-            _ => Err(missing(expr)),
-        }
+        let x = match &expr.kind {
+            ExprKind::Number(x) => *x,
+            ExprKind::Local(slot) => match self.locals.get(*slot) {
+                Some(Value::Number(x)) => *x,
+                _ => return Err(missing(expr)),
+            },
+            ExprKind::Binary(a, operator, b) if operator.is_arithmetic() => {
+                let (x, y) = (self.number(a)?, self.number(b)?);
+                calculate(expr, x, *operator, y)?
+            }
+            ExprKind::Negate(x) => -self.number(x)?,
+            ExprKind::Apply(curve, place) => self.apply(expr, curve, place)?,
+            ExprKind::Call(function, arguments) if function.is_numeric() => {
+                self.numeric(expr, *function, arguments)?
+            }
+            _ => match self.raw(expr)? {
+                Value::Number(x) => x,
+                _ => return Err(missing(expr)),
+            },
+        };
+        if x.is_finite() { Ok(x) } else { fail(expr, "this is not a finite number") }
     }
 
     fn bool(&mut self, expr: &Expr) -> Result<bool, EvalError> {
@@ -192,6 +234,9 @@ impl Evaluation<'_> {
             ExprKind::Param(name) => known(self.scope.param(name))?,
             ExprKind::Local(slot) => known(self.locals.get(*slot).cloned())?,
             ExprKind::Word(Word::Pi) => Value::Number(std::f64::consts::PI),
+            ExprKind::Word(Word::Closed) => Value::Valve(Valve::Closed),
+            ExprKind::Word(Word::Inflate) => Value::Valve(Valve::Inflate),
+            ExprKind::Word(Word::Vent) => Value::Valve(Valve::Vent),
             ExprKind::Word(word) => known(self.scope.word(*word))?,
             ExprKind::Placed(name) => known(self.scope.placed(name))?,
             ExprKind::Group(group) => known(self.scope.group(group).map(|g| Value::List(g.into())))?,
@@ -204,6 +249,8 @@ impl Evaluation<'_> {
                 Value::Kind(Arc::new(KindValue { name: name.clone(), params }))
             }
             ExprKind::Pattern(name) => Value::Pattern(name.as_str().into()),
+            ExprKind::Table(table) => Value::Table(Arc::new(table.clone())),
+
             ExprKind::Term(name) => {
                 let scope = self.scope;
                 let term = scope.term(name).ok_or_else(|| missing(expr))?;
@@ -261,20 +308,7 @@ impl Evaluation<'_> {
             }
             ExprKind::Aggregate { .. } => self.aggregate(expr)?,
             ExprKind::Call(function, arguments) => self.call(expr, *function, arguments)?,
-            ExprKind::Apply(curve, place) => {
-                let curve = self.value(curve)?;
-                let place = self.number(place)?;
-                match &curve {
-                    Value::Curve(curve) => Value::Number(curve.at(place)),
-                    Value::Pattern(name) => {
-                        let scope = self.scope;
-                        let pattern = scope.pattern(name).ok_or_else(|| missing(expr))?;
-                        let inside = InCycle { outer: scope, cycle: place - libm::floor(place) };
-                        evaluate(pattern, &inside, &mut Vec::new())?
-                    }
-                    _ => return Err(missing(expr)),
-                }
-            }
+            ExprKind::Apply(curve, place) => Value::Number(self.apply(expr, curve, place)?),
             ExprKind::Index(list, index) => {
                 let list = self.value(list)?;
                 let index = self.number(index)?;
@@ -295,6 +329,29 @@ impl Evaluation<'_> {
             ExprKind::List(items) => Value::List(self.values(items)?.into()),
             ExprKind::Convert(x, factor) => Value::Number(self.number(x)? / factor),
         })
+    }
+
+    fn apply(&mut self, expr: &Expr, curve: &Expr, place: &Expr) -> Result<f64, EvalError> {
+        let place = self.number(place)?;
+        if let ExprKind::Table(table) = &curve.kind {
+            return Ok(table.at(place));
+        }
+        if let ExprKind::Local(slot) = &curve.kind
+            && let Some(Value::Curve(curve)) = self.locals.get(*slot)
+        {
+            return Ok(curve.at(place));
+        }
+        match self.value(curve)? {
+            Value::Curve(curve) => Ok(curve.at(place)),
+            Value::Table(table) => Ok(table.at(place)),
+            Value::Pattern(name) => {
+                let scope = self.scope;
+                let pattern = scope.pattern(&name).ok_or_else(|| missing(expr))?;
+                let inside = InCycle { outer: scope, cycle: place - libm::floor(place) };
+                evaluate_number(pattern, &inside, &mut Vec::new())
+            }
+            _ => Err(missing(expr)),
+        }
     }
 
     /// Fills a local slot; slots before it that have no value yet get one that
@@ -334,11 +391,9 @@ impl Evaluation<'_> {
         let (left, right) = (self.value(a)?, self.value(b)?);
         Ok(match (left, operator, right) {
             (Value::Number(x), _, Value::Number(y)) => match operator {
-                O::Add => Value::Number(x + y),
-                O::Subtract => Value::Number(x - y),
-                O::Multiply => Value::Number(x * y),
-                O::Divide if y == 0.0 => return fail(expr, "this divides by zero"),
-                O::Divide => Value::Number(x / y),
+                O::Add | O::Subtract | O::Multiply | O::Divide => {
+                    Value::Number(calculate(expr, x, operator, y)?)
+                }
                 O::Less => Value::Bool(x < y),
                 O::LessEqual => Value::Bool(x <= y),
                 O::Greater => Value::Bool(x > y),

@@ -372,11 +372,7 @@ impl Checker<'_> {
         }
         let (a, b) = (self.infer(a, cx), self.infer(b, cx));
         if a.ty == Ty::Unknown || b.ty == Ty::Unknown {
-            let ty = if matches!(operator, O::Add | O::Subtract | O::Multiply | O::Divide) {
-                Ty::Unknown
-            } else {
-                Ty::Bool
-            };
+            let ty = if operator.is_arithmetic() { Ty::Unknown } else { Ty::Bool };
             return make(a, b, ty);
         }
         match operator {

@@ -1,0 +1,159 @@
+//! States of valves over a cycle.
+
+use serde::{Deserialize, Serialize};
+
+/// What the two valves of an actuator do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Valve {
+    /// Both are closed: the actuator keeps its air.
+    Closed,
+    /// Air comes in.
+    Inflate,
+    /// Air goes out.
+    Vent,
+}
+
+/// The states of an actuator's valves over a cycle that repeats.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Valves {
+    /// How long the cycle lasts, s.
+    pub period: f64,
+    /// From when on which state holds: times in s within the period, ascending, the first at 0. Neighbours differ.
+    pub changes: Vec<(f64, Valve)>,
+}
+
+impl Valves {
+    /// States that take turns, each for its share of the period; at time 0 a part of the cycle, `phase`, has passed.
+    /// Shares need not add up to one; below zero they count as zero, and if all are zero as equal.
+    ///
+    /// # Errors
+    ///
+    /// Why there is no such cycle.
+    pub fn cycle(period: f64, shares: &[f64], states: &[Valve], phase: f64) -> Result<Self, String> {
+        if period <= 0.0 {
+            return Err("the period of a cycle must be above 0 s".to_owned());
+        }
+        if shares.len() != states.len() || states.is_empty() {
+            return Err(format!(
+                "a cycle has a share for each state: here are {} shares and {} states",
+                shares.len(),
+                states.len()
+            ));
+        }
+        let mut shares: Vec<f64> = shares.iter().map(|share| share.max(0.0)).collect();
+        let sum: f64 = shares.iter().sum();
+        if sum > 0.0 {
+            shares.iter_mut().for_each(|share| *share /= sum);
+        } else {
+            shares.fill(1.0 / states.len() as f64);
+        }
+        let mut begin = 0.0;
+        let mut changes: Vec<(f64, Valve)> = Vec::with_capacity(states.len() + 1);
+        for (share, state) in shares.iter().zip(states) {
+            if *share > 0.0 {
+                let place = begin - phase;
+                changes.push(((place - libm::floor(place)) * period, *state));
+            }
+            begin += share;
+        }
+        changes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // What began last in the cycle goes on when it begins anew.
+        if let (Some(first), Some(last)) = (changes.first().copied(), changes.last().copied())
+            && first.0 > 0.0
+        {
+            changes.insert(0, (0.0, last.1));
+        }
+        changes.dedup_by(|next, before| next.1 == before.1);
+        Ok(Self { period, changes })
+    }
+}
+
+impl Valves {
+    /// The same without states that last shorter than valves need, s: the state before them goes on.
+    #[must_use]
+    pub fn settled(&self, shortest: f64) -> Self {
+        let mut changes = self.changes.clone();
+        while let Some(short) = self.shortest_of(&changes, shortest) {
+            changes.remove(short);
+            // What lasted over the beginning of the cycle does so still.
+            if short == 0
+                && let (Some(last), false) = (changes.last().copied(), changes.is_empty())
+            {
+                changes.insert(0, (0.0, last.1));
+            }
+            changes.dedup_by(|next, before| next.1 == before.1);
+        }
+        Self { period: self.period, changes }
+    }
+
+    /// The state that lasts shortest, if that is too short. What ends the cycle as it begins is one state.
+    fn shortest_of(&self, changes: &[(f64, Valve)], shortest: f64) -> Option<usize> {
+        let (first, last) = (changes.first()?, changes.last()?);
+        if changes.len() < 2 {
+            return None;
+        }
+        let wraps = first.1 == last.1;
+        let lasts = |i: usize| {
+            let (from, _) = changes.get(i)?;
+            let to = changes.get(i + 1).map_or(self.period, |(to, _)| *to);
+            let more = match () {
+                () if wraps && i == 0 => self.period - last.0,
+                () if wraps && i + 1 == changes.len() => changes.get(1).map_or(0.0, |(to, _)| *to),
+                () => 0.0,
+            };
+            Some((to - from + more, i))
+        };
+        let all = (0..changes.len()).filter_map(lasts).filter(|(time, _)| *time < shortest);
+        all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Valve::{Closed, Inflate, Vent};
+    use super::Valves;
+
+    #[test]
+    fn states_take_turns_by_their_shares() {
+        let four = Valves::cycle(4.0, &[1.0, 2.0, 0.0, 1.0], &[Closed, Inflate, Closed, Vent], 0.0).unwrap();
+        assert_eq!(four.changes, [(0.0, Closed), (1.0, Inflate), (3.0, Vent)]);
+    }
+
+    #[test]
+    fn a_phase_turns_the_cycle() {
+        let half = Valves::cycle(4.0, &[0.25, 0.5, 0.25], &[Closed, Inflate, Vent], 0.5).unwrap();
+        assert_eq!(half.changes, [(0.0, Inflate), (1.0, Vent), (2.0, Closed), (3.0, Inflate)]);
+        let early = Valves::cycle(4.0, &[0.25, 0.5, 0.25], &[Closed, Inflate, Vent], 0.125).unwrap();
+        assert_eq!(early.changes, [(0.0, Closed), (0.5, Inflate), (2.5, Vent), (3.5, Closed)]);
+    }
+
+    #[test]
+    fn nothing_at_all_is_shared_equally() {
+        let equal = Valves::cycle(3.0, &[0.0; 3], &[Closed, Inflate, Vent], 0.0).unwrap();
+        assert_eq!(equal.changes, [(0.0, Closed), (1.0, Inflate), (2.0, Vent)]);
+    }
+
+    #[test]
+    fn states_too_short_for_a_valve_are_left_out() {
+        let valves = |changes: &[(f64, super::Valve)]| Valves { period: 2.0, changes: changes.to_vec() };
+        let short = valves(&[(0.0, Closed), (0.5, Inflate), (1.5, Closed), (1.51, Vent)]);
+        assert_eq!(short.settled(0.04).changes, [(0.0, Closed), (0.5, Inflate), (1.51, Vent)]);
+        // The state before it goes on, and is then the same as the one after it.
+        let between = valves(&[(0.0, Closed), (0.5, Inflate), (0.51, Closed), (1.0, Vent)]);
+        assert_eq!(between.settled(0.04).changes, [(0.0, Closed), (1.0, Vent)]);
+        // Short at the beginning of the cycle: what ended the cycle before goes on.
+        let first = valves(&[(0.0, Inflate), (0.01, Closed), (1.0, Vent)]);
+        assert_eq!(first.settled(0.04).changes, [(0.0, Vent), (0.01, Closed), (1.0, Vent)]);
+        // Over the beginning, both pieces count together.
+        let over = valves(&[(0.0, Vent), (0.03, Closed), (1.97, Vent)]);
+        assert_eq!(over.settled(0.04), over);
+        assert_eq!(over.settled(0.07).changes, [(0.0, Closed)]);
+    }
+
+    #[test]
+    fn what_does_not_fit_together_is_told() {
+        assert!(Valves::cycle(0.0, &[1.0], &[Closed], 0.0).unwrap_err().contains("above 0"));
+        assert!(Valves::cycle(1.0, &[1.0], &[], 0.0).unwrap_err().contains("1 shares and 0 states"));
+    }
+}
