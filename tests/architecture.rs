@@ -4,7 +4,7 @@ use crate::support::{read, root};
 
 /// The layers of the engine, first to last. Each may use itself and those before it.
 const ENGINE: &[&str] = &[
-    "world", "document", "design", "simulate", "derive", "audit", "drive", "score", "search", "hardware",
+    "world", "document", "design", "simulate", "derive", "audit", "drive", "hardware", "score", "search",
     "results", "testing", "cli",
 ];
 /// The layers of the language.
