@@ -146,7 +146,7 @@ impl Servos<'_> {
     fn servo(&self, pin: Pin, bends: impl Iterator<Item = f64>) -> Output {
         let Tendon { turn, pulse, .. } = self.threads;
         let of = |turned: f64| {
-            let share = ((turned - turn.0) / (turn.1 - turn.0)).max(0.0).min(1.0);
+            let share = ((turned - turn.0) / (turn.1 - turn.0)).clamp(0.0, 1.0);
             libm::round((pulse.0 + (pulse.1 - pulse.0) * share) * 1e6) as u16
         };
         Output::Servo {

@@ -1,5 +1,7 @@
 //! Checks what a grammar says of its hardware: tables, targets, prototypes.
 
+use std::collections::BTreeSet;
+
 use indexmap::IndexMap;
 
 use super::Checker;
@@ -10,7 +12,7 @@ use super::tasks::Tasks;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
 use crate::ir::{self, Backend, Expr, ExprKind, Ty};
-use crate::names::declared;
+use crate::names::{Declaration, declared};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, ItemKind, Name};
 use crate::units::{self, Dimension};
@@ -25,6 +27,9 @@ const PROTOTYPE: &[&str] = &["simulated", "measured", "length"];
 /// an Arduino Uno names them.
 const PINS: &[&str] =
     &["D3", "D4", "D5", "D6", "D7", "D8", "D9", "D10", "D11", "D12", "A0", "A1", "A2", "A3", "A4", "A5"];
+
+/// Reads the fields of a back end.
+type Reader<C> = fn(&mut C, &Values<'_>, &Context) -> Option<Backend>;
 
 /// What a target does when something goes wrong.
 const SAFE_AIR: [&str; 2] = ["vent", "hold"];
@@ -285,35 +290,34 @@ impl Checker<'_> {
     ) -> Option<ir::Target> {
         let cx = Context::new(Stage::Declaration, damaged);
         let known = self.named(kind, "actuator", |k| matches!(k, ItemKind::Actuator(_))).is_some();
-        let (fields, backend): (_, fn(&mut Self, &Values<'_>, &Context) -> Option<Backend>) =
-            match backend.text.as_str() {
-                "pneumatic" => (PNEUMATIC, Self::pneumatic),
-                "tendon" => (TENDON, Self::tendon),
-                other => {
-                    let names = Backend::NAMES.iter().copied();
-                    self.report(
-                        Diagnostic::new(
-                            Code::UNKNOWN_NAME,
-                            backend.span,
-                            format!("there is no back end `{other}`"),
-                        )
-                        .label("not known")
-                        .help(
-                            did_you_mean(other, names.clone())
-                                .unwrap_or_else(|| format!("write one of: {}", Backend::NAMES.join(", "))),
-                        )
-                        .fix_if(respell(backend.span, other, names)),
-                    );
-                    return None;
-                }
-            };
+        let (fields, read): (_, Reader<Self>) = match backend.text.as_str() {
+            "pneumatic" => (PNEUMATIC, Self::pneumatic),
+            "tendon" => (TENDON, Self::tendon),
+            other => {
+                let names = Backend::NAMES.iter().copied();
+                self.report(
+                    Diagnostic::new(
+                        Code::UNKNOWN_NAME,
+                        backend.span,
+                        format!("there is no back end `{other}`"),
+                    )
+                    .label("not known")
+                    .help(
+                        did_you_mean(other, names.clone())
+                            .unwrap_or_else(|| format!("write one of: {}", Backend::NAMES.join(", "))),
+                    )
+                    .fix_if(respell(backend.span, other, names)),
+                );
+                return None;
+            }
+        };
         let from = self.values(block, "a target", fields);
         let speed = from.values.get("speed").map(|(_, tree)| {
             let mut cx = Context::new(Stage::Score, damaged);
             let velocity = Ty::Quantity(Dimension::named("Velocity").unwrap_or_default());
             self.expect(tree, &mut cx, &velocity, "`speed`")
         });
-        let backend = backend(self, &from, &cx)?;
+        let backend = read(self, &from, &cx)?;
         Some(ir::Target { backend, kind: known.then(|| kind.text.clone())?, speed, span: block.name.span })
     }
 
@@ -432,7 +436,13 @@ impl Checker<'_> {
     ) -> Option<(IndexMap<String, ir::Target>, IndexMap<String, ir::Prototype>)> {
         let (mut targets, mut prototypes) = (IndexMap::new(), IndexMap::new());
         let mut sound = true;
-        for (declaration, item) in self.program.entries() {
+        let program = self.program;
+        // What a variant's text imports is known to it, as what its base has.
+        let known = program.own.iter().filter_map(|m| program.modules.get(*m)).flat_map(|m| m.scope.values());
+        let all: BTreeSet<Declaration> =
+            known.copied().chain(program.entries().map(|(declaration, _)| declaration)).collect();
+        for declaration in all.into_iter().filter(|d| !program.dropped.contains_key(d)) {
+            let Some(item) = program.item(declaration) else { continue };
             let Some(name) = declared(item) else { continue };
             match &item.kind {
                 ItemKind::Target { block, backend, kind } => {
