@@ -7,6 +7,7 @@ pub mod derive;
 pub mod design;
 pub mod document;
 pub mod drive;
+pub mod hardware;
 pub mod results;
 pub mod score;
 pub mod search;

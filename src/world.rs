@@ -13,6 +13,7 @@ pub const LIBRARY: &[(&str, &str)] = &[
     ("std.blocks", include_str!("../std-rules/blocks.sgr")),
     ("std.models", include_str!("../std-rules/models.sgr")),
     ("std.objectives", include_str!("../std-rules/objectives.sgr")),
+    ("std.prototypes", include_str!("../std-rules/prototypes.sgr")),
     ("std.search", include_str!("../std-rules/search.sgr")),
 ];
 

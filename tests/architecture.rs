@@ -15,6 +15,7 @@ const ENGINE: &[&str] = &[
     "search",
     "results",
     "calibrate",
+    "hardware",
     "testing",
     "cli",
 ];

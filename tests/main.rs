@@ -21,6 +21,7 @@ mod mending;
 mod new;
 mod report;
 mod resume;
+mod rig;
 mod search;
 mod support;
 mod tutorial;

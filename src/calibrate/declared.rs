@@ -1,7 +1,8 @@
 //! What the grammar declares of what is measured.
 
 use grammar_lang::diagnostics::did_you_mean;
-use grammar_lang::ir::{Actuator, Part, RuleSet};
+use grammar_lang::ir::{Actuator, Backend, Part, RuleSet, Table, Tendon};
+use grammar_lang::units::{Dimension, parse, shown, suggest};
 
 use super::measurements::Section;
 use super::problem::{Place, Problem, listed};
@@ -45,6 +46,51 @@ pub(super) fn actuator<'a>(rules: &'a RuleSet, section: &Section) -> Result<(Str
             _ => Err(unsaid("actuator", names(), section)),
         },
     }
+}
+
+/// The target whose threads bend an actuator: the one that the section names, or the only one that there is.
+/// None, if the grammar declares none.
+pub(super) fn threads<'a>(
+    rules: &'a RuleSet,
+    section: &Section,
+    actuator: &str,
+) -> Result<Option<(&'a str, &'a Tendon)>, Problem> {
+    let fit: Vec<(&str, &Tendon)> = (rules.targets.iter())
+        .filter_map(|(name, target)| match &target.backend {
+            Backend::Tendon(threads) if target.kind == actuator => Some((name.as_str(), threads)),
+            _ => None,
+        })
+        .collect();
+    let names = || fit.iter().map(|(name, _)| *name);
+    match (section.setting("target"), fit.as_slice()) {
+        (Some((wanted, place)), _) => match fit.iter().find(|(name, _)| name == wanted) {
+            Some(found) => Ok(Some(*found)),
+            None => {
+                let what = format!("target on tendon for {actuator}");
+                Err(unknown(&what, wanted, names(), place))
+            }
+        },
+        (None, []) => Ok(None),
+        (None, [only]) => Ok(Some(*only)),
+        (None, _) => Err(Problem::unreadable(
+            &section.place,
+            format!(
+                "`{}` does not say which target it is for; say `target = \"...\"`: the grammar declares {}",
+                section.name,
+                listed(names())
+            ),
+        )),
+    }
+}
+
+/// A table of the grammar in a few words.
+pub(super) fn tabulated(table: &Table, dimension: Dimension) -> String {
+    let ends = table.rows.first().zip(table.rows.last());
+    let factor = parse(&suggest(dimension)).map_or(1.0, |unit| unit.factor);
+    let number = |x: f64| shown(x / factor, Dimension::NUMBER);
+    ends.map_or_else(String::new, |(first, last)| {
+        format!("{} .. {} ({} rows)", number(first[1]), shown(last[1], dimension), table.rows.len())
+    })
 }
 
 /// The part or actuator with a name.

@@ -48,7 +48,7 @@ pub fn fit(sections: &[Section], rules: &RuleSet) -> Result<Vec<Finding>, Vec<Pr
             Kind::Tip => torque::fit(section, rules).map(|one| vec![one]),
             Kind::Mass => mass::fit(section, rules),
             Kind::Friction => friction::fit(section, rules),
-            Kind::Prototype => prototype::fit(section),
+            Kind::Prototype => prototype::fit(section, rules),
         };
         match found {
             Ok(found) => findings.extend(found),

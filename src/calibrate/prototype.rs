@@ -1,6 +1,7 @@
 //! Robots that were built: what they did beside what a simulation said.
 
 use grammar_lang::diagnostics::did_you_mean;
+use grammar_lang::ir::{Backend, RuleSet};
 
 use super::finding::{Change, Figure, Finding, Plot};
 use super::measurements::Section;
@@ -9,14 +10,14 @@ use super::reality::predict;
 use crate::document::is_name;
 
 /// The kinds of robots that can be built.
-const BUILDS: [&str; 2] = ["pneumatic", "tendon"];
+const BUILDS: &[&str] = Backend::NAMES;
 
 /// Reads a section of kind `prototype`: a finding for each robot.
-pub(super) fn fit(section: &Section) -> Result<Vec<Finding>, Vec<Problem>> {
+pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Problem>> {
     let (names, builds) = (section.words("name"), section.words("build"));
     let (simulated, measured) = (section.numbers("simulated"), section.numbers("measured"));
     let lengths = section.numbers("length");
-    let problems = problems(section);
+    let problems = problems(section, rules);
     if !problems.is_empty() {
         return Err(problems);
     }
@@ -46,7 +47,7 @@ pub(super) fn fit(section: &Section) -> Result<Vec<Finding>, Vec<Problem>> {
     if let Some(first) = findings.first_mut() {
         first.plots.push(plot(section));
     }
-    for build in BUILDS {
+    for build in BUILDS.iter().copied() {
         let built: Vec<(f64, f64)> = (builds.iter().zip(simulated.iter().zip(measured)))
             .filter(|(own, _)| *own == build)
             .map(|(_, (s, m))| (*s, *m))
@@ -77,7 +78,7 @@ fn factor(unit: &str) -> f64 {
     grammar_lang::units::parse(unit).map_or(1.0, |u| u.factor)
 }
 
-fn problems(section: &Section) -> Vec<Problem> {
+fn problems(section: &Section, rules: &RuleSet) -> Vec<Problem> {
     let mut problems = Vec::new();
     let names = section.words("name");
     for (row, name) in names.iter().enumerate() {
@@ -85,6 +86,11 @@ fn problems(section: &Section) -> Vec<Problem> {
             problems.push(Problem::unreadable(
                 section.place(row),
                 format!("`{name}` cannot name a prototype: a name is a word of letters, digits and `_` that does not begin with a digit"),
+            ));
+        } else if rules.prototypes.contains_key(name) {
+            problems.push(Problem::contradiction(
+                section.place(row),
+                format!("the grammar has a prototype `{name}` already: give this one another name"),
             ));
         } else if let Some(first) = names.iter().position(|n| n == name).filter(|first| *first < row) {
             problems.push(Problem::contradiction(
@@ -95,7 +101,8 @@ fn problems(section: &Section) -> Vec<Problem> {
     }
     for (row, build) in section.words("build").iter().enumerate() {
         if !BUILDS.contains(&build.as_str()) {
-            let help = did_you_mean(build, BUILDS).unwrap_or_else(|| format!("there are {}", listed(BUILDS)));
+            let help = did_you_mean(build, BUILDS.iter().copied())
+                .unwrap_or_else(|| format!("there are {}", listed(BUILDS)));
             problems.push(Problem::unreadable(
                 section.place(row),
                 format!("no robot is built as `{build}`: {help}"),

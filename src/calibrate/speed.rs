@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Speed};
 use grammar_lang::units::{Dimension, shown};
 
 use super::declared;
@@ -45,8 +45,8 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         vec![Problem::contradiction(&section.place, format!("`{}` does not move", section.name))]
     })?;
     let (field, what, old) = match section.kind {
-        Kind::Deflate => ("relaxing_speed", "deflating", actuator.relaxing_speed),
-        _ => ("bending_speed", "inflating", actuator.bending_speed),
+        Kind::Deflate => ("relaxing_speed", "deflating", &actuator.relaxing_speed),
+        _ => ("bending_speed", "inflating", &actuator.bending_speed),
     };
     let path = format!("{name}.{field}");
     let mut rows: Vec<(Figure, Figure)> = found
@@ -83,13 +83,22 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         place: section.place.clone(),
         source: section.source.clone(),
         quantity: path,
-        old: Some(shown(old, Dimension::named("AngularVelocity").unwrap_or_default())),
+        old: Some(so_far(old)),
         change,
         residual: Residual::of(&si, "deg"),
         points: si.len(),
         notes,
         plots: plots(&name, section.kind, sign, &found, &runs, &residuals),
     })
+}
+
+/// What the grammar says of a speed.
+fn so_far(speed: &Speed) -> String {
+    let dimension = Dimension::named("AngularVelocity").unwrap_or_default();
+    match speed {
+        Speed::Constant(speed) => shown(*speed, dimension),
+        Speed::ByBend(table) => declared::tabulated(table, dimension),
+    }
 }
 
 /// The runs, by name; their points ascend in time.

@@ -29,7 +29,7 @@ struct Group {
 /// Fits a section of kind `thread`.
 pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Problem>> {
     let (actuator, _) = declared::actuator(rules, section).map_err(|p| vec![p])?;
-    let target = section.setting("target").map(|(name, _)| name.clone());
+    let target = declared::threads(rules, section, &actuator).map_err(|p| vec![p])?;
     let (angles, lengths) = (section.numbers("angle"), section.numbers("thread"));
     let points: Vec<(f64, f64)> = angles.iter().copied().zip(lengths.iter().copied()).collect();
     let groups = groups(&points);
@@ -85,17 +85,20 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         residuals: in_units.iter().zip(&residuals).map(|((a, _), r)| (*a, *r, 0)).collect(),
     };
     let si: Vec<f64> = residuals.iter().map(|r| r * 1e-3).collect();
+    let path = target.map(|(name, _)| format!("{name}.thread"));
     let table = Table { name: format!("{actuator}_thread"), from: "Angle", to: "Length", rows };
     if target.is_none() {
-        notes.push("The section names no target, so nothing uses this table yet.".to_owned());
+        notes.push(
+            "The grammar declares no target on tendon for it, so nothing uses this table yet.".to_owned(),
+        );
     }
     Ok(Finding {
         section: section.name.clone(),
         place: section.place.clone(),
         source: section.source.clone(),
-        quantity: target.as_ref().map_or_else(|| table.name.clone(), |target| format!("{target}.thread")),
-        old: None,
-        change: Change::Table { path: target.map(|target| format!("{target}.thread")), table },
+        quantity: path.clone().unwrap_or_else(|| table.name.clone()),
+        old: target.map(|(_, threads)| declared::tabulated(&threads.thread, Dimension::LENGTH)),
+        change: Change::Table { path, table },
         residual: Residual::of(&si, "mm"),
         points: points.len(),
         notes,

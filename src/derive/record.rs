@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{Curve, Domain, KindValue, Reference, Value};
-use grammar_lang::ir::Shape;
+use grammar_lang::eval::{Curve, Domain, KindValue, Reference, Value, Valve, Valves};
+use grammar_lang::ir::{Shape, Table};
 use serde::{Deserialize, Serialize};
 
 /// One rule application: what it matched and what it chose.
@@ -50,6 +50,12 @@ pub enum Recorded {
     Shape(Shape),
     /// A curve.
     Curve(Curve),
+    /// A measured function.
+    Table(Table),
+    /// A state of valves.
+    Valve(Valve),
+    /// States of valves over a cycle.
+    Valves(Valves),
     /// Several in order: a list, or the fields of a record.
     List(Vec<Recorded>),
     /// A range to draw from: its ends, and whether only whole numbers count.
@@ -76,6 +82,9 @@ impl Recorded {
             Value::Rotation(x) => Self::Rotation(*x),
             Value::Shape(x) => Self::Shape(*x),
             Value::Curve(x) => Self::Curve((**x).clone()),
+            Value::Table(x) => Self::Table((**x).clone()),
+            Value::Valve(x) => Self::Valve(*x),
+            Value::Valves(x) => Self::Valves((**x).clone()),
             Value::List(items) => Self::List(items.iter().map(Self::new).collect()),
             Value::Domain(domain) => match &**domain {
                 Domain::Range { low, high, whole } => Self::Range(*low, *high, *whole),
@@ -111,6 +120,9 @@ impl Recorded {
             Self::Rotation(x) => Value::Rotation(*x),
             Self::Shape(x) => Value::Shape(*x),
             Self::Curve(x) => Value::Curve(Arc::new(x.clone())),
+            Self::Table(x) => Value::Table(Arc::new(x.clone())),
+            Self::Valve(x) => Value::Valve(*x),
+            Self::Valves(x) => Value::Valves(Arc::new(x.clone())),
             Self::List(items) => Value::List(items.iter().map(Self::value).collect()),
             Self::Range(low, high, whole) => {
                 Value::Domain(Arc::new(Domain::Range { low: *low, high: *high, whole: *whole }))

@@ -97,8 +97,8 @@ impl Body {
                 stiffness: actuator.stiffness,
                 damping: actuator.damping,
                 torque: actuator.torque,
-                bending_rate: actuator.bending_speed / hinges,
-                relaxing_rate: actuator.relaxing_speed / hinges,
+                bending_rate: actuator.bending_speed.most() / hinges,
+                relaxing_rate: actuator.relaxing_speed.most() / hinges,
             };
             self.assembly.joints.push(Joint {
                 parent: first + i - 1,

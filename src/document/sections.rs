@@ -27,6 +27,9 @@ const TITLES: &[(&str, &str)] = &[
     ("model", "Models"),
     ("search", "Searches"),
     ("variant", "Variants"),
+    ("table", "Tables"),
+    ("target", "Targets"),
+    ("prototype", "Prototypes"),
     ("example", "Examples"),
 ];
 

@@ -4,13 +4,14 @@
 //! one evaluation are a [`Parameters`]: every actuator that is not a mirror image
 //! has its own set, images follow their originals, shared variables are there once.
 
+mod hardware;
 mod mutate;
 mod scope;
 mod shares;
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{EvalError, Reference, Value, evaluate, evaluate_number};
+use grammar_lang::eval::{EvalError, Reference, Value, Valves, evaluate, evaluate_number};
 use grammar_lang::ir::{Actuation, Owner, RuleSet, Task, Ty, Variable};
 
 use crate::derive::random::Stream;
@@ -298,10 +299,13 @@ impl<'r> Drive<'r> {
         let mut scope = DriveScope::new(self.rules, &self.derivation);
         for (column, driven) in self.actuators.iter().enumerate() {
             let Some((_, actuation)) = self.actuations.get(driven.actuation) else { continue };
+            if actuation.drive.ty == Ty::Valves {
+                continue;
+            }
             let mut locals = self.lets(driven, parameters)?;
             let fixed = locals.len();
-            let kind = self.derivation.design.parts.get(&driven.id).map_or("", |p| p.kind.as_str());
-            let (low, high) = self.rules.actuators.get(kind).map_or((0.0, 0.0), |a| a.bend);
+            let actuator = self.kind_of(driven).and_then(|kind| self.rules.actuators.get(kind));
+            let (low, high) = actuator.map_or((0.0, 0.0), |a| a.bend);
             for sample in 0..samples {
                 scope.time = sample as f64 * model.control;
                 locals.truncate(fixed);
@@ -316,6 +320,26 @@ impl<'r> Drive<'r> {
                 }
             }
         }
-        Ok(Targets { interval: model.control, actuators: count, angles })
+        let mut targets = Targets { interval: model.control, actuators: count, angles };
+        self.on_hardware(parameters, &mut targets)?;
+        Ok(targets)
+    }
+
+    fn kind_of(&self, driven: &Driven) -> Option<&str> {
+        self.derivation.design.parts.get(&driven.id).map(|part| part.kind.as_str())
+    }
+
+    /// The states of an actuator's valves, if it has any.
+    fn valves(&self, driven: &Driven, parameters: &[f64]) -> Result<Option<Valves>, EvalError> {
+        let Some((_, actuation)) = self.actuations.get(driven.actuation) else { return Ok(None) };
+        if actuation.drive.ty != Ty::Valves {
+            return Ok(None);
+        }
+        let scope = DriveScope::new(self.rules, &self.derivation);
+        let mut locals = self.lets(driven, parameters)?;
+        match evaluate(&actuation.drive, &scope, &mut locals)? {
+            Value::Valves(valves) => Ok(Some(Valves::clone(&valves))),
+            _ => Ok(None),
+        }
     }
 }

@@ -66,6 +66,9 @@ pub(super) fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: O
             };
             format!("{} .. {}", units::shown(*low, dimension), units::shown(*high, dimension))
         }
+        Recorded::Table(table) => format!("a table of {} rows", table.rows.len()),
+        Recorded::Valve(state) => format!("{state:?}").to_lowercase(),
+        Recorded::Valves(valves) => format!("a cycle of {} s", valves.period),
         Recorded::Vector(x) => {
             let dimension = match ty {
                 Some(Ty::Vector(d)) => *d,

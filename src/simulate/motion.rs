@@ -20,6 +20,17 @@ pub struct Targets {
 }
 
 impl Targets {
+    /// Number of samples.
+    #[must_use]
+    pub fn samples(&self) -> usize {
+        self.angles.len().checked_div(self.actuators).unwrap_or(0)
+    }
+
+    /// The target of one actuator at a sample, rad.
+    pub fn cell(&mut self, sample: usize, actuator: usize) -> Option<&mut f64> {
+        self.angles.get_mut(sample * self.actuators + actuator)
+    }
+
     /// The target of one actuator at time `t` in rad.
     #[must_use]
     pub fn at(&self, actuator: usize, t: f64) -> f64 {

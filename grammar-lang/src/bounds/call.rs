@@ -70,6 +70,7 @@ impl Reasoning<'_> {
             | F::Gain
             | F::Vector
             | F::Bezier
+            | F::Cycle
             | F::Box
             | F::Sphere
             | F::Cylinder

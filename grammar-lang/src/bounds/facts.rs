@@ -179,6 +179,7 @@ impl<'r> Facts<'r> {
             | Word::Chain
             | Word::Spread => Abstract::Number(Interval::NOT_NEGATIVE),
             Word::Elements => Abstract::Many(Box::new(Abstract::Any), Interval::new(1.0, f64::INFINITY)),
+            Word::Closed | Word::Inflate | Word::Vent => Abstract::Any,
             Word::Connected | Word::NoOverlap => Abstract::Bool(Truth::Sometimes),
             Word::Period | Word::Best => Abstract::Number(Interval::ALL),
         }

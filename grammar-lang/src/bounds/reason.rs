@@ -104,6 +104,7 @@ impl<'f> Reasoning<'f> {
             }
             ExprKind::Text(_)
             | ExprKind::Pattern(_)
+            | ExprKind::Table(_)
             | ExprKind::Task(_)
             | ExprKind::Shared(..)
             | ExprKind::PortName(_) => Abstract::Any,

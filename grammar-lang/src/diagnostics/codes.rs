@@ -116,6 +116,8 @@ codes! {
     BAD_VALUE         "E0312" "unusable-value" Error;
     MISSING_CASE      "E0313" "missing-case" Error;
     NOT_NARROWER      "E0314" "not-narrower" Error;
+    TABLE_ORDER       "E0315" "table-out-of-order" Error;
+    TARGET_MISFIT     "E0316" "target-cannot" Error;
     // Stages
     WRONG_STAGE       "E0401" "wrong-stage" Error;
     // The grammar as a whole
@@ -152,6 +154,8 @@ codes! {
     ENDLESS           "W0719" "endless-growth" Warning;
     NOTHING_TO_SEARCH "W0720" "nothing-to-search" Warning;
     TWICE_IN_SET      "W0721" "twice-in-a-set" Warning;
+    FEW_CHANNELS      "W0722" "too-few-channels" Warning;
+    OUT_OF_RANGE      "W0723" "bend-out-of-range" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

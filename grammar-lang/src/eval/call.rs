@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Curve, EvalError, Evaluation, Result_, Value, fail, missing};
+use super::{Curve, EvalError, Evaluation, Result_, Value, Valve, Valves, fail, missing};
 use crate::ir::{Expr, ExprKind, Function, Shape};
 
 impl Function {
@@ -151,6 +151,19 @@ impl Evaluation<'_> {
                 match Curve::bezier(&points) {
                     Some(curve) => Value::Curve(Arc::new(curve)),
                     None => return fail(expr, "a Bezier curve has 2 to 64 control points"),
+                }
+            }
+            F::Cycle => {
+                let shares = list(1)?.iter().map(|share| share.as_number().ok_or_else(|| missing(expr)));
+                let shares: Vec<f64> = shares.collect::<Result<_, _>>()?;
+                let state = |value: &Value| match value {
+                    Value::Valve(state) => Ok(*state),
+                    _ => Err(missing(expr)),
+                };
+                let states: Vec<Valve> = list(2)?.iter().map(state).collect::<Result<_, _>>()?;
+                match Valves::cycle(number(0)?, &shares, &states, number(3)?) {
+                    Ok(valves) => Value::Valves(Arc::new(valves)),
+                    Err(reason) => return fail(expr, reason),
                 }
             }
             F::Box => Value::Shape(Shape::Box([number(0)?, number(1)?, number(2)?])),

@@ -3,11 +3,13 @@
 mod call;
 mod curve;
 mod value;
+mod valves;
 
 use std::sync::Arc;
 
 pub use curve::Curve;
 pub use value::{Domain, KindValue, Reference, Value};
+pub use valves::{Valve, Valves};
 
 use serde::{Deserialize, Serialize};
 
@@ -232,6 +234,9 @@ impl Evaluation<'_> {
             ExprKind::Param(name) => known(self.scope.param(name))?,
             ExprKind::Local(slot) => known(self.locals.get(*slot).cloned())?,
             ExprKind::Word(Word::Pi) => Value::Number(std::f64::consts::PI),
+            ExprKind::Word(Word::Closed) => Value::Valve(Valve::Closed),
+            ExprKind::Word(Word::Inflate) => Value::Valve(Valve::Inflate),
+            ExprKind::Word(Word::Vent) => Value::Valve(Valve::Vent),
             ExprKind::Word(word) => known(self.scope.word(*word))?,
             ExprKind::Placed(name) => known(self.scope.placed(name))?,
             ExprKind::Group(group) => known(self.scope.group(group).map(|g| Value::List(g.into())))?,
@@ -244,6 +249,8 @@ impl Evaluation<'_> {
                 Value::Kind(Arc::new(KindValue { name: name.clone(), params }))
             }
             ExprKind::Pattern(name) => Value::Pattern(name.as_str().into()),
+            ExprKind::Table(table) => Value::Table(Arc::new(table.clone())),
+
             ExprKind::Term(name) => {
                 let scope = self.scope;
                 let term = scope.term(name).ok_or_else(|| missing(expr))?;
@@ -326,6 +333,9 @@ impl Evaluation<'_> {
 
     fn apply(&mut self, expr: &Expr, curve: &Expr, place: &Expr) -> Result<f64, EvalError> {
         let place = self.number(place)?;
+        if let ExprKind::Table(table) = &curve.kind {
+            return Ok(table.at(place));
+        }
         if let ExprKind::Local(slot) = &curve.kind
             && let Some(Value::Curve(curve)) = self.locals.get(*slot)
         {
@@ -333,6 +343,7 @@ impl Evaluation<'_> {
         }
         match self.value(curve)? {
             Value::Curve(curve) => Ok(curve.at(place)),
+            Value::Table(table) => Ok(table.at(place)),
             Value::Pattern(name) => {
                 let scope = self.scope;
                 let pattern = scope.pattern(&name).ok_or_else(|| missing(expr))?;

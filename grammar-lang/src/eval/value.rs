@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::Curve;
-use crate::ir::Shape;
+use super::{Curve, Valve, Valves};
+use crate::ir::{Shape, Table};
 
 /// A value, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,12 @@ pub enum Value {
     Curve(Arc<Curve>),
     /// A pattern of the rule set, by name.
     Pattern(Arc<str>),
+    /// A measured function.
+    Table(Arc<Table>),
+    /// A state of valves.
+    Valve(Valve),
+    /// States of valves over a cycle.
+    Valves(Arc<Valves>),
     /// A shape.
     Shape(Shape),
     /// A kind of part, with parameters.

@@ -37,6 +37,7 @@ pub(super) const TABLES: &[Table] = &[
     wide_table(&["require_item"], &[&["colon"], &["kw_because"]]),
     table(&["actuate_item", "simulate_item", "objective_item", "search_item"], &[SECOND]),
     table(&["field"], &[&["equals"]]),
+    table(&["row"], &[&["arrow"]]),
     table(&["place_clause"], &[&["colon"]]),
     table(&["match_clause"], &[&["colon"], &["free_port"], &["where_part"]]),
     table(&["choose_clause"], &[&["kw_in"]]),

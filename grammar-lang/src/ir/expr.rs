@@ -64,6 +64,8 @@ pub enum ExprKind {
     Kind(String, Vec<(String, Expr)>),
     /// A pattern by name.
     Pattern(String),
+    /// A measured function.
+    Table(super::Table),
     /// A term by name.
     Term(String),
     /// The value of a task by name.
@@ -166,6 +168,9 @@ words! {
         Deviation "deviation" "The standard deviation of the values of the random walk.";
         Chain "chain" "The number of an annealing chain, from 0.";
         Spread "spread" "The standard deviation of the samples, as a share of the ranges.";
+        Closed "closed" "Both valves of an actuator are closed: it keeps its air.";
+        Inflate "inflate" "An actuator's valve lets air in.";
+        Vent "vent" "An actuator's valve lets air out.";
         Connected "connected" "Whether the design is in one piece.";
         NoOverlap "no_overlap" "Whether no two parts overlap; touching is allowed.";
     }
@@ -203,6 +208,7 @@ words! {
         First "first" "The first item of a list.";
         Last "last" "The last item of a list.";
         Bezier "bezier" "A Bezier curve over a cycle, through the first and last of its control points.";
+        Cycle "cycle" "cycle(period, shares, states, phase): states of valves that take turns, each for its share of the period.";
         Box "box" "box(x, y, z): a box with these edges.";
         Sphere "sphere" "sphere(radius)";
         Cylinder "cylinder" "cylinder(radius, length), its axis along x.";

@@ -1,8 +1,10 @@
 //! The typed rule set: what the engine runs. SI numbers, spans kept, serialisable.
 
 mod expr;
+mod hardware;
 mod resolved;
 mod spans;
+mod table;
 mod terms;
 mod ty;
 
@@ -10,8 +12,10 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Word};
+pub use hardware::{Backend, Pneumatic, Prototype, Supply, Target, Tendon};
 pub use resolved::resolved;
 pub use spans::without_spans;
+pub use table::Table;
 pub use terms::builds_on;
 pub use ty::Ty;
 
@@ -61,6 +65,12 @@ pub struct RuleSet {
     /// What one body is asked to do. A grammar that names no tasks has one,
     /// called [`RuleSet::ONLY_TASK`].
     pub tasks: IndexMap<String, Task>,
+    /// The hardware that runs gaits.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub targets: IndexMap<String, Target>,
+    /// Robots that were built.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub prototypes: IndexMap<String, Prototype>,
     /// Named terms.
     pub terms: IndexMap<String, Term>,
     /// What the search wants: an expression over the tasks' values and the design.
@@ -78,6 +88,9 @@ pub struct Task {
     pub actuated: IndexMap<String, String>,
     /// The simulation model.
     pub model: Model,
+    /// The target whose limits hold in the simulation, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on: Option<String>,
     /// What the inner search wants: an expression over the recorded motion.
     pub objective: Objective,
 }
@@ -139,6 +152,36 @@ pub struct Port {
     pub facing: [f64; 3],
 }
 
+/// How fast an actuator bends, rad/s.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Speed {
+    /// Always alike.
+    Constant(f64),
+    /// By its bend in rad.
+    ByBend(Table),
+}
+
+impl Speed {
+    /// The speed at a bend in rad.
+    #[must_use]
+    pub fn at(&self, bend: f64) -> f64 {
+        match self {
+            Self::Constant(speed) => *speed,
+            Self::ByBend(table) => table.at(bend),
+        }
+    }
+
+    /// The greatest speed.
+    #[must_use]
+    pub fn most(&self) -> f64 {
+        match self {
+            Self::Constant(speed) => *speed,
+            Self::ByBend(table) => table.range().1,
+        }
+    }
+}
+
 /// An actuator: a row of equal segments joined by driven hinges.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
@@ -151,9 +194,9 @@ pub struct Actuator {
     /// Total bend from base to tip in rad, least and greatest.
     pub bend: (f64, f64),
     /// Speed of the total bend while it grows, rad/s.
-    pub bending_speed: f64,
+    pub bending_speed: Speed,
     /// Speed of the total bend while it goes back to zero, rad/s.
-    pub relaxing_speed: f64,
+    pub relaxing_speed: Speed,
     /// Greatest torque of a hinge, N m.
     pub torque: f64,
     /// Stiffness of a hinge's servo, N m/rad.
@@ -432,7 +475,7 @@ pub struct Actuation {
     pub lets: Vec<(String, Expr)>,
     /// Values that depend on time, in order, with the next local slots.
     pub moving: Vec<(String, Expr)>,
-    /// The target of the total bend angle.
+    /// The target of the total bend angle, or the states of valves: its type says which.
     pub drive: Expr,
     /// Where it is declared.
     pub span: Span,

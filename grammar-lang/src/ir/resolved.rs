@@ -4,8 +4,9 @@
 use std::fmt::Write;
 
 use super::{
-    Actuation, Actuator, Effect, Expr, ExprKind, Gather, Group, Holding, Kernel, Matched, Model, Objective,
-    Owner, Part, Rule, RuleSet, Schedule, Shape, Spread, Symmetry, Ty,
+    Actuation, Actuator, Backend, Effect, Expr, ExprKind, Gather, Group, Holding, Kernel, Matched, Model,
+    Objective, Owner, Part, Pneumatic, Rule, RuleSet, Schedule, Shape, Speed, Spread, Symmetry, Table,
+    Target, Ty,
 };
 use crate::units::{self, Dimension};
 
@@ -35,6 +36,12 @@ fn named(value: f64, dimension: &str) -> String {
 
 fn range((low, high): (f64, f64), ty: &Ty) -> String {
     format!("{} .. {}", quantity(low, ty), quantity(high, ty))
+}
+
+fn tabulated(table: &Table, from: Dimension, to: Dimension) -> String {
+    let row = |[x, y]: &[f64; 2]| format!("{} -> {}", units::shown(*x, from), units::shown(*y, to));
+    let rows: Vec<String> = table.rows.iter().map(row).collect();
+    format!("table {{ {} }}", rows.join(", "))
 }
 
 fn shape(shape: Shape) -> String {
@@ -135,6 +142,20 @@ impl Writer<'_> {
             let value = self.expr(&term.value, &Names::new());
             self.line(0, format!("term {name} : {} = {value}", term.ty));
         }
+        rules.targets.iter().for_each(|(name, target)| self.target(name, target));
+        for (name, prototype) in &rules.prototypes {
+            let speed = |x: f64| named(x, "Velocity");
+            let length =
+                prototype.length.map_or(String::new(), |x| format!(", length = {}", named(x, "Length")));
+            let (simulated, measured) = (speed(prototype.simulated), speed(prototype.measured));
+            self.line(
+                0,
+                format!(
+                    "prototype {name} on {} {{ simulated = {simulated}, measured = {measured}{length} }}",
+                    prototype.backend
+                ),
+            );
+        }
         for (name, task) in &rules.tasks {
             let indent = usize::from(*name != RuleSet::ONLY_TASK);
             self.gap();
@@ -145,7 +166,7 @@ impl Writer<'_> {
                 self.line(indent, format!("actuate {kind} with {with}"));
             }
             self.objective(indent, &task.objective);
-            self.model(indent, &task.model);
+            self.model(indent, &task.model, task.on.as_deref());
             if indent > 0 {
                 self.line(0, "}");
             }
@@ -195,11 +216,22 @@ impl Writer<'_> {
         self.line(1, format!("segment = {}", shape(actuator.segment)));
         let angle = Ty::Quantity(Dimension::ANGLE);
         self.line(1, format!("bend = {}", range(actuator.bend, &angle)));
+        for (field, speed) in
+            [("bending_speed", &actuator.bending_speed), ("relaxing_speed", &actuator.relaxing_speed)]
+        {
+            let speed = match speed {
+                Speed::Constant(speed) => named(*speed, "AngularVelocity"),
+                Speed::ByBend(table) => tabulated(
+                    table,
+                    Dimension::ANGLE,
+                    Dimension::named("AngularVelocity").unwrap_or_default(),
+                ),
+            };
+            self.line(1, format!("{field} = {speed}"));
+        }
         for (field, value, dimension) in [
             ("mass", actuator.mass, "Mass"),
             ("friction", actuator.friction, "Number"),
-            ("bending_speed", actuator.bending_speed, "AngularVelocity"),
-            ("relaxing_speed", actuator.relaxing_speed, "AngularVelocity"),
             ("torque", actuator.torque, "Torque"),
             ("stiffness", actuator.stiffness, "AngularStiffness"),
             ("damping", actuator.damping, "AngularDamping"),
@@ -341,7 +373,8 @@ impl Writer<'_> {
             self.line(1, format!("let {name} = {}", self.expr(value, &names)));
             names.push(name.clone());
         }
-        self.line(1, format!("drive angle = {}", self.expr(&actuation.drive, &names)));
+        let driven = if actuation.drive.ty == Ty::Valves { "valves" } else { "angle" };
+        self.line(1, format!("drive {driven} = {}", self.expr(&actuation.drive, &names)));
         self.line(0, "}");
     }
 
@@ -351,8 +384,47 @@ impl Writer<'_> {
         self.line(indent, format!("{word} {value}"));
     }
 
-    fn model(&mut self, indent: usize, model: &Model) {
-        self.line(indent, format!("simulate {} for {} {{", model.name, named(model.duration, "Time")));
+    fn target(&mut self, name: &str, target: &Target) {
+        self.gap();
+        self.line(0, format!("target {name} on {} for {} {{", target.backend.name(), target.kind));
+        let time = |x: f64| named(x, "Time");
+        let mut fields = match &target.backend {
+            Backend::Pneumatic(air) => vec![
+                format!("inflate = [{}]", air.inflate.join(", ")),
+                format!("vent = [{}]", air.vent.join(", ")),
+                format!("shortest = {}", time(air.shortest)),
+                format!("safe = {}", if air.vents { "vent" } else { "hold" }),
+            ],
+            Backend::Tendon(threads) => vec![
+                format!("servo = [{}]", threads.servo.join(", ")),
+                format!("opposite = [{}]", threads.opposite.join(", ")),
+                format!("thread = {}", tabulated(&threads.thread, Dimension::ANGLE, Dimension::LENGTH)),
+                format!("wheel = {}", named(threads.wheel, "Length")),
+                format!("turn = {}", range(threads.turn, &Ty::Quantity(Dimension::ANGLE))),
+                format!("servo_speed = {}", named(threads.speed, "AngularVelocity")),
+                format!("pulse = {}", range(threads.pulse, &Ty::Quantity(Dimension::TIME))),
+                format!("safe = {}", if threads.rests { "rest" } else { "release" }),
+            ],
+        };
+        if let Backend::Pneumatic(Pneumatic { supply: Some(supply), .. }) = &target.backend {
+            let (pressure, full) = (named(supply.pressure, "Pressure"), named(supply.full, "Pressure"));
+            let flow = |x: f64| named(x, "FlowConductance");
+            fields.push(format!(
+                "supply {{ pressure = {pressure}, full = {full}, line = {}, valve = {} }}",
+                flow(supply.line),
+                flow(supply.valve)
+            ));
+        }
+        fields.extend(target.speed.as_ref().map(|s| format!("speed = {}", self.expr(s, &Names::new()))));
+        for field in fields {
+            self.line(1, field);
+        }
+        self.line(0, "}");
+    }
+
+    fn model(&mut self, indent: usize, model: &Model, on: Option<&str>) {
+        let on = on.map_or(String::new(), |on| format!(" on {on}"));
+        self.line(indent, format!("simulate {} for {}{on} {{", model.name, named(model.duration, "Time")));
         for (field, value, dimension) in [
             ("step", model.step, "Time"),
             ("control", model.control, "Time"),
@@ -418,6 +490,10 @@ impl Writer<'_> {
             | ExprKind::Placed(name)
             | ExprKind::Pattern(name)
             | ExprKind::Term(name) => name.clone(),
+            ExprKind::Table(table) => match &expr.ty {
+                Ty::Table(from, to) => tabulated(table, *from, *to),
+                _ => tabulated(table, Dimension::NUMBER, Dimension::NUMBER),
+            },
             ExprKind::PortName(name) => name.clone(),
             ExprKind::Task(name) if *name == RuleSet::ONLY_TASK => "the value of the task".to_owned(),
             ExprKind::Task(name) => format!("{name}.value"),

@@ -26,6 +26,12 @@ pub enum Ty {
     Curve(Dimension),
     /// A named fixed curve of an angle over a cycle.
     Pattern,
+    /// A measured function, from a quantity of the one dimension to one of the other.
+    Table(Dimension, Dimension),
+    /// A state of an actuator's valves.
+    Valve,
+    /// The states of an actuator's valves over a cycle.
+    Valves,
     /// A geometric shape.
     Shape,
     /// A distribution of steps with a dimension.
@@ -112,6 +118,9 @@ impl fmt::Display for Ty {
             Self::Rotation => f.write_str("Rotation"),
             Self::Curve(d) => write!(f, "curve of {d}"),
             Self::Pattern => f.write_str("Pattern"),
+            Self::Table(from, to) => write!(f, "table {from} -> {to}"),
+            Self::Valve => f.write_str("state of valves"),
+            Self::Valves => f.write_str("cycle of valves"),
             Self::Shape => f.write_str("shape"),
             Self::Distribution(d) => write!(f, "distribution of {d}"),
             Self::Track(t) => write!(f, "{t} over time"),

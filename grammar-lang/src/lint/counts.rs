@@ -107,6 +107,11 @@ impl<'k, 'r> Counts<'k, 'r> {
         Row::new((0..self.kinds.len()).map(|kind| (kind, -1.0)), -number)
     }
 
+    /// That there are at least so many parts of a kind; none for a kind that is not declared.
+    pub(super) fn kind_at_least(&self, kind: &str, number: f64) -> Option<Row> {
+        self.kinds.get_index_of(kind).map(|kind| Row::new([(kind, -1.0)], -number))
+    }
+
     /// For each kind of which some rows allow no part more than the initial design has, the first
     /// such rows by their number.
     pub(super) fn full<'a>(&self, all: impl Iterator<Item = &'a [Row]>) -> IndexMap<&'r str, usize> {

@@ -14,6 +14,7 @@ mod empty_for_all;
 mod endless;
 mod example_outside;
 mod excludes_nothing;
+mod few_channels;
 mod known;
 mod negative_weight;
 mod never_applies;
@@ -26,6 +27,7 @@ mod no_value;
 mod nothing_drawn;
 mod nothing_to_search;
 mod odd_size;
+mod out_of_range;
 mod out_of_reach;
 mod outside_motion;
 mod places;
@@ -76,6 +78,8 @@ const DOUBTFUL: &[Lint] = &[
     endless::check,
     nothing_to_search::check,
     twice_in_set::check,
+    few_channels::check,
+    out_of_range::check,
     unread::check,
 ];
 

@@ -135,7 +135,13 @@ impl Program {
 pub fn declared(item: &Item) -> Option<&Name> {
     match &item.kind {
         ItemKind::Param(p) => Some(&p.name),
-        ItemKind::Part(b) | ItemKind::Actuator(b) | ItemKind::Model(b) | ItemKind::Search(b) => Some(&b.name),
+        ItemKind::Part(b)
+        | ItemKind::Actuator(b)
+        | ItemKind::Model(b)
+        | ItemKind::Search(b)
+        | ItemKind::Target { block: b, .. }
+        | ItemKind::Prototype(b, _) => Some(&b.name),
+        ItemKind::Table(t) => Some(&t.name),
         ItemKind::Rule(n, _)
         | ItemKind::Pattern(n, _)
         | ItemKind::Term(n, ..)

@@ -306,7 +306,7 @@ fn word_of(kind: &ItemKind) -> &'static str {
     match kind {
         ItemKind::Symmetry(..) => "symmetry",
         ItemKind::Begin(_) => "begin",
-        ItemKind::Simulate(..) => "simulate",
+        ItemKind::Simulate { .. } => "simulate",
         ItemKind::Objective { .. } => "maximize",
         ItemKind::UseSearch(..) => "search",
         ItemKind::Actuate(..) => "actuate",
@@ -448,7 +448,9 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
             ItemKind::Part(block)
             | ItemKind::Actuator(block)
             | ItemKind::Model(block)
-            | ItemKind::Search(block),
+            | ItemKind::Search(block)
+            | ItemKind::Target { block, .. }
+            | ItemKind::Prototype(block, _),
             rest,
         ) => change_block(block, rest, change),
         (ItemKind::Actuation { clauses, .. }, [field]) => {

@@ -89,8 +89,28 @@ pub enum ItemKind {
     },
     /// `actuate KIND with ACTUATION`
     Actuate(Name, Name),
-    /// `simulate MODEL for DURATION`
-    Simulate(Name, Expr),
+    /// `simulate MODEL for DURATION on TARGET`
+    Simulate {
+        /// The model.
+        model: Name,
+        /// How long.
+        duration: Expr,
+        /// The hardware whose limits hold, too.
+        on: Option<Name>,
+    },
+    /// `table NAME : TYPE -> TYPE { x -> y, ... }`
+    Table(Table),
+    /// `target NAME on BACKEND for ACTUATOR { fields }`
+    Target {
+        /// Its name and fields.
+        block: Block,
+        /// How it bends actuators: with air, with threads.
+        backend: Name,
+        /// The actuators that it drives.
+        kind: Name,
+    },
+    /// `prototype NAME on BACKEND { fields }`
+    Prototype(Block, Name),
     /// `term NAME : TYPE = EXPR`
     Term(Name, Name, Expr),
     /// `maximize EXPR`, `minimize EXPR`
@@ -191,6 +211,19 @@ pub enum EditKind {
     Replace(Box<Item>),
     /// `add ITEM`
     Add(Box<Item>),
+}
+
+/// `table NAME : TYPE -> TYPE { x -> y, ... }`
+#[derive(Clone, Debug)]
+pub struct Table {
+    /// Its name.
+    pub name: Name,
+    /// What it is asked with.
+    pub from: Name,
+    /// What it answers with.
+    pub to: Name,
+    /// What was measured, in order.
+    pub rows: Vec<(Expr, Expr)>,
 }
 
 /// A parameter of a grammar or of an actuator.

@@ -49,4 +49,7 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "task",
     "example",
     "variant",
+    "table",
+    "target",
+    "prototype",
 ];

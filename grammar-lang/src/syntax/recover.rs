@@ -285,7 +285,9 @@ fn fill<'a>(item: &mut Item, lowering: &mut Lowering<'a>, clause: Pair<'a, Rule>
         ItemKind::Part(Block { fields, .. })
         | ItemKind::Actuator(Block { fields, .. })
         | ItemKind::Model(Block { fields, .. })
-        | ItemKind::Search(Block { fields, .. }) => fields.extend(lowering.field(clause)),
+        | ItemKind::Search(Block { fields, .. })
+        | ItemKind::Target { block: Block { fields, .. }, .. }
+        | ItemKind::Prototype(Block { fields, .. }, _) => fields.extend(lowering.field(clause)),
         _ => {}
     }
 }

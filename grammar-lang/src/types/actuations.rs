@@ -61,7 +61,8 @@ impl Checker<'_> {
                     }
                 }
                 ActuationClause::Drive(what, value) => {
-                    if what.text != "angle" {
+                    let valves = what.text == "valves";
+                    if what.text != "angle" && !valves {
                         self.report(
                             Diagnostic::new(
                                 Code::UNKNOWN_FIELD,
@@ -69,12 +70,22 @@ impl Checker<'_> {
                                 format!("an actuator has no `{}` to drive", what.text),
                             )
                             .label("not known")
-                            .help("write `drive angle = ...`")
-                            .fix_if(respell(what.span, &what.text, ["angle"])),
+                            .help("write `drive angle = ...` or `drive valves = ...`")
+                            .fix_if(respell(
+                                what.span,
+                                &what.text,
+                                ["angle", "valves"],
+                            )),
                         );
                     }
-                    let value =
-                        self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "the driven angle");
+                    let value = if valves {
+                        self.expect(value, &mut cx, &Ty::Valves, "what drives the valves")
+                    } else {
+                        self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "the driven angle")
+                    };
+                    if valves {
+                        self.check_valves(&value);
+                    }
                     if let Some(first) = drive.replace(value) {
                         self.report(
                             Diagnostic::new(Code::DUPLICATE, what.span, "an actuation has one `drive`")
@@ -105,6 +116,24 @@ impl Checker<'_> {
             return None;
         }
         Some(ir::Actuation { variables, lets, moving, drive: drive?, span: name.span })
+    }
+
+    /// A schedule of valves repeats: what it is made of does not change with the time.
+    fn check_valves(&mut self, valves: &Expr) {
+        let mut time = None;
+        valves.any(&mut |e| {
+            if matches!(e.kind, ExprKind::Word(ir::Word::Time)) {
+                time = Some(e.span);
+            }
+            false
+        });
+        if let Some(span) = time {
+            self.report(
+                Diagnostic::new(Code::WRONG_STAGE, span, "`t` cannot be read in a schedule of valves")
+                    .label("the same cycle repeats")
+                    .help("say with the period, the shares and the phase when valves open"),
+            );
+        }
     }
 
     /// Who has a variable of its own.

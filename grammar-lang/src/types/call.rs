@@ -88,7 +88,12 @@ impl Checker<'_> {
             }
         }
         let curve = self.infer(callee, cx);
+        let mut asked = Dimension::NUMBER;
         let ty = match &curve.ty {
+            Ty::Table(from, to) => {
+                asked = *from;
+                Ty::Quantity(*to)
+            }
             Ty::Curve(d) => Ty::Quantity(*d),
             Ty::Pattern => Ty::Quantity(Dimension::ANGLE),
             Ty::Unknown => {
@@ -102,7 +107,7 @@ impl Checker<'_> {
                 let message = format!("a {other} cannot be called");
                 self.report(
                     Diagnostic::new(Code::WRONG_TYPE, callee.span, message)
-                        .label("not a function, curve or pattern")
+                        .label("not a function, curve, pattern or table")
                         .help("to multiply, write `*`"),
                 );
                 return unknown;
@@ -113,13 +118,19 @@ impl Checker<'_> {
                 Diagnostic::new(
                     Code::WRONG_ARGUMENTS,
                     span,
-                    "a curve takes one argument: the place in its cycle, from 0 to 1",
+                    if matches!(curve.ty, Ty::Table(..)) {
+                        "a table takes one argument: what it is asked"
+                    } else {
+                        "a curve takes one argument: the place in its cycle, from 0 to 1"
+                    },
                 )
                 .label("not one argument"),
             );
             return unknown;
         };
-        let place = self.expect(value, cx, &Ty::NUMBER, "the place in a cycle");
+        let what =
+            if matches!(curve.ty, Ty::Table(..)) { "what a table is asked" } else { "the place in a cycle" };
+        let place = self.expect(value, cx, &Ty::Quantity(asked), what);
         Expr { kind: ExprKind::Apply(Box::new(curve), Box::new(place)), ty, span }
     }
 
@@ -444,6 +455,12 @@ impl Checker<'_> {
             F::Box => vec![Ty::Quantity(Dimension::LENGTH); 3],
             F::Sphere => vec![Ty::Quantity(Dimension::LENGTH)],
             F::Cylinder | F::Disk => vec![Ty::Quantity(Dimension::LENGTH); 2],
+            F::Cycle => vec![
+                Ty::Quantity(Dimension::TIME),
+                Ty::List(Box::new(Ty::NUMBER)),
+                Ty::List(Box::new(Ty::Valve)),
+                Ty::NUMBER,
+            ],
             F::Gain => vec![Ty::Count],
             F::Neighbours | F::Images => vec![Ty::Part],
             _ => Vec::new(),
@@ -518,6 +535,7 @@ impl Checker<'_> {
                 Ty::List(item) => item.dimension().map(Ty::Curve),
                 _ => None,
             },
+            F::Cycle => Some(Ty::Valves),
             F::Box | F::Sphere | F::Cylinder | F::Disk => Some(Ty::Shape),
             F::Normal | F::Uniform => first.dimension().map(Ty::Distribution),
             F::Neighbours | F::Images => Some(Ty::List(Box::new(Ty::Part))),

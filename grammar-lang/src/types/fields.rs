@@ -12,7 +12,7 @@ use crate::syntax::ast::{self, Block, Field, Name};
 use crate::units::Dimension;
 
 /// Names that are blocks where they are allowed, not values.
-const GROUPS: &[&str] = &["outer", "inner", "cma_es", "archive"];
+const GROUPS: &[&str] = &["outer", "inner", "cma_es", "archive", "supply"];
 
 /// What a number must be.
 #[derive(Clone, Copy)]
@@ -57,6 +57,13 @@ pub(super) struct Values<'b> {
     pub(super) groups: IndexMap<&'b str, &'b Block>,
     /// Names that are there, but misspelt, which has been reported.
     pub(super) misspelt: Vec<String>,
+}
+
+impl Values<'_> {
+    /// Where the block is named.
+    pub(super) fn place(&self) -> crate::source::Span {
+        self.block.name.span
+    }
 }
 
 impl Checker<'_> {
@@ -445,11 +452,11 @@ impl Checker<'_> {
         let mass = self.mass(&from, segment, &cx);
         let friction = self.number(&from, "friction", "Number", Sign::NotNegative, "0.8", &cx);
         let bend = self.bend(&from, &cx);
+        let bending_speed = self.speed(&from, "bending_speed", &cx);
+        let relaxing_speed = self.speed(&from, "relaxing_speed", &cx);
         let mut positive = |name: &str, dimension: &str, example: &str| {
             self.number(&from, name, dimension, Sign::Positive, example, &cx)
         };
-        let bending_speed = positive("bending_speed", "AngularVelocity", "180 deg/s");
-        let relaxing_speed = positive("relaxing_speed", "AngularVelocity", "180 deg/s");
         let torque = positive("torque", "Torque", "0.06 N*m/rad");
         let stiffness = positive("stiffness", "AngularStiffness", "0.3 N*m/rad^2");
         let damping =

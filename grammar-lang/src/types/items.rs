@@ -32,6 +32,8 @@ pub(super) struct Singles<'t> {
     begin: Option<Vec<ir::Placed>>,
     symmetry: Option<ir::Symmetry>,
     pub(super) model: Option<ir::Model>,
+    /// The target that it is simulated on.
+    pub(super) on: Option<&'t Name>,
     /// Whether more is better, the value, and whether the item is damaged.
     pub(super) objective: Option<(bool, &'t Tree, bool)>,
     search: Option<ir::Search>,
@@ -200,6 +202,7 @@ impl<'a> Checker<'a> {
             ItemKind::Model(block) => drop(self.model(block, None, item.damaged)),
             ItemKind::Search(block) => drop(self.search(block, item.damaged)),
             ItemKind::Pattern(_, value) => drop(self.fixed_pattern(value, item.damaged)),
+            ItemKind::Table(table) => drop(self.table(table, item.damaged)),
             ItemKind::Term(_, ty, value) => drop(self.term(ty, value, item.damaged)),
             ItemKind::Actuation { name, binder, kind, clauses } => {
                 drop(self.actuation(name, binder, kind, clauses, item.damaged));
@@ -301,6 +304,8 @@ impl<'a> Checker<'a> {
                     | ItemKind::Prefer { .. }
                     | ItemKind::Example(..)
                     | ItemKind::Task(..)
+                    | ItemKind::Target { .. }
+                    | ItemKind::Prototype(..)
             );
             there.extend(declared(item).map(|n| n.span));
             if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
@@ -314,8 +319,14 @@ impl<'a> Checker<'a> {
             });
         for name in imports.flatten() {
             let Some((declaration, item)) = program.lookup(name.span, &name.text) else { continue };
-            let by_itself =
-                matches!(item.kind, ItemKind::Rule(..) | ItemKind::Require { .. } | ItemKind::Prefer { .. });
+            let by_itself = matches!(
+                item.kind,
+                ItemKind::Rule(..)
+                    | ItemKind::Require { .. }
+                    | ItemKind::Prefer { .. }
+                    | ItemKind::Target { .. }
+                    | ItemKind::Prototype(..)
+            );
             there.push(name.span);
             if !by_itself && !used(&declaration, self) {
                 idle.push((name, format!("`{}` is imported, but nothing uses it", name.text)));
@@ -351,7 +362,7 @@ impl<'a> Checker<'a> {
             ItemKind::Grammar(_) => "grammar",
             ItemKind::Begin(_) => "begin",
             ItemKind::Symmetry(..) => "symmetry",
-            ItemKind::Simulate(..) => "simulate",
+            ItemKind::Simulate { .. } => "simulate",
             ItemKind::Objective { .. } => "maximize",
             ItemKind::UseSearch(..) => "search",
             ItemKind::Actuate(..) => "actuate",
@@ -374,7 +385,12 @@ impl<'a> Checker<'a> {
             ItemKind::Symmetry(kind, count, plane) => {
                 singles.symmetry = self.symmetry(kind, count.as_ref(), plane.as_ref());
             }
-            ItemKind::Simulate(model, duration) => singles.model = self.simulated(model, duration),
+            ItemKind::Simulate { model, duration, on } => {
+                singles.model = self.simulated(model, duration);
+                singles.on = on.as_ref().filter(|on| {
+                    self.named(on, "target", |k| matches!(k, ItemKind::Target { .. })).is_some()
+                });
+            }
             ItemKind::Objective { maximize, value } => {
                 singles.objective = Some((*maximize, value, item.damaged));
             }
@@ -576,6 +592,7 @@ impl<'a> Checker<'a> {
     fn assemble(&mut self, name: &Name, singles: Singles<'a>, derived: Derived) -> Option<RuleSet> {
         let program = self.program;
         let tasks = self.tasks(&singles);
+        let hardware = self.hardware();
         // What drives what is checked even where the tasks are not complete.
         let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
         let mut terms: IndexMap<String, ir::Term> = IndexMap::new();
@@ -639,6 +656,8 @@ impl<'a> Checker<'a> {
             self.check_actuated(actuated, &actuators, &actuations);
         }
         let (tasks, objective) = tasks?;
+        let (targets, prototypes) = hardware?;
+        self.check_targets(&tasks, &targets, &actuators, &actuations);
         self.check_periods(&tasks, &actuations, &terms);
         if !sound {
             return None;
@@ -659,6 +678,8 @@ impl<'a> Checker<'a> {
             examples: derived.examples,
             actuations,
             tasks: tasks.into_iter().map(|(name, (task, _))| (name, task)).collect(),
+            targets,
+            prototypes,
             terms,
             objective,
             search: singles.search?,

@@ -16,6 +16,7 @@ mod rules;
 mod searches;
 mod signature;
 mod stage;
+mod targets;
 mod tasks;
 
 use std::collections::BTreeMap;

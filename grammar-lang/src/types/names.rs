@@ -66,6 +66,10 @@ impl Checker<'_> {
             ItemKind::Part(_) | ItemKind::Actuator(_) => {
                 return make(ExprKind::Kind(name.to_owned(), Vec::new()), Ty::Kind);
             }
+            ItemKind::Table(table) => {
+                let table = self.table(table, item.damaged);
+                return Expr { span, ..table };
+            }
             ItemKind::Pattern(..) => return make(ExprKind::Pattern(name.to_owned()), Ty::Pattern),
             ItemKind::Term(_, ty, _) => {
                 if !cx.stage.sees_motion() {
@@ -102,6 +106,8 @@ impl Checker<'_> {
             ItemKind::Prefer { .. } => "a preference",
             ItemKind::Rule(..) => "a rule",
             ItemKind::Model(_) => "a model",
+            ItemKind::Target { .. } => "a target",
+            ItemKind::Prototype(..) => "a prototype",
             ItemKind::Search(_) => "a search",
             ItemKind::Actuation { .. } => "an actuation",
             _ => "a requirement",

@@ -12,6 +12,7 @@ pub(super) fn word(word: Word) -> Ty {
         Word::Time | Word::Start | Word::End | Word::Duration | Word::Period => Ty::Quantity(Dimension::TIME),
         Word::Elements => Ty::List(Box::new(Ty::Element)),
         Word::Iteration | Word::Idle | Word::Refused | Word::Stagnant | Word::Chain => Ty::Count,
+        Word::Closed | Word::Inflate | Word::Vent => Ty::Valve,
         Word::Connected | Word::NoOverlap => Ty::Bool,
     }
 }
@@ -85,6 +86,7 @@ pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusi
         F::First => ("first(list)", 1..=1),
         F::Last => ("last(list)", 1..=1),
         F::Bezier => ("bezier(list)", 1..=1),
+        F::Cycle => ("cycle(period, shares, states, phase)", 4..=4),
         F::Box => ("box(x, y, z)", 3..=3),
         F::Sphere => ("sphere(radius)", 1..=1),
         F::Cylinder => ("cylinder(radius, length)", 2..=2),

@@ -57,6 +57,7 @@ impl Stage {
     /// Whether a function can be called.
     pub(super) fn sees_function(self, function: Function) -> bool {
         match function {
+            Function::Cycle => self == Self::Drive,
             Function::Gain => self == Self::Schedule,
             Function::Neighbours | Function::Images => self.sees_design(),
             _ => true,
@@ -75,7 +76,7 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
     Some(match word {
         Word::Pi => return None,
         Word::Cycle => &[S::Pattern],
-        Word::Time => &[S::Drive],
+        Word::Time | Word::Closed | Word::Inflate | Word::Vent => &[S::Drive],
         Word::Start | Word::End | Word::Duration | Word::Elements | Word::Period => &[S::Score],
         Word::Temperature => &[S::Choice, S::Weight, S::Mutation, S::Schedule],
         Word::Iteration => &[S::Schedule, S::Mutation],

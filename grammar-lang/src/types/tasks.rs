@@ -33,6 +33,7 @@ impl<'a> Checker<'a> {
             let task = ir::Task {
                 actuated: names_only(&actuated),
                 model: singles.model.clone()?,
+                on: singles.on.map(|on| on.text.clone()),
                 objective: objective.clone(),
             };
             tasks.insert(RuleSet::ONLY_TASK.to_owned(), (task, actuated));
@@ -95,6 +96,7 @@ impl<'a> Checker<'a> {
                 None
             }
         };
+        let on = if own.model.is_some() { own.on } else { singles.on };
         let model = own.model.or_else(|| singles.model.clone());
         if model.is_none() && !own.seen.contains_key("simulate") && !singles.seen.contains_key("simulate") {
             self.report(
@@ -107,7 +109,8 @@ impl<'a> Checker<'a> {
                 .help("add for example `simulate hinge_model for 20 s`"),
             );
         }
-        let task = ir::Task { actuated: names_only(&actuated), model: model?, objective: objective? };
+        let on = on.map(|on| on.text.clone());
+        let task = ir::Task { actuated: names_only(&actuated), model: model?, on, objective: objective? };
         Some((task, actuated))
     }
 

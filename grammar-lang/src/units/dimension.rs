@@ -34,6 +34,7 @@ const NAMES: &[(&str, [i8; 5])] = &[
     ("Stiffness", [0, 1, -2, 0, 0]),
     ("Damping", [0, 1, -1, 0, 0]),
     ("Pressure", [-1, 1, -2, 0, 0]),
+    ("FlowConductance", [4, -1, 1, 0, 0]),
     ("Density", [-3, 1, 0, 0, 0]),
 ];
 

@@ -149,6 +149,7 @@ pub fn suggest(dimension: Dimension) -> String {
         "deg/s",
         "mm/s",
         "kPa",
+        "cm^3/s/bar",
         "Hz",
     ];
     for usual in usual {

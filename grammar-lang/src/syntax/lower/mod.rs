@@ -6,7 +6,7 @@ use pest::iterators::Pair;
 
 use super::ast::{
     ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, Field, Item, ItemKind, Link,
-    Name, Param, Place, Port, RuleClause, RuleClauseKind, Typed, Variable, Variant,
+    Name, Param, Place, Port, RuleClause, RuleClauseKind, Table, Typed, Variable, Variant,
 };
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -100,6 +100,10 @@ fn silent(rule: Rule) -> bool {
             | R::kw_then
             | R::kw_else
             | R::kw_add
+            | R::kw_on
+            | R::kw_table
+            | R::kw_target
+            | R::kw_prototype
             | R::kw_enum
             | R::kw_record
             | R::kw_prefer
@@ -250,7 +254,28 @@ impl<'a> Lowering<'a> {
                 clauses: inner.filter_map(|n| self.actuation_clause(n)).collect(),
             },
             Rule::actuate_item => ItemKind::Actuate(self.name(&inner.next()?), self.name(&inner.next()?)),
-            Rule::simulate_item => ItemKind::Simulate(self.name(&inner.next()?), self.expr(inner.next()?)?),
+            Rule::simulate_item => ItemKind::Simulate {
+                model: self.name(&inner.next()?),
+                duration: self.expr(inner.next()?)?,
+                on: inner.next().and_then(|on| parts(on).next()).map(|n| self.name(&n)),
+            },
+            Rule::table_item => ItemKind::Table(Table {
+                name: self.name(&inner.next()?),
+                from: self.name(&inner.next()?),
+                to: self.name(&inner.next()?),
+                rows: inner.filter_map(|row| self.row(row)).collect(),
+            }),
+            Rule::target_item => {
+                let (name, backend) = (self.name(&inner.next()?), self.name(&inner.next()?));
+                let kind = self.name(&inner.next()?);
+                let fields = inner.filter_map(|n| self.field(n)).collect();
+                ItemKind::Target { block: Block { name, fields }, backend, kind }
+            }
+            Rule::prototype_item => {
+                let (name, backend) = (self.name(&inner.next()?), self.name(&inner.next()?));
+                let fields = inner.filter_map(|n| self.field(n)).collect();
+                ItemKind::Prototype(Block { name, fields }, backend)
+            }
             Rule::term_item => ItemKind::Term(
                 self.name(&inner.next()?),
                 self.name(&inner.next()?),
@@ -310,6 +335,11 @@ impl<'a> Lowering<'a> {
             }
             _ => return None,
         })
+    }
+
+    fn row(&mut self, node: Node<'_>) -> Option<(Expr, Expr)> {
+        let mut inner = parts(node);
+        Some((self.expr(inner.next()?)?, self.expr(inner.next()?)?))
     }
 
     fn typed(&mut self, node: Node<'_>) -> Option<Typed> {

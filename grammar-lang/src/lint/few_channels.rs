@@ -1,0 +1,43 @@
+//! Targets with fewer channels than a design can have actuators.
+
+use crate::bounds::linear::{Row, contradictory};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::Group;
+
+use super::counts::Counts;
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    if known.ruleset.targets.is_empty() {
+        return;
+    }
+    let mut counts = Counts::new(known);
+    let mut rows: Vec<Row> = Vec::new();
+    for requirement in &known.ruleset.requirements {
+        rows.extend(counts.rows(&requirement.condition));
+    }
+    rows.extend(counts.base().iter().cloned());
+    for (name, target) in &known.ruleset.targets {
+        let channels = target.backend.channels();
+        if !known.possible.contains(&Group::Kind(target.kind.clone())) {
+            continue;
+        }
+        let Some(more) = counts.kind_at_least(&target.kind, channels as f64 + 1.0) else { continue };
+        rows.push(more);
+        if !contradictory(&rows) {
+            findings.push(
+                Diagnostic::new(
+                    Code::FEW_CHANNELS,
+                    target.span,
+                    format!(
+                        "`{name}` drives {channels} of `{}`, and designs of this grammar may have more",
+                        target.kind
+                    ),
+                )
+                .label("too few channels")
+                .help(format!("add `require count({}) <= {channels}`, or name more pins", target.kind)),
+            );
+        }
+        rows.pop();
+    }
+}

@@ -1,0 +1,40 @@
+//! Bends that the servos of a target do not reach.
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::Backend;
+use crate::units::{Dimension, shown};
+
+use super::known::Known;
+
+/// Rounding of what is written in other units is no shortage.
+const CLOSE: f64 = 1e-6;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    for (name, target) in &known.ruleset.targets {
+        let Backend::Tendon(threads) = &target.backend else { continue };
+        let Some(actuator) = known.ruleset.actuators.get(&target.kind) else { continue };
+        let (low, high) = threads.reach();
+        if low > actuator.bend.0 + CLOSE || high < actuator.bend.1 - CLOSE {
+            let range = |(a, b)| format!("{} .. {}", shown(a, Dimension::ANGLE), shown(b, Dimension::ANGLE));
+            findings.push(
+                Diagnostic::new(
+                    Code::OUT_OF_RANGE,
+                    target.span,
+                    format!(
+                        "`{name}` bends `{}` by {} only, of {}",
+                        target.kind,
+                        range((low, high)),
+                        range(actuator.bend)
+                    ),
+                )
+                .label("its servos or its table end there")
+                .also(actuator.span, "which may bend further")
+                .help(format!(
+                    "set `{}.bend = {}`, take a larger wheel, or measure further",
+                    target.kind,
+                    range((low, high))
+                )),
+            );
+        }
+    }
+}

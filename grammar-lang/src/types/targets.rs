@@ -1,0 +1,509 @@
+//! Checks what a grammar says of its hardware: tables, targets, prototypes.
+
+use indexmap::IndexMap;
+
+use super::Checker;
+use super::expr::Context;
+use super::fields::{Sign, Values};
+use super::stage::Stage;
+use super::tasks::Tasks;
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
+use crate::eval::Value;
+use crate::ir::{self, Backend, Expr, ExprKind, Ty};
+use crate::names::declared;
+use crate::source::Span;
+use crate::syntax::ast::{self, Block, ItemKind, Name};
+use crate::units::{self, Dimension};
+
+const PNEUMATIC: &[&str] = &["inflate", "vent", "shortest", "safe", "supply", "speed"];
+const SUPPLY: &[&str] = &["pressure", "full", "line", "valve"];
+const TENDON: &[&str] =
+    &["servo", "opposite", "thread", "wheel", "turn", "servo_speed", "pulse", "safe", "speed"];
+const PROTOTYPE: &[&str] = &["simulated", "measured", "length"];
+
+/// The outputs of the board: those of an ATmega328P beside its serial line, the stop circuit and the lamp, named as
+/// an Arduino Uno names them.
+const PINS: &[&str] =
+    &["D3", "D4", "D5", "D6", "D7", "D8", "D9", "D10", "D11", "D12", "A0", "A1", "A2", "A3", "A4", "A5"];
+
+/// What a target does when something goes wrong.
+const SAFE_AIR: [&str; 2] = ["vent", "hold"];
+const SAFE_THREADS: [&str; 2] = ["rest", "release"];
+
+impl Checker<'_> {
+    /// A measured function: its rows in SI units.
+    pub(super) fn table(&mut self, table: &ast::Table, damaged: bool) -> Expr {
+        let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span: table.name.span };
+        let (from, to) = (self.type_named(&table.from), self.type_named(&table.to));
+        for (ty, name) in [(&from, &table.from), (&to, &table.to)] {
+            if !matches!(ty, Ty::Quantity(_) | Ty::Unknown) {
+                self.report(
+                    Diagnostic::new(
+                        Code::WRONG_TYPE,
+                        name.span,
+                        "a table leads from a quantity to a quantity",
+                    )
+                    .label(format!("this is {}", super::fit::article(ty)))
+                    .help("write for example `table lengths : Angle -> Length { ... }`"),
+                );
+            }
+        }
+        let (Ty::Quantity(asked), Ty::Quantity(answer)) = (&from, &to) else { return unknown };
+        let mut rows: Vec<([f64; 2], Span)> = Vec::new();
+        let mut sound = true;
+        for (x, y) in &table.rows {
+            let mut cx = Context::new(Stage::Declaration, damaged);
+            let x = self.expect(x, &mut cx, &from, "what a table is asked");
+            let y = self.expect(y, &mut cx, &to, "what a table answers");
+            match (self.constant_number(&x), self.constant_number(&y)) {
+                (Some(a), Some(b)) => rows.push(([a, b], x.span)),
+                _ => sound = false,
+            }
+        }
+        if table.rows.is_empty() && !damaged {
+            self.report(
+                Diagnostic::new(Code::MISSING_FIELD, table.name.span, "this table has no rows")
+                    .label("nothing was measured")
+                    .help("write rows such as `0 deg -> 0 mm, 90 deg -> 21 mm`"),
+            );
+        }
+        for pair in rows.windows(2) {
+            let ([before, _], first) = pair[0];
+            let ([x, _], span) = pair[1];
+            if x <= before {
+                let (x, before) = (units::shown(x, *asked), units::shown(before, *asked));
+                self.report(
+                    Diagnostic::new(Code::TABLE_ORDER, span, "the rows of a table must ascend")
+                        .label(format!("{x} comes after {before}"))
+                        .also(first, "the row before")
+                        .help("put the rows in order, and average what was measured at the same place"),
+                );
+                return unknown;
+            }
+        }
+        if !sound || rows.is_empty() {
+            return unknown;
+        }
+        let rows = rows.into_iter().map(|(row, _)| row).collect();
+        let ty = Ty::Table(*asked, *answer);
+        Expr { kind: ExprKind::Table(ir::Table { rows }), ty, span: table.name.span }
+    }
+
+    /// A field that holds a table, whose answers must be ordered.
+    fn monotonic(&mut self, from: &Values<'_>, name: &str, ty: &Ty, cx: &Context) -> Option<ir::Table> {
+        let (value, span) = self.value(from, name, ty, "thread_lengths", cx)?;
+        let Value::Table(table) = value else { return None };
+        if !table.is_monotonic() {
+            let turn = table.rows.windows(3).find(|w| (w[1][1] - w[0][1]) * (w[2][1] - w[1][1]) <= 0.0);
+            let at = turn.map_or(0.0, |w| w[1][0]);
+            self.report(
+                Diagnostic::new(Code::TABLE_ORDER, span, format!("`{name}` must only grow, or only fall"))
+                    .label(format!("turns round at {}", units::shown(at, Dimension::ANGLE)))
+                    .help("each length of thread must belong to one bend: measure again, or leave rows out"),
+            );
+            return None;
+        }
+        Some((*table).clone())
+    }
+
+    /// A speed: a number, or a table from the bend.
+    pub(super) fn speed(&mut self, from: &Values<'_>, name: &str, cx: &Context) -> Option<ir::Speed> {
+        let velocity = Dimension::named("AngularVelocity")?;
+        let by_bend = from.values.get(name).is_some_and(|(_, tree)| match &tree.kind {
+            ast::ExprKind::Name(word) => {
+                matches!(self.program.lookup(tree.span, word), Some((_, i)) if matches!(i.kind, ItemKind::Table(_)))
+            }
+            _ => false,
+        });
+        if !by_bend {
+            return self
+                .number(from, name, "AngularVelocity", Sign::Positive, "180 deg/s", cx)
+                .map(ir::Speed::Constant);
+        }
+        let (value, span) =
+            self.value(from, name, &Ty::Table(Dimension::ANGLE, velocity), "180 deg/s", cx)?;
+        let Value::Table(table) = value else { return None };
+        if table.range().0 <= 0.0 {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, span, format!("`{name}` must be above 0 at every bend"))
+                    .label(format!("this comes down to {}", units::shown(table.range().0, velocity)))
+                    .help("leave out the rows where nothing moves any more, and narrow `bend` to what is reached"),
+            );
+            return None;
+        }
+        Some(ir::Speed::ByBend((*table).clone()))
+    }
+
+    /// The pins of all channels.
+    fn pins(&mut self, from: &Values<'_>, name: &str, cx: &Context) -> Option<Vec<(String, Span)>> {
+        let Some((_, tree)) = from.values.get(name) else {
+            self.missing(from, name, "[D3, D5, D7, D9]", cx.damaged);
+            return None;
+        };
+        let ast::ExprKind::List(items) = &tree.kind else {
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, tree.span, format!("`{name}` is a list of pins"))
+                    .label("no list")
+                    .help("write a pin for each channel, in their order: `[D3, D5, D7, D9]`"),
+            );
+            return None;
+        };
+        let mut pins = Vec::new();
+        let mut sound = true;
+        for item in items {
+            match &item.kind {
+                ast::ExprKind::Name(pin) if PINS.contains(&pin.as_str()) => {
+                    pins.push((pin.clone(), item.span))
+                }
+                kind => {
+                    sound = false;
+                    let text = self.sources.slice(item.span).to_owned();
+                    let help = match (kind, text.as_str()) {
+                        (_, "D0" | "D1") => "the serial line needs D0 and D1".to_owned(),
+                        (_, "D2") => "the stop circuit is connected to D2".to_owned(),
+                        (_, "D13") => "the lamp of the board is on D13".to_owned(),
+                        _ => did_you_mean(&text, PINS.iter().copied())
+                            .unwrap_or_else(|| "pins are D3 to D12 and A0 to A5".to_owned()),
+                    };
+                    self.report(
+                        Diagnostic::new(Code::UNKNOWN_NAME, item.span, format!("there is no pin `{text}`"))
+                            .label("not an output of the board")
+                            .help(help),
+                    );
+                }
+            }
+        }
+        if items.is_empty() {
+            self.report(
+                Diagnostic::new(Code::MISSING_FIELD, tree.span, format!("`{name}` names no pin"))
+                    .label("no channel")
+                    .help("write a pin for each channel, in their order: `[D3, D5, D7, D9]`"),
+            );
+            sound = false;
+        }
+        sound.then_some(pins)
+    }
+
+    /// The pins of two outputs for each channel, without their places.
+    fn pairs(
+        &mut self,
+        (first, one): (&str, Option<Vec<(String, Span)>>),
+        (second, two): (&str, Option<Vec<(String, Span)>>),
+        place: Span,
+    ) -> Option<(Vec<String>, Vec<String>)> {
+        let (one, two) = (one?, two?);
+        if !two.is_empty() && one.len() != two.len() {
+            self.report(
+                Diagnostic::new(
+                    Code::BAD_VALUE,
+                    place,
+                    format!("`{first}` has {} pins, `{second}` has {}", one.len(), two.len()),
+                )
+                .label("each channel needs one of each")
+                .help("name as many pins for the one as for the other"),
+            );
+            return None;
+        }
+        let mut used: IndexMap<&str, Span> = IndexMap::new();
+        let mut sound = true;
+        for (pin, span) in one.iter().chain(&two) {
+            if let Some(first) = used.insert(pin, *span) {
+                sound = false;
+                self.report(
+                    Diagnostic::new(Code::DUPLICATE, *span, format!("`{pin}` has two uses"))
+                        .label("again")
+                        .also(first, "used here already")
+                        .help("give each output a pin of its own"),
+                );
+            }
+        }
+        let names = |pins: Vec<(String, Span)>| pins.into_iter().map(|(pin, _)| pin).collect();
+        sound.then(|| (names(one), names(two)))
+    }
+
+    /// One of two words.
+    fn either(&mut self, from: &Values<'_>, name: &str, words: [&str; 2], cx: &Context) -> Option<bool> {
+        let Some((_, tree)) = from.values.get(name) else {
+            self.missing(from, name, words[0], cx.damaged);
+            return None;
+        };
+        let word = match &tree.kind {
+            ast::ExprKind::Name(word) => word.as_str(),
+            _ => "",
+        };
+        if let Some(place) = words.iter().position(|w| *w == word) {
+            return Some(place == 0);
+        }
+        self.report(
+            Diagnostic::new(
+                Code::BAD_VALUE,
+                tree.span,
+                format!("`{name}` is `{}` or `{}`", words[0], words[1]),
+            )
+            .label("neither of them")
+            .help(format!("write `{name} = {}` or `{name} = {}`", words[0], words[1]))
+            .fix_if(respell(tree.span, word, words)),
+        );
+        None
+    }
+
+    /// A range of a quantity with two different ends.
+    fn ends(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        dimension: Dimension,
+        example: &str,
+        cx: &Context,
+    ) -> Option<(f64, f64)> {
+        let Some((_, tree)) = from.values.get(name) else {
+            self.missing(from, name, example, cx.damaged);
+            return None;
+        };
+        let ty = Ty::Domain(Box::new(Ty::Quantity(dimension)));
+        let expr = self.expect(tree, &mut cx.clone(), &ty, &format!("`{name}`"));
+        let (low, high) = self.constant_range(&expr)?;
+        if low >= high {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, format!("`{name}` is a single value"))
+                    .label("nothing between its ends")
+                    .help(format!("write for example `{name} = {example}`")),
+            );
+            return None;
+        }
+        Some((low, high))
+    }
+
+    pub(super) fn target(
+        &mut self,
+        block: &Block,
+        backend: &Name,
+        kind: &Name,
+        damaged: bool,
+    ) -> Option<ir::Target> {
+        let cx = Context::new(Stage::Declaration, damaged);
+        let known = self.named(kind, "actuator", |k| matches!(k, ItemKind::Actuator(_))).is_some();
+        let (fields, backend): (_, fn(&mut Self, &Values<'_>, &Context) -> Option<Backend>) =
+            match backend.text.as_str() {
+                "pneumatic" => (PNEUMATIC, Self::pneumatic),
+                "tendon" => (TENDON, Self::tendon),
+                other => {
+                    let names = Backend::NAMES.iter().copied();
+                    self.report(
+                        Diagnostic::new(
+                            Code::UNKNOWN_NAME,
+                            backend.span,
+                            format!("there is no back end `{other}`"),
+                        )
+                        .label("not known")
+                        .help(
+                            did_you_mean(other, names.clone())
+                                .unwrap_or_else(|| format!("write one of: {}", Backend::NAMES.join(", "))),
+                        )
+                        .fix_if(respell(backend.span, other, names)),
+                    );
+                    return None;
+                }
+            };
+        let from = self.values(block, "a target", fields);
+        let speed = from.values.get("speed").map(|(_, tree)| {
+            let mut cx = Context::new(Stage::Score, damaged);
+            let velocity = Ty::Quantity(Dimension::named("Velocity").unwrap_or_default());
+            self.expect(tree, &mut cx, &velocity, "`speed`")
+        });
+        let backend = backend(self, &from, &cx)?;
+        Some(ir::Target { backend, kind: known.then(|| kind.text.clone())?, speed, span: block.name.span })
+    }
+
+    fn pneumatic(&mut self, from: &Values<'_>, cx: &Context) -> Option<Backend> {
+        let (inflate, vent) = (self.pins(from, "inflate", cx), self.pins(from, "vent", cx));
+        let pins = self.pairs(("inflate", inflate), ("vent", vent), from.place());
+        let shortest = self.number(from, "shortest", "Time", Sign::Positive, "40 ms", cx);
+        let vents = self.either(from, "safe", SAFE_AIR, cx);
+        let supply = match from.groups.get("supply") {
+            Some(group) => Some(self.supply(group, cx)?),
+            None => None,
+        };
+        let (inflate, vent) = pins?;
+        Some(Backend::Pneumatic(ir::Pneumatic { inflate, vent, shortest: shortest?, vents: vents?, supply }))
+    }
+
+    fn supply(&mut self, group: &Block, cx: &Context) -> Option<ir::Supply> {
+        let from = self.values(group, "a supply", SUPPLY);
+        let mut get = |name: &str, dimension: &str, example: &str| {
+            self.number(&from, name, dimension, Sign::Positive, example, cx)
+        };
+        let pressure = get("pressure", "Pressure", "1.5 bar");
+        let full = get("full", "Pressure", "1 bar");
+        let line = get("line", "FlowConductance", "60 cm^3/s/bar");
+        let valve = get("valve", "FlowConductance", "20 cm^3/s/bar");
+        let (pressure, full) = (pressure?, full?);
+        if full >= pressure
+            && let Some((_, tree)) = from.values.get("full")
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "the pressure that bends an actuator fully must be below that of the reservoir",
+                )
+                .label("never reached")
+                .help("raise `pressure`, or measure the pressure in a fully bent actuator again"),
+            );
+            return None;
+        }
+        Some(ir::Supply { pressure, full, line: line?, valve: valve? })
+    }
+
+    fn tendon(&mut self, from: &Values<'_>, cx: &Context) -> Option<Backend> {
+        let servo = self.pins(from, "servo", cx);
+        let opposite = if from.values.contains_key("opposite") {
+            self.pins(from, "opposite", cx)
+        } else {
+            Some(Vec::new())
+        };
+        let pins = self.pairs(("servo", servo), ("opposite", opposite), from.place());
+        let thread = Ty::Table(Dimension::ANGLE, Dimension::LENGTH);
+        let thread = self.monotonic(from, "thread", &thread, cx);
+        let wheel = self.number(from, "wheel", "Length", Sign::Positive, "12 mm", cx);
+        let turn = self.ends(from, "turn", Dimension::ANGLE, "-90 deg .. 90 deg", cx);
+        let speed = self.number(from, "servo_speed", "AngularVelocity", Sign::Positive, "300 deg/s", cx);
+        let pulse = self.ends(from, "pulse", Dimension::TIME, "1000 us .. 2000 us", cx);
+        let rests = self.either(from, "safe", SAFE_THREADS, cx);
+        if let (Some((low, high)), Some((_, tree))) = (pulse, from.values.get("pulse"))
+            && (low < 300e-6 || high > 3000e-6)
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "pulses of servos last 300 us to 3000 us")
+                    .label("beyond that")
+                    .help("write for example `pulse = 1000 us .. 2000 us`"),
+            );
+            return None;
+        }
+        let (servo, opposite) = pins?;
+        let (wheel, thread, speed) = (wheel?, thread?, speed?);
+        let (turn, pulse, rests) = (turn?, pulse?, rests?);
+        Some(Backend::Tendon(ir::Tendon { servo, opposite, thread, wheel, turn, speed, pulse, rests }))
+    }
+
+    pub(super) fn prototype(
+        &mut self,
+        block: &Block,
+        backend: &Name,
+        damaged: bool,
+    ) -> Option<ir::Prototype> {
+        let cx = Context::new(Stage::Declaration, damaged);
+        if !Backend::NAMES.contains(&backend.text.as_str()) {
+            self.report(
+                Diagnostic::new(
+                    Code::UNKNOWN_NAME,
+                    backend.span,
+                    format!("there is no back end `{}`", backend.text),
+                )
+                .label("not known")
+                .help(format!("write one of: {}", Backend::NAMES.join(", ")))
+                .fix_if(respell(backend.span, &backend.text, Backend::NAMES.iter().copied())),
+            );
+            return None;
+        }
+        let from = self.values(block, "a prototype", PROTOTYPE);
+        let simulated = self.number(&from, "simulated", "Velocity", Sign::Positive, "35.6 m/h", &cx);
+        let measured = self.number(&from, "measured", "Velocity", Sign::Positive, "5 m/h", &cx);
+        let length = if from.values.contains_key("length") {
+            Some(self.number(&from, "length", "Length", Sign::Positive, "132 mm", &cx)?)
+        } else {
+            None
+        };
+        let (simulated, measured) = (simulated?, measured?);
+        Some(ir::Prototype {
+            backend: backend.text.clone(),
+            simulated,
+            measured,
+            length,
+            span: block.name.span,
+        })
+    }
+
+    /// The targets and prototypes that take part in a grammar.
+    pub(super) fn hardware(
+        &mut self,
+    ) -> Option<(IndexMap<String, ir::Target>, IndexMap<String, ir::Prototype>)> {
+        let (mut targets, mut prototypes) = (IndexMap::new(), IndexMap::new());
+        let mut sound = true;
+        for (declaration, item) in self.program.entries() {
+            let Some(name) = declared(item) else { continue };
+            match &item.kind {
+                ItemKind::Target { block, backend, kind } => {
+                    self.touched.insert(declaration);
+                    match self.target(block, backend, kind, item.damaged) {
+                        Some(target) => drop(targets.insert(name.text.clone(), target)),
+                        None => sound = false,
+                    }
+                }
+                ItemKind::Prototype(block, backend) => {
+                    self.touched.insert(declaration);
+                    match self.prototype(block, backend, item.damaged) {
+                        Some(prototype) => drop(prototypes.insert(name.text.clone(), prototype)),
+                        None => sound = false,
+                    }
+                }
+                _ => {}
+            }
+        }
+        sound.then_some((targets, prototypes))
+    }
+
+    /// Whether what drives an actuator is what its target can do.
+    pub(super) fn check_targets(
+        &mut self,
+        tasks: &Tasks,
+        targets: &IndexMap<String, ir::Target>,
+        actuators: &IndexMap<String, ir::Actuator>,
+        actuations: &IndexMap<String, ir::Actuation>,
+    ) {
+        for (task, actuated) in tasks.values() {
+            for (kind, (with, place)) in actuated {
+                let (Some(actuator), Some(actuation)) = (actuators.get(kind), actuations.get(with)) else {
+                    continue;
+                };
+                let valves = actuation.drive.ty == Ty::Valves;
+                if valves && actuator.bend.0 < 0.0 {
+                    self.report(
+                        Diagnostic::new(
+                            Code::TARGET_MISFIT,
+                            *place,
+                            format!("`{with}` drives valves, but `{kind}` bends both ways"),
+                        )
+                        .label("air bends an actuator one way")
+                        .also(actuator.span, "declared here")
+                        .help(format!("write for example `set {kind}.bend = 0 deg .. 90 deg`")),
+                    );
+                }
+                let target = task.on.as_ref().and_then(|name| targets.get(name));
+                let Some(target) = target.filter(|target| target.kind == *kind) else { continue };
+                let air = matches!(target.backend, Backend::Pneumatic(_));
+                if air != valves {
+                    let (drives, wants, example) = if air {
+                        (
+                            "an angle",
+                            "valves",
+                            "drive valves = cycle(period, share, [closed, inflate, closed, vent], 0)",
+                        )
+                    } else {
+                        ("valves", "an angle", "drive angle = ...")
+                    };
+                    self.report(
+                        Diagnostic::new(
+                            Code::TARGET_MISFIT,
+                            *place,
+                            format!("`{with}` drives {drives}, but the target drives {wants}"),
+                        )
+                        .label("does not fit the target")
+                        .also(target.span, "simulated on this")
+                        .help(format!("actuate `{kind}` with an actuation that says `{example}`")),
+                    );
+                }
+            }
+        }
+    }
+}

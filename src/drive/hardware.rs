@@ -1,0 +1,287 @@
+//! What hardware makes of an actuation: valves let air in and out, servos wind up threads, and a supply is
+//! shared. The simulation follows these bends instead of the ones that were asked for.
+
+use grammar_lang::eval::{EvalError, Valve, Valves};
+use grammar_lang::ir::{Backend, Speed, Supply, Target, Tendon};
+
+use super::Drive;
+use crate::simulate::Targets;
+
+/// The longest step in which bends under valves are followed, s. Speeds change with the bend and with what the
+/// others do; within a step they are taken as they are at its beginning, so that it must be short.
+const FINE: f64 = 1e-3;
+
+/// An actuator whose valves follow a schedule.
+struct Inflated<'a> {
+    valves: Valves,
+    bending: &'a Speed,
+    relaxing: &'a Speed,
+    /// The greatest bend, rad.
+    most: f64,
+    /// Whether it hangs on the target's supply.
+    supplied: bool,
+}
+
+impl Inflated<'_> {
+    /// The state at a time in s, and how long it still holds.
+    fn state(&self, time: f64) -> (Valve, f64) {
+        let Valves { period, changes } = &self.valves;
+        let place = time - period * libm::floor(time / period);
+        let next = changes.partition_point(|(from, _)| *from <= place);
+        let state =
+            next.checked_sub(1).and_then(|i| changes.get(i)).map_or(Valve::Closed, |(_, state)| *state);
+        let until = changes.get(next).map_or(*period, |(from, _)| *from);
+        (state, until - place)
+    }
+}
+
+impl Drive<'_> {
+    /// The target that the task is simulated on.
+    fn target(&self) -> Option<&Target> {
+        self.task.on.as_ref().and_then(|name| self.rules.targets.get(name))
+    }
+
+    /// Puts in what valves come to, and keeps the rest to what the hardware can do.
+    pub(super) fn on_hardware(&self, parameters: &[f64], targets: &mut Targets) -> Result<(), EvalError> {
+        let target = self.target();
+        let supply = target.and_then(|target| match &target.backend {
+            Backend::Pneumatic(air) => air.supply,
+            Backend::Tendon(_) => None,
+        });
+        let mut inflated = Vec::new();
+        let mut columns = Vec::new();
+        for (column, driven) in self.actuators.iter().enumerate() {
+            let Some(actuator) = self.kind_of(driven).and_then(|kind| self.rules.actuators.get(kind)) else {
+                continue;
+            };
+            let aimed = target.filter(|target| self.kind_of(driven) == Some(target.kind.as_str()));
+            if let Some(valves) = self.valves(driven, parameters)? {
+                inflated.push(Inflated {
+                    valves,
+                    bending: &actuator.bending_speed,
+                    relaxing: &actuator.relaxing_speed,
+                    most: actuator.bend.1,
+                    supplied: aimed.is_some(),
+                });
+                columns.push(column);
+                continue;
+            }
+            if let Some(Backend::Tendon(threads)) = aimed.map(|target| &target.backend) {
+                wind(threads, targets, column);
+            }
+            let by_bend = [&actuator.bending_speed, &actuator.relaxing_speed];
+            if by_bend.iter().any(|speed| matches!(speed, Speed::ByBend(_))) {
+                follow(by_bend, targets, column);
+            }
+        }
+        if !inflated.is_empty() {
+            inflate(&inflated, supply.as_ref(), targets, &columns);
+        }
+        Ok(())
+    }
+}
+
+/// What a servo reaches, and how fast: its turn and its speed hold where the thread is wound.
+fn wind(threads: &Tendon, targets: &mut Targets, column: usize) {
+    let most = threads.speed * targets.interval;
+    let mut turned: f64 = threads.turned(0.0);
+    for sample in 0..targets.samples() {
+        let Some(bend) = targets.cell(sample, column) else { return };
+        // At rest before it begins.
+        let wanted = threads.turned(*bend);
+        if sample > 0 {
+            turned += (wanted - turned).max(-most).min(most);
+        }
+        *bend = threads.thread.inverse(turned * threads.wheel);
+    }
+}
+
+/// Keeps a bend to speeds that change with it: away from zero at the first, back at the second.
+fn follow([bending, relaxing]: [&Speed; 2], targets: &mut Targets, column: usize) {
+    let steps = libm::ceil(targets.interval / FINE).max(1.0);
+    let step = targets.interval / steps;
+    let mut bend = 0.0;
+    for sample in 0..targets.samples() {
+        let Some(cell) = targets.cell(sample, column) else { return };
+        if sample > 0 {
+            for _ in 0..steps as usize {
+                let back = *cell * bend < 0.0 || cell.abs() < f64::abs(bend);
+                let speed = if back { relaxing } else { bending }.at(bend);
+                bend += (*cell - bend).max(-speed * step).min(speed * step);
+            }
+        }
+        *cell = bend;
+    }
+}
+
+/// The bends of actuators under their valves, from rest: air that comes in bends, air that goes out relaxes,
+/// each at the actuator's speed; closed valves hold.
+fn inflate(actuators: &[Inflated<'_>], supply: Option<&Supply>, targets: &mut Targets, columns: &[usize]) {
+    let mut bends = vec![0.0; actuators.len()];
+    let mut states = vec![Valve::Closed; actuators.len()];
+    let mut shares = vec![1.0; actuators.len()];
+    for sample in 0..targets.samples() {
+        for (bend, column) in bends.iter().zip(columns) {
+            if let Some(cell) = targets.cell(sample, *column) {
+                *cell = *bend;
+            }
+        }
+        let (mut now, end) = (sample as f64 * targets.interval, (sample + 1) as f64 * targets.interval);
+        while now < end {
+            // No further than to the next change of a valve, so that its moment counts exactly.
+            let mut step = (end - now).min(FINE);
+            for (state, actuator) in states.iter_mut().zip(actuators) {
+                let left;
+                (*state, left) = actuator.state(now);
+                if left > 1e-9 {
+                    step = step.min(left);
+                }
+            }
+            if let Some(supply) = supply {
+                share(supply, actuators, &states, &bends, &mut shares);
+            }
+            for (((bend, state), actuator), share) in
+                bends.iter_mut().zip(&states).zip(actuators).zip(&shares)
+            {
+                let speed = match state {
+                    Valve::Closed => 0.0,
+                    Valve::Inflate => actuator.bending.at(*bend) * share,
+                    Valve::Vent => -actuator.relaxing.at(*bend),
+                };
+                *bend = (*bend + speed * step).max(0.0).min(actuator.most);
+            }
+            now += step;
+        }
+    }
+}
+
+/// How fast each actuator that is being inflated bends, as a share of its speed alone.
+///
+/// Flow is proportional to difference of pressure, in the line from the reservoir and in each valve behind it. Where
+/// the line ends, at a pressure p, what comes in goes out: `line (reservoir - p) = sum of valve (p - own)`. An
+/// actuator's own pressure grows in proportion to its bend. Where p is below it, air goes back into the others.
+fn share(supply: &Supply, actuators: &[Inflated<'_>], states: &[Valve], bends: &[f64], shares: &mut [f64]) {
+    let Supply { pressure, full, line, valve } = *supply;
+    let own = |bend: f64, actuator: &Inflated<'_>| full * (bend / actuator.most);
+    let open = || {
+        let all = states.iter().zip(bends).zip(actuators);
+        all.filter(|((state, _), actuator)| **state == Valve::Inflate && actuator.supplied)
+    };
+    let count = open().count() as f64;
+    let pressures: f64 = open().map(|((_, bend), actuator)| own(*bend, actuator)).sum();
+    let node = (line * pressure + valve * pressures) / (line + valve * count);
+    for ((share, bend), actuator) in shares.iter_mut().zip(bends).zip(actuators) {
+        let own = own(*bend, actuator);
+        let alone = (line * pressure + valve * own) / (line + valve);
+        *share = if actuator.supplied { (node - own) / (alone - own) } else { 1.0 };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use grammar_lang::ir::Table;
+
+    use super::*;
+
+    fn valves(period: f64, shares: &[f64]) -> Valves {
+        let states = [Valve::Closed, Valve::Inflate, Valve::Closed, Valve::Vent];
+        Valves::cycle(period, shares, &states, 0.0).unwrap()
+    }
+
+    fn inflated<'a>(valves: Valves, bending: &'a Speed, relaxing: &'a Speed) -> Inflated<'a> {
+        Inflated { valves, bending, relaxing, most: 1.5, supplied: true }
+    }
+
+    fn rest(seconds: f64, interval: f64, actuators: usize) -> Targets {
+        let samples = (seconds / interval).ceil() as usize + 1;
+        Targets { interval, actuators, angles: vec![0.0; samples * actuators] }
+    }
+
+    #[test]
+    fn a_bend_grows_holds_and_relaxes_at_its_speeds() {
+        let (up, down) = (Speed::Constant(1.0), Speed::Constant(0.5));
+        // Closed until 0.55 s, open until 1.35 s, closed until 2 s, emptied until 4 s.
+        let one = inflated(valves(4.0, &[0.55, 0.8, 0.65, 2.0]), &up, &down);
+        let mut targets = rest(8.0, 0.1, 1);
+        inflate(&[one], None, &mut targets, &[0]);
+        for (time, bend) in
+            [(0.5, 0.0), (1.0, 0.45), (1.4, 0.8), (2.0, 0.8), (3.0, 0.3), (3.7, 0.0), (5.0, 0.45)]
+        {
+            assert!((targets.at(0, time) - bend).abs() < 1e-9, "{time} s: {}", targets.at(0, time));
+        }
+    }
+
+    #[test]
+    fn a_speed_that_falls_with_the_bend_slows_down_as_it_should() {
+        // db/dt = 1 - b, from zero: b = 1 - exp(-t).
+        let up = Speed::ByBend(Table { rows: vec![[0.0, 1.0], [1.0, 0.0001]] });
+        let down = Speed::Constant(1.0);
+        let one = inflated(valves(10.0, &[0.0, 1.0, 0.0, 0.0]), &up, &down);
+        let mut targets = rest(2.0, 0.02, 1);
+        inflate(&[one], None, &mut targets, &[0]);
+        for time in [0.5, 1.0, 2.0] {
+            let truth = 1.0 - f64::exp(-time);
+            assert!((targets.at(0, time) - truth).abs() < 1e-3, "{time} s: {}", targets.at(0, time));
+        }
+    }
+
+    #[test]
+    fn actuators_that_inflate_together_share_the_flow() {
+        let supply = Supply { pressure: 1.5e5, full: 1e5, line: 3.0, valve: 1.0 };
+        let (up, down) = (Speed::Constant(0.2), Speed::Constant(0.2));
+        let slow = || inflated(valves(100.0, &[0.0, 1.0, 0.0, 0.0]), &up, &down);
+        for count in [1, 2, 5] {
+            let all: Vec<_> = (0..count).map(|_| slow()).collect();
+            let columns: Vec<usize> = (0..count).collect();
+            let mut targets = rest(1.0, 0.1, count);
+            inflate(&all, Some(&supply), &mut targets, &columns);
+            // Equal pressures: alone 1 / (1/3 + 1), together 1 / (n/3 + 1).
+            let share = (1.0 / 3.0 + 1.0) / (count as f64 / 3.0 + 1.0);
+            assert!((targets.at(count - 1, 1.0) - 0.2 * share).abs() < 1e-9, "{count} together");
+        }
+    }
+
+    /// What flows into the actuators is what comes through the line, also where some give air to others.
+    #[test]
+    fn no_air_is_lost() {
+        let supply = Supply { pressure: 1.5e5, full: 1.4e5, line: 0.5, valve: 1.0 };
+        let speed = Speed::Constant(1.0);
+        let all: Vec<_> =
+            (0..3).map(|_| inflated(valves(1.0, &[0.0, 1.0, 0.0, 0.0]), &speed, &speed)).collect();
+        let bends = [0.0, 0.2, 1.5];
+        let mut shares = [1.0; 3];
+        share(&supply, &all, &[Valve::Inflate; 3], &bends, &mut shares);
+        let own = bends.map(|bend| supply.full * bend / 1.5);
+        let flows: Vec<f64> = (0..3)
+            .map(|i| {
+                let alone =
+                    (supply.line * supply.pressure + supply.valve * own[i]) / (supply.line + supply.valve);
+                supply.valve * (alone - own[i]) * shares[i]
+            })
+            .collect();
+        let node = own[0] + flows[0] / supply.valve;
+        let line = supply.line * (supply.pressure - node);
+        assert!((flows.iter().sum::<f64>() - line).abs() < 1e-6 * line.abs());
+        assert!(flows[2] < 0.0, "the fullest gives air to the others");
+    }
+
+    #[test]
+    fn a_servo_stops_at_its_ends_and_turns_no_faster_than_it_can() {
+        let thread = Table { rows: vec![[-1.0, -0.01], [0.0, 0.0], [1.0, 0.02]] };
+        let threads = Tendon {
+            servo: vec!["D3".to_owned()],
+            opposite: Vec::new(),
+            thread,
+            wheel: 0.01,
+            turn: (-1.0, 1.5),
+            speed: 2.0,
+            pulse: (1e-3, 2e-3),
+            rests: true,
+        };
+        assert_eq!(threads.reach(), (-1.0, 0.75));
+        let mut targets = Targets { interval: 0.1, actuators: 1, angles: vec![1.0; 21] };
+        wind(&threads, &mut targets, 0);
+        // 2 rad/s of 10 mm wind up 20 mm/s, of which 20 mm bend by 1 rad.
+        assert!((targets.at(0, 0.3) - 0.3).abs() < 1e-9 && (targets.at(0, 2.0) - 0.75).abs() < 1e-9);
+    }
+}
