@@ -117,6 +117,19 @@ pub enum Change {
 }
 
 impl Change {
+    /// Whether all its numbers are finite.
+    pub(super) fn is_finite(&self) -> bool {
+        match self {
+            Self::Number { value, .. } => value.value.is_finite(),
+            Self::Table { table, .. } => {
+                table.rows.iter().all(|(x, y)| x.value.is_finite() && y.value.is_finite())
+            }
+            Self::Prototype { simulated, measured, .. } => {
+                simulated.value.is_finite() && measured.value.is_finite()
+            }
+        }
+    }
+
     /// The new value in a few words.
     #[must_use]
     pub fn shown(&self) -> String {

@@ -55,6 +55,12 @@ pub fn fit(sections: &[Section], rules: &RuleSet) -> Result<Vec<Finding>, Vec<Pr
             Err(found) => problems.extend(found),
         }
     }
+    for finding in findings.iter().filter(|finding| !finding.change.is_finite()) {
+        problems.push(Problem::contradiction(
+            &finding.place,
+            format!("`{}` would not be finite: are the units right?", finding.quantity),
+        ));
+    }
     let mut seen: BTreeMap<&str, &Finding> = BTreeMap::new();
     for finding in &findings {
         if let Some(first) = seen.insert(&finding.quantity, finding) {

@@ -80,7 +80,7 @@ fn section(finding: &Finding) -> String {
     let notes: String = finding.notes.iter().map(|note| format!("<li>{}</li>", plain(note))).collect();
     let notes = if notes.is_empty() { notes } else { format!("<ul class=\"notes\">{notes}</ul>\n") };
     let pictures: Vec<String> =
-        finding.plots.iter().flat_map(|plot| [Some(drawn(plot)), residuals(plot)]).flatten().collect();
+        finding.plots.iter().map(|plot| drawn(plot) + &residuals(plot).unwrap_or_default()).collect();
     let pictures = if pictures.is_empty() { String::new() } else { figures(&pictures) };
     format!(
         "<section id=\"{}\">\n<h2>{}</h2>\n<p class=\"value\">{}{old}</p>\n<p class=\"from\">{from}</p>\n{pictures}{notes}{}</section>\n",
@@ -161,7 +161,7 @@ fn drawn(plot: &Plot) -> String {
         chart.add(&mark);
     }
     let title = plot.title.replace('`', "");
-    format!("{}<figcaption>{}</figcaption>", chart.finish(&title), plain(&plot.title))
+    format!("<figcaption>{}</figcaption>{}", plain(&plot.title), chart.finish(&title))
 }
 
 fn residuals(plot: &Plot) -> Option<String> {

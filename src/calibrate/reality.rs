@@ -115,7 +115,7 @@ mod tests {
             let (low, high) = p.interval.unwrap();
             format!("{:.2}, {:.2} to {:.2}, from {}", p.speed, low, high, p.prototypes)
         };
-        insta::assert_snapshot!([told(&PNEUMATIC), told(&TENDON)].join("\n"), @"");
+        insta::assert_snapshot!([told(&PNEUMATIC), told(&TENDON)].join("\n"));
         let ratios = |built: &[(f64, f64)]| predict(built, 1.0).unwrap().speed;
         assert!((0.08..0.14).contains(&ratios(&PNEUMATIC)));
         assert!((0.20..0.35).contains(&ratios(&TENDON)));

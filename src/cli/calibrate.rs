@@ -4,6 +4,7 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use clap::Args;
+use grammar_lang::diagnostics::render::{Format, render};
 
 use super::exit;
 use super::load;
@@ -11,7 +12,7 @@ use super::output::{self, Fault};
 use crate::calibrate::{self, Problem};
 use crate::document::is_name;
 use crate::results::whole::write_whole;
-use crate::world::read_text;
+use crate::world::{Files, read_text};
 
 /// Fit measurements of a workshop's bench, and write the variant of a grammar that holds them
 ///
@@ -57,6 +58,7 @@ impl Calibrate {
         let base = from_folder(&self.grammar, &out)?;
         let file = self.measurements.file_name().unwrap_or_default().to_string_lossy();
         let text = calibrate::variant::text(&variant, &base, &file, &findings);
+        accepted(&out, &text)?;
         write_whole(&page, &calibrate::page::page(&variant, &base, &file, &findings))
             .map_err(Fault::usage)?;
         write_whole(&out, &text).map_err(Fault::usage)?;
@@ -114,6 +116,17 @@ impl Calibrate {
         }
         Ok(())
     }
+}
+
+/// Checks the variant where it is to stand: what would be refused later is not written.
+fn accepted(out: &Path, text: &str) -> Result<(), Fault> {
+    let checked = load::check(&Files, &out.to_string_lossy(), text, &[], None);
+    if checked.sound {
+        return Ok(());
+    }
+    let found = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());
+    output::note(found.trim_end());
+    Err(Fault::input("the grammar does not bear what was measured; nothing is written"))
 }
 
 /// Tells everything that is wrong with measurements.
