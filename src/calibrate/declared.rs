@@ -65,10 +65,7 @@ pub(super) fn threads<'a>(
     match (section.setting("target"), fit.as_slice()) {
         (Some((wanted, place)), _) => match fit.iter().find(|(name, _)| name == wanted) {
             Some(found) => Ok(Some(*found)),
-            None => {
-                let what = format!("target on tendon for {actuator}");
-                Err(unknown(&what, wanted, names(), place))
-            }
+            None => Err(unknown("target on tendon", wanted, names(), place)),
         },
         (None, []) => Ok(None),
         (None, [only]) => Ok(Some(*only)),

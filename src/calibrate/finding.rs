@@ -247,6 +247,6 @@ mod tests {
             ("3.5 mm".into(), "4.0 mm".into())
         );
         assert_eq!(Residual::of(&[], "mm"), None);
-        assert_eq!(Residual::of(&[0.0], "mm").unwrap().rms.to_string(), "0.0 mm");
+        assert_eq!(Residual::of(&[0.0], "mm").unwrap().rms.to_string(), "0 mm");
     }
 }

@@ -70,17 +70,18 @@ struct Raw {
     is_single: bool,
 }
 
-/// Reads measurements. `name` is what messages call the file; `load` reads another file that it names.
-/// A file whose name ends with `.csv` is one section.
-///
-/// # Errors
-///
-/// All that is wrong, by file and line.
-pub fn read(
-    name: &str,
-    text: &str,
-    load: &dyn Fn(&str) -> Result<(String, String), String>,
-) -> Result<Vec<Section>, Vec<Problem>> {
+/// What a file of measurements holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// The measurements that could be read, in their order.
+    pub sections: Vec<Section>,
+    /// All that is wrong with the others.
+    pub problems: Vec<Problem>,
+}
+
+/// Reads measurements. `name` is what messages call the file; `load` reads another file that it names, and says
+/// what messages call that. A file whose name ends with `.csv` is one section.
+pub fn read(name: &str, text: &str, load: &dyn Fn(&str) -> Result<(String, String), String>) -> Reading {
     let text = text.trim_start_matches('\u{feff}');
     let mut problems = Vec::new();
     let is_csv = name.to_lowercase().ends_with(".csv");
@@ -90,7 +91,7 @@ pub fn read(
         let place = Place { file: name.to_owned(), line: 1 };
         problems.push(Problem::unreadable(&place, "there is no measurement in this file"));
     }
-    if problems.is_empty() { Ok(sections) } else { Err(problems) }
+    Reading { sections, problems }
 }
 
 /// A CSV file without a TOML file around it.
@@ -254,8 +255,7 @@ fn csv(name: &str, text: &str, problems: &mut Vec<Problem>) -> Vec<Raw> {
                 return Vec::new();
             }
         };
-        // A record begins where the one before it ended, also where blank lines and comments follow.
-        let place = at(record.position().map_or(1, csv::Position::line));
+        let place = at(record.position().map_or(1, |position| beginning(text, position)));
         if i == 0 {
             columns.extend(record.iter().map(|header| Raw {
                 header: header.to_owned(),
@@ -282,6 +282,14 @@ fn csv(name: &str, text: &str, problems: &mut Vec<Problem>) -> Vec<Raw> {
         }
     }
     columns
+}
+
+/// The line of a record: it is said to begin where the one before it ended, also where blank lines and
+/// comments follow.
+fn beginning(text: &str, position: &csv::Position) -> u64 {
+    let rest = usize::try_from(position.byte()).ok().and_then(|byte| text.get(byte..)).unwrap_or("");
+    let skipped = rest.split('\n').take_while(|line| line.trim().is_empty() || line.starts_with('#'));
+    position.line() + skipped.count() as u64
 }
 
 /// The name and the unit of a header such as `angle [deg]`.

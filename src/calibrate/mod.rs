@@ -30,18 +30,19 @@ use grammar_lang::ir::RuleSet;
 
 pub use finding::{Change, Figure, Finding, Plot, Residual, Table};
 pub use kind::Kind;
-pub use measurements::{Section, read};
+pub use measurements::{Reading, Section, read};
 pub use problem::{Place, Problem};
 
 /// What measurements come to, in their order, for a grammar whose declarations they are for.
 ///
 /// # Errors
 ///
-/// All measurements that contradict themselves, each other or the grammar, by file and line.
-pub fn fit(sections: &[Section], rules: &RuleSet) -> Result<Vec<Finding>, Vec<Problem>> {
+/// All that is wrong, by file and line: what could not be read, and measurements that contradict themselves, each
+/// other or the grammar.
+pub fn fit(reading: &Reading, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Problem>> {
     let mut findings: Vec<Finding> = Vec::new();
-    let mut problems = Vec::new();
-    for section in sections {
+    let mut problems = reading.problems.clone();
+    for section in &reading.sections {
         let found = match section.kind {
             Kind::Thread => thread::fit(section, rules).map(|one| vec![one]),
             Kind::Inflate | Kind::Deflate => speed::fit(section, rules).map(|one| vec![one]),
@@ -75,6 +76,17 @@ pub fn fit(sections: &[Section], rules: &RuleSet) -> Result<Vec<Finding>, Vec<Pr
     }
     problems.sort_by(|a, b| a.place.cmp(&b.place));
     if problems.is_empty() { Ok(findings) } else { Err(problems) }
+}
+
+/// Gives tables other names where theirs are taken: a variant cannot declare what its base does.
+pub fn rename(findings: &mut [Finding], is_taken: &dyn Fn(&str) -> bool) {
+    for finding in findings {
+        if let Change::Table { table, .. } = &mut finding.change {
+            while is_taken(&table.name) {
+                table.name.push_str("_measured");
+            }
+        }
+    }
 }
 
 /// What was measured, as a table for people: the old and the new value, the residual, how many points.

@@ -135,9 +135,10 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
             problems.push(Problem::unreadable(
                 place,
                 format!(
-                    "{} of `{}` has {many} points: a curve needs {FEWEST} or more, at different times",
+                    "{} of `{}` has {} only: a curve needs {FEWEST} or more, at different times",
                     called(curve),
-                    section.name
+                    section.name,
+                    if many == 1 { "1 point".to_owned() } else { format!("{many} points") }
                 ),
             ));
             continue;

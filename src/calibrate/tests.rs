@@ -28,7 +28,7 @@ fn fitted_from(name: &str, text: &str, csv: &str) -> Result<Vec<Finding>, Vec<Pr
             Err("there is no such file".to_owned())
         }
     };
-    fit(&read(name, text, &load)?, &rules("tendon"))
+    fit(&read(name, text, &load), &rules("tendon"))
 }
 
 fn fitted(text: &str) -> Vec<Finding> {
@@ -101,7 +101,11 @@ fn a_written_variant_is_laid_out() {
 #[test]
 fn a_page_draws_every_measurement_and_loads_nothing() {
     let page = page::page("tendon_bench", "./tendon.sgr", "<bench>.toml", &fitted(WHOLE));
-    assert_eq!(page.matches("<svg").count(), 11, "five measurements with residuals, and the prototypes");
+    assert_eq!(
+        page.matches("<svg").count(),
+        9,
+        "thread, tip, cube and mat with residuals, and the prototypes"
+    );
     assert!(page.contains("&lt;bench&gt;.toml") && !page.contains("<bench>"));
     for part in page.split("<svg").skip(1) {
         let picture = format!("<svg{}</svg>", part.split_once("</svg>").unwrap().0);
@@ -251,7 +255,8 @@ fn bad_measurements_are_told_all_at_once_with_their_places() {
 #[test]
 fn a_lone_csv_file_is_known_by_its_columns() {
     let kind = |csv: &str| {
-        let sections = read("any.csv", csv, &|_| Err(String::new())).unwrap();
+        let Reading { sections, problems } = read("any.csv", csv, &|_| Err(String::new()));
+        assert_eq!(problems, []);
         assert_eq!((sections.len(), sections[0].name.as_str()), (1, "any"));
         sections[0].kind
     };
@@ -273,12 +278,21 @@ fn the_unit_and_the_order_of_rows_do_not_matter() {
         "{THREAD}\"thread [cm]\" = [2.22, 0, 2.2, -2.1]\n\"angle [deg]\" = [90, 0, 90, -90]\n"
     ));
     assert_eq!(one, other);
-    assert_eq!(one, "threads.thread = -21.0 .. 22.1 mm (2 rows)\n");
+    assert_eq!(one, "threads.thread = -21.0 .. 22.1 mm (3 rows)\n");
     let tip = |force: &str, arm: &str| change(&format!("[t]\nfor = \"bender\"\n{force}\n{arm}\n"));
     assert_eq!(
         tip("\"force [N]\" = [0.95, 0.99]", "\"arm [mm]\" = 60"),
         tip("\"force [mN]\" = [990, 950]", "\"arm [cm]\" = [6, 6]")
     );
+}
+
+#[test]
+fn a_table_does_not_take_the_name_of_another() {
+    let mut findings = fitted(WHOLE);
+    rename(&mut findings, &|name| ["bender_thread", "threads"].contains(&name));
+    let text = variant::text("tendon_bench", "./tendon.sgr", "bench.toml", &findings);
+    assert!(text.contains("table bender_thread_measured :"), "{text}");
+    assert!(text.contains("set threads.thread = bender_thread_measured"), "{text}");
 }
 
 #[test]

@@ -15,7 +15,7 @@ use super::statistics::median;
 /// How many rows a table may have.
 const SIZES: [usize; 8] = [1, 2, 3, 4, 5, 6, 8, 10];
 /// More rows must make the residual smaller by this share, or they say nothing.
-const GAIN: f64 = 0.05;
+const GAIN: f64 = 0.01;
 /// Where a residual begins to count less, in standard deviations (Huber).
 const HUBER: f64 = 1.345;
 /// Turns of the method: with new weights, and within.

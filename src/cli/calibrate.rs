@@ -51,10 +51,21 @@ impl Calibrate {
             let path = folder.join(file);
             read_text(&path).map(|text| (path.to_string_lossy().into_owned(), text))
         };
-        let sections = calibrate::read(&name, &text, &beside);
-        // The grammar is read even where the measurements are bad: what is wrong with either is told at once.
-        let (rules, _) = load::grammar(&self.grammar, &[], None)?;
-        let findings = sections.and_then(|sections| calibrate::fit(&sections, &rules)).map_err(fault)?;
+        let reading = calibrate::read(&name, &text, &beside);
+        // Also where the measurements are bad: what is wrong with either is told at once.
+        let (rules, sources) = match load::grammar(&self.grammar, &[], None) {
+            Err(unsound) if !reading.problems.is_empty() => {
+                if !unsound.message.is_empty() {
+                    output::note(&format!("error: {}", unsound.message));
+                }
+                return Err(fault(reading.problems));
+            }
+            grammar => grammar?,
+        };
+        let mut findings = calibrate::fit(&reading, &rules).map_err(fault)?;
+        calibrate::rename(&mut findings, &|name| {
+            sources.iter().any(|(_, source)| has_word(&source.text, name))
+        });
         let base = from_folder(&self.grammar, &out)?;
         let file = self.measurements.file_name().unwrap_or_default().to_string_lossy();
         let text = calibrate::variant::text(&variant, &base, &file, &findings);
@@ -116,6 +127,11 @@ impl Calibrate {
         }
         Ok(())
     }
+}
+
+/// Whether a word stands in a text.
+fn has_word(text: &str, word: &str) -> bool {
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|w| w == word)
 }
 
 /// Checks the variant where it is to stand: what would be refused later is not written.
