@@ -7,6 +7,7 @@ mod compile;
 mod completions;
 mod derive;
 mod doc;
+mod drive;
 mod eval;
 mod explain;
 mod export;
@@ -41,6 +42,8 @@ pub mod exit {
     pub const INPUT: u8 = 1;
     /// Usage, configuration, files.
     pub const USAGE: u8 = 2;
+    /// The hardware stopped, or could not be driven.
+    pub const HARDWARE: u8 = 3;
     /// Stopped before the end, with a checkpoint to go on from.
     pub const STOPPED: u8 = 75;
     /// A bug in sgc; what a panic exits with.
@@ -77,7 +80,7 @@ To have the shell complete commands and options (other shells: sgc help completi
 
 Exit codes: 0 done; 1 the input has errors, no feasible design was found,
 `audit` was asked for a body that was not made, or `fmt --check` names a file;
-2 usage or files; 75 stopped with a checkpoint, from which
+2 usage or files; 3 the hardware stopped; 75 stopped with a checkpoint, from which
 `sgc resume` goes on; 101 a bug in sgc; 130 interrupted with nothing saved.";
 
 #[derive(Subcommand)]
@@ -97,6 +100,7 @@ enum Command {
     Eval(eval::Eval),
     View(view::View),
     Export(export::Export),
+    Drive(drive::Drive),
     Doc(doc::Doc),
     Completions(completions::Completions),
 }
@@ -129,6 +133,7 @@ pub fn main() -> ExitCode {
         Command::Eval(command) => command.run(),
         Command::View(command) => command.run(),
         Command::Export(command) => command.run(),
+        Command::Drive(command) => command.run(),
         Command::Doc(command) => command.run(),
         Command::Completions(command) => command.run(),
     };

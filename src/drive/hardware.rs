@@ -55,7 +55,10 @@ impl Drive<'_> {
                 continue;
             };
             let aimed = target.filter(|target| self.kind_of(driven) == Some(target.kind.as_str()));
-            if let Some(valves) = self.valves(driven, parameters)? {
+            if let Some(mut valves) = self.valves(driven, parameters)? {
+                if let Some(Backend::Pneumatic(air)) = aimed.map(|target| &target.backend) {
+                    valves = valves.settled(air.shortest);
+                }
                 inflated.push(Inflated {
                     valves,
                     bending: &actuator.bending_speed,

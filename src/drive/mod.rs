@@ -4,6 +4,7 @@
 //! one evaluation are a [`Parameters`]: every actuator that is not a mirror image
 //! has its own set, images follow their originals, shared variables are there once.
 
+mod cycle;
 mod hardware;
 mod mutate;
 mod scope;
@@ -11,13 +12,14 @@ mod shares;
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{EvalError, Reference, Value, Valves, evaluate, evaluate_number};
+use grammar_lang::eval::{EvalError, Reference, Value, Valves, evaluate};
 use grammar_lang::ir::{Actuation, Owner, RuleSet, Task, Ty, Variable};
 
 use crate::derive::random::Stream;
 use crate::derive::{Derivation, DesignScope};
 use crate::design::{Body, PartId};
 use crate::simulate::Targets;
+pub use cycle::{Asked, Cycle};
 use scope::DriveScope;
 
 /// Values of all varied quantities of a body, in SI units; a Bool is 0 or 1.
@@ -296,28 +298,15 @@ impl<'r> Drive<'r> {
         let samples = libm::ceil(model.duration / model.control - 1e-9) as usize + 1;
         let count = self.actuators.len();
         let mut angles = vec![0.0; samples * count];
-        let mut scope = DriveScope::new(self.rules, &self.derivation);
         for (column, driven) in self.actuators.iter().enumerate() {
-            let Some((_, actuation)) = self.actuations.get(driven.actuation) else { continue };
-            if actuation.drive.ty == Ty::Valves {
+            let drives = self.actuations.get(driven.actuation).map(|(_, actuation)| &actuation.drive.ty);
+            if drives == Some(&Ty::Valves) {
                 continue;
             }
-            let mut locals = self.lets(driven, parameters)?;
-            let fixed = locals.len();
-            let actuator = self.kind_of(driven).and_then(|kind| self.rules.actuators.get(kind));
-            let (low, high) = actuator.map_or((0.0, 0.0), |a| a.bend);
-            for sample in 0..samples {
-                scope.time = sample as f64 * model.control;
-                locals.truncate(fixed);
-                for (_, value) in &actuation.moving {
-                    let value = evaluate(value, &scope, &mut locals)?;
-                    locals.push(value);
-                }
-                let angle = evaluate_number(&actuation.drive, &scope, &mut locals)?;
-                if let Some(cell) = angles.get_mut(sample * count + column) {
-                    // An actuator cannot bend further than it can.
-                    *cell = angle.max(low).min(high);
-                }
+            let times = (0..samples).map(|sample| sample as f64 * model.control);
+            let bends = self.bends(driven, parameters, times)?;
+            for (row, bend) in angles.chunks_exact_mut(count).zip(bends) {
+                row[column] = bend;
             }
         }
         let mut targets = Targets { interval: model.control, actuators: count, angles };

@@ -170,20 +170,30 @@ struct Driven<'a> {
     settings: simulate::Settings,
 }
 
+/// A task with its drive and the values that were saved for it.
+pub(super) fn drive_of<'a>(
+    rules: &'a RuleSet,
+    saved: &SavedTask,
+    (derivation, body): (&Arc<Derivation>, &Body),
+) -> Result<(&'a Task, Drive<'a>, Vec<f64>), String> {
+    let task = task_of(rules, saved)?;
+    let drive = Drive::new(rules, task, Arc::clone(derivation), body).map_err(|e| e.reason)?;
+    let parameters = saved.parameters();
+    let names: Vec<String> = saved.drive.iter().map(|(name, _)| name.clone()).collect();
+    if names != drive.labels() || !drive.fits(&parameters) {
+        return Err("its drive does not fit the actuation of this grammar".to_owned());
+    }
+    Ok((task, drive, parameters))
+}
+
 impl<'a> Driven<'a> {
     fn new(
         rules: &'a RuleSet,
         saved: &SavedTask,
-        (derivation, body): (&Arc<Derivation>, &Body),
+        of: (&Arc<Derivation>, &Body),
         precision: Precision,
     ) -> Result<Self, String> {
-        let task = task_of(rules, saved)?;
-        let drive = Drive::new(rules, task, Arc::clone(derivation), body).map_err(|e| e.reason)?;
-        let parameters = saved.parameters();
-        let names: Vec<String> = saved.drive.iter().map(|(name, _)| name.clone()).collect();
-        if names != drive.labels() || !drive.fits(&parameters) {
-            return Err("its drive does not fit the actuation of this grammar".to_owned());
-        }
+        let (task, drive, parameters) = drive_of(rules, saved, of)?;
         let targets = drive.targets(&parameters).map_err(|e| e.reason)?;
         let settings = precision.apply(settings(&task.model));
         Ok(Self { task, drive, parameters, targets, settings })

@@ -6,6 +6,7 @@ pub mod checkpoint;
 pub mod describe;
 mod evals;
 pub mod folder;
+pub mod gait;
 pub mod judge;
 pub mod leftovers;
 pub mod making;

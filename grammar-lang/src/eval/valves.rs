@@ -69,6 +69,46 @@ impl Valves {
     }
 }
 
+impl Valves {
+    /// The same without states that last shorter than valves need, s: the state before them goes on.
+    #[must_use]
+    pub fn settled(&self, shortest: f64) -> Self {
+        let mut changes = self.changes.clone();
+        while let Some(short) = self.shortest_of(&changes, shortest) {
+            changes.remove(short);
+            // What lasted over the beginning of the cycle does so still.
+            if short == 0
+                && let (Some(last), false) = (changes.last().copied(), changes.is_empty())
+            {
+                changes.insert(0, (0.0, last.1));
+            }
+            changes.dedup_by(|next, before| next.1 == before.1);
+        }
+        Self { period: self.period, changes }
+    }
+
+    /// The state that lasts shortest, if that is too short. What ends the cycle as it begins is one state.
+    fn shortest_of(&self, changes: &[(f64, Valve)], shortest: f64) -> Option<usize> {
+        let (first, last) = (changes.first()?, changes.last()?);
+        if changes.len() < 2 {
+            return None;
+        }
+        let wraps = first.1 == last.1;
+        let lasts = |i: usize| {
+            let (from, _) = changes.get(i)?;
+            let to = changes.get(i + 1).map_or(self.period, |(to, _)| *to);
+            let more = match () {
+                () if wraps && i == 0 => self.period - last.0,
+                () if wraps && i + 1 == changes.len() => changes.get(1).map_or(0.0, |(to, _)| *to),
+                () => 0.0,
+            };
+            Some((to - from + more, i))
+        };
+        let all = (0..changes.len()).filter_map(lasts).filter(|(time, _)| *time < shortest);
+        all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::Valve::{Closed, Inflate, Vent};
@@ -92,6 +132,23 @@ mod tests {
     fn nothing_at_all_is_shared_equally() {
         let equal = Valves::cycle(3.0, &[0.0; 3], &[Closed, Inflate, Vent], 0.0).unwrap();
         assert_eq!(equal.changes, [(0.0, Closed), (1.0, Inflate), (2.0, Vent)]);
+    }
+
+    #[test]
+    fn states_too_short_for_a_valve_are_left_out() {
+        let valves = |changes: &[(f64, super::Valve)]| Valves { period: 2.0, changes: changes.to_vec() };
+        let short = valves(&[(0.0, Closed), (0.5, Inflate), (1.5, Closed), (1.51, Vent)]);
+        assert_eq!(short.settled(0.04).changes, [(0.0, Closed), (0.5, Inflate), (1.51, Vent)]);
+        // The state before it goes on, and is then the same as the one after it.
+        let between = valves(&[(0.0, Closed), (0.5, Inflate), (0.51, Closed), (1.0, Vent)]);
+        assert_eq!(between.settled(0.04).changes, [(0.0, Closed), (1.0, Vent)]);
+        // Short at the beginning of the cycle: what ended the cycle before goes on.
+        let first = valves(&[(0.0, Inflate), (0.01, Closed), (1.0, Vent)]);
+        assert_eq!(first.settled(0.04).changes, [(0.0, Vent), (0.01, Closed), (1.0, Vent)]);
+        // Over the beginning, both pieces count together.
+        let over = valves(&[(0.0, Vent), (0.03, Closed), (1.97, Vent)]);
+        assert_eq!(over.settled(0.04), over);
+        assert_eq!(over.settled(0.07).changes, [(0.0, Closed)]);
     }
 
     #[test]

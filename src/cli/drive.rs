@@ -1,0 +1,144 @@
+//! `sgc drive`: runs the gait of a saved design on hardware.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::Duration;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::eval::design_file;
+use super::output::{self, Fault};
+use super::{exit, interrupt, load};
+use crate::hardware::dry_run::{self, Marks};
+use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, State, Status, Wish, picture};
+use crate::results::gait;
+use crate::results::saved::SavedDesign;
+use crate::results::whole::write_whole;
+
+/// Run the gait of a saved design on hardware
+///
+/// The grammar's `target` says which board, which pins and which limits. The board plays the gait and stops by itself
+/// when this program falls silent; Ctrl-C stops it safely.
+#[derive(Args)]
+pub(super) struct Drive {
+    /// The run folder, or a saved design
+    #[arg(value_name = "DIR|DESIGN")]
+    design: PathBuf,
+    /// The target [default: the one that the design was simulated on, or the only one]
+    #[arg(long, value_name = "NAME")]
+    target: Option<String>,
+    /// The serial port of the board, such as /dev/ttyACM0 or COM3
+    #[arg(long, value_name = "PATH", required_unless_present = "dry_run")]
+    port: Option<String>,
+    /// How many cycles to run; 0 goes on until Ctrl-C
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    cycles: u32,
+    /// Move nothing: print what the board would play, and draw it
+    #[arg(long)]
+    dry_run: bool,
+    /// Where to draw it [default: schedule.svg beside the design]
+    #[arg(long, value_name = "FILE", requires = "dry_run")]
+    out: Option<PathBuf>,
+    /// End an emergency stop or a fault that the board is in, first
+    #[arg(long)]
+    clear: bool,
+    /// The task whose gait it is [default: the first]
+    #[arg(long, value_name = "NAME")]
+    task: Option<String>,
+    /// Take the target from this grammar, not from the one that made the design: it may have been calibrated since
+    #[arg(long, value_name = "FILE")]
+    grammar: Option<PathBuf>,
+    /// The variant of that grammar
+    #[arg(long, value_name = "NAME", requires = "grammar")]
+    variant: Option<String>,
+}
+
+impl Drive {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let path = design_file(&self.design);
+        let design = SavedDesign::read(&path).map_err(Fault::usage)?;
+        let rules = match &self.grammar {
+            Some(file) => load::grammar(file, &[], self.variant.as_deref())?.0,
+            None => design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?,
+        };
+        let schedule = gait::schedule(&rules, &design, self.task.as_deref(), self.target.as_deref())
+            .map_err(|problems| unfit(&path, &problems))?;
+        match &self.port {
+            Some(port) if !self.dry_run => self.play(&schedule, port),
+            _ => self.show(&schedule, &path),
+        }
+    }
+
+    fn show(&self, schedule: &Schedule, design: &Path) -> Result<u8, Fault> {
+        output::data(&dry_run::text(schedule, 100, Marks::Blocks))?;
+        let out = self.out.clone().unwrap_or_else(|| design.with_file_name("schedule.svg"));
+        write_whole(&out, &picture::svg(schedule)).map_err(Fault::usage)?;
+        output::note(&format!("drawn in {}", out.display()));
+        Ok(exit::DONE)
+    }
+
+    fn play(&self, schedule: &Schedule, port: &str) -> Result<u8, Fault> {
+        let stop = interrupt::listen();
+        let link = Serial::open(port).map_err(|error| fault(&error))?;
+        let bar = ProgressBar::new_spinner();
+        bar.set_style(
+            ProgressStyle::with_template("{spinner} {msg}")
+                .unwrap_or_else(|_| ProgressStyle::default_spinner()),
+        );
+        bar.enable_steady_tick(Duration::from_millis(200));
+        bar.set_message(format!("greeting the board at {port}"));
+        let plan = Plan { cycles: self.cycles, clear: self.clear, ..Plan::default() };
+        let mut watch = |status: &Status| {
+            bar.set_message(self.status(schedule, status));
+            if stop.load(Ordering::Relaxed) { Wish::Stop } else { Wish::GoOn }
+        };
+        let outcome = hardware::drive(link, schedule, &plan, &mut watch);
+        bar.finish_and_clear();
+        match outcome.map_err(|error| fault(&error))? {
+            Outcome::Completed { cycles } => {
+                output::note(&format!("{cycles} cycles were run; the outputs are in their safe state"));
+                Ok(exit::DONE)
+            }
+            Outcome::Stopped { cycles } => {
+                output::note(&format!(
+                    "stopped after {cycles} whole cycles; the outputs are in their safe state"
+                ));
+                Ok(exit::INTERRUPTED)
+            }
+        }
+    }
+
+    fn status(&self, schedule: &Schedule, status: &Status) -> String {
+        let of = if self.cycles == 0 { String::new() } else { format!(" of {}", self.cycles) };
+        let (now, all) = (f64::from(status.phase) / 1e6, f64::from(schedule.period) / 1e6);
+        let state = match status.state {
+            State::Running => "running",
+            State::Armed => "armed",
+            State::Idle => "idle",
+            State::Estopped => "emergency stop",
+            State::Fault => "fault",
+        };
+        format!("{state}: cycle {}{of}, {now:.1} s of {all:.1} s; Ctrl-C stops", u64::from(status.cycle) + 1)
+    }
+}
+
+/// The design and its target do not fit: nothing has been moved.
+fn unfit(path: &Path, problems: &[String]) -> Fault {
+    let lines: Vec<String> = problems.iter().map(|problem| format!("\n  {problem}")).collect();
+    match problems {
+        [one] => Fault::usage(format!("{}: {one}", path.display())),
+        _ => Fault::usage(format!("{} cannot be driven:{}", path.display(), lines.concat())),
+    }
+}
+
+/// What is wrong before the board has heard of anything is a matter of usage.
+fn fault(error: &Error) -> Fault {
+    let code = match error {
+        Error::NoPort { .. } | Error::PortBusy { .. } | Error::NotPermitted { .. } | Error::Unfit(_) => {
+            exit::USAGE
+        }
+        _ => exit::HARDWARE,
+    };
+    Fault { code, message: error.to_string() }
+}

@@ -1,0 +1,82 @@
+//! What actuators are asked for over one period: what hardware plays over and over.
+
+use grammar_lang::eval::{EvalError, Valves, evaluate, evaluate_number};
+
+use super::{Drive, DriveScope, Driven};
+use crate::design::PartId;
+
+/// What the actuators of one kind are asked for over a period that repeats.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cycle {
+    /// How long it lasts, s.
+    pub period: f64,
+    /// The actuators in the order of the assembly.
+    pub actuators: Vec<(PartId, Asked)>,
+}
+
+/// What one actuator is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Asked {
+    /// States of its valves.
+    Valves(Valves),
+    /// Bends in rad at equal distances over the period, the first at its beginning.
+    Bends(Vec<f64>),
+}
+
+/// Two bends that differ by less, in rad, are the same.
+const CLOSE: f64 = 1e-6;
+
+impl Drive<'_> {
+    /// What the actuators of a kind are asked for over a period, bends at so many points; as asked, before any
+    /// hardware limits it. None if what they are asked for does not repeat.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when an expression of the actuation has no value.
+    pub fn cycle(&self, kind: &str, parameters: &[f64], points: usize) -> Result<Option<Cycle>, EvalError> {
+        let period = self.period(parameters)?;
+        let mut actuators = Vec::new();
+        for driven in self.actuators.iter().filter(|driven| self.kind_of(driven) == Some(kind)) {
+            if let Some(valves) = self.valves(driven, parameters)? {
+                actuators.push((driven.id, Asked::Valves(valves)));
+                continue;
+            }
+            let times = |from: f64| (0..points).map(move |i| from + period * i as f64 / points as f64);
+            let bends = self.bends(driven, parameters, times(0.0))?;
+            let again = self.bends(driven, parameters, times(period))?;
+            if bends.iter().zip(&again).any(|(a, b)| (a - b).abs() > CLOSE) {
+                return Ok(None);
+            }
+            actuators.push((driven.id, Asked::Bends(bends)));
+        }
+        Ok(Some(Cycle { period, actuators }))
+    }
+
+    /// The bends that an actuator is asked for at some times in s, as far as it can bend.
+    pub(super) fn bends(
+        &self,
+        driven: &Driven,
+        parameters: &[f64],
+        times: impl Iterator<Item = f64>,
+    ) -> Result<Vec<f64>, EvalError> {
+        let Some((_, actuation)) = self.actuations.get(driven.actuation) else { return Ok(Vec::new()) };
+        let mut scope = DriveScope::new(self.rules, &self.derivation);
+        let mut locals = self.lets(driven, parameters)?;
+        let fixed = locals.len();
+        let actuator = self.kind_of(driven).and_then(|kind| self.rules.actuators.get(kind));
+        let (low, high) = actuator.map_or((0.0, 0.0), |a| a.bend);
+        let mut bends = Vec::with_capacity(times.size_hint().0);
+        for time in times {
+            scope.time = time;
+            locals.truncate(fixed);
+            for (_, value) in &actuation.moving {
+                let value = evaluate(value, &scope, &mut locals)?;
+                locals.push(value);
+            }
+            let bend = evaluate_number(&actuation.drive, &scope, &mut locals)?;
+            // An actuator cannot bend further than it can.
+            bends.push(bend.max(low).min(high));
+        }
+        Ok(bends)
+    }
+}
