@@ -70,6 +70,9 @@ struct Raw {
     is_single: bool,
 }
 
+/// Reads a file that a file of measurements names: what messages call it, and its text; or why it cannot be read.
+pub type Load<'a> = dyn Fn(&str) -> Result<(String, String), String> + 'a;
+
 /// What a file of measurements holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
@@ -81,7 +84,7 @@ pub struct Reading {
 
 /// Reads measurements. `name` is what messages call the file; `load` reads another file that it names, and says
 /// what messages call that. A file whose name ends with `.csv` is one section.
-pub fn read(name: &str, text: &str, load: &dyn Fn(&str) -> Result<(String, String), String>) -> Reading {
+pub fn read(name: &str, text: &str, load: &Load<'_>) -> Reading {
     let text = text.trim_start_matches('\u{feff}');
     let mut problems = Vec::new();
     let is_csv = name.to_lowercase().ends_with(".csv");
@@ -112,12 +115,7 @@ fn line_of(text: &str, offset: usize) -> usize {
     1 + text.bytes().take(offset).filter(|b| *b == b'\n').count()
 }
 
-fn document(
-    name: &str,
-    text: &str,
-    load: &dyn Fn(&str) -> Result<(String, String), String>,
-    problems: &mut Vec<Problem>,
-) -> Vec<Section> {
+fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>) -> Vec<Section> {
     let at = |offset: usize| Place { file: name.to_owned(), line: line_of(text, offset) };
     let (root, errors) = DeTable::parse_recoverable(text);
     for error in &errors {
@@ -170,7 +168,7 @@ fn one(
     place: &Place,
     table: &DeTable<'_>,
     at: &dyn Fn(usize) -> Place,
-    load: &dyn Fn(&str) -> Result<(String, String), String>,
+    load: &Load<'_>,
     problems: &mut Vec<Problem>,
 ) -> Option<Section> {
     let mut settings = BTreeMap::new();

@@ -5,7 +5,7 @@ use super::finding::{Change, Finding, Plot};
 use crate::document::escape;
 use crate::results::report::page::STYLE;
 use crate::results::report::page::chart::{Chart, Scale, line};
-use crate::results::report::page::words::{counted, figures, table};
+use crate::results::report::page::words::{counted, table};
 
 const OWN_STYLE: &str = include_str!("page.css");
 /// How many colours the style has for runs.
@@ -79,11 +79,14 @@ fn section(finding: &Finding) -> String {
         finding.old.as_ref().map_or(String::new(), |old| format!("<small>so far {}</small>", escape(old)));
     let notes: String = finding.notes.iter().map(|note| format!("<li>{}</li>", plain(note))).collect();
     let notes = if notes.is_empty() { notes } else { format!("<ul class=\"notes\">{notes}</ul>\n") };
-    let pictures: Vec<String> =
-        finding.plots.iter().map(|plot| drawn(plot) + &residuals(plot).unwrap_or_default()).collect();
-    let pictures = if pictures.is_empty() { String::new() } else { figures(&pictures) };
+    let pictures: String = finding
+        .plots
+        .iter()
+        .map(|plot| format!("<figure>{}{}</figure>\n", drawn(plot), residuals(plot).unwrap_or_default()))
+        .collect();
     format!(
-        "<section id=\"{}\">\n<h2>{}</h2>\n<p class=\"value\">{}{old}</p>\n<p class=\"from\">{from}</p>\n{pictures}{notes}{}</section>\n",
+        "<section id=\"{}\">\n<h2>{}</h2>\n<p class=\"value\">{}{old}</p>\n<p class=\"from\">{from}</p>\n\
+         <div class=\"bench\">\n{pictures}<div class=\"said\">\n{notes}{}</div>\n</div>\n</section>\n",
         id(finding),
         escape(&finding.quantity),
         escape(&finding.change.shown()),
@@ -102,7 +105,7 @@ fn rows(change: &Change) -> String {
     let head = [format!("#{}", measured.from), format!("#{}", measured.to)];
     let head: Vec<&str> = head.iter().map(String::as_str).collect();
     format!(
-        "<details class=\"rows\"><summary>{}</summary>{}</details>\n",
+        "<details class=\"rows\" open><summary>{}</summary>{}</details>\n",
         counted(rows.len() as u64, "row"),
         table(&head, &rows)
     )
