@@ -13,9 +13,9 @@ const ENGINE: &[&str] = &[
     "drive",
     "score",
     "search",
+    "hardware",
     "results",
     "calibrate",
-    "hardware",
     "testing",
     "cli",
 ];
