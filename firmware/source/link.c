@@ -1,8 +1,9 @@
 #include "link.h"
+#include "crc.h"
 
 #include <avr/interrupt.h>
 #include <avr/io.h>
-#include <util/crc16.h>
+#include <string.h>
 
 // Of powers of two, so that a byte counts around.
 #define RX_SIZE 64
@@ -43,16 +44,14 @@ static void put(uint8_t byte) {
 }
 
 void link_send(uint8_t type, uint32_t session, uint8_t sequence, const void *payload, uint8_t length) {
-    uint8_t bytes[HEAD + MAX_REPLY + 2];
+    uint8_t bytes[HEAD + MAX_REPLY + CRC_BYTES];
     bytes[0] = type;
     for (uint8_t i = 0; i < 4; i++, session >>= 8) bytes[1 + i] = session;
     bytes[5] = sequence;
     for (uint8_t i = 0; i < length; i++) bytes[HEAD + i] = ((const uint8_t *)payload)[i];
     uint8_t end = HEAD + length;
-    uint16_t crc = 0xFFFF;
-    for (uint8_t i = 0; i < end; i++) crc = _crc_ccitt_update(crc, bytes[i]);
-    bytes[end++] = crc;
-    bytes[end++] = crc >> 8;
+    uint32_t crc = ~crc_more(CRC_BEGIN, bytes, end);
+    for (uint8_t i = 0; i < CRC_BYTES; i++, crc >>= 8) bytes[end++] = crc;
     // COBS: each zero becomes the distance to the next; a zero ends the frame.
     for (uint8_t from = 0; from <= end;) {
         uint8_t to = from;
@@ -73,12 +72,14 @@ bool link_receive(struct frame *frame, uint8_t *length) {
         uint8_t byte = rx[rx_out];
         rx_out = (rx_out + 1) % RX_SIZE;
         if (byte == 0) {
-            bool whole = begun && !bad && left == 0 && filled >= HEAD + 2;
-            uint16_t crc = 0xFFFF;
-            for (uint8_t i = 0; whole && i < filled; i++) crc = _crc_ccitt_update(crc, bytes[i]);
-            *length = filled - HEAD - 2;
-            // The checksum of a message and its own checksum is zero.
-            whole = whole && crc == 0;
+            bool whole = begun && !bad && left == 0 && filled >= HEAD + CRC_BYTES;
+            if (whole) {
+                uint8_t end = filled - CRC_BYTES;
+                uint32_t crc;
+                memcpy(&crc, bytes + end, CRC_BYTES);
+                whole = crc == ~crc_more(CRC_BEGIN, bytes, end);
+                *length = end - HEAD;
+            }
             if (begun && !whole) bad_frames++;
             begun = bad = zero_due = false;
             filled = left = 0;

@@ -4,14 +4,15 @@
 
 #include <stdbool.h>
 
+#define HEAD 6
+#define CRC_BYTES 4
+
 struct frame {
     uint8_t type;
     uint32_t session;
     uint8_t sequence;
-    uint8_t payload[MAX_PAYLOAD + 2]; // the last two bytes of a frame are its CRC
+    uint8_t payload[MAX_PAYLOAD + CRC_BYTES]; // the last bytes of a frame are its CRC
 };
-
-#define HEAD 6
 
 void link_init(void);
 // The next whole frame with a right checksum, and the length of its payload.

@@ -53,7 +53,7 @@ int main(void) {
     for (;;) {
         // Fed only while both this loop and the clock are alive.
         if (clock_has_ticked()) wdt_reset();
-        uint8_t length;
+        uint8_t length = 0;
         bool received = link_receive(&frame, &length);
         if (received) commands_handle(&frame, length);
         commands_tell_events();

@@ -1,8 +1,8 @@
 #include "program.h"
+#include "crc.h"
 #include "pins.h"
 
 #include <string.h>
-#include <util/crc16.h>
 
 struct program program;
 static uint8_t channels_set; // bit n: channel n has come
@@ -66,11 +66,6 @@ uint8_t program_load(const struct load *load, uint8_t length) {
     return 0;
 }
 
-static uint16_t crc_of(uint16_t crc, const void *bytes, uint16_t length) {
-    for (const uint8_t *b = bytes; length--; b++) crc = _crc_ccitt_update(crc, *b);
-    return crc;
-}
-
 static bool changes_are_sound(uint16_t *row) {
     const struct settings *s = &program.settings;
     uint8_t others = ~((1 << s->channels) - 1);
@@ -95,16 +90,13 @@ static bool pulses_are_sound(uint16_t *row) {
     return true;
 }
 
-uint8_t program_check(uint16_t expected, uint16_t *detail) {
+uint8_t program_check(uint32_t expected, uint16_t *detail) {
     const struct settings *s = &program.settings;
     if (s->kind == NOTHING || channels_set != (uint8_t)((1 << s->channels) - 1)) return NOTHING_LOADED;
-    uint16_t crc = crc_of(0xFFFF, s, sizeof *s);
-    crc = crc_of(crc, program.channels, s->channels * sizeof(struct channel));
-    crc = crc_of(crc, program.table.bytes, table_length(s));
-    if (crc != expected) {
-        *detail = crc;
-        return OTHER_TABLE;
-    }
+    uint32_t crc = crc_more(CRC_BEGIN, s, sizeof *s);
+    crc = crc_more(crc, program.channels, s->channels * sizeof(struct channel));
+    crc = crc_more(crc, program.table.bytes, table_length(s));
+    if (~crc != expected) return OTHER_TABLE;
     bool sound = s->kind == VALVES ? changes_are_sound(detail) : pulses_are_sound(detail);
     return sound ? 0 : BAD_TABLE;
 }

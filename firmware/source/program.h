@@ -20,6 +20,6 @@ extern struct program program;
 uint8_t program_configure(const struct settings *settings);
 uint8_t program_set_channel(const struct channel_message *message);
 uint8_t program_load(const struct load *load, uint8_t length);
-uint8_t program_check(uint16_t crc, uint16_t *detail);
+uint8_t program_check(uint32_t crc, uint16_t *detail);
 // Forgets all.
 void program_clear(void);

@@ -11,6 +11,9 @@ use crate::simulate::Targets;
 /// others do; within a step they are taken as they are at its beginning, so that it must be short.
 const FINE: f64 = 1e-3;
 
+/// A valve that changes within this time, s, changes now.
+const NOW: f64 = 1e-9;
+
 /// An actuator whose valves follow a schedule.
 struct Inflated<'a> {
     valves: Valves,
@@ -26,7 +29,12 @@ impl Inflated<'_> {
     /// The state at a time in s, and how long it still holds.
     fn state(&self, time: f64) -> (Valve, f64) {
         let Valves { period, changes } = &self.valves;
-        let place = time - period * libm::floor(time / period);
+        let mut place = time - period * libm::floor(time / period);
+        // Rounding must not hold a state that has ended.
+        place += NOW;
+        if place >= *period {
+            place -= period;
+        }
         let next = changes.partition_point(|(from, _)| *from <= place);
         let state =
             next.checked_sub(1).and_then(|i| changes.get(i)).map_or(Valve::Closed, |(_, state)| *state);
@@ -136,9 +144,7 @@ fn inflate(actuators: &[Inflated<'_>], supply: Option<&Supply>, targets: &mut Ta
             for (state, actuator) in states.iter_mut().zip(actuators) {
                 let left;
                 (*state, left) = actuator.state(now);
-                if left > 1e-9 {
-                    step = step.min(left);
-                }
+                step = step.min(left.max(NOW));
             }
             if let Some(supply) = supply {
                 share(supply, actuators, &states, &bends, &mut shares);

@@ -37,12 +37,13 @@ pub fn backend(target: &Target, strict: bool) -> Box<dyn Backend + '_> {
     }
 }
 
-/// What a board plays for a cycle of some actuators, in the order of the target's channels.
+/// What a board plays for a cycle of some actuators, in the order of the target's channels; `names` are what people
+/// call the actuators.
 ///
 /// # Errors
 ///
 /// All that does not fit together.
-pub fn schedule(backend: &dyn Backend, cycle: &Cycle) -> Result<Schedule, Vec<Problem>> {
+pub fn schedule(backend: &dyn Backend, cycle: &Cycle, names: &[String]) -> Result<Schedule, Vec<Problem>> {
     let mut problems = Vec::new();
     let mut whole = |text: String| problems.push(Problem { channel: None, text });
     if cycle.actuators.len() > backend.channels() {
@@ -58,11 +59,11 @@ pub fn schedule(backend: &dyn Backend, cycle: &Cycle) -> Result<Schedule, Vec<Pr
         whole(format!("a period of {} s is no time that a board can count", cycle.period));
     }
     let mut channels = Vec::new();
-    for (number, (_, asked)) in cycle.actuators.iter().enumerate().take(backend.channels()) {
-        let name = format!("actuator {}", number + 1);
-        match backend.outputs(number, &name, asked) {
+    for (number, ((_, asked), name)) in cycle.actuators.iter().zip(names).enumerate().take(backend.channels())
+    {
+        match backend.outputs(number, name, asked) {
             Ok(outputs) => channels.extend(outputs),
-            Err(text) => problems.push(Problem { channel: Some(name), text }),
+            Err(text) => problems.push(Problem { channel: Some(name.clone()), text }),
         }
     }
     match period {
@@ -234,15 +235,19 @@ mod tests {
         Asked::Valves(States::cycle(2.0, &[0.25, 0.25, 0.01, 0.49], &states, 0.0).unwrap())
     }
 
+    fn made(backend: &dyn Backend, cycle: &Cycle) -> Result<Schedule, Vec<Problem>> {
+        schedule(backend, cycle, &["one", "two", "three"].map(str::to_owned))
+    }
+
     #[test]
     fn valves_change_when_the_cycle_says_but_for_what_is_too_short() {
         let air = air();
-        let made = schedule(&Valves { air: &air, strict: false }, &cycle(vec![breathing()])).unwrap();
-        let Output::Valves { changes, .. } = &made.channels[0].output else { panic!("no valves") };
+        let played = made(&Valves { air: &air, strict: false }, &cycle(vec![breathing()])).unwrap();
+        let Output::Valves { changes, .. } = &played.channels[0].output else { panic!("no valves") };
         use ValveState::{Closed, Inflate, Vent};
         assert_eq!(*changes, [(0, Closed), (500_000, Inflate), (1_020_000, Vent)]);
-        assert_eq!((made.period, made.safe), (2_000_000, Safe::Vent));
-        let refused = schedule(&Valves { air: &air, strict: true }, &cycle(vec![breathing()])).unwrap_err();
+        assert_eq!((played.period, played.safe), (2_000_000, Safe::Vent));
+        let refused = made(&Valves { air: &air, strict: true }, &cycle(vec![breathing()])).unwrap_err();
         assert!(refused[0].text.contains("shorter than the 40 ms"), "{}", refused[0].text);
     }
 
@@ -250,14 +255,14 @@ mod tests {
     fn servos_turn_as_the_table_says() {
         let mut threads = threads();
         let asked = cycle(vec![Asked::Bends(vec![-1.0, 0.0, 0.5, 1.4])]);
-        let made = schedule(&Servos { threads: &threads, strict: false }, &asked).unwrap();
-        let Output::Servo { pulses, rest, .. } = &made.channels[0].output else { panic!("no servo") };
+        let played = made(&Servos { threads: &threads, strict: false }, &asked).unwrap();
+        let Output::Servo { pulses, rest, .. } = &played.channels[0].output else { panic!("no servo") };
         assert_eq!((pulses.as_slice(), *rest), ([1000, 1500, 1750, 2000].as_slice(), 1500));
         threads.opposite = vec!["D4".to_owned()];
-        let made = schedule(&Servos { threads: &threads, strict: false }, &asked).unwrap();
-        let Output::Servo { pulses, .. } = &made.channels[1].output else { panic!("no servo") };
+        let played = made(&Servos { threads: &threads, strict: false }, &asked).unwrap();
+        let Output::Servo { pulses, .. } = &played.channels[1].output else { panic!("no servo") };
         assert_eq!(pulses.as_slice(), [2000, 1500, 1250, 1000]);
-        let refused = schedule(&Servos { threads: &threads, strict: true }, &asked).unwrap_err();
+        let refused = made(&Servos { threads: &threads, strict: true }, &asked).unwrap_err();
         assert!(refused[0].text.contains("80.2 deg"), "{}", refused[0].text);
     }
 
@@ -265,11 +270,11 @@ mod tests {
     fn what_does_not_fit_together_is_told_at_once() {
         let (air, threads) = (air(), threads());
         let three = cycle(vec![breathing(), Asked::Bends(vec![0.0]), breathing()]);
-        let refused = schedule(&Valves { air: &air, strict: false }, &three).unwrap_err();
+        let refused = made(&Valves { air: &air, strict: false }, &three).unwrap_err();
         let texts: Vec<String> = refused.iter().map(ToString::to_string).collect();
         assert!(texts[0].contains("3 actuators, the target has 2 channels"), "{texts:?}");
-        assert!(texts[1].contains("`actuator 2`: it follows an angle"), "{texts:?}");
-        let refused = schedule(&Servos { threads: &threads, strict: false }, &cycle(vec![breathing()]));
+        assert!(texts[1].contains("`two`: it follows an angle"), "{texts:?}");
+        let refused = made(&Servos { threads: &threads, strict: false }, &cycle(vec![breathing()]));
         assert!(refused.unwrap_err()[0].text.contains("it follows valves"));
     }
 }

@@ -158,7 +158,7 @@ fn valve_table(schedule: &Schedule, out: &mut String) {
 fn servo_table(schedule: &Schedule, out: &mut String) {
     let name = schedule.channels.iter().map(|channel| channel.name.chars().count()).max().unwrap_or(0).max(8);
     let _ =
-        writeln!(out, "{:name$}  {:>8}  {:>20}  {:>20}  {:>10}", "", "points", "least", "most", "allowed");
+        writeln!(out, "{:name$}  {:>8}  {:>20}  {:>20}  {:>14}", "", "points", "least", "most", "allowed");
     for channel in &schedule.channels {
         let Output::Servo { pulses, range, degrees, .. } = &channel.output else { continue };
         let told = |pulse: Option<&u16>| {
@@ -169,7 +169,7 @@ fn servo_table(schedule: &Schedule, out: &mut String) {
         let range = format!("{} to {} us", range[0], range[1]);
         let _ = writeln!(
             out,
-            "{:name$}  {:>8}  {least:>20}  {most:>20}  {range:>10}",
+            "{:name$}  {:>8}  {least:>20}  {most:>20}  {range:>14}",
             channel.name,
             pulses.len()
         );

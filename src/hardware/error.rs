@@ -139,6 +139,11 @@ impl fmt::Display for Error {
                 "the stop circuit is open: release the stop button; if it is released, a wire between D2 and \
                  ground is broken"
             ),
+            Self::Latched { state: State::Estopped, faults } if faults.stop_circuit() => write!(
+                f,
+                "the board is in an emergency stop, as its stop circuit was opened: release the button (without a \
+                 button, D2 needs a wire to ground), see that all is well at the robot, then clear it"
+            ),
             Self::Latched { state: State::Estopped, .. } => write!(
                 f,
                 "the board is in an emergency stop: see that all is well at the robot, then clear it"

@@ -1,6 +1,6 @@
 //! Frames on the line: COBS, so that a zero always ends one, with a checksum.
 
-use crc::{CRC_16_MCRF4XX, Crc};
+use crc::{CRC_32_ISO_HDLC, Crc};
 
 /// What a frame carries at most beside its head, in bytes.
 pub const MAX_PAYLOAD: usize = 60;
@@ -8,10 +8,10 @@ pub const MAX_PAYLOAD: usize = 60;
 const MAX_ENCODED: usize = 80;
 const HEAD: usize = 6;
 
-/// CRC-16/MCRF4XX.
+/// CRC-32, as of Ethernet and zip files.
 #[must_use]
-pub fn crc(bytes: &[u8]) -> u16 {
-    Crc::<u16>::new(&CRC_16_MCRF4XX).checksum(bytes)
+pub fn crc(bytes: &[u8]) -> u32 {
+    Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(bytes)
 }
 
 /// One message with who says it and which it is.
@@ -45,8 +45,8 @@ impl Frame {
     #[must_use]
     pub fn decode(line: &[u8]) -> Option<Self> {
         let bytes = cobs::decode_vec(line).ok()?;
-        let (body, sum) = bytes.split_last_chunk::<2>()?;
-        if body.len() < HEAD || body.len() > HEAD + MAX_PAYLOAD || crc(body) != u16::from_le_bytes(*sum) {
+        let (body, sum) = bytes.split_last_chunk::<4>()?;
+        if body.len() < HEAD || body.len() > HEAD + MAX_PAYLOAD || crc(body) != u32::from_le_bytes(*sum) {
             return None;
         }
         let session = u32::from_le_bytes(body[1..5].try_into().ok()?);
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn the_checksum_is_the_one_that_is_documented() {
-        assert_eq!(crc(b"123456789"), 0x6F91);
+        assert_eq!(crc(b"123456789"), 0xCBF4_3926);
     }
 
     proptest! {
@@ -104,7 +104,7 @@ mod tests {
         #[test]
         fn three_flipped_bits_are_seen(
             payload in proptest::collection::vec(any::<u8>(), 0..=MAX_PAYLOAD),
-            flips in proptest::collection::btree_set(0_usize..66 * 8, 1..=3),
+            flips in proptest::collection::btree_set(0_usize..70 * 8, 1..=3),
         ) {
             let mut bytes = vec![6, 1, 2, 3, 4, 5];
             bytes.extend(&payload);

@@ -35,7 +35,7 @@ pub enum Request {
     /// All is loaded: the board checks it.
     Commit {
         /// The checksum of all of it.
-        crc: u16,
+        crc: u32,
     },
     /// Runs it.
     Start {

@@ -12,7 +12,7 @@ const RIGHT: f64 = WIDTH - 66.0;
 const TOP: f64 = 104.0;
 const BAND: f64 = 26.0;
 const VALVE_ROW: f64 = 42.0;
-const SERVO_ROW: f64 = 104.0;
+const SERVO_ROW: f64 = 118.0;
 
 const STYLE: &str = "\
 svg { --page: #ffffff; --ink: #1d2126; --quiet: #5f6670; --faint: #e3e4e2; --track: #f0f1ef; \
@@ -34,7 +34,7 @@ font-variant-numeric: tabular-nums; }
 .vent { fill: var(--vent); }
 .curve { fill: none; stroke: var(--curve); stroke-width: 2; stroke-linejoin: round; }
 .area { fill: var(--curve); opacity: 0.12; }
-.on { fill: #ffffff; font-size: 11px; text-anchor: middle; }
+.on { fill: var(--page); font-size: 11px; text-anchor: middle; }
 ";
 
 /// Time from left to right.
@@ -88,7 +88,7 @@ pub fn svg(schedule: &Schedule) -> String {
         match &channel.output {
             Output::Valves { changes, .. } => bands(&mut out, &axis, changes, top + (row - BAND) / 2.0),
             Output::Servo { pulses, range, degrees, .. } => {
-                curve(&mut out, &axis, pulses, (*range, *degrees), (top + 12.0, top + row - 12.0));
+                curve(&mut out, &axis, pulses, (*range, *degrees), (top + 19.0, top + row - 19.0));
             }
         }
     }
@@ -116,7 +116,7 @@ fn head(out: &mut String, channel: &Channel, middle: f64) {
 }
 
 fn legend(out: &mut String) {
-    let mut x = RIGHT - 232.0;
+    let mut x = RIGHT - 216.0;
     for (state, wide) in [(ValveState::Inflate, 82.0), (ValveState::Closed, 84.0), (ValveState::Vent, 60.0)] {
         let class = word(state);
         let _ = writeln!(

@@ -51,7 +51,7 @@ impl Program {
 
     /// The checksum of all of it, as the board computes it of what it has.
     #[must_use]
-    pub fn crc(&self) -> u16 {
+    pub fn crc(&self) -> u32 {
         let mut bytes = self.config.to_bytes();
         bytes.extend(self.channels.iter().flat_map(ChannelSetting::to_bytes));
         bytes.extend(&self.table);

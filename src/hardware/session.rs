@@ -175,7 +175,12 @@ impl<L: Link> Session<L> {
                 self.running &= status.state == State::Running;
                 Ok(status)
             }
-            other => Err(unexpected(&Request::Heartbeat, &other)),
+            // An answer to something else: no board of this version gives it.
+            _ => Err(Error::Refused {
+                request: Request::Heartbeat.kind(),
+                refusal: Refusal::Unknown,
+                detail: 0,
+            }),
         }
     }
 
@@ -271,10 +276,6 @@ impl<L: Link> Session<L> {
             _ => Err(Error::Refused { request: number, refusal, detail }),
         }
     }
-}
-
-fn unexpected(request: &Request, _: &Reply) -> Error {
-    Error::Refused { request: request.kind(), refusal: Refusal::Unknown, detail: 0 }
 }
 
 impl<L: Link> Drop for Session<L> {

@@ -2,6 +2,7 @@
 
 use grammar_lang::ir::RuleSet;
 
+use super::describe::part_name;
 use super::judge::{self, body_of};
 use super::saved::SavedDesign;
 use crate::hardware::Schedule;
@@ -52,6 +53,8 @@ pub fn schedule(
         return Err(one(format!("the design has no `{}` for the target `{name}` to drive", target.kind)));
     }
     let strict = task.on.as_deref() != Some(name);
-    backend::schedule(&*backend(target, strict), &cycle)
+    let names: Vec<String> =
+        cycle.actuators.iter().map(|(id, _)| part_name(&derivation.design, *id)).collect();
+    backend::schedule(&*backend(target, strict), &cycle, &names)
         .map_err(|problems| problems.iter().map(ToString::to_string).collect())
 }

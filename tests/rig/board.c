@@ -15,6 +15,7 @@
 //   reset         the reset button
 //   hang          the main program loops for ever; interrupts go on
 //   freeze        the same without interrupts
+//   stop-clock    the interrupt of timer 1 comes no more
 //   status        "CYCLES LOWEST": the time, and the lowest the stack pointer has been
 //   quit          or the end of the input
 #define _GNU_SOURCE
@@ -197,6 +198,7 @@ static void command(char *line) {
     } else if (!strcmp(word, "reset")) reset_button();
     else if (!strcmp(word, "hang")) hang(1);
     else if (!strcmp(word, "freeze")) hang(0);
+    else if (!strcmp(word, "stop-clock")) avr->data[0x6F] = 0; // TIMSK1
     else fail("what is this command?");
     printf("ok\n");
     fflush(stdout);

@@ -4,10 +4,10 @@ use std::time::Duration;
 
 use sgc::hardware::frame::Frame;
 use sgc::hardware::message::Request;
-use sgc::hardware::{Error, Pin, Plan, Safe, Schedule, Session, State, run};
+use sgc::hardware::{Error, Link, Pin, Plan, Safe, Schedule, Session, State, run};
 
 use super::trace::{Trace, us};
-use super::{MHZ, Rig, go_on, keep_running, running, servos, session, valves};
+use super::{MHZ, Rig, at_most, keep_running, running, servos, session, valves};
 
 /// How long after the last sign of life all must be safe, in microseconds.
 const SILENCE: f64 = 600_000.0;
@@ -85,7 +85,7 @@ fn a_run_tells_its_host_that_the_link_was_lost() {
         heartbeat: Duration::from_millis(400),
         ..Plan::default()
     };
-    let error = run(&mut session, &plan, &mut go_on).unwrap_err();
+    let error = run(&mut session, &plan, &mut at_most(100)).unwrap_err();
     assert!(matches!(error, Error::LinkLost), "{error}");
     assert!(matches!(session.start(0, Duration::from_secs(9)), Err(Error::Timeout { .. })));
 }
@@ -112,7 +112,7 @@ fn an_emergency_stop_by_message_is_at_once_and_stays() {
     let Some(mut session) = running(&schedule) else { return };
     // From a host that has no session.
     let frame = Frame { kind: Request::Estop.kind(), session: 99, sequence: 0, payload: Vec::new() };
-    sgc::hardware::Link::send(session.link(), &frame.encode()).unwrap();
+    session.link().send(&frame.encode()).unwrap();
     let sent = session.link().cycles();
     let trace = assert_still(&mut session, sent + 3000 * MHZ, "after the stop");
     assert!(trace.high().is_empty());
@@ -150,7 +150,7 @@ fn a_run_tells_its_host_that_the_button_was_pressed() {
     session.load(&servos::eight(Safe::Release)).unwrap();
     session.link().command("stop 1");
     session.link().pass(Duration::from_millis(20));
-    let error = run(&mut session, &Plan::default(), &mut go_on).unwrap_err();
+    let error = run(&mut session, &Plan::default(), &mut at_most(100)).unwrap_err();
     assert!(matches!(error, Error::Latched { state: State::Estopped, .. }), "{error}");
     assert_eq!(session.link().trace().changes(), 0);
 }
@@ -169,14 +169,24 @@ fn a_reset_forgets_all_and_starts_nothing() {
     }
 }
 
+/// Says something again and again, and minds no answers.
+fn keep_heard(session: &mut Session<Rig>, time: Duration) {
+    let until = session.link().now() + time;
+    while session.link().now() < until {
+        session.link().send(&[0]).unwrap();
+        session.link().pass(Duration::from_millis(10));
+    }
+}
+
 #[test]
 fn a_program_that_hangs_is_reset_and_starts_nothing() {
-    for how in ["hang", "freeze"] {
+    for how in ["hang", "freeze", "stop-clock"] {
         for schedule in [valves::eight(Safe::Hold), servos::eight(Safe::Release)] {
             let Some(mut session) = running(&schedule) else { return };
             session.link().command(how);
             let hung = session.link().cycles();
-            session.link().pass(Duration::from_millis(350));
+            // A board that does not hang, and hears nothing, would not be reset.
+            keep_heard(&mut session, Duration::from_millis(350));
             let until = session.link().cycles();
             let trace = assert_still(&mut session, until, how);
             let [reset] = trace.resets[..] else { panic!("{how}: {} resets", trace.resets.len()) };
@@ -186,7 +196,7 @@ fn a_program_that_hangs_is_reset_and_starts_nothing() {
             // A new session sees what has happened.
             let frame =
                 Frame { kind: 1, session: 5, sequence: 0, payload: Request::Hello { nonce: 7 }.payload() };
-            sgc::hardware::Link::send(session.link(), &frame.encode()).unwrap();
+            session.link().send(&frame.encode()).unwrap();
             let answer = super::mutilated::answers(session.link(), Duration::from_millis(50));
             let [sgc::hardware::message::Reply::Welcome(welcome)] = &answer[..] else { panic!("{answer:?}") };
             assert_eq!(welcome.state, State::Fault);
@@ -204,7 +214,7 @@ fn a_second_host_is_refused_while_the_first_is_alive() {
         Frame { kind: 1, session, sequence: 0, payload }.encode()
     };
     let ask = |rig: &mut Rig, line: &[u8]| {
-        sgc::hardware::Link::send(rig, line).unwrap();
+        rig.send(line).unwrap();
         format!("{:?}", super::mutilated::answers(rig, Duration::from_millis(50)))
     };
     for _ in 0..5 {
@@ -225,7 +235,6 @@ fn a_second_host_is_refused_while_the_first_is_alive() {
 
 #[test]
 fn a_session_that_is_dropped_stops_the_board() {
-    use sgc::hardware::Link;
     let Some(rig) = Rig::new() else { return };
     /// A line that outlives its session.
     struct Lent<'a>(&'a mut Rig);

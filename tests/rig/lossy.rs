@@ -5,7 +5,7 @@ use std::time::Duration;
 use sgc::hardware::{Error, Link, Outcome, Plan, Safe, drive};
 
 use super::trace::us;
-use super::{Rig, go_on, valves};
+use super::{Rig, at_most, valves};
 use crate::fuzz::mutate::Random;
 
 /// Loses or breaks one in so many pieces, both ways.
@@ -53,7 +53,10 @@ fn a_bad_line_is_slower_and_not_wrong() {
         let schedule = valves::eight(Safe::Hold);
         let line = Lossy { rig: &mut rig, random: Random(seed), one_in: 6 };
         let plan = Plan { cycles: 5, silence: Duration::from_secs(2), ..Plan::default() };
-        assert_eq!(drive(line, &schedule, &plan, &mut go_on).unwrap(), Outcome::Completed { cycles: 5 });
+        assert_eq!(
+            drive(line, &schedule, &plan, &mut at_most(1000)).unwrap(),
+            Outcome::Completed { cycles: 5 }
+        );
         let trace = rig.trace();
         // Started once: five cycles without a break.
         let first = trace.spans(schedule.channels[0].output.pins()[0]);

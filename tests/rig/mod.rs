@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::Duration;
 
-use sgc::hardware::{Error, Link, Plan, Schedule, Session, Wish};
+use sgc::hardware::{Error, Link, Plan, Schedule, Session, Status, Wish};
 use tempfile::TempDir;
 
 use crate::support::root;
@@ -158,6 +158,8 @@ impl Link for Rig {
     }
 
     fn receive(&mut self, wait: Duration) -> Result<Vec<u8>, Error> {
+        // Less than a cycle would be nothing, again and again.
+        let wait = wait.max(Duration::from_micros(1));
         let answer = self.command(&format!("run {}", wait.as_secs_f64() * 1e6));
         let mut words = answer.split(' ').skip(1);
         self.cycles.set(words.next().unwrap().parse().unwrap());
@@ -196,7 +198,11 @@ pub(crate) fn keep_running(session: &mut Session<Rig>, time: Duration) {
     }
 }
 
-/// A wish to go on for ever.
-pub(crate) fn go_on(_: &sgc::hardware::Status) -> Wish {
-    Wish::GoOn
+/// Wishes to go on, but not for ever: for so many heartbeats.
+pub(crate) fn at_most(mut beats: usize) -> impl FnMut(&Status) -> Wish {
+    move |_| {
+        assert!(beats > 0, "the run does not end");
+        beats -= 1;
+        Wish::GoOn
+    }
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 use sgc::hardware::{Error, Outcome, Plan, Safe, Serial, Session, Wish, drive};
 
 use super::trace::us;
-use super::{MHZ, Rig, go_on, valves};
+use super::{MHZ, Rig, at_most, valves};
 
 /// A board in real time and the name of its port.
 fn board(flag: &str) -> Option<(Rig, String)> {
@@ -75,7 +75,8 @@ fn a_port_without_a_board_is_told() {
 #[ignore = "is run by another test"]
 fn drive_until_killed() {
     let Ok(port) = std::env::var("SGC_TEST_PORT") else { return };
-    drive(Serial::open(&port).unwrap(), &valves::eight(Safe::Hold), &Plan::default(), &mut go_on).unwrap();
+    drive(Serial::open(&port).unwrap(), &valves::eight(Safe::Hold), &Plan::default(), &mut at_most(100000))
+        .unwrap();
 }
 
 #[test]

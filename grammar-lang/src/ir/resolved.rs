@@ -6,7 +6,7 @@ use std::fmt::Write;
 use super::{
     Actuation, Actuator, Backend, Effect, Expr, ExprKind, Gather, Group, Holding, Kernel, Matched, Model,
     Objective, Owner, Part, Pneumatic, Rule, RuleSet, Schedule, Shape, Speed, Spread, Symmetry, Table,
-    Target, Ty,
+    Target, Tendon, Ty,
 };
 use crate::units::{self, Dimension};
 
@@ -397,7 +397,6 @@ impl Writer<'_> {
             ],
             Backend::Tendon(threads) => vec![
                 format!("servo = [{}]", threads.servo.join(", ")),
-                format!("opposite = [{}]", threads.opposite.join(", ")),
                 format!("thread = {}", tabulated(&threads.thread, Dimension::ANGLE, Dimension::LENGTH)),
                 format!("wheel = {}", named(threads.wheel, "Length")),
                 format!("turn = {}", range(threads.turn, &Ty::Quantity(Dimension::ANGLE))),
@@ -414,6 +413,11 @@ impl Writer<'_> {
                 flow(supply.line),
                 flow(supply.valve)
             ));
+        }
+        if let Backend::Tendon(Tendon { opposite, .. }) = &target.backend
+            && !opposite.is_empty()
+        {
+            fields.insert(1, format!("opposite = [{}]", opposite.join(", ")));
         }
         fields.extend(target.speed.as_ref().map(|s| format!("speed = {}", self.expr(s, &Names::new()))));
         for field in fields {

@@ -499,6 +499,7 @@ fn describe(rule: Rule) -> Option<&'static str> {
         Rule::equals => "`=`",
         Rule::kw_in => "`in`",
         Rule::kw_for => "`for`",
+        Rule::kw_on => "`on`",
         Rule::kw_with => "`with`",
         Rule::kw_to | Rule::to_part => "`to`",
         Rule::kw_by => "`by`",

@@ -231,7 +231,7 @@ impl Stop<'_> {
             "to" if self.expects("an operator") && self.before().contains('=') => {
                 "a range is written with two dots: `0 deg .. 90 deg`"
             }
-            _ if self.expects("`->`") => "a case is written `VALUE -> RESULT`",
+            _ if self.expects("`->`") => "what leads to what is written `VALUE -> RESULT`",
             _ if self.expects("`:`") && self.expects("`where`") && self.before().contains("in ") => {
                 "a `:` stands before what must hold: `forall p in part: p.mass < 9 g`"
             }

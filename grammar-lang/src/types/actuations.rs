@@ -84,7 +84,7 @@ impl Checker<'_> {
                         self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "the driven angle")
                     };
                     if valves {
-                        self.check_valves(&value);
+                        self.check_valves(&value, &variables);
                     }
                     if let Some(first) = drive.replace(value) {
                         self.report(
@@ -119,7 +119,31 @@ impl Checker<'_> {
     }
 
     /// A schedule of valves repeats: what it is made of does not change with the time.
-    fn check_valves(&mut self, valves: &Expr) {
+    fn check_valves(&mut self, valves: &Expr, variables: &[ir::Variable]) {
+        if let ExprKind::Call(ir::Function::Cycle, arguments) = &valves.kind
+            && let [_, shares, states, _] = arguments.as_slice()
+        {
+            let length = |list: &Expr| match &list.kind {
+                ExprKind::List(items) => Some(items.len()),
+                // The actuator has the first slot.
+                ExprKind::Local(slot) => variables.get(slot.checked_sub(1)?)?.size,
+                _ => None,
+            };
+            if let (Some(n), Some(m)) = (length(shares), length(states))
+                && n != m
+            {
+                self.report(
+                    Diagnostic::new(
+                        Code::WRONG_ARGUMENTS,
+                        shares.span,
+                        format!("a cycle has a share for each state: here are {n} shares and {m} states"),
+                    )
+                    .label(format!("{n} shares"))
+                    .also(states.span, format!("{m} states"))
+                    .help(format!("declare `share[{m}]`, or name {n} states")),
+                );
+            }
+        }
         let mut time = None;
         valves.any(&mut |e| {
             if matches!(e.kind, ExprKind::Word(ir::Word::Time)) {

@@ -203,6 +203,10 @@ impl<'a> Checker<'a> {
             ItemKind::Search(block) => drop(self.search(block, item.damaged)),
             ItemKind::Pattern(_, value) => drop(self.fixed_pattern(value, item.damaged)),
             ItemKind::Table(table) => drop(self.table(table, item.damaged)),
+            ItemKind::Target { block, backend, kind } => {
+                drop(self.target(block, backend, kind, item.damaged));
+            }
+            ItemKind::Prototype(block, backend) => drop(self.prototype(block, backend, item.damaged)),
             ItemKind::Term(_, ty, value) => drop(self.term(ty, value, item.damaged)),
             ItemKind::Actuation { name, binder, kind, clauses } => {
                 drop(self.actuation(name, binder, kind, clauses, item.damaged));

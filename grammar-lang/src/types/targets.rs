@@ -136,15 +136,17 @@ impl Checker<'_> {
 
     /// The pins of all channels.
     fn pins(&mut self, from: &Values<'_>, name: &str, cx: &Context) -> Option<Vec<(String, Span)>> {
+        let second = matches!(name, "vent" | "opposite");
+        let example = if second { "[D4, D6, D8, D10]" } else { "[D3, D5, D7, D9]" };
         let Some((_, tree)) = from.values.get(name) else {
-            self.missing(from, name, "[D3, D5, D7, D9]", cx.damaged);
+            self.missing(from, name, example, cx.damaged);
             return None;
         };
         let ast::ExprKind::List(items) = &tree.kind else {
             self.report(
                 Diagnostic::new(Code::WRONG_TYPE, tree.span, format!("`{name}` is a list of pins"))
                     .label("no list")
-                    .help("write a pin for each channel, in their order: `[D3, D5, D7, D9]`"),
+                    .help(format!("write a pin for each channel, in their order: `{example}`")),
             );
             return None;
         };
@@ -177,7 +179,7 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(Code::MISSING_FIELD, tree.span, format!("`{name}` names no pin"))
                     .label("no channel")
-                    .help("write a pin for each channel, in their order: `[D3, D5, D7, D9]`"),
+                    .help(format!("write a pin for each channel, in their order: `{example}`")),
             );
             sound = false;
         }
