@@ -1,6 +1,7 @@
 //! `sgc` turns spatial grammars into soft robots that move.
 
 pub mod audit;
+pub mod calibrate;
 pub mod cli;
 pub mod derive;
 pub mod design;

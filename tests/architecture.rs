@@ -4,8 +4,20 @@ use crate::support::{read, root};
 
 /// The layers of the engine, first to last. Each may use itself and those before it.
 const ENGINE: &[&str] = &[
-    "world", "document", "design", "simulate", "derive", "audit", "drive", "hardware", "score", "search",
-    "results", "testing", "cli",
+    "world",
+    "document",
+    "design",
+    "simulate",
+    "derive",
+    "audit",
+    "drive",
+    "score",
+    "search",
+    "hardware",
+    "results",
+    "calibrate",
+    "testing",
+    "cli",
 ];
 /// The layers of the language.
 const LANGUAGE: &[&str] = &[

@@ -6,6 +6,7 @@
 mod architecture;
 mod audit;
 mod browser;
+mod calibrate;
 mod cases;
 mod catalogue;
 mod command_line;

@@ -1,6 +1,7 @@
 //! The command line. One file for each command.
 
 mod audit;
+mod calibrate;
 mod check;
 mod compile;
 mod completions;
@@ -72,6 +73,7 @@ Examples:
   sgc resume runs/codesign-3
   sgc view runs/codesign-3
   sgc report runs/codesign-3
+  sgc calibrate bench.toml --for grammars/tendon.sgr
 
 To have the shell complete commands and options (other shells: sgc help completions):
   sgc completions bash > ~/.local/share/bash-completion/completions/sgc
@@ -91,6 +93,7 @@ enum Command {
     Explain(explain::Explain),
     Compile(compile::Compile),
     Derive(derive::Derive),
+    Calibrate(calibrate::Calibrate),
     Run(run::Run),
     Resume(resume::Resume),
     Report(report::Report),
@@ -123,6 +126,7 @@ pub fn main() -> ExitCode {
         Command::Explain(command) => command.run(),
         Command::Compile(command) => command.run(),
         Command::Derive(command) => command.run(),
+        Command::Calibrate(command) => command.run(),
         Command::Run(command) => command.run(),
         Command::Resume(command) => command.run(),
         Command::Report(command) => command.run(),

@@ -6,7 +6,7 @@
 
 mod gather;
 mod moves;
-mod page;
+pub(crate) mod page;
 mod read;
 #[cfg(test)]
 mod tests;

@@ -1,6 +1,6 @@
 //! The page: sections of words, tables and pictures. No script is in it, and nothing is loaded.
 
-mod chart;
+pub(crate) mod chart;
 mod convergence;
 mod designs;
 mod rejections;
@@ -10,7 +10,7 @@ mod sizes;
 mod solid;
 mod temperature;
 mod time;
-mod words;
+pub(crate) mod words;
 
 use std::path::Path;
 
@@ -18,7 +18,8 @@ use super::Reload;
 use super::read::{Group, Run, Standing};
 use crate::document::escape;
 
-const STYLE: &str = include_str!("page.css");
+/// The style of pages with charts.
+pub(crate) const STYLE: &str = include_str!("page.css");
 /// How many colours `page.css` has for groups.
 const COLOURS: usize = 6;
 /// How long a page of runs under way waits before it loads itself again, in s.

@@ -1,0 +1,146 @@
+//! What the grammar declares of what is measured.
+
+use grammar_lang::diagnostics::did_you_mean;
+use grammar_lang::ir::{Actuator, Backend, Part, RuleSet, Table, Tendon};
+use grammar_lang::units::{Dimension, parse, shown, suggest};
+
+use super::measurements::Section;
+use super::problem::{Place, Problem, listed};
+
+/// A part or an actuator.
+pub(super) enum Declared<'a> {
+    /// A passive part.
+    Part(&'a Part),
+    /// An actuator.
+    Actuator(&'a Actuator),
+}
+
+impl Declared<'_> {
+    /// Mass in kg; of an actuator, that of one segment.
+    pub(super) fn mass(&self) -> f64 {
+        match self {
+            Self::Part(part) => part.mass,
+            Self::Actuator(actuator) => actuator.mass,
+        }
+    }
+
+    /// Coulomb coefficient of its surface.
+    pub(super) fn friction(&self) -> f64 {
+        match self {
+            Self::Part(part) => part.friction,
+            Self::Actuator(actuator) => actuator.friction,
+        }
+    }
+}
+
+/// The actuator that a section is for: the one that it names, or the only one that there is.
+pub(super) fn actuator<'a>(rules: &'a RuleSet, section: &Section) -> Result<(String, &'a Actuator), Problem> {
+    let names = || rules.actuators.keys().map(String::as_str);
+    match section.setting("for") {
+        Some((name, place)) => match rules.actuators.get(name) {
+            Some(actuator) => Ok((name.clone(), actuator)),
+            None => Err(unknown("actuator", name, names(), place)),
+        },
+        None => match rules.actuators.iter().next() {
+            Some((name, actuator)) if rules.actuators.len() == 1 => Ok((name.clone(), actuator)),
+            _ => Err(unsaid("actuator", names(), section)),
+        },
+    }
+}
+
+/// The target whose threads bend an actuator: the one that the section names, or the only one that there is.
+/// None, if the grammar declares none.
+pub(super) fn threads<'a>(
+    rules: &'a RuleSet,
+    section: &Section,
+    actuator: &str,
+) -> Result<Option<(&'a str, &'a Tendon)>, Problem> {
+    let fit: Vec<(&str, &Tendon)> = (rules.targets.iter())
+        .filter_map(|(name, target)| match &target.backend {
+            Backend::Tendon(threads) if target.kind == actuator => Some((name.as_str(), threads)),
+            _ => None,
+        })
+        .collect();
+    let names = || fit.iter().map(|(name, _)| *name);
+    match (section.setting("target"), fit.as_slice()) {
+        (Some((wanted, place)), _) => match fit.iter().find(|(name, _)| name == wanted) {
+            Some(found) => Ok(Some(*found)),
+            None => Err(unknown("target on tendon", wanted, names(), place)),
+        },
+        (None, []) => Ok(None),
+        (None, [only]) => Ok(Some(*only)),
+        (None, _) => Err(Problem::unreadable(
+            &section.place,
+            format!(
+                "`{}` does not say which target it is for; say `target = \"...\"`: the grammar declares {}",
+                section.name,
+                listed(names())
+            ),
+        )),
+    }
+}
+
+/// A table of the grammar in a few words.
+pub(super) fn tabulated(table: &Table, dimension: Dimension) -> String {
+    let ends = table.rows.first().zip(table.rows.last());
+    let factor = parse(&suggest(dimension)).map_or(1.0, |unit| unit.factor);
+    let number = |x: f64| shown(x / factor, Dimension::NUMBER);
+    ends.map_or_else(String::new, |(first, last)| {
+        format!("{} .. {} ({} rows)", number(first[1]), shown(last[1], dimension), table.rows.len())
+    })
+}
+
+/// The part or actuator with a name.
+pub(super) fn part<'a>(rules: &'a RuleSet, name: &str, place: &Place) -> Result<Declared<'a>, Problem> {
+    if let Some(part) = rules.parts.get(name) {
+        return Ok(Declared::Part(part));
+    }
+    if let Some(actuator) = rules.actuators.get(name) {
+        return Ok(Declared::Actuator(actuator));
+    }
+    Err(unknown("part or actuator", name, part_names(rules), place))
+}
+
+fn part_names(rules: &RuleSet) -> impl Iterator<Item = &str> {
+    rules.parts.keys().chain(rules.actuators.keys()).map(String::as_str)
+}
+
+/// The part that each row of a section is about: its column `part`, or what the section is for.
+pub(super) fn parts(rules: &RuleSet, section: &Section) -> Result<Vec<String>, Problem> {
+    let words = section.words("part");
+    match section.setting("for") {
+        _ if !words.is_empty() => Ok(words.to_vec()),
+        Some((name, _)) => Ok(vec![name.clone(); section.places.len()]),
+        None => Err(unsaid("part", part_names(rules), section)),
+    }
+}
+
+fn unsaid<'a>(what: &str, names: impl Iterator<Item = &'a str>, section: &Section) -> Problem {
+    let names: Vec<&str> = names.collect();
+    let there = if names.is_empty() {
+        "the grammar declares none".to_owned()
+    } else {
+        format!("the grammar declares {}", listed(names))
+    };
+    let how = if section.place.file.to_lowercase().ends_with(".csv") {
+        format!("name the file in a section of a TOML file that says `for = \"...\"`: {there}")
+    } else {
+        format!("say `for = \"...\"`: {there}")
+    };
+    Problem::unreadable(
+        &section.place,
+        format!("`{}` does not say which {what} it is for; {how}", section.name),
+    )
+}
+
+fn unknown<'a>(what: &str, name: &str, names: impl Iterator<Item = &'a str>, place: &Place) -> Problem {
+    let names: Vec<&str> = names.collect();
+    let help = did_you_mean(name, names.iter().copied()).unwrap_or_else(|| {
+        if names.is_empty() {
+            "it declares none".to_owned()
+        } else {
+            format!("it declares {}", listed(&names))
+        }
+    });
+    Problem::contradiction(place, format!("the grammar declares no {what} `{name}`: {help}"))
+}

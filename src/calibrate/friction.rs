@@ -1,0 +1,164 @@
+//! Friction with the ground, from a board that is tilted or a balance that pulls.
+//!
+//! A bench measures the coefficient of a part on the ground. The simulation takes the geometric mean of the
+//! two surfaces', so only their product is measured: the first part keeps its own, the ground gets what makes
+//! the mean right, and other parts that were measured follow from that ground.
+
+use grammar_lang::ir::{Model, RuleSet};
+use indexmap::IndexMap;
+
+use super::declared;
+use super::finding::{Change, Figure, Finding, Plot, Residual};
+use super::measurements::Section;
+use super::problem::{Problem, listed};
+use super::statistics::mean_and_deviation;
+
+/// What was found of a part.
+struct Slip {
+    name: String,
+    coefficients: Vec<f64>,
+}
+
+/// Fits a section of kind `friction`: the ground, then each further part.
+pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Problem>> {
+    let parts = declared::parts(rules, section).map_err(|p| vec![p])?;
+    let Some(model) = rules.tasks.values().next().map(|task| &task.model) else { return Ok(Vec::new()) };
+    let mut slips: IndexMap<&str, Vec<f64>> = IndexMap::new();
+    let mut problems = Vec::new();
+    let coefficients = coefficients(section, model).map_err(|p| vec![p])?;
+    for (row, (name, coefficient)) in parts.iter().zip(&coefficients).enumerate() {
+        let said = section.setting("for").filter(|_| section.words("part").is_empty());
+        let place = said.map_or_else(|| section.place(row), |(_, place)| place);
+        match declared::part(rules, name, place) {
+            Err(problem) if problems.contains(&problem) => {}
+            Err(problem) => problems.push(problem),
+            Ok(part) if part.friction() <= 0.0 => problems.push(Problem::contradiction(
+                place,
+                format!("`{name}` has no friction in the grammar, so no ground gives it any: set `{name}.friction` first"),
+            )),
+            Ok(_) if !(coefficient.is_finite() && *coefficient > 0.0) => problems.push(Problem::contradiction(
+                section.place(row),
+                "this is no coefficient of friction: tilts lie between 0 and 90 deg, forces above 0",
+            )),
+            Ok(_) => slips.entry(name).or_default().push(*coefficient),
+        }
+    }
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let slips: Vec<Slip> =
+        slips.into_iter().map(|(name, coefficients)| Slip { name: name.to_owned(), coefficients }).collect();
+    let Some((first, others)) = slips.split_first() else { return Ok(Vec::new()) };
+    let own = declared::part(rules, &first.name, &section.place).map_err(|p| vec![p])?.friction();
+    let mut findings = Vec::new();
+    let mut ground = 0.0;
+    for model in models(rules) {
+        let (finding, value) = on_ground(section, first, own, model);
+        ground = value;
+        findings.push(finding);
+    }
+    for slip in others {
+        let old = declared::part(rules, &slip.name, &section.place).map_err(|p| vec![p])?.friction();
+        findings.push(on_part(section, slip, old, ground));
+    }
+    Ok(findings)
+}
+
+/// The models of all tasks, each once.
+fn models(rules: &RuleSet) -> Vec<&Model> {
+    let mut models: Vec<&Model> = Vec::new();
+    for task in rules.tasks.values() {
+        if !models.iter().any(|model| model.name == task.model.name) {
+            models.push(&task.model);
+        }
+    }
+    models
+}
+
+/// The coefficient of each row.
+fn coefficients(section: &Section, model: &Model) -> Result<Vec<f64>, Problem> {
+    let [tilt, pull, weight, mass] = ["tilt", "pull", "weight", "mass"].map(|name| section.numbers(name));
+    if !tilt.is_empty() {
+        let slope =
+            |tilt: &f64| if (0.0..89.0).contains(&tilt.to_degrees()) { libm::tan(*tilt) } else { f64::NAN };
+        return Ok(tilt.iter().map(slope).collect());
+    }
+    let over = |weight: &[f64], unit: f64| pull.iter().zip(weight).map(|(p, w)| p / (w * unit)).collect();
+    if !pull.is_empty() && !weight.is_empty() {
+        return Ok(over(weight, 1.0));
+    }
+    if !pull.is_empty() && !mass.is_empty() {
+        return Ok(over(mass, model.gravity));
+    }
+    Err(Problem::unreadable(
+        &section.place,
+        format!(
+            "`{}` of kind `friction` needs `tilt [deg]`, or `pull [N]` with `weight [N]` or `mass [g]`; there are {}",
+            section.name,
+            listed(section.columns())
+        ),
+    ))
+}
+
+fn error(coefficients: &[f64]) -> Option<f64> {
+    let (_, deviation) = mean_and_deviation(coefficients);
+    (coefficients.len() > 1 && deviation > 0.0).then(|| deviation / (coefficients.len() as f64).sqrt())
+}
+
+/// What the ground of a model is to be for the first part.
+fn on_ground(section: &Section, slip: &Slip, own: f64, model: &Model) -> (Finding, f64) {
+    let (mean, _) = mean_and_deviation(&slip.coefficients);
+    let ground = mean * mean / own;
+    let value = Figure::of(ground, error(&slip.coefficients).map(|e| 2.0 * mean * e / own), "");
+    let path = format!("{}.ground_friction", model.name);
+    let note = format!(
+        "`{}` slips at {} in the mean; a contact takes the geometric mean of its own {own} and the ground's: {}^2 / {own}.",
+        slip.name,
+        Figure::of(mean, error(&slip.coefficients), ""),
+        Figure::of(mean, error(&slip.coefficients), "")
+    );
+    (finding(section, slip, path, model.ground_friction, value, note), ground)
+}
+
+/// What the surface of another part is to be on that ground.
+fn on_part(section: &Section, slip: &Slip, old: f64, ground: f64) -> Finding {
+    let (mean, _) = mean_and_deviation(&slip.coefficients);
+    let value =
+        Figure::of(mean * mean / ground, error(&slip.coefficients).map(|e| 2.0 * mean * e / ground), "");
+    let note = format!(
+        "`{}` slips at {} in the mean on this ground; contacts with other parts change, too.",
+        slip.name,
+        Figure::of(mean, error(&slip.coefficients), "")
+    );
+    finding(section, slip, format!("{}.friction", slip.name), old, value, note)
+}
+
+fn finding(section: &Section, slip: &Slip, path: String, old: f64, value: Figure, note: String) -> Finding {
+    let (mean, _) = mean_and_deviation(&slip.coefficients);
+    let many = slip.coefficients.len();
+    let across = |i: usize| i as f64 + 1.0;
+    let points = slip.coefficients.iter().enumerate();
+    let plot = Plot {
+        title: format!("Friction of `{}` on the ground", slip.name),
+        x: "measurement".into(),
+        y: "coefficient".into(),
+        points: points.clone().map(|(i, c)| (across(i), *c, 0)).collect(),
+        fit: vec![(vec![(1.0, mean), (many as f64, mean)], 0)],
+        rows: Vec::new(),
+        unit: String::new(),
+        residuals: points.map(|(i, c)| (across(i), c - mean, 0)).collect(),
+    };
+    let residuals: Vec<f64> = slip.coefficients.iter().map(|c| c - mean).collect();
+    Finding {
+        section: section.name.clone(),
+        place: section.place.clone(),
+        source: section.source.clone(),
+        quantity: path.clone(),
+        old: Some(format!("{old}")),
+        change: Change::Number { path, value },
+        residual: Residual::of(&residuals, "").filter(|_| many > 1),
+        points: many,
+        notes: vec![note],
+        plots: if many > 1 { vec![plot] } else { Vec::new() },
+    }
+}

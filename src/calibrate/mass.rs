@@ -1,0 +1,92 @@
+//! What parts weigh.
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::units::{Dimension, shown};
+use indexmap::IndexMap;
+
+use super::declared::{self, Declared};
+use super::finding::{Change, Figure, Finding, Plot, Residual};
+use super::measurements::Section;
+use super::problem::Problem;
+use super::statistics::mean_and_deviation;
+
+/// Fits a section of kind `mass`: a finding for each part.
+pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Problem>> {
+    let parts = declared::parts(rules, section).map_err(|p| vec![p])?;
+    let mut weighed: IndexMap<&str, Vec<f64>> = IndexMap::new();
+    let mut problems = Vec::new();
+    for (row, (name, mass)) in parts.iter().zip(section.numbers("mass")).enumerate() {
+        match one(section, rules, row, name, *mass) {
+            Ok(mass) => weighed.entry(name).or_default().push(mass),
+            Err(problem) if problems.contains(&problem) => {}
+            Err(problem) => problems.push(problem),
+        }
+    }
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    weighed.into_iter().map(|(name, masses)| finding(section, rules, name, &masses)).collect()
+}
+
+/// The mass that a row gives to a part, or to one segment of an actuator.
+fn one(section: &Section, rules: &RuleSet, row: usize, name: &str, mass: f64) -> Result<f64, Problem> {
+    // What the whole section is for is said in another line.
+    let said = section.setting("for").filter(|_| section.words("part").is_empty());
+    let declared = declared::part(rules, name, said.map_or_else(|| section.place(row), |(_, place)| place))?;
+    if mass <= 0.0 {
+        return Err(Problem::contradiction(section.place(row), format!("`{name}` weighs nothing here")));
+    }
+    let segments = section.numbers("segments").get(row).copied();
+    match declared {
+        Declared::Part(_) => Ok(mass),
+        Declared::Actuator(_) => match segments {
+            Some(segments) if segments >= 1.0 && segments.fract() == 0.0 => Ok(mass / segments),
+            Some(segments) => Err(Problem::contradiction(
+                section.place(row),
+                format!("`{name}` cannot have {segments} segments: write how many it has, 1 or more"),
+            )),
+            None => Err(Problem::unreadable(
+                section.place(row),
+                format!(
+                    "`{name}` is an actuator, whose mass is that of a segment: add a column `segments` with how many it has"
+                ),
+            )),
+        },
+    }
+}
+
+fn finding(section: &Section, rules: &RuleSet, name: &str, masses: &[f64]) -> Result<Finding, Vec<Problem>> {
+    let declared = declared::part(rules, name, &section.place).map_err(|p| vec![p])?;
+    let (mean, deviation) = mean_and_deviation(masses);
+    let many = masses.len();
+    let error = (many > 1 && deviation > 0.0).then(|| deviation / (many as f64).sqrt());
+    let value = Figure::of(mean, error, "g");
+    let mut notes = Vec::new();
+    if matches!(declared, Declared::Actuator(_)) {
+        notes.push("Of one segment: what was weighed, divided by its segments.".to_owned());
+    }
+    let points = masses.iter().enumerate().map(|(i, m)| (i as f64 + 1.0, m * 1e3, 0));
+    let plot = Plot {
+        title: format!("Mass of `{name}`"),
+        x: "weighing".into(),
+        y: "mass (g)".into(),
+        fit: vec![(vec![(1.0, mean * 1e3), (many as f64, mean * 1e3)], 0)],
+        rows: Vec::new(),
+        unit: "g".into(),
+        residuals: masses.iter().enumerate().map(|(i, m)| (i as f64 + 1.0, (m - mean) * 1e3, 0)).collect(),
+        points: points.collect(),
+    };
+    let residuals: Vec<f64> = masses.iter().map(|m| m - mean).collect();
+    Ok(Finding {
+        section: section.name.clone(),
+        place: section.place.clone(),
+        source: section.source.clone(),
+        quantity: format!("{name}.mass"),
+        old: Some(shown(declared.mass(), Dimension::MASS)),
+        change: Change::Number { path: format!("{name}.mass"), value },
+        residual: Residual::of(&residuals, "g").filter(|_| many > 1),
+        points: many,
+        notes,
+        plots: if many > 1 { vec![plot] } else { Vec::new() },
+    })
+}

@@ -1,0 +1,148 @@
+//! Robots that were built: what they did beside what a simulation said.
+
+use grammar_lang::diagnostics::did_you_mean;
+use grammar_lang::ir::{Backend, RuleSet};
+
+use super::finding::{Change, Figure, Finding, Plot};
+use super::measurements::Section;
+use super::problem::{Problem, listed};
+use super::reality::predict;
+use crate::document::is_name;
+
+/// The kinds of robots that can be built.
+const BUILDS: &[&str] = Backend::NAMES;
+
+/// Reads a section of kind `prototype`: a finding for each robot.
+pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Problem>> {
+    let (names, builds) = (section.words("name"), section.words("build"));
+    let (simulated, measured) = (section.numbers("simulated"), section.numbers("measured"));
+    let lengths = section.numbers("length");
+    let problems = problems(section, rules);
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let mut findings = Vec::new();
+    let rows = names.iter().zip(builds).zip(simulated.iter().zip(measured)).enumerate();
+    for (row, ((name, build), (simulated, measured))) in rows {
+        let length = lengths.get(row).map(|length| Figure::as_written(*length, "mm"));
+        findings.push(Finding {
+            section: section.name.clone(),
+            place: section.place(row).clone(),
+            source: section.source.clone(),
+            quantity: format!("prototype {name}"),
+            old: None,
+            change: Change::Prototype {
+                name: name.clone(),
+                build: build.clone(),
+                simulated: Figure::as_written(*simulated, "m/h"),
+                measured: Figure::as_written(*measured, "m/h"),
+                length,
+            },
+            residual: None,
+            points: 1,
+            notes: Vec::new(),
+            plots: Vec::new(),
+        });
+    }
+    if let Some(first) = findings.first_mut() {
+        first.plots.push(plot(section));
+    }
+    for build in BUILDS.iter().copied() {
+        let built: Vec<(f64, f64)> = (builds.iter().zip(simulated.iter().zip(measured)))
+            .filter(|(own, _)| *own == build)
+            .map(|(_, (s, m))| (*s, *m))
+            .collect();
+        let last = findings
+            .iter_mut()
+            .rfind(|f| matches!(&f.change, Change::Prototype { build: b, .. } if b == build));
+        if let (Some(last), Some(told)) = (last, predict(&built, 1.0)) {
+            let within = told.interval.map_or_else(
+                || "; one prototype does not say how much they differ".to_owned(),
+                |(low, high)| format!(", the next one will with 90 % to {low:.2} .. {high:.2}"),
+            );
+            last.notes.push(format!(
+                "Of kind {build} {} came to {:.2} of the simulated speed in the mean{within}.",
+                if told.prototypes == 1 {
+                    "the only one".to_owned()
+                } else {
+                    format!("{} robots", told.prototypes)
+                },
+                told.speed
+            ));
+        }
+    }
+    Ok(findings)
+}
+
+fn factor(unit: &str) -> f64 {
+    grammar_lang::units::parse(unit).map_or(1.0, |u| u.factor)
+}
+
+fn problems(section: &Section, rules: &RuleSet) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    let names = section.words("name");
+    for (row, name) in names.iter().enumerate() {
+        if !is_name(name) {
+            problems.push(Problem::unreadable(
+                section.place(row),
+                format!("`{name}` cannot name a prototype: a name is a word of letters, digits and `_` that does not begin with a digit"),
+            ));
+        } else if rules.prototypes.contains_key(name) {
+            problems.push(Problem::contradiction(
+                section.place(row),
+                format!("the grammar has a prototype `{name}` already: give this one another name"),
+            ));
+        } else if let Some(first) = names.iter().position(|n| n == name).filter(|first| *first < row) {
+            problems.push(Problem::contradiction(
+                section.place(row),
+                format!("there are two prototypes `{name}`; the first is in {}", section.place(first)),
+            ));
+        }
+    }
+    for (row, build) in section.words("build").iter().enumerate() {
+        if !BUILDS.contains(&build.as_str()) {
+            let help = did_you_mean(build, BUILDS.iter().copied())
+                .unwrap_or_else(|| format!("there are {}", listed(BUILDS)));
+            problems.push(Problem::unreadable(
+                section.place(row),
+                format!("no robot is built as `{build}`: {help}"),
+            ));
+        }
+    }
+    for column in ["simulated", "measured", "length"] {
+        for (row, value) in section.numbers(column).iter().enumerate() {
+            if *value <= 0.0 {
+                problems.push(Problem::contradiction(
+                    section.place(row),
+                    format!("`{column}` must be more than 0"),
+                ));
+            }
+        }
+    }
+    problems
+}
+
+/// Measured over simulated speeds, with a line through 0 for what each kind comes to.
+fn plot(section: &Section) -> Plot {
+    let hour = factor("m/h");
+    let (simulated, measured) = (section.numbers("simulated"), section.numbers("measured"));
+    let builds = section.words("build");
+    let rows: Vec<(f64, f64, usize)> = builds
+        .iter()
+        .zip(simulated.iter().zip(measured))
+        .filter_map(|(build, (s, m))| Some((s / hour, m / hour, BUILDS.iter().position(|b| b == build)?)))
+        .collect();
+    let most = rows.iter().map(|row| row.0).fold(0.0, f64::max);
+    let lines = (0..BUILDS.len()).filter_map(|build| {
+        let pairs: Vec<(f64, f64)> = rows.iter().filter(|r| r.2 == build).map(|r| (r.0, r.1)).collect();
+        Some((vec![(0.0, 0.0), (most, predict(&pairs, most)?.speed)], build))
+    });
+    Plot {
+        title: "Prototypes: pneumatic in the first colour, tendon in the second".into(),
+        x: "simulated (m/h)".into(),
+        y: "measured (m/h)".into(),
+        fit: lines.collect(),
+        points: rows,
+        ..Plot::default()
+    }
+}

@@ -1,0 +1,255 @@
+//! How fast an actuator bends and goes back, from films of its bend.
+
+use std::collections::BTreeMap;
+
+use grammar_lang::ir::{RuleSet, Speed};
+use grammar_lang::units::{Dimension, shown};
+
+use super::declared;
+use super::finding::{Change, Figure, Finding, Plot, Residual, Table};
+use super::kind::Kind;
+use super::measurements::Section;
+use super::monotone::course;
+use super::problem::Problem;
+use super::trajectory::{self, Fit, Run};
+
+/// A run with fewer points is no curve.
+const FEWEST: usize = 5;
+/// A curve that turns back by more than this share of its way is none of one motion.
+const STRAY: f64 = 0.15;
+
+/// A run of a section: its name, its points in time, and the line of the first.
+struct Curve {
+    name: String,
+    points: Vec<(f64, f64)>,
+    row: usize,
+}
+
+/// Fits a section of kind `inflate` or `deflate`.
+pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Problem>> {
+    let (name, actuator) = declared::actuator(rules, section).map_err(|p| vec![p])?;
+    let curves = curves(section);
+    let sign = sign(section, &curves)?;
+    let turned = |points: &[(f64, f64)]| points.iter().map(|(t, a)| (*t, sign * a)).collect();
+    let runs: Vec<Run> = curves.iter().map(|curve| Run { points: turned(&curve.points) }).collect();
+    let mut problems = Vec::new();
+    for (curve, run) in curves.iter().zip(&runs) {
+        if let Some(problem) = stray(section, curve, run) {
+            problems.push(problem);
+        }
+    }
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let found = trajectory::fit(&runs).ok_or_else(|| {
+        vec![Problem::contradiction(&section.place, format!("`{}` does not move", section.name))]
+    })?;
+    let (field, what, old) = match section.kind {
+        Kind::Deflate => ("relaxing_speed", "deflating", &actuator.relaxing_speed),
+        _ => ("bending_speed", "inflating", &actuator.bending_speed),
+    };
+    let path = format!("{name}.{field}");
+    let mut rows: Vec<(Figure, Figure)> = found
+        .rows
+        .iter()
+        .zip(&found.errors)
+        .map(|((bend, speed), error)| {
+            let bend = Figure::with_decimals(sign * bend, "deg", usize::from(bend.to_degrees() < 20.0));
+            (bend, Figure::of(*speed, Some(speed * error), "deg/s"))
+        })
+        .collect();
+    if sign < 0.0 {
+        rows.reverse();
+    }
+    rows.dedup_by(|b, a| a.0.digits(true) == b.0.digits(true));
+    let mut notes = Vec::new();
+    if curves.len() > 1 {
+        notes.push(format!("{} runs, fitted together.", curves.len()));
+    }
+    let change = match rows.as_slice() {
+        [(_, only)] => {
+            notes.push("The speed is the same at every bend, within the scatter.".to_owned());
+            Change::Number { path: path.clone(), value: only.clone() }
+        }
+        _ => {
+            let table = Table { name: format!("{name}_{what}"), from: "Angle", to: "AngularVelocity", rows };
+            Change::Table { path: Some(path.clone()), table }
+        }
+    };
+    let residuals = residuals(&found, &runs);
+    let si: Vec<f64> = residuals.iter().map(|(_, r, _)| *r).collect();
+    Ok(Finding {
+        section: section.name.clone(),
+        place: section.place.clone(),
+        source: section.source.clone(),
+        quantity: path,
+        old: Some(so_far(old)),
+        change,
+        residual: Residual::of(&si, "deg"),
+        points: si.len(),
+        notes,
+        plots: plots(&name, section.kind, sign, &found, &runs, &residuals),
+    })
+}
+
+/// What the grammar says of a speed.
+fn so_far(speed: &Speed) -> String {
+    let dimension = Dimension::named("AngularVelocity").unwrap_or_default();
+    match speed {
+        Speed::Constant(speed) => shown(*speed, dimension),
+        Speed::ByBend(table) => declared::tabulated(table, dimension),
+    }
+}
+
+/// The runs, by name; their points ascend in time.
+fn curves(section: &Section) -> Vec<Curve> {
+    let mut curves: BTreeMap<&str, Curve> = BTreeMap::new();
+    let named = section.words("run");
+    for (row, point) in section.numbers("time").iter().zip(section.numbers("angle")).enumerate() {
+        let name = named.get(row).map_or("", String::as_str);
+        let curve =
+            curves.entry(name).or_insert_with(|| Curve { name: name.to_owned(), points: Vec::new(), row });
+        curve.points.push((*point.0, *point.1));
+    }
+    let mut all: Vec<Curve> = curves.into_values().collect();
+    for curve in &mut all {
+        curve.points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    }
+    all
+}
+
+/// What a curve is called in a message.
+fn called(curve: &Curve) -> String {
+    if curve.name.is_empty() { "the curve".to_owned() } else { format!("run `{}`", curve.name) }
+}
+
+/// 1 where the bend grows in numbers, -1 where it falls: all runs must do the same, and what the kind says.
+fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
+    let mut problems = Vec::new();
+    let mut signs: Vec<f64> = Vec::new();
+    for curve in curves {
+        let place = section.place(curve.row);
+        let (points, many) = (&curve.points, curve.points.len());
+        let distinct = points.windows(2).filter(|w| matches!(w, [a, b] if b.0 > a.0)).count() + 1;
+        if many < FEWEST || distinct < FEWEST {
+            problems.push(Problem::unreadable(
+                place,
+                format!(
+                    "{} of `{}` has {} only: a curve needs {FEWEST} or more, at different times",
+                    called(curve),
+                    section.name,
+                    if many == 1 { "1 point".to_owned() } else { format!("{many} points") }
+                ),
+            ));
+            continue;
+        }
+        let third = (many / 3).max(1);
+        let mean = |part: &[(f64, f64)]| part.iter().map(|p| p.1).sum::<f64>() / part.len().max(1) as f64;
+        let first = mean(points.get(..third).unwrap_or(points));
+        let last = mean(points.get(many - third..).unwrap_or(points));
+        let grows = last.abs() > first.abs();
+        let expected = section.kind != Kind::Deflate;
+        if grows != expected {
+            let (does, other) =
+                if grows { ("grows", Kind::Inflate.text()) } else { ("goes back", Kind::Deflate.text()) };
+            problems.push(Problem::contradiction(
+                place,
+                format!(
+                    "the bend of {} {does}, so `{}` should be of kind `{other}`",
+                    called(curve),
+                    section.name
+                ),
+            ));
+        }
+        signs.push(if last > first { 1.0 } else { -1.0 });
+    }
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    match signs.first() {
+        Some(first) if signs.iter().all(|sign| sign == first) => Ok(*first),
+        _ => Err(vec![Problem::contradiction(
+            &section.place,
+            format!(
+                "some runs of `{}` bend to one side and some to the other: measure one side",
+                section.name
+            ),
+        )]),
+    }
+}
+
+/// Says that a curve is not of one motion.
+fn stray(section: &Section, curve: &Curve, run: &Run) -> Option<Problem> {
+    let bends: Vec<f64> = run.points.iter().map(|(_, bend)| *bend).collect();
+    let course = course(&bends);
+    let way = course.last()? - course.first()?;
+    let mean = bends.iter().zip(&course).map(|(a, b)| (a - b) * (a - b)).sum::<f64>() / bends.len() as f64;
+    (mean.sqrt() > STRAY * way).then(|| {
+        Problem::contradiction(
+            section.place(curve.row),
+            format!(
+                "{} of `{}` goes back and forth: give each motion a `run` of its own, from rest to rest",
+                called(curve),
+                section.name
+            ),
+        )
+    })
+}
+
+/// Time from the run's own beginning (s), residual (rad), run.
+fn residuals(found: &Fit, runs: &[Run]) -> Vec<(f64, f64, usize)> {
+    let mut out = Vec::new();
+    for (i, (run, motion)) in runs.iter().zip(&found.motions).enumerate() {
+        let first = run.points.first().map_or(0.0, |p| p.0);
+        out.extend(run.points.iter().map(|(time, bend)| (time - first, bend - found.bend(motion, *time), i)));
+    }
+    out
+}
+
+fn plots(
+    name: &str,
+    kind: Kind,
+    sign: f64,
+    found: &Fit,
+    runs: &[Run],
+    residuals: &[(f64, f64, usize)],
+) -> Vec<Plot> {
+    let (title, speed) = if kind == Kind::Deflate {
+        (format!("`{name}` goes back"), format!("Relaxing speed of `{name}`"))
+    } else {
+        (format!("`{name}` bends"), format!("Bending speed of `{name}`"))
+    };
+    let mut motion =
+        Plot { title, x: "time (s)".into(), y: "bend (deg)".into(), unit: "deg".into(), ..Plot::default() };
+    for (i, (run, own)) in runs.iter().zip(&found.motions).enumerate() {
+        let (Some(first), Some(last)) = (run.points.first(), run.points.last()) else { continue };
+        motion.points.extend(run.points.iter().map(|(t, b)| (t - first.0, (sign * b).to_degrees(), i)));
+        let line = (0..=160).map(|k| {
+            let time = first.0 + (last.0 - first.0) * f64::from(k) / 160.0;
+            (time - first.0, (sign * found.bend(own, time)).to_degrees())
+        });
+        motion.fit.push((line.collect(), i));
+    }
+    motion.residuals = residuals.iter().map(|(t, r, i)| (*t, (sign * r).to_degrees(), *i)).collect();
+    let mut rows: Vec<(f64, f64)> =
+        found.rows.iter().map(|(b, v)| ((sign * b).to_degrees(), v.to_degrees())).collect();
+    if let [(_, only)] = rows.as_slice() {
+        let ends = found.motions.iter().zip(runs).flat_map(|(own, run)| {
+            run.points.iter().map(move |(time, _)| (sign * found.bend(own, *time)).to_degrees())
+        });
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), b| (l.min(b), h.max(b)));
+        rows = vec![(low, *only), (high, *only)];
+    }
+    if sign < 0.0 {
+        rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    let table = Plot {
+        title: speed,
+        x: "bend (deg)".into(),
+        y: "speed (deg/s)".into(),
+        fit: vec![(rows.clone(), 0)],
+        rows,
+        ..Plot::default()
+    };
+    vec![motion, table]
+}

@@ -1,0 +1,416 @@
+//! From texts to findings and messages.
+
+use std::fmt::Write;
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+use proptest::prelude::*;
+
+use super::*;
+use crate::world::Files;
+
+/// The file that a document of these tests names.
+const CSV: &str = "more.csv";
+
+fn rules(grammar: &str) -> RuleSet {
+    let path = format!("{}/grammars/{grammar}.sgr", env!("CARGO_MANIFEST_DIR"));
+    let mut sources = SourceMap::default();
+    let entry = sources.add(path.clone(), std::fs::read_to_string(path).unwrap());
+    grammar_lang::compile(&Files, &mut sources, entry, &[], None).ruleset.unwrap()
+}
+
+/// What comes of a document, and of a CSV file that it may name.
+fn fitted_from(name: &str, text: &str, csv: &str) -> Result<Vec<Finding>, Vec<Problem>> {
+    let load = |file: &str| {
+        if file == CSV {
+            Ok((file.to_owned(), csv.to_owned()))
+        } else {
+            Err("there is no such file".to_owned())
+        }
+    };
+    fit(&read(name, text, &load), &rules("tendon"))
+}
+
+fn fitted(text: &str) -> Vec<Finding> {
+    fitted_from("bench.toml", text, "").unwrap_or_else(|problems| panic!("{problems:#?}"))
+}
+
+/// What is wrong with a document, a line for each problem with the exit code that it asks for.
+fn wrong(name: &str, text: &str, csv: &str) -> String {
+    match fitted_from(name, text, csv) {
+        Ok(findings) => format!("nothing is wrong: {}", summary(&findings)),
+        Err(problems) => {
+            problems.iter().map(|p| format!("{} {p}\n", if p.is_contradiction { 1 } else { 2 })).collect()
+        }
+    }
+}
+
+fn change(text: &str) -> String {
+    let findings = fitted(text);
+    findings.iter().map(|f| format!("{} = {}\n", f.quantity, f.change.shown())).collect()
+}
+
+const THREAD: &str = "[t]\nkind = \"thread\"\nfor = \"bender\"\n";
+const WHOLE: &str = r#"
+[thread]
+for = "bender"
+"angle [deg]" = [-90, -45, 0, 45, 90, 90, -90]
+"thread [mm]" = [-21.0, -10.8, 0, 11.2, 21.8, 22.2, -21.4]
+
+[tip]
+kind = "tip"
+for = "bender"
+"force [N]" = [0.95, 0.99, 0.93]
+"arm [mm]" = 60
+
+[weighed]
+kind = "mass"
+part = ["cube", "cube", "bender"]
+"mass [g]" = [8.3, 8.4, 12.5]
+segments = [1, 1, 4]
+
+[mat]
+kind = "friction"
+part = ["cube", "cube", "ball"]
+"tilt [deg]" = [32, 33, 28]
+
+[built]
+kind = "prototype"
+name = ["ours_1", "ours_2"]
+build = "tendon"
+"simulated [m/h]" = [40, 100]
+"measured [m/h]" = [12, 25]
+"length [mm]" = [100, 240]
+"#;
+
+#[test]
+fn a_whole_bench_is_written_as_a_variant() {
+    let findings = fitted(WHOLE);
+    let text = variant::text("tendon_bench", "./tendon.sgr", "bench.toml", &findings);
+    insta::assert_snapshot!(format!("{text}\n{}", summary(&findings)));
+}
+
+#[test]
+fn a_written_variant_is_laid_out() {
+    let text = variant::text("tendon_bench", "./tendon.sgr", "bench.toml", &fitted(WHOLE));
+    let mut sources = SourceMap::default();
+    let file = sources.add("tendon_bench.sgr", text.clone());
+    assert_eq!(grammar_lang::format::format(&sources, file).as_deref(), Ok(text.as_str()));
+}
+
+#[test]
+fn a_page_draws_every_measurement_and_loads_nothing() {
+    let page = page::page("tendon_bench", "./tendon.sgr", "<bench>.toml", &fitted(WHOLE));
+    assert_eq!(
+        page.matches("<svg").count(),
+        9,
+        "thread, tip, cube and mat with residuals, and the prototypes"
+    );
+    assert!(page.contains("&lt;bench&gt;.toml") && !page.contains("<bench>"));
+    for part in page.split("<svg").skip(1) {
+        let picture = format!("<svg{}</svg>", part.split_once("</svg>").unwrap().0);
+        assert!(roxmltree::Document::parse(&picture).is_ok(), "{picture}");
+        assert!(!picture.contains("NaN") && !picture.contains("inf"), "{picture}");
+    }
+    assert!(!page.contains("src=") && !page.contains("<script") && !page.contains("url("));
+}
+
+#[test]
+fn bad_measurements_are_told_all_at_once_with_their_places() {
+    let mut told = String::new();
+    let mut tell = |what: &str, name: &str, text: &str, csv: &str| {
+        let _ = writeln!(told, "# {what}\n{}", wrong(name, text, csv));
+    };
+    let toml = "bench.toml";
+    tell("nothing", toml, "", "");
+    tell("no TOML", toml, "[a\n", "");
+    tell("a section twice", toml, "[a]\nkind = \"tip\"\n[a]\n", "");
+    tell("a list of sections", toml, "[[a]]\nkind = \"tip\"\n", "");
+    tell("no section", toml, "kind = \"tip\"\n", "");
+    tell("no such kind", toml, "[a]\nkind = \"tipp\"\n[b]\nkind = \"colour\"\n", "");
+    tell("no kind", toml, "[a]\n\"length [mm]\" = [1]\n", "");
+    tell("no file", toml, "[a]\nkind = \"tip\"\nfile = \"nowhere.csv\"\n", "");
+    tell("missing columns", toml, "[a]\nkind = \"tip\"\n\"force [N]\" = [1]\n[b]\nkind = \"thread\"\n", "");
+    tell(
+        "units",
+        toml,
+        &format!(
+            "{THREAD}\"angle [mm]\" = [1, 2]\n\"thread [milimeter]\" = [1, 2]\n[b]\nkind = \"tip\"\nforce = [1]\n\"arm [mms]\" = 1\n[c]\nkind=\"mass\"\nfor=\"bender\"\n\"mass [kN]\"=1\n\"segments [mm]\"=4\n[d]\nkind=\"prototype\"\nname=\"a\"\nbuild=\"tendon\"\n\"simulated [km]\"=1\n\"measured [m/h]\"=1\n"
+        ),
+        "",
+    );
+    tell(
+        "a misspelt column",
+        toml,
+        "[a]\nkind = \"tip\"\n\"forces [N]\" = [1]\n\"arm [mm]\" = 1\ncolour = 3\n",
+        "",
+    );
+    tell(
+        "no numbers",
+        toml,
+        "[a]\nkind = \"tip\"\n\"force [N]\" = [1, \"x\", nan, inf, \"\"]\n\"arm [mm]\" = [true]\n",
+        "",
+    );
+    tell(
+        "no finite numbers",
+        toml,
+        "[a]\nkind = \"tip\"\n\"force [N]\" = [1,\n \"x\",\n nan, inf, \"\"]\n\"arm [mm]\" = 1\n",
+        "",
+    );
+    tell(
+        "columns of other lengths",
+        toml,
+        "[a]\nkind = \"tip\"\n\"force [N]\" = [1, 2]\n\"arm [mm]\" = [1, 2, 3]\n",
+        "",
+    );
+    tell("no points", toml, &format!("{THREAD}\"angle [deg]\" = []\n\"thread [mm]\" = []\n"), "");
+    tell(
+        "one point",
+        toml,
+        &format!(
+            "{THREAD}\"angle [deg]\" = [1, 1]\n\"thread [mm]\" = [1, 1]\n[b]\nkind = \"tip\"\nfor = \"bender\"\n\"force [N]\" = 1\n\"arm [mm]\" = 1\n[c]\nkind=\"inflate\"\nfor=\"bender\"\n\"time [s]\"=[0]\n\"angle [deg]\"=[0]"
+        ),
+        "",
+    );
+    tell(
+        "contradictory points",
+        toml,
+        &format!("{THREAD}\"angle [deg]\" = [0, 45, 90, 45]\n\"thread [mm]\" = [0,\n 10,\n 20,\n 14]\n"),
+        "",
+    );
+    tell(
+        "a thread that turns back",
+        toml,
+        &format!("{THREAD}\"angle [deg]\" = [0, 30, 60, 90]\n\"thread [mm]\" = [0,\n 14,\n 9,\n 20]\n"),
+        "",
+    );
+    tell(
+        "a bad tolerance",
+        toml,
+        &format!("{THREAD}tolerance = \"2 deg\"\n\"angle [deg]\" = [0, 90]\n\"thread [mm]\" = [0, 20]\n"),
+        "",
+    );
+    tell(
+        "unknown declarations",
+        toml,
+        "[a]\nkind = \"tip\"\nfor = \"bendre\"\n\"force [N]\" = [1, 2]\n\"arm [mm]\" = 1\n[b]\nkind = \"mass\"\npart = [\"cub\", \"wheel\"]\n\"mass [g]\" = 1\n[c]\nfor = \"bender\"\ntarget = \"thread\"\n\"angle [deg]\" = [0, 90]\n\"thread [mm]\" = [0, 20]\n",
+        "",
+    );
+    tell("no part", toml, "[b]\nkind = \"mass\"\n\"mass [g]\" = 1\n", "");
+    tell("a segment or all", toml, "[b]\nkind = \"mass\"\nfor = \"bender\"\n\"mass [g]\" = 12\n", "");
+    tell(
+        "half a segment",
+        toml,
+        "[b]\nkind = \"mass\"\nfor = \"bender\"\n\"mass [g]\" = 12\nsegments = 2.5\n",
+        "",
+    );
+    tell(
+        "measured twice",
+        toml,
+        "[b]\nkind = \"mass\"\nfor = \"cube\"\n\"mass [g]\" = 12\n[c]\nkind = \"mass\"\nfor = \"cube\"\n\"mass [g]\" = 13\n",
+        "",
+    );
+    tell(
+        "forces that pull",
+        toml,
+        "[b]\nkind = \"tip\"\nfor = \"bender\"\n\"force [N]\" = [1,\n-1]\n\"arm [mm]\" = 1\n",
+        "",
+    );
+    tell(
+        "friction of nothing",
+        toml,
+        "[b]\nkind = \"friction\"\nfor = \"cube\"\n\"pull [N]\" = 1\n[c]\nkind = \"friction\"\nfor = \"cube\"\n\"tilt [deg]\" = [30, 95]\n",
+        "",
+    );
+    tell(
+        "the wrong way",
+        toml,
+        "[a]\nkind = \"inflate\"\nfor = \"bender\"\n\"time [s]\" = [0, 1, 2, 3, 4, 5]\n\"angle [deg]\" = [90, 80, 60, 40, 20, 0]\n",
+        "",
+    );
+    tell(
+        "back and forth",
+        toml,
+        "[a]\nkind = \"inflate\"\nfor = \"bender\"\n\"time [s]\" = [0, 1, 2, 3, 4, 5, 6, 7, 8]\n\"angle [deg]\" = [0, 80, 0, 80, 0, 80, 0, 80, 80]\n",
+        "",
+    );
+    tell(
+        "odd prototypes",
+        toml,
+        "[a]\nkind = \"prototype\"\nname = [\"ours\", \"ours\", \"2nd\", \"E\"]\nbuild = [\"tendon\", \"tendons\", \"legs\", \"tendon\"]\n\"simulated [m/h]\" = [10, 0, 1, 1]\n\"measured [m/h]\" = 1\n",
+        "",
+    );
+    tell(
+        "a CSV file with bad rows",
+        toml,
+        "[a]\nkind = \"thread\"\nfile = \"more.csv\"\n",
+        "angle [deg], thread [mm]\n0, 0\n\n# 45 was forgotten\n90\n90, x\n90, 1, 2\n",
+    );
+    tell("a CSV file that lacks a column", "bench.csv", "angle [deg], thred [mm]\n0, 0\n", "");
+    tell("an empty CSV file", "bench.csv", "", "");
+    tell("a CSV file of masses without parts", "weighed.csv", "mass [g]\n8\n", "");
+    insta::assert_snapshot!(told);
+}
+
+#[test]
+fn a_lone_csv_file_is_known_by_its_columns() {
+    let kind = |csv: &str| {
+        let Reading { sections, problems } = read("any.csv", csv, &|_| Err(String::new()));
+        assert_eq!(problems, []);
+        assert_eq!((sections.len(), sections[0].name.as_str()), (1, "any"));
+        sections[0].kind
+    };
+    assert_eq!(kind("angle [deg], thread [mm]\n0, 0\n"), Kind::Thread);
+    assert_eq!(kind("time [s], angle [deg]\n0, 0\n1, 90\n"), Kind::Inflate);
+    assert_eq!(kind("time [s], angle [deg]\n0, -90\n1, 0\n"), Kind::Deflate);
+    assert_eq!(kind("\u{feff}Force [N]; arm [mm]\r\n0,5; 60\r\n;\r\n"), Kind::Tip);
+    assert_eq!(kind("part,mass [g],note\ncube,8.3,dry\n"), Kind::Mass);
+    assert_eq!(kind("tilt [deg]\n30\n"), Kind::Friction);
+    assert_eq!(kind("name,build,simulated [m/h],measured [m/h]\na,tendon,10,3\n"), Kind::Prototype);
+}
+
+#[test]
+fn the_unit_and_the_order_of_rows_do_not_matter() {
+    let one = change(&format!(
+        "{THREAD}\"angle [deg]\" = [-90, 0, 90, 90]\n\"thread [mm]\" = [-21, 0, 22, 22.2]\n"
+    ));
+    let other = change(&format!(
+        "{THREAD}\"thread [cm]\" = [2.22, 0, 2.2, -2.1]\n\"angle [deg]\" = [90, 0, 90, -90]\n"
+    ));
+    assert_eq!(one, other);
+    assert_eq!(one, "threads.thread = -21.0 .. 22.1 mm (3 rows)\n");
+    let tip = |force: &str, arm: &str| change(&format!("[t]\nfor = \"bender\"\n{force}\n{arm}\n"));
+    assert_eq!(
+        tip("\"force [N]\" = [0.95, 0.99]", "\"arm [mm]\" = 60"),
+        tip("\"force [mN]\" = [990, 950]", "\"arm [cm]\" = [6, 6]")
+    );
+}
+
+#[test]
+fn a_table_does_not_take_the_name_of_another() {
+    let mut findings = fitted(WHOLE);
+    rename(&mut findings, &|name| ["bender_thread", "threads"].contains(&name));
+    let text = variant::text("tendon_bench", "./tendon.sgr", "bench.toml", &findings);
+    assert!(text.contains("table bender_thread_measured :"), "{text}");
+    assert!(text.contains("set threads.thread = bender_thread_measured"), "{text}");
+}
+
+#[test]
+fn friction_makes_the_geometric_mean_right() {
+    let findings = fitted(
+        "[mat]\nkind = \"friction\"\npart = [\"cube\", \"cube\", \"ball\"]\n\"pull [N]\" = [0.05, 0.05, 0.03]\n\"mass [g]\" = [8.3, 8.3, 4.6]\n",
+    );
+    let numbers: Vec<(String, f64)> = findings
+        .iter()
+        .map(|f| match &f.change {
+            Change::Number { path, value } => (path.clone(), value.value),
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    let [(ground_path, ground), (ball_path, ball)] = numbers.as_slice() else { panic!("{numbers:?}") };
+    assert_eq!((ground_path.as_str(), ball_path.as_str()), ("hinge_model.ground_friction", "ball.friction"));
+    let cube = rules("tendon").parts["cube"].friction;
+    assert!(((cube * ground).sqrt() - 0.05 / (0.0083 * 9.81)).abs() < 1e-9, "the cube slips when it did");
+    assert!(((ball * ground).sqrt() - 0.03 / (0.0046 * 9.81)).abs() < 1e-9, "and so does the ball");
+}
+
+#[test]
+fn a_torque_that_depends_on_the_angle_is_told() {
+    let tip = |forces: &str| {
+        fitted(&format!(
+            "[t]\nfor = \"bender\"\n\"angle [deg]\" = [0, 30, 60, 90]\n\"force [N]\" = {forces}\n\"arm [mm]\" = 60\n"
+        ))
+    };
+    let falls = tip("[1.0, 0.9, 0.8, 0.7]");
+    assert!(falls[0].notes.iter().any(|n| n.contains("falls by 35 %")), "{:?}", falls[0].notes);
+    assert_eq!(tip("[1.0, 0.98, 1.02, 0.99]")[0].notes.len(), 1);
+}
+
+#[test]
+fn a_thread_that_turns_back_within_its_scatter_is_smoothed() {
+    let findings = fitted(&format!(
+        "{THREAD}\"angle [deg]\" = [-90, -45, 0, 2, 45, 90]\n\"thread [mm]\" = [-20, -10, 0.1, -0.1, 10, 20]\n"
+    ));
+    assert!(findings[0].notes.iter().any(|n| n.contains("smoothed")), "{:?}", findings[0].notes);
+    let Change::Table { table, .. } = &findings[0].change else { panic!() };
+    assert!(table.rows.windows(2).all(|w| w[0].0.value < w[1].0.value && w[0].1.value < w[1].1.value));
+}
+
+#[test]
+fn a_film_to_the_other_side_has_negative_bends() {
+    let film = |sign: f64| {
+        let mut csv = "time [ms], angle [deg]\n".to_owned();
+        for i in 0..60 {
+            let bend = (f64::from(i - 10) * 2.0).clamp(0.0, 80.0);
+            let _ = writeln!(csv, "{}, {}", i * 20, sign * bend);
+        }
+        let findings = fitted_from(
+            "bench.toml",
+            "[i]\nkind = \"inflate\"\nfor = \"bender\"\nfile = \"more.csv\"\n",
+            &csv,
+        );
+        findings.unwrap().remove(0)
+    };
+    let [one, other] = [film(1.0), film(-1.0)];
+    assert_eq!(one.change.shown(), "100.0 deg/s");
+    assert_eq!(one.change, other.change);
+    assert_eq!(other.plots[0].points.last().unwrap().1, -80.0);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, ..ProptestConfig::default() })]
+
+    /// A thread that is read off a ruler is found again as far as the ruler can tell.
+    #[test]
+    fn a_true_thread_is_found_again(
+        at_90 in 5.0f64..60.0, curved in -0.3f64..0.3, falls in any::<bool>(), wobble in proptest::collection::vec(-0.3f64..0.3, 37)
+    ) {
+        let sign = if falls { -1.0 } else { 1.0 };
+        let truth = |a: f64| sign * at_90 * (a / 90.0) * (1.0 + curved * (a / 90.0));
+        let mut csv = "angle [deg],thread [mm]\n".to_owned();
+        for (i, wobble) in wobble.iter().enumerate() {
+            let angle = i as f64 * 5.0 - 90.0;
+            let _ = writeln!(csv, "{angle},{}", truth(angle) + wobble);
+        }
+        let findings = fitted_from("bench.toml", "[t]\nkind = \"thread\"\nfor = \"bender\"\nfile = \"more.csv\"\n", &csv);
+        prop_assert!(findings.is_ok(), "{:?}", findings);
+        let findings = findings.unwrap();
+        let Change::Table { table, path } = &findings[0].change else { panic!() };
+        prop_assert_eq!(path.as_deref(), Some("threads.thread"));
+        prop_assert!(table.rows.len() <= 16);
+        let rows: Vec<(f64, f64)> = table.rows.iter().map(|(a, l)| (a.value, l.value)).collect();
+        prop_assert!(rows.windows(2).all(|w| w[0].0 < w[1].0 && (w[1].1 - w[0].1) * sign > 0.0), "{:?}", rows);
+        for angle in -80..=80 {
+            let angle = f64::from(angle);
+            let far = (lines::at(&rows, angle) - truth(angle)).abs();
+            prop_assert!(far < 1.2, "{far} mm at {angle} deg: {:?}", rows);
+        }
+    }
+
+    /// Whatever a file holds, reading and fitting it does no harm.
+    #[test]
+    fn arbitrary_files_do_no_harm(csv in "(time|angle|thread|force|arm|mass|run|part| |\\[deg\\]|\\[mm\\]|\\[s\\]|,|;|\n|[0-9]{1,3}|-|\\.|\"){0,60}") {
+        let _ = wrong("bench.csv", &csv, "");
+        let _ = wrong("bench.toml", &csv, "");
+    }
+
+    /// Nor do numbers that nobody measured.
+    #[test]
+    fn arbitrary_numbers_do_no_harm(
+        kind in 0usize..4,
+        rows in proptest::collection::vec((-1e3f64..1e3, -1e3f64..1e3), 1..20),
+        scale in prop::sample::select(vec![1.0, 1e-12, 1e12, 0.0])
+    ) {
+        let header = ["angle [deg],thread [mm]", "time [s],angle [deg]", "force [N],arm [mm]", "mass [g],segments"][kind];
+        let mut csv = format!("{header}\n");
+        for (a, b) in rows {
+            let _ = writeln!(csv, "{},{}", a * scale, b * scale);
+        }
+        let kind = ["thread", "inflate", "tip", "mass"][kind];
+        let text = format!("[t]\nkind = \"{kind}\"\nfor = \"bender\"\nfile = \"more.csv\"\n");
+        if let Ok(findings) = fitted_from("bench.toml", &text, &csv) {
+            let _ = page::page("a", "b", "c", &findings);
+            let _ = variant::text("a", "./b.sgr", "c", &findings);
+        }
+    }
+}

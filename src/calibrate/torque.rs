@@ -1,0 +1,93 @@
+//! The torque of an actuator, from the force at its tip.
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::units::{Dimension, shown};
+
+use super::declared;
+use super::finding::{Change, Figure, Finding, Plot, Residual};
+use super::measurements::Section;
+use super::problem::Problem;
+use super::statistics::{mean_and_deviation, slope};
+
+/// A torque that changes by more than this share of its mean over the angles depends on the angle.
+const STRONG: f64 = 0.25;
+
+/// Fits a section of kind `tip`: force times arm.
+pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Problem>> {
+    let (name, actuator) = declared::actuator(rules, section).map_err(|p| vec![p])?;
+    let (forces, arms) = (section.numbers("force"), section.numbers("arm"));
+    let problems: Vec<Problem> = forces
+        .iter()
+        .zip(arms)
+        .enumerate()
+        .filter(|(_, (force, arm))| **force <= 0.0 || **arm <= 0.0)
+        .map(|(row, _)| {
+            Problem::contradiction(section.place(row), "a force and an arm that push must be more than 0")
+        })
+        .collect();
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let torques: Vec<f64> = forces.iter().zip(arms).map(|(force, arm)| force * arm).collect();
+    let (mean, deviation) = mean_and_deviation(&torques);
+    let many = torques.len();
+    if many < 2 {
+        return Err(vec![Problem::unreadable(
+            &section.place,
+            format!(
+                "`{}` has one point only: push twice or more, so that it is known how well it repeats",
+                section.name
+            ),
+        )]);
+    }
+    let value = Figure::of(mean, Some(deviation / (many as f64).sqrt()), "N*m/rad");
+    let spread = Figure::of(deviation, Some(deviation / 10.0), "N*m/rad");
+    let mut notes = vec![format!("Tip force times arm: the mean, with a standard deviation of {spread}.")];
+    let angles: Vec<f64> = section.numbers("angle").iter().map(|a| a.to_degrees()).collect();
+    if let Some(note) = varies(&angles, &torques, mean) {
+        notes.push(note);
+    }
+    let has_angles = !angles.is_empty();
+    let across = |i: usize| angles.get(i).copied().unwrap_or(i as f64 + 1.0);
+    let point = |(i, torque): (usize, &f64)| (across(i), *torque, 0);
+    let points: Vec<(f64, f64, usize)> = torques.iter().enumerate().map(point).collect();
+    let ends = points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.0), h.max(p.0)));
+    let plot = Plot {
+        title: format!("Torque of `{name}`"),
+        x: if has_angles { "bend (deg)" } else { "measurement" }.into(),
+        y: "torque (N*m/rad)".into(),
+        fit: vec![(vec![(ends.0, mean), (ends.1, mean)], 0)],
+        rows: Vec::new(),
+        unit: "N*m/rad".into(),
+        residuals: points.iter().map(|(x, y, run)| (*x, y - mean, *run)).collect(),
+        points,
+    };
+    let residuals: Vec<f64> = torques.iter().map(|t| t - mean).collect();
+    Ok(Finding {
+        section: section.name.clone(),
+        place: section.place.clone(),
+        source: section.source.clone(),
+        quantity: format!("{name}.torque"),
+        old: Some(shown(actuator.torque, Dimension::named("Torque").unwrap_or_default())),
+        change: Change::Number { path: format!("{name}.torque"), value },
+        residual: Residual::of(&residuals, "N*m/rad"),
+        points: many,
+        notes,
+        plots: vec![plot],
+    })
+}
+
+/// Says so where the torque depends on the angle.
+fn varies(angles: &[f64], torques: &[f64], mean: f64) -> Option<String> {
+    let points: Vec<(f64, f64)> = angles.iter().copied().zip(torques.iter().copied()).collect();
+    let (low, high) =
+        angles.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), a| (l.min(*a), h.max(*a)));
+    let change = slope(&points) * (high - low);
+    (points.len() > 2 && change.abs() > STRONG * mean).then(|| {
+        let way = if change > 0.0 { "grows" } else { "falls" };
+        format!(
+            "It {way} by {:.0} % of its mean from {low:.0} to {high:.0} deg, which one number cannot say.",
+            100.0 * change.abs() / mean
+        )
+    })
+}

@@ -1,0 +1,192 @@
+//! `sgc calibrate`: from a bench's measurements to a variant of a grammar.
+
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+use clap::Args;
+use grammar_lang::diagnostics::render::{Format, render};
+
+use super::exit;
+use super::load;
+use super::output::{self, Fault};
+use crate::calibrate::{self, Problem};
+use crate::document::is_name;
+use crate::results::whole::write_whole;
+use crate::world::{Files, read_text};
+
+/// Fit measurements of a workshop's bench, and write the variant of a grammar that holds them
+///
+/// Beside the variant stands a page with a plot of each measurement: points, fit, residuals. What to
+/// measure with what, and how to write it down, is in docs/calibration.md.
+#[derive(Args)]
+pub(super) struct Calibrate {
+    /// A TOML file with a section for each measurement, or a CSV file with one
+    #[arg(value_name = "MEASUREMENTS")]
+    measurements: PathBuf,
+    /// The grammar whose declarations were measured
+    #[arg(long = "for", value_name = "GRAMMAR")]
+    grammar: PathBuf,
+    /// Where to write the variant; the page stands beside it [default: GRAMMAR_bench.sgr beside MEASUREMENTS]
+    #[arg(long, value_name = "FILE.sgr")]
+    out: Option<PathBuf>,
+    /// What to call the variant [default: the name of its file]
+    #[arg(long, value_name = "NAME")]
+    variant: Option<String>,
+    /// Replace existing files
+    #[arg(long)]
+    force: bool,
+}
+
+impl Calibrate {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let name = self.measurements.to_string_lossy().into_owned();
+        let text =
+            read_text(&self.measurements).map_err(|e| Fault::usage(format!("cannot read {name}: {e}")))?;
+        let out = self.target()?;
+        let page = out.with_extension("html");
+        let variant = self.name(&out)?;
+        self.may_write(&[&out, &page])?;
+        let folder = self.measurements.parent().unwrap_or(Path::new(""));
+        let beside = |file: &str| {
+            let path = folder.join(file);
+            read_text(&path).map(|text| (path.to_string_lossy().into_owned(), text))
+        };
+        let reading = calibrate::read(&name, &text, &beside);
+        // Also where the measurements are bad: what is wrong with either is told at once.
+        let (rules, sources) = match load::grammar(&self.grammar, &[], None) {
+            Err(unsound) if !reading.problems.is_empty() => {
+                if !unsound.message.is_empty() {
+                    output::note(&format!("error: {}", unsound.message));
+                }
+                return Err(fault(reading.problems));
+            }
+            grammar => grammar?,
+        };
+        let mut findings = calibrate::fit(&reading, &rules).map_err(fault)?;
+        calibrate::rename(&mut findings, &|name| {
+            sources.iter().any(|(_, source)| has_word(&source.text, name))
+        });
+        let base = from_folder(&self.grammar, &out)?;
+        let file = self.measurements.file_name().unwrap_or_default().to_string_lossy();
+        let text = calibrate::variant::text(&variant, &base, &file, &findings);
+        accepted(&out, &text)?;
+        write_whole(&page, &calibrate::page::page(&variant, &base, &file, &findings))
+            .map_err(Fault::usage)?;
+        write_whole(&out, &text).map_err(Fault::usage)?;
+        output::data(&calibrate::summary(&findings))?;
+        output::note(&format!("wrote {} and {}", out.display(), page.display()));
+        output::note(&format!("next: sgc check {0}, then sgc run {0}", out.display()));
+        Ok(exit::DONE)
+    }
+
+    /// Where to write the variant.
+    fn target(&self) -> Result<PathBuf, Fault> {
+        if self.grammar.extension().is_none_or(|e| e != "sgr") {
+            return Err(Fault::usage(format!(
+                "{} is no grammar file: its name does not end with .sgr, so no variant can name it",
+                self.grammar.display()
+            )));
+        }
+        let stem = self.grammar.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let out =
+            self.out.clone().unwrap_or_else(|| self.measurements.with_file_name(format!("{stem}_bench.sgr")));
+        if out.extension().is_none_or(|e| e != "sgr") {
+            return Err(Fault::usage(format!(
+                "{} does not end with .sgr; write --out NAME.sgr",
+                out.display()
+            )));
+        }
+        if fs::canonicalize(&out).is_ok_and(|out| fs::canonicalize(&self.grammar).is_ok_and(|g| g == out)) {
+            return Err(Fault::usage("--out names the grammar itself; choose another file".to_owned()));
+        }
+        Ok(out)
+    }
+
+    /// What the variant is called.
+    fn name(&self, out: &Path) -> Result<String, Fault> {
+        let stem = out.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+        let name = self.variant.clone().unwrap_or(stem);
+        if is_name(&name) {
+            return Ok(name);
+        }
+        Err(Fault::usage(format!(
+            "`{name}` cannot name a variant: a name is a word of letters, digits and `_` that does not begin with \
+             a digit and is not reserved; say --variant NAME"
+        )))
+    }
+
+    fn may_write(&self, files: &[&Path]) -> Result<(), Fault> {
+        for file in files {
+            // A link that leads nowhere is there, too.
+            if !self.force && fs::symlink_metadata(file).is_ok() {
+                return Err(Fault::usage(format!(
+                    "{} exists already; choose another name with --out, or replace it with --force",
+                    file.display()
+                )));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a word stands in a text.
+fn has_word(text: &str, word: &str) -> bool {
+    text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|w| w == word)
+}
+
+/// Checks the variant where it is to stand: what would be refused later is not written.
+fn accepted(out: &Path, text: &str) -> Result<(), Fault> {
+    let checked = load::check(&Files, &out.to_string_lossy(), text, &[], None);
+    if checked.sound {
+        return Ok(());
+    }
+    let found = render(&checked.diagnostics, &checked.sources, Format::Full, output::colour_err());
+    output::note(found.trim_end());
+    Err(Fault::input("the grammar does not bear what was measured; nothing is written"))
+}
+
+/// Tells everything that is wrong with measurements.
+fn fault(problems: Vec<Problem>) -> Fault {
+    let code = if problems.iter().all(|p| p.is_contradiction) { exit::INPUT } else { exit::USAGE };
+    for problem in &problems {
+        output::note(&format!("error: {problem}"));
+    }
+    Fault { code, message: String::new() }
+}
+
+/// How a text names the grammar from the folder that it stands in.
+fn from_folder(grammar: &Path, text: &Path) -> Result<String, Fault> {
+    let folder = text.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let whole = |path: &Path| {
+        fs::canonicalize(path).map_err(|e| Fault::usage(format!("cannot read {}: {e}", path.display())))
+    };
+    let path = relative(&whole(grammar)?, &whole(folder)?);
+    if path.contains(['"', '\\', '\n', '{', '}']) {
+        return Err(Fault::usage(format!("a variant cannot name the file {path}; rename it")));
+    }
+    Ok(path)
+}
+
+/// The way from a folder to a file, both from the root.
+fn relative(file: &Path, folder: &Path) -> String {
+    let (file, folder): (Vec<Component<'_>>, Vec<Component<'_>>) =
+        (file.components().collect(), folder.components().collect());
+    let common = file.iter().zip(&folder).take_while(|(a, b)| a == b).count();
+    let up = folder.len() - common;
+    let mut parts = if up == 0 { vec![".".to_owned()] } else { vec!["..".to_owned(); up] };
+    parts.extend(file.iter().skip(common).map(|c| c.as_os_str().to_string_lossy().into_owned()));
+    parts.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_way_to_a_grammar_is_that_from_the_folder_of_the_text() {
+        let way = |file: &str, folder: &str| relative(Path::new(file), Path::new(folder));
+        assert_eq!(way("/a/b/c.sgr", "/a/b"), "./c.sgr");
+        assert_eq!(way("/a/b/c.sgr", "/a/d/e"), "../../b/c.sgr");
+        assert_eq!(way("/a/b/c.sgr", "/a"), "./b/c.sgr");
+    }
+}
