@@ -9,6 +9,8 @@ use grammar_lang::ir::RuleSet;
 use super::output::{self, Fault};
 use super::precision::Precision;
 use super::{exit, load};
+use crate::calibrate::reality;
+use crate::results::judge::Replayed;
 use crate::results::saved::SavedDesign;
 use crate::results::{describe, judge};
 use crate::simulate;
@@ -36,6 +38,33 @@ pub(super) struct Eval {
     /// The variant of that grammar
     #[arg(long, value_name = "NAME", requires = "grammar")]
     variant: Option<String>,
+}
+
+/// What the prototypes of its kind of build make of a design's speed, for each task that is simulated on a target.
+fn predictions(rules: &RuleSet, replayed: &Replayed) -> Vec<String> {
+    let mut lines = Vec::new();
+    for (name, simulated) in replayed.tasks.iter().filter_map(|task| task.speed.as_ref()) {
+        let Some(target) = rules.targets.get(name) else { continue };
+        let simulated = *simulated;
+        let kind = target.backend.name();
+        let built = rules.prototypes.values().filter(|p| p.backend == kind);
+        let built: Vec<(f64, f64)> = built.map(|p| (p.simulated, p.measured)).collect();
+        let hourly = |speed: f64| format!("{:.1} m/h", speed * 3600.0);
+        lines.push(format!("speed on `{name}` {} simulated\n", hourly(simulated)));
+        let Some(prediction) = reality::predict(&built, simulated) else { continue };
+        let count = prediction.prototypes;
+        let prototypes = if count == 1 { "one prototype".to_owned() } else { format!("{count} prototypes") };
+        lines.push(match prediction.interval {
+            Some((low, high)) => format!(
+                "  to expect, built: {}, nine times of ten {} to {} (as {prototypes} on {kind})\n",
+                hourly(prediction.speed),
+                hourly(low),
+                hourly(high)
+            ),
+            None => format!("  to expect, built: {} (as {prototypes} on {kind})\n", hourly(prediction.speed)),
+        });
+    }
+    lines
 }
 
 /// The file that a design or run folder means.
@@ -84,6 +113,9 @@ impl Eval {
                 let text = describe::term(&rules, &saved.unit, name, *value);
                 output::data(&format!("  {name} {text}\n"))?;
             }
+        }
+        for line in predictions(&rules, &replayed) {
+            output::data(&line)?;
         }
         let same = self.solver.is_none() && precision == judge::Precision::Model && self.grammar.is_none();
         if same && value.to_bits() == design.value.to_bits() {

@@ -49,6 +49,8 @@ pub struct ReplayedTask {
     pub targets: simulate::Targets,
     /// The score of a valid motion.
     pub score: Option<Score>,
+    /// The target that the task is simulated on and how fast the robot was, m/s, if the target says what that is.
+    pub speed: Option<(String, f64)>,
 }
 
 /// Simulates a saved design: with a solver, and at the given part of the model's step, or at a step in s.
@@ -211,6 +213,26 @@ impl<'a> Driven<'a> {
     }
 }
 
+impl Driven<'_> {
+    /// How fast the robot was, as the target that it is simulated on says.
+    fn speed(
+        &self,
+        rules: &RuleSet,
+        (derivation, body): (&Arc<Derivation>, &Body),
+        motion: &Motion,
+    ) -> Result<Option<(String, f64)>, String> {
+        let target = self.task.on.as_ref().and_then(|name| rules.targets.get_key_value(name));
+        let Some((name, wanted)) = target.and_then(|(name, target)| Some((name, target.speed.as_ref()?)))
+        else {
+            return Ok(None);
+        };
+        let recording =
+            Recording { derivation, body, motion, drive: &self.drive, parameters: &self.parameters };
+        let speeds = score::quantities(rules, recording, &[wanted]).map_err(|e| e.reason)?;
+        Ok(speeds.first().map(|speed| (name.clone(), *speed)))
+    }
+}
+
 fn replay_task(
     rules: &RuleSet,
     saved: &SavedTask,
@@ -227,7 +249,11 @@ fn replay_task(
         Ok(motion) => Some(driven.score(rules, of, motion)?),
         Err(_) => None,
     };
-    Ok(ReplayedTask { name: saved.name.clone(), motion, targets: driven.targets, score })
+    let speed = match &motion {
+        Ok(motion) => driven.speed(rules, of, motion)?,
+        Err(_) => None,
+    };
+    Ok(ReplayedTask { name: saved.name.clone(), motion, targets: driven.targets, score, speed })
 }
 
 fn simulated(
