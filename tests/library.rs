@@ -196,6 +196,7 @@ fn every_number_of_the_library_changes_the_rule_set() {
         "grammars/codesign.sgr",
         "grammars/morphology.sgr",
         "grammars/pneumatic.sgr",
+        "grammars/tendon.sgr",
         "grammars/shepherd.sgr",
         "grammars/terms.sgr",
         "grammars/short.sgr",

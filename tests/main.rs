@@ -12,6 +12,7 @@ mod catalogue;
 mod command_line;
 mod derivation;
 mod docs;
+mod drive;
 mod features;
 mod format;
 mod fuzz;

@@ -73,7 +73,8 @@ impl Drive {
     fn show(&self, schedule: &Schedule, design: &Path) -> Result<u8, Fault> {
         output::data(&dry_run::text(schedule, 100, Marks::Blocks))?;
         let out = self.out.clone().unwrap_or_else(|| design.with_file_name("schedule.svg"));
-        write_whole(&out, &picture::svg(schedule)).map_err(Fault::usage)?;
+        write_whole(&out, &picture::svg(schedule))
+            .map_err(|reason| Fault::usage(format!("{reason}; choose another place with --out")))?;
         output::note(&format!("drawn in {}", out.display()));
         Ok(exit::DONE)
     }
@@ -97,7 +98,12 @@ impl Drive {
         bar.finish_and_clear();
         match outcome.map_err(|error| fault(&error))? {
             Outcome::Completed { cycles } => {
-                output::note(&format!("{cycles} cycles were run; the outputs are in their safe state"));
+                let run = if cycles == 1 {
+                    "one cycle was run".to_owned()
+                } else {
+                    format!("{cycles} cycles were run")
+                };
+                output::note(&format!("{run}; the outputs are in their safe state"));
                 Ok(exit::DONE)
             }
             Outcome::Stopped { cycles } => {

@@ -88,6 +88,14 @@ impl Rig {
         Self::start(&[])
     }
 
+    /// A board in real time, and the name of its port.
+    pub(crate) fn at_port(flag: &str) -> Option<(Self, String)> {
+        let mut rig = Self::start(&[flag])?;
+        let line = rig.line();
+        let port = line.strip_prefix("pty ").unwrap().to_owned();
+        Some((rig, port))
+    }
+
     fn start(flags: &[&str]) -> Option<Self> {
         let built = build()?;
         let folder = tempfile::tempdir().unwrap();

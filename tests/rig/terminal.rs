@@ -8,17 +8,9 @@ use sgc::hardware::{Error, Outcome, Plan, Safe, Serial, Session, Wish, drive};
 use super::trace::us;
 use super::{MHZ, Rig, at_most, valves};
 
-/// A board in real time and the name of its port.
-fn board(flag: &str) -> Option<(Rig, String)> {
-    let mut rig = Rig::start(&[flag])?;
-    let line = rig.line();
-    let port = line.strip_prefix("pty ").unwrap().to_owned();
-    Some((rig, port))
-}
-
 #[test]
 fn a_gait_is_driven_through_a_port() {
-    let Some((mut rig, port)) = board("--uno") else { return };
+    let Some((mut rig, port)) = Rig::at_port("--uno") else { return };
     let schedule = valves::eight(Safe::Hold);
     let plan = Plan { cycles: 2, ..Plan::default() };
     let mut beats = 0;
@@ -39,7 +31,7 @@ fn a_gait_is_driven_through_a_port() {
 
 #[test]
 fn a_port_is_opened_by_one_program_only() {
-    let Some((_rig, port)) = board("--pty") else { return };
+    let Some((_rig, port)) = Rig::at_port("--pty") else { return };
     let _mine = Serial::open(&port).unwrap();
     let error = Serial::open(&port).unwrap_err();
     assert!(matches!(error, Error::PortBusy { .. }), "{error}");
@@ -47,7 +39,7 @@ fn a_port_is_opened_by_one_program_only() {
 
 #[test]
 fn a_board_that_is_gone_is_told() {
-    let Some((mut rig, port)) = board("--pty") else { return };
+    let Some((mut rig, port)) = Rig::at_port("--pty") else { return };
     let mut beats = 0;
     let error =
         drive(Serial::open(&port).unwrap(), &valves::eight(Safe::Hold), &Plan::default(), &mut |_| {
@@ -64,7 +56,7 @@ fn a_board_that_is_gone_is_told() {
 
 #[test]
 fn a_port_without_a_board_is_told() {
-    let Some((mut rig, port)) = board("--pty") else { return };
+    let Some((mut rig, port)) = Rig::at_port("--pty") else { return };
     rig.command("cable 0");
     let error = Session::open(Serial::open(&port).unwrap()).unwrap_err();
     assert!(matches!(error, Error::Silent { .. }), "{error}");
@@ -81,7 +73,7 @@ fn drive_until_killed() {
 
 #[test]
 fn the_board_of_a_killed_host_comes_to_its_safe_state() {
-    let Some((mut rig, port)) = board("--pty") else { return };
+    let Some((mut rig, port)) = Rig::at_port("--pty") else { return };
     let mut host = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "rig::terminal::drive_until_killed", "--ignored"])
         .env("SGC_TEST_PORT", &port)

@@ -1,0 +1,155 @@
+//! `sgc drive`: from a run folder to what a board plays, and to a board that plays it.
+
+use std::path::Path;
+use std::process::{Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use tempfile::TempDir;
+
+use crate::rig::Rig;
+use crate::support::root;
+
+fn sgc(arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sgc"));
+    command.args(arguments).env("NO_COLOR", "1");
+    command
+}
+
+fn run(arguments: &[&str]) -> Output {
+    sgc(arguments).output().unwrap()
+}
+
+fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
+}
+
+fn grammar(name: &str) -> String {
+    root().join("grammars").join(name).to_string_lossy().into_owned()
+}
+
+/// A folder with a short run of each of the two grammars that have a target.
+fn runs() -> &'static Path {
+    static RUNS: OnceLock<TempDir> = OnceLock::new();
+    let folder = RUNS.get_or_init(|| {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["pneumatic", "tendon"] {
+            let out = folder.path().join(name);
+            let file = grammar(&format!("{name}.sgr"));
+            let output =
+                run(&["run", &file, "--max-evals", "60", "--quiet", "--out", &out.to_string_lossy()]);
+            assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+        }
+        folder
+    });
+    folder.path()
+}
+
+fn design(name: &str) -> String {
+    runs().join(name).to_string_lossy().into_owned()
+}
+
+#[test]
+fn what_a_board_would_play_is_printed_and_drawn() {
+    for (name, kind, row) in [("pneumatic", "valves", "inflate"), ("tendon", "servos", "1000 to 2000 us")] {
+        let output = run(&["drive", &design(name), "--dry-run"]);
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(0), "{text}");
+        assert!(text.contains(&format!("channels of {kind}, period")) && text.contains(row), "{text}");
+        assert!(text.contains("(in D3, out D4)") || text.contains("(D3)"), "{text}");
+        let drawn = std::fs::read_to_string(runs().join(name).join("schedule.svg")).unwrap();
+        roxmltree::Document::parse(&drawn).unwrap();
+    }
+}
+
+#[test]
+fn eval_says_what_to_expect_of_the_robot_when_it_is_built() {
+    let text = said(&run(&["eval", &design("tendon")]));
+    assert!(text.contains("speed on `threads`") && text.contains("(as 3 prototypes on tendon)"), "{text}");
+}
+
+/// A variant of a grammar in a file of its own.
+fn variant(folder: &Path, base: &str, edits: &str) -> String {
+    let path = folder.join("variant.sgr");
+    std::fs::write(&path, format!("variant other of \"{}\" {{\n{edits}\n}}\n", grammar(base))).unwrap();
+    path.to_string_lossy().into_owned()
+}
+
+#[test]
+fn what_does_not_fit_is_refused_before_anything_moves() {
+    let folder = tempfile::tempdir().unwrap();
+    let (air, threads) = (design("pneumatic"), design("tendon"));
+    let few = variant(folder.path(), "pneumatic.sgr", "set valves.inflate = [D3]\nset valves.vent = [D4]");
+    let cases: [(&[&str], &str); 6] = [
+        (&["drive", &air, "--dry-run", "--grammar", &few], "the target has 1 channels: name more pins"),
+        (&["drive", &air, "--dry-run", "--target", "threads"], "has no target `threads`; it has: valves"),
+        (&["drive", &air, "--port", "/dev/nowhere"], "there is no port /dev/nowhere"),
+        (&["drive", &threads], "--port <PATH>"),
+        (&["drive", &threads, "--port", "x", "--cycles", "-1"], "unexpected argument '-1'"),
+        (&["drive", "/nowhere", "--dry-run"], "cannot read /nowhere"),
+    ];
+    for (arguments, message) in cases {
+        let output = run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", said(&output));
+        assert!(said(&output).contains(message), "{arguments:?}: {}", said(&output));
+    }
+}
+
+#[test]
+fn a_target_that_the_design_was_not_simulated_on_cuts_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let narrow = variant(
+        folder.path(),
+        "tendon.sgr",
+        "set threads.turn = -3 deg .. 3 deg\nreplace simulate hinge_model for 20 s",
+    );
+    let output = run(&["drive", &design("tendon"), "--dry-run", "--grammar", &narrow]);
+    let text = said(&output);
+    assert_eq!(output.status.code(), Some(2), "{text}");
+    assert!(
+        text.contains("it is asked to bend by") && text.contains("simulate the grammar on this target"),
+        "{text}"
+    );
+}
+
+#[test]
+fn a_board_plays_so_many_cycles() {
+    let Some((mut rig, port)) = Rig::at_port("--uno") else { return };
+    let output = run(&["drive", &design("pneumatic"), "--port", &port, "--cycles", "1"]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(said(&output).contains("one cycle was run"), "{}", said(&output));
+    let trace = rig.trace();
+    assert!(trace.changes() > 2, "valves have moved");
+    // A target that vents leaves the vents open.
+    assert!(!trace.high().is_empty());
+}
+
+#[test]
+fn ctrl_c_and_the_stop_button_bring_the_board_to_its_safe_state() {
+    for (button, code, message) in [(false, 130, "stopped after"), (true, 3, "stop circuit")] {
+        let Some((mut rig, port)) = Rig::at_port("--pty") else { return };
+        let mut host = sgc(&["drive", &design("tendon"), "--port", &port]);
+        let host = host.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let begun = Instant::now();
+        while rig.trace().changes() < 20 {
+            assert!(begun.elapsed() < Duration::from_secs(60), "nothing moves");
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        if button {
+            rig.command("stop 1");
+        } else {
+            let pid = host.id().to_string();
+            assert!(Command::new("kill").args(["-INT", &pid]).status().unwrap().success());
+        }
+        let output = host.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(code), "{}", said(&output));
+        assert!(said(&output).contains(message), "{}", said(&output));
+        // Servos are let go: no pulse is under way, and none comes.
+        let at = rig.cycles();
+        while rig.cycles() < at + 100_000 * crate::rig::MHZ {
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        let trace = rig.trace();
+        assert!(trace.high().is_empty() && trace.last_rise() < at, "pulses go on");
+    }
+}
