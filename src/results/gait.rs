@@ -5,8 +5,8 @@ use grammar_lang::ir::RuleSet;
 use super::describe::part_name;
 use super::judge::{self, body_of};
 use super::saved::SavedDesign;
-use crate::hardware::Schedule;
 use crate::hardware::backend::{self, POINTS, backend};
+use crate::hardware::{Limits, Problem, Schedule};
 
 /// The schedule of a design's gait in a task (the first, if none is named) on a target: the one that is named, or the
 /// one that the task is simulated on, or the only one.
@@ -55,6 +55,9 @@ pub fn schedule(
     let strict = task.on.as_deref() != Some(name);
     let names: Vec<String> =
         cycle.actuators.iter().map(|(id, _)| part_name(&derivation.design, *id)).collect();
-    backend::schedule(&*backend(target, strict), &cycle, &names)
-        .map_err(|problems| problems.iter().map(ToString::to_string).collect())
+    let texts = |problems: Vec<Problem>| problems.iter().map(ToString::to_string).collect::<Vec<String>>();
+    let schedule = backend::schedule(&*backend(target, strict), &cycle, &names).map_err(texts)?;
+    // Better told before a board is asked.
+    let problems = schedule.check(&Limits::default());
+    if problems.is_empty() { Ok(schedule) } else { Err(texts(problems)) }
 }
