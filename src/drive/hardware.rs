@@ -7,9 +7,9 @@ use grammar_lang::ir::{Backend, Speed, Supply, Target, Tendon};
 use super::Drive;
 use crate::simulate::Targets;
 
-/// The longest step in which bends under valves are followed, s. Speeds change with the bend and with what the
-/// others do; within a step they are taken as they are at its beginning, so that it must be short.
-const FINE: f64 = 1e-3;
+/// The longest step in which bends are followed, s, where speeds change with the bend or with what the others do:
+/// within a step they are taken as they are at its beginning.
+const FINE: f64 = 2e-3;
 
 /// A valve that changes within this time, s, changes now.
 const NOW: f64 = 1e-9;
@@ -131,6 +131,11 @@ fn inflate(actuators: &[Inflated<'_>], supply: Option<&Supply>, targets: &mut Ta
     let mut bends = vec![0.0; actuators.len()];
     let mut states = vec![Valve::Closed; actuators.len()];
     let mut shares = vec![1.0; actuators.len()];
+    // Constant speeds need no steps between changes.
+    let constant = |actuator: &Inflated<'_>| {
+        [actuator.bending, actuator.relaxing].iter().all(|speed| matches!(speed, Speed::Constant(_)))
+    };
+    let fine = if supply.is_none() && actuators.iter().all(constant) { f64::INFINITY } else { FINE };
     for sample in 0..targets.samples() {
         for (bend, column) in bends.iter().zip(columns) {
             if let Some(cell) = targets.cell(sample, *column) {
@@ -140,7 +145,7 @@ fn inflate(actuators: &[Inflated<'_>], supply: Option<&Supply>, targets: &mut Ta
         let (mut now, end) = (sample as f64 * targets.interval, (sample + 1) as f64 * targets.interval);
         while now < end {
             // No further than to the next change of a valve, so that its moment counts exactly.
-            let mut step = (end - now).min(FINE);
+            let mut step = (end - now).min(fine);
             for (state, actuator) in states.iter_mut().zip(actuators) {
                 let left;
                 (*state, left) = actuator.state(now);

@@ -74,12 +74,16 @@ impl Valves {
     #[must_use]
     pub fn settled(&self, shortest: f64) -> Self {
         let mut changes = self.changes.clone();
+        // Each time there is one state less in the cycle.
         while let Some(short) = self.shortest_of(&changes, shortest) {
+            let mut short = short;
+            if wraps(&changes) && (short == 0 || short + 1 == changes.len()) {
+                // What ends the cycle and begins it is one state.
+                changes.pop();
+                short = 0;
+            }
             changes.remove(short);
-            // What lasted over the beginning of the cycle does so still.
-            if short == 0
-                && let (Some(last), false) = (changes.last().copied(), changes.is_empty())
-            {
+            if let (0, Some(last)) = (short, changes.last().copied()) {
                 changes.insert(0, (0.0, last.1));
             }
             changes.dedup_by(|next, before| next.1 == before.1);
@@ -87,26 +91,29 @@ impl Valves {
         Self { period: self.period, changes }
     }
 
-    /// The state that lasts shortest, if that is too short. What ends the cycle as it begins is one state.
+    /// The state that lasts shortest, if that is too short.
     fn shortest_of(&self, changes: &[(f64, Valve)], shortest: f64) -> Option<usize> {
-        let (first, last) = (changes.first()?, changes.last()?);
         if changes.len() < 2 {
             return None;
         }
-        let wraps = first.1 == last.1;
-        let lasts = |i: usize| {
-            let (from, _) = changes.get(i)?;
-            let to = changes.get(i + 1).map_or(self.period, |(to, _)| *to);
-            let more = match () {
-                () if wraps && i == 0 => self.period - last.0,
-                () if wraps && i + 1 == changes.len() => changes.get(1).map_or(0.0, |(to, _)| *to),
-                () => 0.0,
-            };
-            Some((to - from + more, i))
+        let ends = |i: usize| changes.get(i + 1).map_or(self.period, |(to, _)| *to);
+        let lasts = |(i, (from, _)): (usize, &(f64, Valve))| match i {
+            0 if wraps(changes) => {
+                (ends(0) + self.period - changes.last().map_or(self.period, |(to, _)| *to), 0)
+            }
+            _ => (ends(i) - from, i),
         };
-        let all = (0..changes.len()).filter_map(lasts).filter(|(time, _)| *time < shortest);
+        // The last piece of a state that goes on at the beginning counts there.
+        let count = changes.len() - usize::from(wraps(changes));
+        let all = changes.iter().enumerate().take(count).map(lasts).filter(|(time, _)| *time < shortest);
         all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, i)| i)
     }
+}
+
+/// Whether the state that ends the cycle goes on at its beginning.
+fn wraps(changes: &[(f64, Valve)]) -> bool {
+    let ends = changes.first().zip(changes.last());
+    changes.len() > 1 && ends.is_some_and(|(first, last)| first.1 == last.1)
 }
 
 #[cfg(test)]
@@ -149,6 +156,22 @@ mod tests {
         let over = valves(&[(0.0, Vent), (0.03, Closed), (1.97, Vent)]);
         assert_eq!(over.settled(0.04), over);
         assert_eq!(over.settled(0.07).changes, [(0.0, Closed)]);
+        let exactly = valves(&[(0.0, Vent), (0.25, Closed), (1.75, Vent)]);
+        assert_eq!(exactly.settled(0.75).changes, [(0.0, Closed)]);
+    }
+
+    proptest::proptest! {
+        #[test]
+        fn whatever_the_cycle_no_state_stays_too_short(
+            shares in proptest::collection::vec(0.0f64..1.0, 4), phase in 0.0f64..1.0, shortest in 0.001f64..0.8,
+        ) {
+            let settled = Valves::cycle(2.0, &shares, &[Closed, Inflate, Closed, Vent], phase).unwrap().settled(shortest);
+            let changes = &settled.changes;
+            proptest::prop_assert_eq!(changes[0].0, 0.0);
+            proptest::prop_assert!(changes.windows(2).all(|pair| pair[0].0 < pair[1].0 && pair[0].1 != pair[1].1));
+            proptest::prop_assert!(settled.shortest_of(changes, shortest).is_none());
+            proptest::prop_assert_eq!(settled.settled(shortest), settled.clone());
+        }
     }
 
     #[test]
