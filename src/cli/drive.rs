@@ -7,13 +7,12 @@ use std::time::Duration;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::eval::design_file;
+use super::eval::{design_by, design_file};
 use super::output::{self, Fault};
-use super::{exit, interrupt, load};
+use super::{exit, interrupt};
 use crate::hardware::dry_run::{self, Marks};
 use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, State, Status, Wish, picture};
 use crate::results::gait;
-use crate::results::saved::SavedDesign;
 use crate::results::whole::write_whole;
 
 /// Run the gait of a saved design on hardware
@@ -57,11 +56,7 @@ pub(super) struct Drive {
 impl Drive {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design_file(&self.design);
-        let design = SavedDesign::read(&path).map_err(Fault::usage)?;
-        let rules = match &self.grammar {
-            Some(file) => load::grammar(file, &[], self.variant.as_deref())?.0,
-            None => design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?,
-        };
+        let (design, rules) = design_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
         let schedule = gait::schedule(&rules, &design, self.task.as_deref(), self.target.as_deref())
             .map_err(|problems| unfit(&path, &problems))?;
         match &self.port {

@@ -72,14 +72,24 @@ pub(super) fn design_file(path: &std::path::Path) -> PathBuf {
     if path.is_dir() { path.join("best.design.json") } else { path.to_owned() }
 }
 
+/// A saved design, and the rule set of a grammar, or of the one that made it.
+pub(super) fn design_by(
+    path: &Path,
+    grammar: Option<&Path>,
+    variant: Option<&str>,
+) -> Result<(SavedDesign, RuleSet), Fault> {
+    let design = SavedDesign::read(path).map_err(Fault::usage)?;
+    let rules = match grammar {
+        Some(file) => load::grammar(file, &[], variant)?.0,
+        None => design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?,
+    };
+    Ok((design, rules))
+}
+
 impl Eval {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design_file(&self.design);
-        let design = SavedDesign::read(&path).map_err(Fault::usage)?;
-        let rules = match &self.grammar {
-            Some(file) => load::grammar(file, &[], self.variant.as_deref())?.0,
-            None => design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?,
-        };
+        let (design, rules) = design_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
         let other = (rules.name != design.grammar.name).then(|| {
             format!("; it was made by the grammar `{}`, not by `{}`", design.grammar.name, rules.name)
         });
