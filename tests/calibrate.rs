@@ -1,22 +1,8 @@
 //! `sgc calibrate`: from a bench's files to a variant that runs.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
-use crate::support::root;
-
-fn sgc(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_sgc"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("NO_COLOR", "1")
-        .output()
-        .unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
-}
+use crate::support::{root, said, sgc};
 
 /// A folder with the example's measurements, and the project's grammars beside it.
 fn bench() -> tempfile::TempDir {

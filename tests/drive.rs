@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 use crate::rig::Rig;
-use crate::support::root;
+use crate::support::{root, said};
 
 fn sgc(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sgc"));
@@ -18,10 +18,6 @@ fn sgc(arguments: &[&str]) -> Command {
 
 fn run(arguments: &[&str]) -> Output {
     sgc(arguments).output().unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
 }
 
 fn grammar(name: &str) -> String {
@@ -66,6 +62,32 @@ fn what_a_board_would_play_is_printed_and_drawn() {
 fn eval_says_what_to_expect_of_the_robot_when_it_is_built() {
     let text = said(&run(&["eval", &design("tendon")]));
     assert!(text.contains("speed on `threads`") && text.contains("(as 3 prototypes on tendon)"), "{text}");
+}
+
+/// The value of a design when another grammar judges it.
+fn value(design: &str, grammar: &str) -> String {
+    let output = run(&["eval", design, "--grammar", grammar]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    said(&output).lines().find(|line| line.starts_with("value")).unwrap().to_owned()
+}
+
+/// Slow servos, little air, slow valves: the same commands make another motion. Without the target they make none of it.
+#[test]
+fn what_the_target_can_do_holds_in_the_simulation() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, edit, off) in [
+        ("tendon", "set threads.servo_speed = 10 deg/s", "replace simulate hinge_model for 20 s"),
+        ("tendon", "set threads.turn = -5 deg .. 5 deg", "replace simulate hinge_model for 20 s"),
+        ("pneumatic", "set valves.supply.line = 1 cm^3/s/bar", "replace simulate hinge_model for 20 s"),
+        ("pneumatic", "set valves.shortest = 2 s", "replace simulate hinge_model for 20 s"),
+    ] {
+        let file = format!("{name}.sgr");
+        let as_it_is = value(&design(name), &grammar(&file));
+        assert_ne!(value(&design(name), &variant(folder.path(), &file, edit)), as_it_is, "{edit}");
+        let without = value(&design(name), &variant(folder.path(), &file, off));
+        let both = format!("{edit}\n{off}");
+        assert_eq!(value(&design(name), &variant(folder.path(), &file, &both)), without, "{edit}");
+    }
 }
 
 /// A variant of a grammar in a file of its own.

@@ -1,22 +1,8 @@
 //! `sgc new`: every template is a grammar that works.
 
-use std::path::Path;
-use std::process::{Command, Output};
+use crate::support::{said, sgc};
 
 const TEMPLATES: &[&str] = &["walker", "worm"];
-
-fn sgc(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_sgc"))
-        .args(arguments)
-        .current_dir(folder)
-        .env("NO_COLOR", "1")
-        .output()
-        .unwrap()
-}
-
-fn said(output: &Output) -> String {
-    String::from_utf8_lossy(&output.stdout).into_owned() + &String::from_utf8_lossy(&output.stderr)
-}
 
 #[test]
 fn every_template_is_free_of_findings_and_runs() {

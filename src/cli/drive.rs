@@ -11,7 +11,7 @@ use super::eval::{design_by, design_file};
 use super::output::{self, Fault};
 use super::{exit, interrupt};
 use crate::hardware::dry_run::{self, Marks};
-use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, State, Status, Wish, picture};
+use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, Session, State, Status, Wish, picture};
 use crate::results::gait;
 use crate::results::whole::write_whole;
 
@@ -89,7 +89,17 @@ impl Drive {
             bar.set_message(self.status(schedule, status));
             if stop.load(Ordering::Relaxed) { Wish::Stop } else { Wish::GoOn }
         };
-        let outcome = hardware::drive(link, schedule, &plan, &mut watch);
+        let outcome = Session::open(link).and_then(|mut session| {
+            if plan.clear {
+                session.clear()?;
+            }
+            session.load(schedule)?;
+            // Whoever has thought better of it while the board was loaded wants nothing to move.
+            if stop.load(Ordering::Relaxed) {
+                return Ok(Outcome::Stopped { cycles: 0 });
+            }
+            hardware::run(&mut session, &plan, &mut watch)
+        });
         bar.finish_and_clear();
         match outcome.map_err(|error| fault(&error))? {
             Outcome::Completed { cycles } => {

@@ -286,3 +286,52 @@ impl<L: Link> Drop for Session<L> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line to something that says the same whatever it hears.
+    struct Parrot {
+        says: fn(&Frame) -> Vec<u8>,
+        heard: Decoder,
+        answers: Vec<u8>,
+        clock: Duration,
+    }
+
+    impl Link for Parrot {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+            for frame in self.heard.feed(bytes) {
+                self.answers.extend((self.says)(&frame));
+            }
+            Ok(())
+        }
+
+        fn receive(&mut self, wait: Duration) -> Result<Vec<u8>, Error> {
+            self.clock += wait;
+            Ok(std::mem::take(&mut self.answers))
+        }
+
+        fn now(&self) -> Duration {
+            self.clock
+        }
+    }
+
+    fn greeted(says: fn(&Frame) -> Vec<u8>) -> Error {
+        let link = Parrot { says, heard: Decoder::default(), answers: Vec::new(), clock: Duration::ZERO };
+        match Session::open_as(link, 7) {
+            Err(error) => error,
+            Ok(_) => panic!("a session with a parrot"),
+        }
+    }
+
+    #[test]
+    fn a_board_with_another_firmware_is_told() {
+        let hello = greeted(|_| b"Hello from another sketch\r\n\0".to_vec());
+        assert!(matches!(hello, Error::Silent { .. }), "{hello}");
+        // The code 11: another version.
+        let older =
+            greeted(|frame| Frame { kind: 0x84, payload: vec![11, 1, 9, 0], ..frame.clone() }.encode());
+        assert!(matches!(older, Error::OtherVersion { board: 9 }), "{older}");
+    }
+}

@@ -5,6 +5,11 @@ use serde::{Deserialize, Serialize};
 use super::{Expr, Table};
 use crate::source::Span;
 
+/// The outputs of the board: those of an ATmega328P beside its serial line, the stop circuit and the lamp, named as
+/// an Arduino Uno names them.
+pub const PINS: &[&str] =
+    &["D3", "D4", "D5", "D6", "D7", "D8", "D9", "D10", "D11", "D12", "A0", "A1", "A2", "A3", "A4", "A5"];
+
 /// A board with what is connected to it, and what that can do.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Target {

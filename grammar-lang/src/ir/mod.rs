@@ -12,7 +12,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Word};
-pub use hardware::{Backend, Pneumatic, Prototype, Supply, Target, Tendon};
+pub use hardware::{Backend, PINS, Pneumatic, Prototype, Supply, Target, Tendon};
 pub use resolved::resolved;
 pub use spans::without_spans;
 pub use table::Table;

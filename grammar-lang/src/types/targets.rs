@@ -11,7 +11,7 @@ use super::stage::Stage;
 use super::tasks::Tasks;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
-use crate::ir::{self, Backend, Expr, ExprKind, Ty};
+use crate::ir::{self, Backend, Expr, ExprKind, PINS, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, ItemKind, Name};
@@ -22,11 +22,6 @@ const SUPPLY: &[&str] = &["pressure", "full", "line", "valve"];
 const TENDON: &[&str] =
     &["servo", "opposite", "thread", "wheel", "turn", "servo_speed", "pulse", "safe", "speed"];
 const PROTOTYPE: &[&str] = &["simulated", "measured", "length"];
-
-/// The outputs of the board: those of an ATmega328P beside its serial line, the stop circuit and the lamp, named as
-/// an Arduino Uno names them.
-const PINS: &[&str] =
-    &["D3", "D4", "D5", "D6", "D7", "D8", "D9", "D10", "D11", "D12", "A0", "A1", "A2", "A3", "A4", "A5"];
 
 /// Reads the fields of a back end.
 type Reader<C> = fn(&mut C, &Values<'_>, &Context) -> Option<Backend>;
