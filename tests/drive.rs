@@ -75,18 +75,29 @@ fn value(design: &str, grammar: &str) -> String {
 #[test]
 fn what_the_target_can_do_holds_in_the_simulation() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, edit, off) in [
-        ("tendon", "set threads.servo_speed = 10 deg/s", "replace simulate hinge_model for 20 s"),
-        ("tendon", "set threads.turn = -5 deg .. 5 deg", "replace simulate hinge_model for 20 s"),
-        ("pneumatic", "set valves.supply.line = 1 cm^3/s/bar", "replace simulate hinge_model for 20 s"),
-        ("pneumatic", "set valves.shortest = 2 s", "replace simulate hinge_model for 20 s"),
+    // Only actuators that let air in at the same time share it.
+    let together = "
+        add actuation together for a : actuator {
+          shared period        : Time   in 1 s .. 7 s mutate 0.3 by normal(0 s, 1 s)
+          vary   share[4]      : Number in 0.0 .. 1.0 mutate 0.5 by normal(0, 1)
+          vary   counter_phase : Bool                 flip 0.1
+          drive  valves = cycle(period, [0, 1, 0, 1], [closed, inflate, closed, vent], 0)
+        }
+        replace actuate bender with together";
+    for (name, also, edit) in [
+        ("tendon", "", "set threads.servo_speed = 10 deg/s"),
+        ("tendon", "", "set threads.turn = -5 deg .. 5 deg"),
+        ("pneumatic", together, "set valves.supply.line = 1 cm^3/s/bar"),
+        ("pneumatic", "", "set valves.shortest = 2 s"),
     ] {
-        let file = format!("{name}.sgr");
-        let as_it_is = value(&design(name), &grammar(&file));
-        assert_ne!(value(&design(name), &variant(folder.path(), &file, edit)), as_it_is, "{edit}");
-        let without = value(&design(name), &variant(folder.path(), &file, off));
-        let both = format!("{edit}\n{off}");
-        assert_eq!(value(&design(name), &variant(folder.path(), &file, &both)), without, "{edit}");
+        let value = |edits: &[&str]| {
+            let grammar =
+                variant(folder.path(), &format!("{name}.sgr"), &[&[also], edits].concat().join("\n"));
+            value(&design(name), &grammar)
+        };
+        let off = "replace simulate hinge_model for 20 s";
+        assert_ne!(value(&[edit]), value(&[]), "{edit}");
+        assert_eq!(value(&[edit, off]), value(&[off]), "{edit}");
     }
 }
 

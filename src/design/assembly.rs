@@ -1,4 +1,4 @@
-//! The assembly: a design as plain rigid elements and joints.
+//! The assembly: a design as plain rigid elements, joints and springs.
 //!
 //! This is the contract between whatever makes designs and whatever simulates
 //! them. It knows no grammar and no solver: a model lowers it to its own bodies.
@@ -91,13 +91,43 @@ pub struct Hinge {
     pub relaxing_rate: f64,
 }
 
-/// A design as rigid elements and joints.
+/// A spring between the centres of two balls. Its length at rest is their distance at rest, times
+/// one plus the mean strain of the two.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spring {
+    /// Index of one element.
+    pub from: usize,
+    /// Index of the other.
+    pub to: usize,
+    /// In N/m, positive.
+    pub stiffness: f64,
+    /// Along the spring, in N s/m, not negative.
+    pub damping: f64,
+}
+
+/// Material that is actuated: a ball's strain is the target of its actuator times a gain, and its radius is
+/// that at rest times one plus the strain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Swelling {
+    /// Index of the element.
+    pub element: usize,
+    /// Which actuator strains it: an index below [`Assembly::actuators`].
+    pub actuator: usize,
+    /// Strain per target; an element that is named more than once has the sum.
+    pub gain: f64,
+}
+
+/// A design as rigid elements, held together either by joints that form a tree, or by springs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Assembly {
     /// The elements; the first is the core, the root of the tree.
     pub elements: Vec<Element>,
-    /// The joints, parents before children: one fewer than elements.
+    /// The joints, parents before children: one fewer than elements, or none where there are springs.
     pub joints: Vec<Joint>,
-    /// How many actuators the hinges refer to.
+    /// The springs; all elements are then balls.
+    pub springs: Vec<Spring>,
+    /// What the actuators of balls do; those of hinges are told by the hinges.
+    pub swellings: Vec<Swelling>,
+    /// How many actuators the hinges and swellings refer to.
     pub actuators: usize,
 }
