@@ -118,6 +118,7 @@ impl Shift {
                         hinge.damping *= factor;
                     }
                 }
+                assembly.swellings.iter_mut().for_each(|swelling| swelling.gain *= factor);
             }
         }
     }

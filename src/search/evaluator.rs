@@ -14,7 +14,7 @@ use crate::design::Body;
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Recording};
-use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop, Watch};
+use crate::simulate::{self, Invalid, Model, Motion, Settings, Simulation, Stop, Watch};
 
 /// The value of an evaluation, or why it has none.
 pub(super) type Valued = Result<f64, Missing>;
@@ -44,6 +44,13 @@ pub(super) struct Evaluator<'r> {
     workers: Vec<Box<dyn Simulation>>,
     /// The simulation at half the step.
     fine: Box<dyn Simulation>,
+}
+
+/// The solver that a grammar's models are meant for.
+#[must_use]
+pub fn solver(rules: &RuleSet) -> &'static str {
+    let balls = rules.tasks.values().any(|task| matches!(task.model.method, ir::Method::Balls(_)));
+    if balls { simulate::BALLS } else { simulate::MODELS.first().copied().unwrap_or_default() }
 }
 
 /// A model's numbers as a solver takes them.

@@ -108,7 +108,8 @@ impl<'r> Facts<'r> {
             return Interval::point(0.0);
         }
         let lattice = self.rules.lattice.as_ref();
-        let of_cells = |lattice: &&Lattice| *group == Group::Cell || *group == Group::Kind(lattice.kind.clone());
+        let of_cells =
+            |lattice: &&Lattice| *group == Group::Cell || *group == Group::Kind(lattice.kind.clone());
         if let Some(lattice) = lattice.filter(of_cells) {
             return Interval::new(0.0, lattice.sides.iter().product::<usize>() as f64);
         }

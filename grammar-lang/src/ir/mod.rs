@@ -714,6 +714,12 @@ impl RuleSet {
     /// The name of the task of a grammar that names none.
     pub const ONLY_TASK: &str = "";
 
+    /// Whether something drives parts of a kind: an actuator, or cells that a task actuates.
+    #[must_use]
+    pub fn is_driven(&self, kind: &str) -> bool {
+        self.is_actuator(kind) || self.tasks.values().any(|task| task.actuated.contains_key(kind))
+    }
+
     /// Whether `kind` names the cells of the lattice.
     #[must_use]
     pub fn is_cell(&self, kind: &str) -> bool {
