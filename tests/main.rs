@@ -18,6 +18,7 @@ mod format;
 mod fuzz;
 mod grammars;
 mod hostile;
+mod lattice;
 mod library;
 mod mending;
 mod new;
