@@ -1,0 +1,1 @@
+//! What the balls must get right.
