@@ -3,7 +3,7 @@
 /// What a ball and the ground know of each other.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Footing {
-    /// Radius, m; minus infinity for what is not to touch the ground.
+    /// Radius at the end of the step, m.
     pub(super) radius: f32,
     /// By how much the radius grows in this step, m.
     pub(super) growth: f32,

@@ -122,9 +122,7 @@ impl<K: Simd> Solver<K> {
             swell.strain(|fours, strain| springs.strain(*kit, fours, strain));
             swell.swell(|ball, radius| {
                 let footing = &mut state.footing[ball];
-                if footing.radius.is_finite() {
-                    (footing.growth, footing.radius) = (radius - footing.radius, radius);
-                }
+                (footing.growth, footing.radius) = (radius - footing.radius, radius);
             });
         } else {
             state.footing.iter_mut().for_each(|footing| footing.growth = 0.0);
@@ -136,7 +134,7 @@ impl<K: Simd> Solver<K> {
         if self.steps.is_multiple_of(near::LOOK) {
             let (place, velocity) = (|ball| xyz(state.at[ball]), |ball| xyz(state.velocity[ball]));
             if near.is_stale(place, velocity, near::LOOK as f32 / state.rate) {
-                near.find(place, |ball| state.footing[ball].radius.max(0.0), touches);
+                near.find(place, |ball| state.footing[ball].radius, touches);
             }
         }
         if !touches.is_empty() {
@@ -205,8 +203,7 @@ impl<K: Simd> State<K> {
         for (index, ball) in lattice.balls.iter().enumerate() {
             let [x, y, z] = ball.centre.into();
             self.at[index] = f32x4::simd_from(kit, [x as f32, y as f32, z as f32, 0.0]);
-            let held = ball.mass.is_infinite();
-            self.footing[index].radius = if held { f32::NEG_INFINITY } else { ball.radius as f32 };
+            self.footing[index].radius = ball.radius as f32;
             self.footing[index].growth = 0.0;
         }
         let count = lattice.balls.len();
@@ -272,7 +269,7 @@ impl<K: Simd> touch::Balls for State<K> {
     }
 
     fn radius(&self, ball: usize) -> (f32, f32) {
-        (self.footing[ball].radius.max(0.0), self.footing[ball].growth)
+        (self.footing[ball].radius, self.footing[ball].growth)
     }
 
     fn lightness(&self, ball: usize) -> f32 {
@@ -284,8 +281,7 @@ impl<K: Simd> touch::Balls for State<K> {
     }
 
     fn velocity(&self, ball: usize) -> [f32; 3] {
-        let (stood, _) =
-            stand(&self.footing[ball], self.at[ball][1], self.rate, self.velocity[ball].into());
+        let (stood, _) = stand(&self.footing[ball], self.at[ball][1], self.rate, self.velocity[ball].into());
         [stood[0], stood[1], stood[2]]
     }
 

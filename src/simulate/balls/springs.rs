@@ -44,12 +44,7 @@ pub(super) struct Springs<K: Simd> {
 impl<K: Simd> Springs<K> {
     /// The springs of classes, and the range of fours of each class. Springs that do nothing lie between
     /// the two balls after the last.
-    pub(super) fn new(
-        kit: K,
-        lattice: &Lattice,
-        classes: &[Class],
-        step: f64,
-    ) -> (Self, Vec<Range<usize>>) {
+    pub(super) fn new(kit: K, lattice: &Lattice, classes: &[Class], step: f64) -> (Self, Vec<Range<usize>>) {
         let spare = lattice.balls.len() as u16;
         let (mut fours, mut ranges) = (Vec::new(), Vec::new());
         for class in classes {
@@ -106,20 +101,18 @@ impl<K: Simd> Springs<K> {
     }
 
     /// Gives the springs of a class a strain. Returns what it takes for each unit of strain, J, as the sums over
-    /// the springs that resist and over those that help. The length is that at the last pull.
+    /// the springs that resist and over those that help. The force is that of the last pull: so are its
+    /// kicks, and what its sums owe to the trapezoidal rule is only at the ends.
     #[inline(always)]
     pub(super) fn strain(&mut self, kit: K, class: Range<usize>, strain: f32) -> [f64; 2] {
         let none = f32x4::splat(kit, 0.0);
-        let half = f32x4::splat(kit, 0.5);
         let grown = f32x4::splat(kit, 1.0 + strain);
         let (mut against, mut along) = (none, none);
         for (four, unstrained) in self.fours[class.clone()].iter_mut().zip(&self.unstrained[class]) {
-            let rest = *unstrained * grown;
-            let middle = (four.rest + rest) * half;
-            let push = four.stiffness * (middle - four.length) * *unstrained;
+            let push = four.stiffness * (four.rest - four.length) * *unstrained;
             against += push.max(none);
             along += push.min(none);
-            four.rest = rest;
+            four.rest = *unstrained * grown;
         }
         let sum = |v: f32x4<K>| (0..4).map(|n| f64::from(v[n])).sum();
         [sum(against), sum(along)]

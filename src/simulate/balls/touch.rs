@@ -98,9 +98,8 @@ impl Touch {
         let (size, hold) = (dot(rub, rub).sqrt(), self.friction * push);
         let left = if size > hold { hold / size } else { 1.0 };
         let rub = rub.map(|r| r * left);
-        let change: [f32; 3] = std::array::from_fn(|axis| {
-            (push - self.push) * self.normal[axis] + rub[axis] - self.rub[axis]
-        });
+        let change: [f32; 3] =
+            std::array::from_fn(|axis| (push - self.push) * self.normal[axis] + rub[axis] - self.rub[axis]);
         (self.push, self.rub) = (push, rub);
         apply(balls, self.balls, change);
         (dot(change, change), push * push + dot(rub, rub))

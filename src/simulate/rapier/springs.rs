@@ -86,10 +86,10 @@ impl Springs {
             if link.gains.is_empty() {
                 continue;
             }
-            let (rest, middle) = (1.0 + strain(&link.gains, &self.targets), strain(&link.gains, &self.before));
-            let middle = link.length * (1.0 + rest + middle) / 2.0;
+            let [before, rest] = [&self.before, &self.targets].map(|t| 1.0 + strain(&link.gains, t));
             let [from, to] = link.ends;
-            let push = link.stiffness * (middle - (self.place(to) - self.place(from)).norm()) * link.length;
+            let length = (self.place(to) - self.place(from)).norm();
+            let push = link.stiffness * (link.length * before - length) * link.length;
             for &(actuator, gain) in &link.gains {
                 let change = gain * (self.targets[actuator] - self.before[actuator]);
                 self.work[actuator] += (push * change).max(0.0);

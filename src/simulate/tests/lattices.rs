@@ -10,7 +10,7 @@ pub(crate) const PITCH: f64 = 0.01;
 /// Of a ball, kg.
 pub(crate) const MASS: f64 = 5e-4;
 /// Of a spring, N/m and N s/m.
-pub(crate) const STIFFNESS: f64 = 100.0;
+pub(crate) const STIFFNESS: f64 = 200.0;
 pub(crate) const DAMPING: f64 = 0.05;
 /// Of every surface.
 pub(crate) const FRICTION: f64 = 0.6;

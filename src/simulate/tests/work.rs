@@ -2,8 +2,8 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::bodies::{element, gait, idle, m2};
 use super::HINGED;
+use super::bodies::{element, gait, idle, m2};
 use super::truth::{crane, during, place, run};
 use crate::design::assembly::{Assembly, JointKind, Shape};
 use crate::simulate::{Motion, Settings, Targets};
