@@ -2,6 +2,7 @@
 
 mod expr;
 mod hardware;
+mod novelty;
 mod resolved;
 mod spans;
 mod table;
@@ -13,6 +14,7 @@ use serde::{Deserialize, Serialize};
 
 pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Word};
 pub use hardware::{Backend, PINS, Pneumatic, Prototype, Supply, Target, Tendon};
+pub use novelty::{Feature, Novelty};
 pub use resolved::resolved;
 pub use spans::without_spans;
 pub use table::Table;
@@ -71,6 +73,12 @@ pub struct RuleSet {
     /// Robots that were built.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub prototypes: IndexMap<String, Prototype>,
+    /// Terms whose values are written beside that of each body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub observed: Vec<String>,
+    /// Sets of known designs, by which others are novel.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub novelties: IndexMap<String, Novelty>,
     /// Named terms.
     pub terms: IndexMap<String, Term>,
     /// What the search wants: an expression over the tasks' values and the design.

@@ -12,6 +12,8 @@ mod items;
 mod members;
 mod mend;
 mod names;
+mod novelty;
+mod observe;
 mod rules;
 mod searches;
 mod signature;

@@ -27,8 +27,19 @@ pub(super) fn attributes(of: &Ty) -> &'static [(&'static str, Ty)] {
         ("holder", Ty::Part),
         ("twin", Ty::Part),
     ];
+    const ACTUATOR: &[(&str, Ty)] = &[
+        ("turn", Ty::Quantity(Dimension::ANGLE)),
+        ("image", Ty::Count),
+        ("depth", Ty::Count),
+        ("mass", Ty::Quantity(Dimension::MASS)),
+        ("holder", Ty::Part),
+        ("twin", Ty::Part),
+        ("least_bend", Ty::Quantity(Dimension::ANGLE)),
+        ("greatest_bend", Ty::Quantity(Dimension::ANGLE)),
+    ];
     match of {
-        Ty::Part | Ty::Actuator => PART,
+        Ty::Part => PART,
+        Ty::Actuator => ACTUATOR,
         Ty::Port => &[("part", Ty::Part), ("index", Ty::Count), ("free", Ty::Bool)],
         Ty::Joint => &[("holder", Ty::Part), ("held", Ty::Part), ("port", Ty::Port)],
         Ty::Step => &[("rule", Ty::Text), ("number", Ty::Count)],

@@ -60,6 +60,7 @@ pub(crate) mod tests {
                 seed,
                 value: last.best,
                 unit: "cm".to_owned(),
+                observed: indexmap::IndexMap::new(),
                 evaluations: last.evaluations,
                 moves: moves.len().saturating_sub(1),
                 invalid: std::collections::BTreeMap::new(),
