@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::{RuleSet, Task};
+use grammar_lang::eval::EvalError;
+use grammar_lang::ir::{Expr, RuleSet, Task};
 use indexmap::IndexMap;
 
 use super::describe;
@@ -104,6 +105,32 @@ fn recorded<T>(
 ) -> Result<T, String> {
     let (_, drive, parameters) = drive_of(rules, saved, (derivation, body))?;
     Ok(ask(Recording { derivation, body, motion, drive: &drive, parameters: &parameters }))
+}
+
+/// Quantities of the score stage for a saved design: those of its motion in the first task, simulated again.
+///
+/// # Errors
+///
+/// A sentence that says what does not fit, or that the motion is not valid.
+pub fn quantities(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    wanted: &[&Expr],
+) -> Result<Vec<Result<f64, EvalError>>, String> {
+    let of = body_of(rules, design)?;
+    let of = (&of.0, &of.1);
+    let saved = design.task(None)?;
+    let trial =
+        Trial { solver: &design.solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
+    let replayed = replay_task(rules, saved, of, trial)?;
+    let motion = replayed.motion.map_err(|why| format!("its motion is not valid: {}", why.describe()))?;
+    recorded(rules, saved, of, &motion, |recording| {
+        let one = |expr: &&Expr| {
+            let values = score::quantities(rules, recording, &[expr])?;
+            Ok(values.first().copied().unwrap_or(0.0))
+        };
+        wanted.iter().map(one).collect()
+    })
 }
 
 /// How a design is simulated again.
