@@ -112,8 +112,8 @@ impl Run {
         }
         let path = named(format!("{}-{}", rules.name, self.seed));
         let asked = asked(self.seed);
-        let folder = RunFolder::create(&path, self.force, &asked, (&grammar, &rules), &state)
-            .map_err(Fault::usage)?;
+        let folder =
+            RunFolder::create(&path, self.force, &asked, (&grammar, &rules), &state).map_err(Fault::usage)?;
         let run = Reopened { folder, asked, grammar, rules, sources, state, max_evals };
         let live = Live::begin(&self.work, run.folder.path());
         let ended = Session { run, work: self.work, deadline, told: true, live: live.as_ref() }.go(flag);

@@ -217,9 +217,8 @@ impl RunFolder {
         let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let aside = check_place(path, force)?.then(|| aside(path));
         leftovers::clear_unfinished(path);
-        let mut folder = make_folder(path, aside.as_deref(), |path| {
-            Self::fill(path, asked, (grammar, rules), state)
-        })?;
+        let mut folder =
+            make_folder(path, aside.as_deref(), |path| Self::fill(path, asked, (grammar, rules), state))?;
         // A process may have been killed when it had just moved the older run away.
         let replaced = aside.or_else(|| if force { leftovers::older(path) } else { None });
         folder.path = path.to_owned();
@@ -384,7 +383,12 @@ impl RunFolder {
             seed: asked.seed,
             value: outcome.best.as_ref().map(|b| b.value),
             unit: rules.objective.unit.clone(),
-            observed: rules.observed.iter().cloned().zip(observed.unwrap_or_default().iter().cloned()).collect(),
+            observed: rules
+                .observed
+                .iter()
+                .cloned()
+                .zip(observed.unwrap_or_default().iter().cloned())
+                .collect(),
             evaluations: outcome.evaluations,
             moves: outcome.moves,
             invalid: outcome.tally.by_reason().map(|(why, n)| (why.to_owned(), n)).collect(),

@@ -120,8 +120,7 @@ pub fn quantities(
     let of = body_of(rules, design)?;
     let of = (&of.0, &of.1);
     let saved = design.task(None)?;
-    let trial =
-        Trial { solver: &design.solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
+    let trial = Trial { solver: &design.solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
     let replayed = replay_task(rules, saved, of, trial)?;
     let motion = replayed.motion.map_err(|why| format!("its motion is not valid: {}", why.describe()))?;
     recorded(rules, saved, of, &motion, |recording| {

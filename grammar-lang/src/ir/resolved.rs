@@ -4,8 +4,8 @@
 use std::fmt::Write;
 
 use super::{
-    Actuation, Actuator, Backend, Effect, Expr, ExprKind, Feature, Gather, Group, Holding, Kernel, Matched, Model,
-    Objective, Owner, Part, Pneumatic, Rule, RuleSet, Schedule, Shape, Speed, Spread, Symmetry, Table,
+    Actuation, Actuator, Backend, Effect, Expr, ExprKind, Feature, Gather, Group, Holding, Kernel, Matched,
+    Model, Objective, Owner, Part, Pneumatic, Rule, RuleSet, Schedule, Shape, Speed, Spread, Symmetry, Table,
     Target, Tendon, Ty,
 };
 use crate::units::{self, Dimension};
@@ -171,7 +171,9 @@ impl Writer<'_> {
                     .map(|((name, feature), value)| match &feature.ty {
                         Ty::Enum(of) => format!("{name} = {}", rules.value_of(of, *value).unwrap_or("?")),
                         Ty::Bool => format!("{name} = {}", *value != 0.0),
-                        ty => format!("{name} = {}", units::shown(*value, ty.dimension().unwrap_or_default())),
+                        ty => {
+                            format!("{name} = {}", units::shown(*value, ty.dimension().unwrap_or_default()))
+                        }
                     })
                     .collect();
                 self.line(1, format!("known {name:?} {{ {} }}", fields.join("  ")));

@@ -41,9 +41,10 @@ pub(super) fn junk(
     let mut at = 0;
     for line in piece.split_inclusive('\n') {
         let word = word_at(line);
-        let clause =
-            [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, NOVELTY_CLAUSES, EDITS].iter().any(|c| c.contains(&word))
-                && !ITEM_WORDS.contains(&word);
+        let clause = [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, NOVELTY_CLAUSES, EDITS]
+            .iter()
+            .any(|c| c.contains(&word))
+            && !ITEM_WORDS.contains(&word);
         if at > 0 && depth == 0 && !word.is_empty() && !clause {
             starts.push(at);
         }

@@ -54,11 +54,8 @@ impl Checker<'_> {
                 continue;
             }
             sound &= feature.is_some();
-            let unknown = ir::Feature {
-                ty: Ty::Unknown,
-                value: super::expr::unknown(value.span),
-                weight: 1.0,
-            };
+            let unknown =
+                ir::Feature { ty: Ty::Unknown, value: super::expr::unknown(value.span), weight: 1.0 };
             features.insert(name.text.clone(), (feature.unwrap_or(unknown), name.span));
         }
         if features.is_empty() && !damaged {
@@ -163,8 +160,7 @@ impl Checker<'_> {
         for field in &block.fields {
             let (name, value) = match field {
                 Field::Value(name, value) => (name, value),
-                Field::Group(Block { name, .. })
-                | Field::Param(ast::Param { name, .. }) => {
+                Field::Group(Block { name, .. }) | Field::Param(ast::Param { name, .. }) => {
                     self.no_feature(name, features);
                     return None;
                 }

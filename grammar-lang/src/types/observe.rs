@@ -16,7 +16,8 @@ impl Checker<'_> {
                 self.observed_twice(name, first.span);
                 continue;
             }
-            let Some(ItemKind::Term(_, ty, _)) = self.named(name, "term", |k| matches!(k, ItemKind::Term(..)))
+            let Some(ItemKind::Term(_, ty, _)) =
+                self.named(name, "term", |k| matches!(k, ItemKind::Term(..)))
             else {
                 continue;
             };

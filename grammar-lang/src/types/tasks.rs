@@ -251,7 +251,10 @@ impl<'a> Checker<'a> {
                         Diagnostic::new(
                             Code::NO_PERIOD,
                             name.span,
-                            format!("`{}` reads `period`, but no actuation of this grammar has one", name.text),
+                            format!(
+                                "`{}` reads `period`, but no actuation of this grammar has one",
+                                name.text
+                            ),
                         )
                         .label("the period of what?")
                         .help("declare `shared period : Time in ...` or `let period = ...` in the actuation"),

@@ -34,12 +34,12 @@ pub(super) fn drop(loader: &mut Loader<'_>, names: &[Name]) {
             let help = did_you_mean(&name.text, known.iter().map(String::as_str));
             let message = format!("the base does not observe `{}`", name.text);
             loader.errors.push(
-                Diagnostic::new(Code::NOTHING_TO_CHANGE, name.span, message)
-                    .label("nothing to drop")
-                    .help(help.unwrap_or_else(|| match known.is_empty() {
+                Diagnostic::new(Code::NOTHING_TO_CHANGE, name.span, message).label("nothing to drop").help(
+                    help.unwrap_or_else(|| match known.is_empty() {
                         true => "it observes nothing".to_owned(),
                         false => format!("it observes: {}", known.join(", ")),
-                    })),
+                    }),
+                ),
             );
         }
     }
@@ -50,13 +50,9 @@ pub(super) fn replace(loader: &mut Loader<'_>, module: usize, item: &Item) {
     let places = places(loader);
     if places.is_empty() {
         loader.errors.push(
-            Diagnostic::new(
-                Code::NOTHING_TO_CHANGE,
-                item.span,
-                "the base has no `observe` to replace",
-            )
-            .label("nothing to replace")
-            .help("write `add` instead of `replace`"),
+            Diagnostic::new(Code::NOTHING_TO_CHANGE, item.span, "the base has no `observe` to replace")
+                .label("nothing to replace")
+                .help("write `add` instead of `replace`"),
         );
         return;
     }

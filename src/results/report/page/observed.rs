@@ -113,12 +113,16 @@ fn chart(group: &Group, (name, unit): (&str, &str), points: &[(f64, f64)], class
 
 /// What is seen of a number, in words.
 fn said(group: &Group, (name, unit): (&str, &str), points: &[(f64, f64)]) -> Option<String> {
-    let often = bins(points).into_iter().filter(|bin| bin.spread.count >= ENOUGH);
+    let name = escape(name);
+    let bins = bins(points);
+    if let [only] = bins.as_slice() {
+        return Some(format!("<code>{name}</code> is {} for all bodies.", value(only.low, unit)));
+    }
+    let often = bins.into_iter().filter(|bin| bin.spread.count >= ENOUGH);
     let best = often.max_by(|a, b| group.fitness(a.spread.mean).total_cmp(&group.fitness(b.spread.mean)))?;
     Some(format!(
-        "The best mean, {}, have bodies whose <code>{}</code> is {} to {}.",
+        "By <code>{name}</code>, the best mean is {}, of bodies from {} to {}.",
         value(best.spread.mean, &group.unit),
-        escape(name),
         value(best.low, unit),
         value(best.high, unit)
     ))
