@@ -43,7 +43,8 @@ fn seen(rules: &RuleSet, way: Way, (along, across): (usize, usize), is_ball: boo
         Vector3::new(at(i / across, along), HALF, at(i % across, across))
     };
     let elements = along * across;
-    let shape = if is_ball { Shape::Sphere(HALF) } else { Shape::Box([2.0 * HALF; 3]) };
+    let shape =
+        if is_ball { Shape::Ball { radius: HALF } } else { Shape::Box { half: Vector3::repeat(HALF) } };
     let poses = (0..FRAMES * elements).map(|i| {
         let (frame, element) = (i / elements, i % elements);
         let (at, turned) = way(place(element), frame as f64 * DURATION / (FRAMES - 1) as f64);

@@ -49,9 +49,9 @@ pub(super) struct Run {
     /// Replace an existing run folder
     #[arg(long)]
     force: bool,
-    /// The simulation method
-    #[arg(long, default_value = "articulated", value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
-    solver: String,
+    /// The simulation method [default: articulated, or balls where the grammar simulates balls and springs]
+    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
+    solver: Option<String>,
     /// Start from an example of the grammar [default: its initial design]
     #[arg(long, value_name = "EXAMPLE")]
     from: Option<String>,
@@ -81,7 +81,7 @@ impl Run {
             grammar: rules.name.clone(),
             rules: grammar.rules.clone(),
             seed,
-            solver: self.solver.clone(),
+            solver: self.solver.clone().unwrap_or_else(|| crate::search::solver(&rules).to_owned()),
             max_evals,
             time: self.time.as_ref().map(|(text, _)| text.clone()),
             from: from.clone(),

@@ -58,7 +58,7 @@ fn table(rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> String {
             let _ = write!(text, ",{cell},{from},{to}");
         }
         let parts = &best.derivation.design.parts;
-        let actuators = parts.values().filter(|p| rules.is_actuator(&p.kind)).count();
+        let actuators = parts.values().filter(|p| rules.is_driven(&p.kind)).count();
         let _ = write!(text, ",{},{},{},{actuators}", best.value, best.found_at, parts.len());
         for column in 0..rules.observed.len() {
             let value = best.observed().get(column).and_then(Option::as_ref);

@@ -168,6 +168,7 @@ impl Shift {
                         hinge.damping *= factor;
                     }
                 }
+                assembly.swellings.iter_mut().for_each(|swelling| swelling.gain *= factor);
             }
         }
     }

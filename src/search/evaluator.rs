@@ -14,7 +14,7 @@ use crate::design::Body;
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Observed, Recording};
-use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop, Watch};
+use crate::simulate::{self, Invalid, Model, Motion, Settings, Simulation, Stop, Watch};
 
 /// The value of an evaluation, or why it has none.
 pub(super) type Valued = Result<f64, Missing>;
@@ -50,6 +50,13 @@ pub(super) struct Evaluator<'r> {
     observes: bool,
     /// The value, where more is better, above which motions are observed: others will not be asked for it.
     pub(super) observed_above: f64,
+}
+
+/// The solver that a grammar's models are meant for.
+#[must_use]
+pub fn solver(rules: &RuleSet) -> &'static str {
+    let balls = rules.tasks.values().any(|task| matches!(task.model.method, ir::Method::Balls(_)));
+    if balls { simulate::BALLS } else { simulate::MODELS.first().copied().unwrap_or_default() }
 }
 
 /// A model's numbers as a solver takes them.

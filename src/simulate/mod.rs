@@ -116,6 +116,9 @@ const REGISTRY: &[&dyn Model] = &[&articulated::Articulated, &rapier::Rapier::FI
 /// The names of all solvers, the default first.
 pub const MODELS: &[&str] = &["articulated", "rapier"];
 
+/// The solver that simulates balls and springs.
+pub const BALLS: &str = "balls";
+
 /// The solver of a name.
 #[must_use]
 pub fn model(name: &str) -> Option<&'static dyn Model> {

@@ -93,6 +93,10 @@ pub trait Scope {
     fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
         self.outer()?.call(function, arguments)
     }
+    /// Of cells with a value each, how many groups of neighbours with the same value there are.
+    fn clusters(&self, cells: &[(Value, Value)]) -> Option<usize> {
+        self.outer()?.clusters(cells)
+    }
     /// The expression of a pattern.
     fn pattern(&self, name: &str) -> Option<&Expr> {
         self.outer()?.pattern(name)
@@ -440,6 +444,9 @@ impl Evaluation<'_> {
         let ExprKind::Aggregate { how, binders, otherwise, .. } = &expr.kind else {
             return Err(missing(expr));
         };
+        if *how == Gather::Clusters {
+            return self.clusters(expr);
+        }
         let depth = self.locals.len();
         let mut gathered = Gathered {
             count: 0,
@@ -454,7 +461,7 @@ impl Evaluation<'_> {
         ran?;
         let nothing = gathered.count == 0;
         Ok(match how {
-            Gather::Count => Value::Number(gathered.count as f64),
+            Gather::Count | Gather::Clusters => Value::Number(gathered.count as f64),
             Gather::Sum => Value::Number(gathered.sum),
             Gather::Forall => Value::Bool(gathered.all),
             Gather::Exists => Value::Bool(gathered.any),
@@ -466,6 +473,31 @@ impl Evaluation<'_> {
             Gather::Min => Value::Number(gathered.least),
             Gather::Max => Value::Number(gathered.greatest),
         })
+    }
+
+    fn clusters(&mut self, expr: &Expr) -> Result_ {
+        let ExprKind::Aggregate { binders, condition, body, .. } = &expr.kind else {
+            return Err(missing(expr));
+        };
+        let Some(binder) = binders.first() else { return Err(missing(expr)) };
+        let depth = self.locals.len();
+        let mut cells = Vec::new();
+        for cell in self.value(&binder.over)?.items() {
+            self.put(binder.slot, cell.clone());
+            if let Some(condition) = condition
+                && !self.bool(condition)?
+            {
+                continue;
+            }
+            let value = match body {
+                Some(body) => self.value(body)?,
+                None => Value::Bool(true),
+            };
+            cells.push((cell.clone(), value));
+        }
+        self.locals.truncate(depth);
+        let count = self.scope.clusters(&cells).ok_or_else(|| missing(expr))?;
+        Ok(Value::Number(count as f64))
     }
 
     fn gather(

@@ -16,6 +16,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         Group::Part => "part".to_owned(),
         Group::Block => "block".to_owned(),
         Group::Actuator => "actuator".to_owned(),
+        Group::Cell => "cell".to_owned(),
         Group::Kind(kind) => kind.clone(),
     };
     let never = |kind: &str| {

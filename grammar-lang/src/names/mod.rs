@@ -137,6 +137,7 @@ pub fn declared(item: &Item) -> Option<&Name> {
         ItemKind::Param(p) => Some(&p.name),
         ItemKind::Part(b)
         | ItemKind::Actuator(b)
+        | ItemKind::Cell(b)
         | ItemKind::Model(b)
         | ItemKind::Search(b)
         | ItemKind::Target { block: b, .. }

@@ -313,7 +313,8 @@ fn target_of(edit: &Edit) -> (String, Span) {
 fn word_of(kind: &ItemKind) -> &'static str {
     match kind {
         ItemKind::Symmetry(..) => "symmetry",
-        ItemKind::Begin(_) => "begin",
+        ItemKind::Begin(..) => "begin",
+        ItemKind::Lattice(..) => "lattice",
         ItemKind::Simulate { .. } => "simulate",
         ItemKind::Objective { .. } => "maximize",
         ItemKind::UseSearch(..) => "search",
@@ -456,6 +457,7 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
         (
             ItemKind::Part(block)
             | ItemKind::Actuator(block)
+            | ItemKind::Cell(block)
             | ItemKind::Model(block)
             | ItemKind::Search(block)
             | ItemKind::Target { block, .. }

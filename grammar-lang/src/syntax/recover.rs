@@ -14,8 +14,10 @@ use super::slip::Stop;
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, nearest, respell};
 use crate::source::{FileId, Span};
 
-const RULE_CLAUSES: &[&str] =
-    &["match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "weight"];
+const RULE_CLAUSES: &[&str] = &[
+    "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "fill",
+    "paint", "clear", "weight",
+];
 const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize"];
 const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect"];
 const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add"];
@@ -23,7 +25,6 @@ const NOVELTY_CLAUSES: &[&str] = &["feature", "known"];
 const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive"];
 /// What may follow a piece that is complete.
 const END: &str = "the end of the declaration";
-const LATER: &[&str] = &["target", "cell", "lattice"];
 
 /// Reports a run of junk, declaration by declaration.
 pub(super) fn junk(
@@ -88,16 +89,6 @@ fn chunk(
                 Diagnostic::new(Code::SYNTAX, span, format!("unexpected `{shown}`"))
                     .label("no declaration starts here")
                     .help("a declaration ends before this; the next one starts on a new line with a word such as `rule`"),
-            );
-        } else if LATER.contains(&first) {
-            errors.push(
-                Diagnostic::new(
-                    Code::UNKNOWN_KEYWORD,
-                    span,
-                    format!("`{first}` is reserved, but this version cannot read it yet"),
-                )
-                .label("no declaration of this version")
-                .help("take it out, or use a newer version of sgc"),
             );
         } else {
             errors.push(
@@ -281,13 +272,20 @@ fn fill<'a>(item: &mut Item, lowering: &mut Lowering<'a>, clause: Pair<'a, Rule>
     match &mut item.kind {
         ItemKind::Rule(_, clauses) => clauses.extend(lowering.rule_clause(clause)),
         ItemKind::Actuation { clauses, .. } => clauses.extend(lowering.actuation_clause(clause)),
-        ItemKind::Begin(places) => places.extend(lowering.place(clause)),
+        ItemKind::Begin(places, fills) => {
+            if clause.as_rule() == Rule::place_clause {
+                places.extend(lowering.place(clause));
+            } else {
+                fills.extend(lowering.cells(clause));
+            }
+        }
         ItemKind::Task(_, items) => items.extend(lowering.item(clause)),
         ItemKind::Example(_, clauses) => clauses.extend(lowering.example_clause(clause)),
         ItemKind::Novelty(_, clauses) => clauses.extend(lowering.novelty_clause(clause)),
         ItemKind::Variant(variant) => variant.edits.extend(lowering.edit(clause)),
         ItemKind::Part(Block { fields, .. })
         | ItemKind::Actuator(Block { fields, .. })
+        | ItemKind::Cell(Block { fields, .. })
         | ItemKind::Model(Block { fields, .. })
         | ItemKind::Search(Block { fields, .. })
         | ItemKind::Target { block: Block { fields, .. }, .. }

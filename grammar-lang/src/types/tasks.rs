@@ -221,7 +221,7 @@ impl<'a> Checker<'a> {
                 }
                 Some((with, span)) => {
                     if let Some(actuation) = actuations.get(with) {
-                        self.check_attributes(kind, actuator, actuation, *span);
+                        self.check_attributes(kind, &actuator.params, actuation, *span);
                     }
                 }
             }
@@ -279,10 +279,10 @@ impl<'a> Checker<'a> {
     }
 
     /// An actuation may read only what the actuator that it drives has.
-    fn check_attributes(
+    pub(super) fn check_attributes(
         &mut self,
         kind: &str,
-        actuator: &ir::Actuator,
+        params: &IndexMap<String, ir::InstanceParam>,
         actuation: &ir::Actuation,
         span: Span,
     ) {
@@ -296,7 +296,7 @@ impl<'a> Checker<'a> {
                 if let ExprKind::Attribute(of, name) = &e.kind {
                     let own = matches!(of.kind, ExprKind::Local(0));
                     let everyone = super::signature::attributes(&Ty::Actuator).iter().any(|(n, _)| n == name);
-                    if own && !everyone && !actuator.params.contains_key(name) {
+                    if own && !everyone && !params.contains_key(name) {
                         self.report(
                             Diagnostic::new(
                                 Code::UNKNOWN_FIELD,

@@ -186,7 +186,7 @@ impl<'a> Tuner<'a> {
     /// Whether anything in the body moves by itself.
     fn is_actuated(&self) -> bool {
         let rules = self.rules;
-        self.derivation.design.parts.values().any(|p| rules.is_actuator(&p.kind))
+        self.derivation.design.parts.values().any(|p| rules.is_driven(&p.kind))
     }
 }
 

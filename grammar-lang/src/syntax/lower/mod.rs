@@ -5,8 +5,9 @@ mod expr;
 use pest::iterators::Pair;
 
 use super::ast::{
-    ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, Field, Item, ItemKind, Link,
-    Name, NoveltyClause, Param, Place, Port, RuleClause, RuleClauseKind, Table, Typed, Variable, Variant,
+    ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field, Item,
+    ItemKind, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Table,
+    Typed, Variable, Variant,
 };
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -102,6 +103,13 @@ fn silent(rule: Rule) -> bool {
             | R::kw_add
             | R::kw_on
             | R::kw_table
+            | R::kw_cell
+            | R::kw_lattice
+            | R::kw_fallback
+            | R::kw_fill
+            | R::kw_paint
+            | R::kw_clear
+            | R::kw_x
             | R::kw_target
             | R::kw_prototype
             | R::kw_observe
@@ -232,7 +240,25 @@ impl<'a> Lowering<'a> {
                     plane => ItemKind::Symmetry(what, None, plane.map(|n| self.name(&n))),
                 }
             }
-            Rule::begin_item => ItemKind::Begin(inner.filter_map(|n| self.place(n)).collect()),
+            Rule::begin_item => {
+                let (places, fills): (Vec<Node<'_>>, Vec<Node<'_>>) =
+                    inner.partition(|n| n.as_rule() == Rule::place_clause);
+                ItemKind::Begin(
+                    places.into_iter().filter_map(|n| self.place(n)).collect(),
+                    fills.into_iter().filter_map(|n| self.cells(n)).collect(),
+                )
+            }
+            Rule::cell_item => ItemKind::Cell(self.block(node)?),
+            Rule::lattice_item => {
+                let mut side = || inner.next().and_then(|n| self.side(n));
+                let sides = [side()?, side()?, side()?];
+                ItemKind::Lattice(sides, self.name(&inner.next()?))
+            }
+            Rule::fallback_item => ItemKind::Fallback {
+                rule: self.name(&inner.next()?),
+                condition: self.expr(inner.next()?)?,
+                because: inner.next().map(|text| unquote(&text)),
+            },
             Rule::rule_item => {
                 let name = self.name(&inner.next()?);
                 ItemKind::Rule(name, inner.filter_map(|n| self.rule_clause(n)).collect())
@@ -344,6 +370,17 @@ impl<'a> Lowering<'a> {
             }
             _ => return None,
         })
+    }
+
+    /// A side of a lattice: a number, a name, or an expression in brackets.
+    fn side(&mut self, node: Node<'_>) -> Option<Expr> {
+        let span = self.span(&node);
+        let inner = parts(node).next()?;
+        if inner.as_rule() == Rule::number {
+            let value = inner.as_str().parse().ok()?;
+            return Some(Expr { kind: ExprKind::Quantity(value, None), span });
+        }
+        self.expr(inner)
     }
 
     fn row(&mut self, node: Node<'_>) -> Option<(Expr, Expr)> {
@@ -505,6 +542,22 @@ impl<'a> Lowering<'a> {
         Some(Place { name, what, to, turned, by })
     }
 
+    /// `fill`, `paint` or `clear`.
+    pub(super) fn cells(&mut self, node: Node<'a>) -> Option<RuleClause> {
+        let span = self.span(&node);
+        let how = match node.as_rule() {
+            Rule::fill_clause => Painting::Fill,
+            Rule::paint_clause => Painting::Paint,
+            _ => Painting::Clear,
+        };
+        let mut inner = parts(node).peekable();
+        let region = self.expr(inner.next()?)?;
+        let with = inner.next_if(|n| n.as_rule() == Rule::expr).and_then(|n| self.expr(n));
+        let binders = inner.next().into_iter().flat_map(parts);
+        let over = binders.filter_map(|n| self.binder(n)).collect();
+        Some(RuleClause { kind: RuleClauseKind::Cells { how, region, with, over }, span })
+    }
+
     pub(super) fn rule_clause(&mut self, node: Node<'a>) -> Option<RuleClause> {
         let span = self.span(&node);
         let node = children(node).next()?;
@@ -558,6 +611,7 @@ impl<'a> Lowering<'a> {
             }
             Rule::set_clause => RuleClauseKind::Set(self.expr(inner.next()?)?, self.expr(inner.next()?)?),
             Rule::revert_clause => RuleClauseKind::Revert(self.expr(inner.next()?)?),
+            Rule::fill_clause | Rule::paint_clause | Rule::clear_clause => return self.cells(node),
             _ => RuleClauseKind::Weight(self.expr(inner.next()?)?),
         };
         Some(RuleClause { kind, span })
