@@ -70,6 +70,8 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("table", "table"),
     ("target", "target"),
     ("prototype", "prototype"),
+    ("observe", "observe"),
+    ("novelty", "novelty"),
     ("let", "let"),
     ("function", "let f(x)"),
     ("enum", "enum"),

@@ -105,14 +105,15 @@ impl Run {
             };
             let path = named(format!("{}-{}-to-{last}", rules.name, self.seed));
             let begin = |seed: u64, path: &Path| {
-                RunFolder::create(path, false, &asked(seed), &grammar, &state).map(|_| ())
+                RunFolder::create(path, false, &asked(seed), (&grammar, &rules), &state).map(|_| ())
             };
             let folder = SeriesFolder::create(&path, self.force, series, begin).map_err(Fault::usage)?;
             return Several { folder, work: self.work, max_evals: None, deadline, flag }.go();
         }
         let path = named(format!("{}-{}", rules.name, self.seed));
         let asked = asked(self.seed);
-        let folder = RunFolder::create(&path, self.force, &asked, &grammar, &state).map_err(Fault::usage)?;
+        let folder =
+            RunFolder::create(&path, self.force, &asked, (&grammar, &rules), &state).map_err(Fault::usage)?;
         let run = Reopened { folder, asked, grammar, rules, sources, state, max_evals };
         let live = Live::begin(&self.work, run.folder.path());
         let ended = Session { run, work: self.work, deadline, told: true, live: live.as_ref() }.go(flag);

@@ -72,7 +72,11 @@ impl<'a> DesignScope<'a> {
             // The core holds itself.
             "holder" => reference(Reference::Part(part.held_by.map_or(id, |(holder, _)| holder))),
             "twin" => reference(Reference::Part(design.twin(id))),
-            _ => part.params.get(name).cloned()?,
+            // A parameter of that name is what the actuator itself says.
+            _ if part.params.contains_key(name) => part.params.get(name).cloned()?,
+            "least_bend" => Value::Number(self.rules.actuators.get(&part.kind)?.bend.0),
+            "greatest_bend" => Value::Number(self.rules.actuators.get(&part.kind)?.bend.1),
+            _ => return None,
         })
     }
 

@@ -36,6 +36,15 @@ pub trait Scope {
     fn word(&self, word: Word) -> Option<Value> {
         self.outer()?.word(word)
     }
+    /// The value of a term, if it has been evaluated before.
+    fn remembered(&self, term: &str) -> Option<Value> {
+        let _ = term;
+        None
+    }
+    /// Remembers the value of a term, where that is of use.
+    fn remember(&self, term: &str, value: &Value) {
+        let _ = (term, value);
+    }
     /// The value of a parameter of the grammar, SI.
     fn param(&self, name: &str) -> Option<Value> {
         self.outer()?.param(name)
@@ -262,8 +271,13 @@ impl Evaluation<'_> {
 
             ExprKind::Term(name) => {
                 let scope = self.scope;
+                if let Some(known) = scope.remembered(name) {
+                    return Ok(known);
+                }
                 let term = scope.term(name).ok_or_else(|| missing(expr))?;
-                evaluate(term, scope, &mut Vec::new())?
+                let value = evaluate(term, scope, &mut Vec::new())?;
+                scope.remember(name, &value);
+                value
             }
             ExprKind::Task(name) => known(self.scope.task(name))?,
             ExprKind::Shared(actuation, variable) => known(self.scope.shared(actuation, variable))?,

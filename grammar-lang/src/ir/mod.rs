@@ -3,6 +3,7 @@
 mod expr;
 mod hardware;
 mod lattice;
+mod novelty;
 mod resolved;
 mod spans;
 mod table;
@@ -15,6 +16,7 @@ use serde::{Deserialize, Serialize};
 pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Painting, Word};
 pub use hardware::{Backend, PINS, Pneumatic, Prototype, Supply, Target, Tendon};
 pub use lattice::{Cell, Cells, Fallback, JOINED, Lattice};
+pub use novelty::{Feature, Novelty};
 pub use resolved::resolved;
 pub use spans::without_spans;
 pub use table::Table;
@@ -79,6 +81,12 @@ pub struct RuleSet {
     /// Robots that were built.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub prototypes: IndexMap<String, Prototype>,
+    /// Terms whose values are written beside that of each body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub observed: Vec<String>,
+    /// Sets of known designs, by which others are novel.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub novelties: IndexMap<String, Novelty>,
     /// Named terms.
     pub terms: IndexMap<String, Term>,
     /// What the search wants: an expression over the tasks' values and the design.

@@ -6,9 +6,9 @@ use std::fmt::Write;
 use indexmap::IndexMap;
 
 use super::{
-    Actuation, Actuator, Backend, Cells, Effect, Expr, ExprKind, Gather, Group, Holding, InstanceParam,
-    Kernel, Matched, Method, Model, Objective, Owner, Part, Pneumatic, Rule, RuleSet, Schedule, Shape, Speed,
-    Spread, Symmetry, Table, Target, Tendon, Ty,
+    Actuation, Actuator, Backend, Cells, Effect, Expr, ExprKind, Feature, Gather, Group, Holding,
+    InstanceParam, Kernel, Matched, Method, Model, Objective, Owner, Part, Pneumatic, Rule, RuleSet,
+    Schedule, Shape, Speed, Spread, Symmetry, Table, Target, Tendon, Ty,
 };
 use crate::units::{self, Dimension};
 
@@ -173,6 +173,30 @@ impl Writer<'_> {
                     prototype.backend
                 ),
             );
+        }
+        if !rules.observed.is_empty() {
+            self.line(0, format!("observe {}", rules.observed.join(", ")));
+        }
+        for (name, novelty) in &rules.novelties {
+            self.line(0, format!("novelty {name} {{"));
+            for (name, Feature { value, weight, .. }) in &novelty.features {
+                let value = self.expr(value, &Names::new());
+                self.line(1, format!("feature {name} = {value} weight {weight}"));
+            }
+            for (name, values) in &novelty.known {
+                let fields = novelty.features.iter().zip(values);
+                let fields: Vec<String> = fields
+                    .map(|((name, feature), value)| match &feature.ty {
+                        Ty::Enum(of) => format!("{name} = {}", rules.value_of(of, *value).unwrap_or("?")),
+                        Ty::Bool => format!("{name} = {}", *value != 0.0),
+                        ty => {
+                            format!("{name} = {}", units::shown(*value, ty.dimension().unwrap_or_default()))
+                        }
+                    })
+                    .collect();
+                self.line(1, format!("known {name:?} {{ {} }}", fields.join("  ")));
+            }
+            self.line(0, "}");
         }
         for (name, task) in &rules.tasks {
             let indent = usize::from(*name != RuleSet::ONLY_TASK);

@@ -149,6 +149,7 @@ pub fn declared(item: &Item) -> Option<&Name> {
         | ItemKind::Let(n, ..)
         | ItemKind::Enum(n, _)
         | ItemKind::Record(n, _)
+        | ItemKind::Novelty(n, _)
         | ItemKind::Task(n, _)
         | ItemKind::Example(n, _) => Some(n),
         ItemKind::Require { name, .. } | ItemKind::Prefer { name, .. } => name.as_ref(),

@@ -124,6 +124,10 @@ pub enum ItemKind {
     },
     /// `prototype NAME on BACKEND { fields }`
     Prototype(Block, Name),
+    /// `observe TERM, ...`
+    Observe(Vec<Name>),
+    /// `novelty NAME { feature ... known ... }`
+    Novelty(Name, Vec<NoveltyClause>),
     /// `term NAME : TYPE = EXPR`
     Term(Name, Name, Expr),
     /// `maximize EXPR`, `minimize EXPR`
@@ -156,6 +160,22 @@ pub enum ItemKind {
     Example(Name, Vec<ExampleClause>),
     /// `variant NAME of BASE { edits }`
     Variant(Variant),
+}
+
+/// A clause of a novelty set.
+#[derive(Clone, Debug)]
+pub enum NoveltyClause {
+    /// `feature NAME = EXPR weight EXPR`
+    Feature {
+        /// Its name.
+        name: Name,
+        /// What it is for a design.
+        value: Expr,
+        /// How much it counts.
+        weight: Option<Expr>,
+    },
+    /// `known TEXT { fields }`
+    Known(Block),
 }
 
 /// `NAME : TYPE`
@@ -220,6 +240,8 @@ pub enum EditKind {
     Narrow(Vec<Name>, Expr),
     /// `drop PATH`
     Drop(Vec<Name>),
+    /// `drop observe TERM, ...`
+    DropObserved(Vec<Name>),
     /// `replace ITEM`
     Replace(Box<Item>),
     /// `add ITEM`

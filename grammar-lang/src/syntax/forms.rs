@@ -30,6 +30,8 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("table", "table lengths : Angle -> Length { 0 deg -> 0 mm, 90 deg -> 21 mm }"),
     ("target", "target valves on pneumatic for bender { ... }"),
     ("prototype", "prototype A on pneumatic { simulated = 35.6 m/h  measured = 5 m/h }"),
+    ("observe", "observe travel, fall"),
+    ("novelty", "novelty mine { ... }"),
     ("let", "let width = 3 mm"),
     ("enum", "enum Surface { carpet, sand }"),
     ("record", "record Servo { torque : Torque, mass : Mass }"),
@@ -59,6 +61,8 @@ const CLAUSES: &[(&str, &str)] = &[
     ("step", "step head = grow(p = core, q = core.front)"),
     ("refuse", "refuse grow(p = core, q = core.front)"),
     ("expect", "expect count(part) == 2"),
+    ("feature", "feature legs = count(actuator) weight 2"),
+    ("known", "known \"Shepherd et al.\" { legs = 4 }"),
     ("param", "param segments : Count in 2 .. 12 = 5"),
     ("port", "port left at vector(0 cm, 0 cm, -1 cm) facing vector(0, 0, -1)"),
 ];
@@ -108,6 +112,7 @@ mod tests {
                 "shared" | "vary" | "drive" => Rule::only_actuation,
                 "place" => Rule::only_begin,
                 "step" | "refuse" | "expect" => Rule::only_example,
+                "feature" | "known" => Rule::only_novelty,
                 "param" | "port" => Rule::only_field,
                 _ => Rule::only_rule,
             };

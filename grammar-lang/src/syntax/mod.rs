@@ -55,4 +55,6 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "table",
     "target",
     "prototype",
+    "observe",
+    "novelty",
 ];

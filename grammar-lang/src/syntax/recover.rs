@@ -21,6 +21,7 @@ const RULE_CLAUSES: &[&str] = &[
 const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize"];
 const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect"];
 const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add"];
+const NOVELTY_CLAUSES: &[&str] = &["feature", "known"];
 const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive"];
 /// What may follow a piece that is complete.
 const END: &str = "the end of the declaration";
@@ -41,9 +42,10 @@ pub(super) fn junk(
     let mut at = 0;
     for line in piece.split_inclusive('\n') {
         let word = word_at(line);
-        let clause =
-            [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, EDITS].iter().any(|c| c.contains(&word))
-                && !ITEM_WORDS.contains(&word);
+        let clause = [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, NOVELTY_CLAUSES, EDITS]
+            .iter()
+            .any(|c| c.contains(&word))
+            && !ITEM_WORDS.contains(&word);
         if at > 0 && depth == 0 && !word.is_empty() && !clause {
             starts.push(at);
         }
@@ -160,6 +162,7 @@ fn by_clause(
         "task" => (TASK_CLAUSES, Rule::only_task),
         "example" => (EXAMPLE_CLAUSES, Rule::only_example),
         "variant" => (EDITS, Rule::only_edit),
+        "novelty" => (NOVELTY_CLAUSES, Rule::only_novelty),
         "part" | "actuator" | "cell" | "model" | "search" => (&[], Rule::only_field),
         _ => return None,
     };
@@ -278,6 +281,7 @@ fn fill<'a>(item: &mut Item, lowering: &mut Lowering<'a>, clause: Pair<'a, Rule>
         }
         ItemKind::Task(_, items) => items.extend(lowering.item(clause)),
         ItemKind::Example(_, clauses) => clauses.extend(lowering.example_clause(clause)),
+        ItemKind::Novelty(_, clauses) => clauses.extend(lowering.novelty_clause(clause)),
         ItemKind::Variant(variant) => variant.edits.extend(lowering.edit(clause)),
         ItemKind::Part(Block { fields, .. })
         | ItemKind::Actuator(Block { fields, .. })

@@ -230,6 +230,8 @@ impl<'a> Checker<'a> {
                 drop(self.target(block, backend, kind, item.damaged));
             }
             ItemKind::Prototype(block, backend) => drop(self.prototype(block, backend, item.damaged)),
+            ItemKind::Observe(names) => drop(self.observed(names)),
+            ItemKind::Novelty(name, clauses) => drop(self.novelty(name, clauses, item.damaged)),
             ItemKind::Term(_, ty, value) => drop(self.term(ty, value, item.damaged)),
             ItemKind::Actuation { name, binder, kind, clauses } => {
                 drop(self.actuation(name, binder, kind, clauses, item.damaged));
@@ -333,6 +335,7 @@ impl<'a> Checker<'a> {
                     | ItemKind::Task(..)
                     | ItemKind::Target { .. }
                     | ItemKind::Prototype(..)
+                    | ItemKind::Novelty(..)
             );
             there.extend(declared(item).map(|n| n.span));
             if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
@@ -353,6 +356,7 @@ impl<'a> Checker<'a> {
                     | ItemKind::Prefer { .. }
                     | ItemKind::Target { .. }
                     | ItemKind::Prototype(..)
+                    | ItemKind::Novelty(..)
             );
             there.push(name.span);
             if !by_itself && !used(&declaration, self) {
@@ -649,6 +653,8 @@ impl<'a> Checker<'a> {
         let program = self.program;
         let tasks = self.tasks(&singles);
         let hardware = self.hardware();
+        let observed = self.all_observed();
+        let novelties = self.novelties();
         // What drives what is checked even where the tasks are not complete.
         let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
         let mut terms: IndexMap<String, ir::Term> = IndexMap::new();
@@ -724,7 +730,8 @@ impl<'a> Checker<'a> {
         self.check_models(&tasks, &singles);
         let (targets, prototypes) = hardware?;
         self.check_targets(&tasks, &targets, &actuators, &actuations);
-        self.check_periods(&tasks, &actuations, &terms);
+        self.check_periods(&tasks, &actuations, &terms, &observed);
+        let novelties = novelties?;
         if !sound {
             return None;
         }
@@ -755,6 +762,8 @@ impl<'a> Checker<'a> {
             tasks: tasks.into_iter().map(|(name, (task, _))| (name, task)).collect(),
             targets,
             prototypes,
+            observed: observed.into_iter().map(|name| name.text).collect(),
+            novelties,
             terms,
             objective,
             search: singles.search?,

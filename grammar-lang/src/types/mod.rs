@@ -13,6 +13,8 @@ mod lattice;
 mod members;
 mod mend;
 mod names;
+mod novelty;
+mod observe;
 mod rules;
 mod searches;
 mod signature;

@@ -109,6 +109,7 @@ impl Checker<'_> {
             ItemKind::Model(_) => "a model",
             ItemKind::Target { .. } => "a target",
             ItemKind::Prototype(..) => "a prototype",
+            ItemKind::Novelty(..) => "a novelty set",
             ItemKind::Search(_) => "a search",
             ItemKind::Actuation { .. } => "an actuation",
             _ => "a requirement",

@@ -28,8 +28,19 @@ pub(super) fn attributes(of: &Ty) -> &'static [(&'static str, Ty)] {
         ("holder", Ty::Part),
         ("twin", Ty::Part),
     ];
+    const ACTUATOR: &[(&str, Ty)] = &[
+        ("turn", Ty::Quantity(Dimension::ANGLE)),
+        ("image", Ty::Count),
+        ("depth", Ty::Count),
+        ("mass", Ty::Quantity(Dimension::MASS)),
+        ("holder", Ty::Part),
+        ("twin", Ty::Part),
+        ("least_bend", Ty::Quantity(Dimension::ANGLE)),
+        ("greatest_bend", Ty::Quantity(Dimension::ANGLE)),
+    ];
     match of {
-        Ty::Part | Ty::Actuator => PART,
+        Ty::Part => PART,
+        Ty::Actuator => ACTUATOR,
         Ty::Cell => &[("x", Ty::Count), ("y", Ty::Count), ("z", Ty::Count), ("filled", Ty::Bool)],
         Ty::Port => &[("part", Ty::Part), ("index", Ty::Count), ("free", Ty::Bool)],
         Ty::Joint => &[("holder", Ty::Part), ("held", Ty::Part), ("port", Ty::Port)],

@@ -6,8 +6,8 @@ use pest::iterators::Pair;
 
 use super::ast::{
     ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field, Item,
-    ItemKind, Link, Name, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Table, Typed, Variable,
-    Variant,
+    ItemKind, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Table,
+    Typed, Variable, Variant,
 };
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -112,6 +112,10 @@ fn silent(rule: Rule) -> bool {
             | R::kw_x
             | R::kw_target
             | R::kw_prototype
+            | R::kw_observe
+            | R::kw_novelty
+            | R::kw_feature
+            | R::kw_known
             | R::kw_enum
             | R::kw_record
             | R::kw_prefer
@@ -302,6 +306,11 @@ impl<'a> Lowering<'a> {
                 let fields = inner.filter_map(|n| self.field(n)).collect();
                 ItemKind::Prototype(Block { name, fields }, backend)
             }
+            Rule::observe_item => ItemKind::Observe(inner.map(|n| self.name(&n)).collect()),
+            Rule::novelty_item => {
+                let name = self.name(&inner.next()?);
+                ItemKind::Novelty(name, inner.filter_map(|n| self.novelty_clause(n)).collect())
+            }
             Rule::term_item => ItemKind::Term(
                 self.name(&inner.next()?),
                 self.name(&inner.next()?),
@@ -384,6 +393,22 @@ impl<'a> Lowering<'a> {
         Some(Typed { name: self.name(&inner.next()?), ty: self.name(&inner.next()?) })
     }
 
+    pub(super) fn novelty_clause(&mut self, node: Node<'a>) -> Option<NoveltyClause> {
+        let node = children(node).next()?;
+        let rule = node.as_rule();
+        let mut inner = parts(node);
+        let first = inner.next()?;
+        if rule == Rule::known_clause {
+            let name = Name { text: unquote(&first), span: self.span(&first) };
+            let fields = inner.filter_map(|n| self.field(n)).collect();
+            return Some(NoveltyClause::Known(Block { name, fields }));
+        }
+        let name = self.name(&first);
+        let value = self.expr(inner.next()?)?;
+        let weight = inner.next().and_then(|weight| self.expr(weight));
+        Some(NoveltyClause::Feature { name, value, weight })
+    }
+
     pub(super) fn example_clause(&mut self, node: Node<'_>) -> Option<ExampleClause> {
         let node = children(node).next()?;
         let rule = node.as_rule();
@@ -418,6 +443,9 @@ impl<'a> Lowering<'a> {
         let kind = match rule {
             Rule::set_edit => EditKind::Set(self.path(first), self.expr(inner.next()?)?),
             Rule::narrow_edit => EditKind::Narrow(self.path(first), self.expr(inner.next()?)?),
+            Rule::drop_edit if first.as_rule() == Rule::observe_item => {
+                EditKind::DropObserved(self.path(first))
+            }
             Rule::drop_edit => EditKind::Drop(self.path(first)),
             Rule::replace_edit => EditKind::Replace(Box::new(self.item(first)?)),
             _ => EditKind::Add(Box::new(self.item(first)?)),
