@@ -1,11 +1,13 @@
 //! Lattices: stiffness, convergence, bending, energy.
 
 use super::{gained, idle, lifted, place, ramp, run};
+use crate::simulate::balls::Balls;
 use crate::simulate::lattice::{Ball, Lattice};
+use crate::simulate::rapier::Rapier;
 use crate::simulate::tests::lattices::{
     PITCH, STIFFNESS, bend, cells, lattice, lattice_settings, quadruped, trot,
 };
-use crate::simulate::{Settings, model};
+use crate::simulate::{Model, Settings};
 
 /// A beam of 7 x 2 x 2 balls in the air, its first four held. Damping in N s/m.
 fn beam(settings: &Settings, damping: f64) -> Lattice {
@@ -81,28 +83,28 @@ fn a_mirrored_body_moves_mirrored() {
         });
         apart.fold(0.0, f64::max)
     };
-    for t in [0.1, 0.2, 0.3, 0.5, 1.0, 1.5, 2.0] {
-        eprintln!("{t} {:e}", off(t));
-    }
     assert!(off(0.3) < 1e-5, "off by {} m", off(0.3));
 }
 
-/// The two share no physics code. A block with a side that swells, slowly, as rapier's springs lag.
+/// The two share no physics code. A slender block bends, tips over and lies: alike, if rapier's steps are short; its
+/// contacts with the ground give way by a third of a millimetre.
 #[test]
 fn rapier_agrees_on_a_small_bend() {
     let all = cells([0, 0, 0], [2, 5, 2]);
     let mut body = lattice(&all);
     bend(&mut body, &all, |cell| if cell[0] == 0 { 1.0 } else { -1.0 });
-    let settings = Settings { iterations: 8, ..lattice_settings(1.5) };
+    let settings = Settings { iterations: 4, ..lattice_settings(1.5) };
     let drive = ramp(0.1, 0.5);
-    let [here, there] = ["balls", "rapier"].map(|name| {
-        let mut simulation = model(name).unwrap().prepare(&body, &settings).unwrap();
+    let run = |model: &dyn Model| {
+        let mut simulation = model.prepare(&body, &settings).unwrap();
         simulation.run(std::slice::from_ref(&drive)).remove(0).unwrap()
-    });
-    for ball in 0..all.len() {
-        let off = place(&here, ball, 1.5) - place(&there, ball, 1.5);
-        assert!(off.norm() < 3e-4, "ball {ball} is off by {off}");
-    }
+    };
+    let (here, there) = (run(&Balls), run(&Rapier { substep: 1.0 / 38400.0 }));
+    let off = |ball: usize| place(&here, ball, 1.5) - place(&there, ball, 1.5);
+    let middle = (0..all.len()).map(off).sum::<nalgebra::Vector3<f64>>() / all.len() as f64;
+    assert!(middle.x.abs() < 1e-4 && middle.y.abs() < 5e-4 && middle.z.abs() < 1e-6, "off by {middle}");
+    let shape = (0..all.len()).map(|ball| (off(ball) - middle).norm()).fold(0.0, f64::max);
+    assert!(shape < 2e-4, "a ball is off by {shape} m");
     assert!((here.work[0] / there.work[0] - 1.0).abs() < 0.05, "{:?} and {:?} J", here.work, there.work);
 }
 
