@@ -51,7 +51,9 @@ fn path(path: &Path) -> &str {
 fn grammar(folder: &Path, seconds: &str) -> PathBuf {
     let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
     let file = folder.join("quick.sgr");
-    std::fs::write(&file, text.replace("for 20 s", &format!("for {seconds} s"))).unwrap();
+    let observed = "\nuse std.gaits { airborne, gait }\nobserve airborne, gait\n";
+    let text = text.replace("for 20 s", &format!("for {seconds} s")) + observed;
+    std::fs::write(&file, text).unwrap();
     file
 }
 

@@ -113,6 +113,9 @@ impl Eval {
             return Err(Fault::input(format!("the motion is not valid: {why}")));
         };
         output::data(&format!("value {}\n", describe::quantity(value, &rules.objective.unit)))?;
+        for (name, value) in &replayed.observed {
+            output::data(&judge::observed(&rules, name, value.as_ref()))?;
+        }
         for (task, saved) in replayed.tasks.iter().zip(&design.tasks) {
             let Some(score) = &task.score else { continue };
             if task.name != RuleSet::ONLY_TASK {

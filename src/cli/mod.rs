@@ -17,6 +17,7 @@ mod live;
 mod load;
 mod mend;
 mod new;
+mod novelty;
 mod output;
 mod precision;
 mod progress;
@@ -98,6 +99,7 @@ enum Command {
     Resume(resume::Resume),
     Report(report::Report),
     Eval(eval::Eval),
+    Novelty(novelty::Novelty),
     View(view::View),
     Export(export::Export),
     Drive(drive::Drive),
@@ -131,6 +133,7 @@ pub fn main() -> ExitCode {
         Command::Resume(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Eval(command) => command.run(),
+        Command::Novelty(command) => command.run(),
         Command::View(command) => command.run(),
         Command::Export(command) => command.run(),
         Command::Drive(command) => command.run(),

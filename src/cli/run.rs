@@ -49,9 +49,9 @@ pub(super) struct Run {
     /// Replace an existing run folder
     #[arg(long)]
     force: bool,
-    /// The simulation method
-    #[arg(long, default_value = "articulated", value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
-    solver: String,
+    /// The simulation method [default: articulated, or balls where the grammar simulates balls and springs]
+    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
+    solver: Option<String>,
     /// Start from an example of the grammar [default: its initial design]
     #[arg(long, value_name = "EXAMPLE")]
     from: Option<String>,
@@ -81,7 +81,7 @@ impl Run {
             grammar: rules.name.clone(),
             rules: grammar.rules.clone(),
             seed,
-            solver: self.solver.clone(),
+            solver: self.solver.clone().unwrap_or_else(|| crate::search::solver(&rules).to_owned()),
             max_evals,
             time: self.time.as_ref().map(|(text, _)| text.clone()),
             from: from.clone(),
@@ -105,14 +105,15 @@ impl Run {
             };
             let path = named(format!("{}-{}-to-{last}", rules.name, self.seed));
             let begin = |seed: u64, path: &Path| {
-                RunFolder::create(path, false, &asked(seed), &grammar, &state).map(|_| ())
+                RunFolder::create(path, false, &asked(seed), (&grammar, &rules), &state).map(|_| ())
             };
             let folder = SeriesFolder::create(&path, self.force, series, begin).map_err(Fault::usage)?;
             return Several { folder, work: self.work, max_evals: None, deadline, flag }.go();
         }
         let path = named(format!("{}-{}", rules.name, self.seed));
         let asked = asked(self.seed);
-        let folder = RunFolder::create(&path, self.force, &asked, &grammar, &state).map_err(Fault::usage)?;
+        let folder =
+            RunFolder::create(&path, self.force, &asked, (&grammar, &rules), &state).map_err(Fault::usage)?;
         let run = Reopened { folder, asked, grammar, rules, sources, state, max_evals };
         let live = Live::begin(&self.work, run.folder.path());
         let ended = Session { run, work: self.work, deadline, told: true, live: live.as_ref() }.go(flag);

@@ -168,7 +168,7 @@ impl Session<'_> {
             Some(_) => None,
         };
         if let Some(nothing) = nothing {
-            keeper.folder.finish(&asked, &unit, &outcome).map_err(Fault::usage)?;
+            keeper.folder.finish(&asked, &rules, &outcome).map_err(Fault::usage)?;
             return Err(Fault::input(nothing));
         }
         let design = match &outcome.best {
@@ -190,7 +190,7 @@ impl Session<'_> {
             Err(reason) => return Err(Fault::input(reason)),
         };
         keeper.folder.best(&design).map_err(Fault::usage)?;
-        keeper.folder.finish(&asked, &unit, &outcome).map_err(Fault::usage)?;
+        keeper.folder.finish(&asked, &rules, &outcome).map_err(Fault::usage)?;
         drop(keeper);
         Ok(Ended { rules, path, outcome, design: Some(design), is_early: false })
     }

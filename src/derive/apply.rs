@@ -1,12 +1,12 @@
 //! Applies rules, takes steps back, repeats recorded steps.
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
-use grammar_lang::ir::{Effect, Expr, ExprKind, Holding, Rule, RuleSet};
+use grammar_lang::ir::{Binder, Cells, Effect, Expr, ExprKind, Holding, Painting, Rule, RuleSet};
 
 use super::Derivation;
 use super::record::{Recorded, Step};
 use super::scope::DesignScope;
-use crate::design::{Attachment, Refusal};
+use crate::design::{Attachment, Design, PartId, Refusal};
 
 /// Why a rule could not be applied.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -38,6 +38,8 @@ impl Blocked {
             Self::Refused(Refusal::NoPort(name)) => format!("no port {name}"),
             Self::Refused(Refusal::Fixed) => "part of the beginning".to_owned(),
             Self::Refused(Refusal::NotJoined) => "not joined".to_owned(),
+            Self::Refused(Refusal::Empty) => "nothing left".to_owned(),
+            Self::Refused(Refusal::NoCell) => "no cell there".to_owned(),
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| r.name.clone()),
             Self::Needed => "needed by a later step".to_owned(),
             Self::NoChange => "no change".to_owned(),
@@ -59,6 +61,8 @@ impl Blocked {
             Self::Refused(Refusal::NoPort(name)) => format!("the part has no port `{name}`"),
             Self::Refused(Refusal::Fixed) => "a part of the initial design stays".to_owned(),
             Self::Refused(Refusal::NotJoined) => "the parts are not joined".to_owned(),
+            Self::Refused(Refusal::Empty) => "nothing would be left of the lattice".to_owned(),
+            Self::Refused(Refusal::NoCell) => "there is no cell at that place".to_owned(),
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| {
                 let because = r.because.as_ref().map_or(String::new(), |b| format!(": {b}"));
                 format!("`{}` would be broken{because}", r.name)
@@ -107,8 +111,20 @@ impl Derivation {
         locals: &[Value],
         step: u64,
     ) -> Result<Result<(), Blocked>, EvalError> {
+        self.carry_out(next, rules, &rule.effects, locals, step)
+    }
+
+    /// The same for any effects.
+    pub(super) fn carry_out(
+        &self,
+        next: &mut Self,
+        rules: &RuleSet,
+        effects: &[Effect],
+        locals: &[Value],
+        step: u64,
+    ) -> Result<Result<(), Blocked>, EvalError> {
         let mut locals = locals.to_vec();
-        for effect in &rule.effects {
+        for effect in effects {
             let made = next.design.clone();
             let scope = DesignScope::new(rules, self).with_made(&made);
             let done = match effect {
@@ -150,6 +166,13 @@ impl Derivation {
                         return Ok(Err(blocked));
                     }
                     Ok(None)
+                }
+                Effect::Cells(cells) => {
+                    let depth = locals.len();
+                    let done =
+                        paint(&mut next.design, rules, cells, &cells.over, (&scope, &mut locals), step)?;
+                    locals.truncate(depth);
+                    done.map(|()| None)
                 }
             };
             match done {
@@ -213,7 +236,7 @@ impl Derivation {
             _ => None,
         });
         for kind in kinds {
-            if !rules.parts.contains_key(kind) && !rules.is_actuator(kind) {
+            if !rules.parts.contains_key(kind) && !rules.is_actuator(kind) && !rules.is_cell(kind) {
                 return Err(format!("there is no part `{kind}`"));
             }
         }
@@ -226,6 +249,51 @@ impl Derivation {
         self.next = self.next.max(step.id + 1);
         Ok(())
     }
+}
+
+/// Fills, paints or clears places, once for everything that it is repeated for.
+fn paint(
+    design: &mut Design,
+    rules: &RuleSet,
+    cells: &Cells,
+    over: &[Binder],
+    (scope, locals): (&DesignScope<'_>, &mut Vec<Value>),
+    step: u64,
+) -> Result<Result<(), Refusal>, EvalError> {
+    if let Some((binder, rest)) = over.split_first() {
+        let values: Vec<Value> = match evaluate(&binder.over, scope, locals)? {
+            Value::Domain(domain) => domain.items().collect(),
+            list => list.items().to_vec(),
+        };
+        for value in values {
+            locals.truncate(binder.slot);
+            locals.resize(binder.slot, Value::Bool(false));
+            locals.push(value);
+            if let Err(refusal) = paint(design, rules, cells, rest, (scope, locals), step)? {
+                return Ok(Err(refusal));
+            }
+        }
+        return Ok(Ok(()));
+    }
+    let Some(lattice) = &rules.lattice else { return Ok(Err(Refusal::NoCell)) };
+    let region = evaluate(&cells.region, scope, locals)?;
+    let places = region.items().iter().filter_map(|place| match place {
+        Value::Reference(Reference::Part(id)) => Some(*id),
+        _ => None,
+    });
+    let places: Vec<PartId> = places.collect();
+    let with = match &cells.with {
+        Some(with) => match evaluate(with, scope, locals)? {
+            Value::Kind(kind) => Some(kind),
+            _ => return Err(missing(with)),
+        },
+        None => None,
+    };
+    Ok(match (cells.how, with) {
+        (Painting::Fill, Some(with)) => design.fill(rules, lattice, &places, &with, step),
+        (Painting::Paint, Some(with)) => design.paint(rules, lattice, &places, &with),
+        _ => design.clear(lattice, rules.symmetry, &places),
+    })
 }
 
 fn missing(expr: &Expr) -> EvalError {

@@ -32,6 +32,19 @@ impl Derivation {
     /// [`EvalError`] when the weight has no value.
     pub fn weight(&self, rules: &RuleSet, rule: &Rule, temperature: f64) -> Result<f64, EvalError> {
         let scope = DesignScope::new(rules, self).at_temperature(temperature);
+        let mut alone = false;
+        for fallback in &rules.fallbacks {
+            if evaluate(&fallback.condition, &scope, &mut Vec::new())? == Value::Bool(true) {
+                if fallback.rule == rule.name {
+                    alone = false;
+                    break;
+                }
+                alone = true;
+            }
+        }
+        if alone {
+            return Ok(0.0);
+        }
         Ok(evaluate(&rule.weight, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0).max(0.0))
     }
 

@@ -47,6 +47,7 @@ fn exprs(rule: &Rule) -> impl Iterator<Item = &Expr> {
         Effect::Replace { part, with, .. } => vec![part, with],
         Effect::Set { part, value, .. } => vec![part, value],
         Effect::Remove(e) | Effect::Revert(e) => vec![e],
+        Effect::Cells(cells) => [&cells.region].into_iter().chain(&cells.with).collect(),
     });
     conditions.chain(guards).chain(domains).chain(effects)
 }

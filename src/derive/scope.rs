@@ -1,10 +1,10 @@
 //! What the expressions of the derivation can read: the design so far.
 
-use grammar_lang::eval::{Reference, Scope, Value};
-use grammar_lang::ir::{Function, Group, RuleSet, Word};
+use grammar_lang::eval::{Domain, Reference, Scope, Value};
+use grammar_lang::ir::{Function, Group, Lattice, RuleSet, Word};
 
 use super::Derivation;
-use crate::design::{Design, PartId, ports};
+use crate::design::{Design, PartId, lattice, ports};
 
 /// The design so far, and the temperature where a weight may read it.
 pub struct DesignScope<'a> {
@@ -72,8 +72,23 @@ impl<'a> DesignScope<'a> {
             // The core holds itself.
             "holder" => reference(Reference::Part(part.held_by.map_or(id, |(holder, _)| holder))),
             "twin" => reference(Reference::Part(design.twin(id))),
-            _ => part.params.get(name).cloned()?,
+            // A parameter of that name is what the actuator itself says.
+            _ if part.params.contains_key(name) => part.params.get(name).cloned()?,
+            "least_bend" => Value::Number(self.rules.actuators.get(&part.kind)?.bend.0),
+            "greatest_bend" => Value::Number(self.rules.actuators.get(&part.kind)?.bend.1),
+            _ => return None,
         })
+    }
+
+    /// An attribute of a place, or of the cell there.
+    fn cell_attribute(&self, id: PartId, name: &str) -> Option<Value> {
+        let axis = ["x", "y", "z"].iter().position(|axis| *axis == name);
+        if let Some(axis) = axis {
+            let place = lattice::place_of(id)?;
+            return place.get(axis).map(|at| Value::Number(*at as f64));
+        }
+        let cell = self.design().parts.get(&id);
+        if name == "filled" { Some(Value::Bool(cell.is_some())) } else { cell?.params.get(name).cloned() }
     }
 
     fn step_attribute(&self, id: u64, name: &str) -> Option<Value> {
@@ -84,6 +99,56 @@ impl<'a> DesignScope<'a> {
             _ => None,
         }
     }
+}
+
+impl DesignScope<'_> {
+    /// The functions that know a lattice.
+    fn call_in(&self, lattice: &Lattice, function: Function, arguments: &[Value]) -> Option<Value> {
+        match function {
+            Function::Cell => {
+                let [x, y, z] = arguments else { return None };
+                let place = [x.as_number()? as i64, y.as_number()? as i64, z.as_number()? as i64];
+                lattice::cell_at(lattice, place).map(cell)
+            }
+            Function::Region => {
+                let [from, x, y, z] = arguments else { return None };
+                let (from, [x, y, z]) = (part(from)?, [offsets(x)?, offsets(y)?, offsets(z)?]);
+                let mut places = Vec::new();
+                for z in z {
+                    for y in y.clone() {
+                        let row = x.clone().filter_map(|x| lattice::beside(lattice, from, [x, y, z]));
+                        places.extend(row.map(cell));
+                    }
+                }
+                Some(Value::List(places.into()))
+            }
+            Function::Neighbours => {
+                let joined = self.design().joined(lattice, part(arguments.first()?)?);
+                Some(Value::List(joined.into_iter().map(cell).collect()))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// Further than this no lattice reaches.
+const FAR: f64 = 1e6;
+
+/// Offsets along one side: one number, or all of a range.
+fn offsets(value: &Value) -> Option<std::ops::RangeInclusive<i64>> {
+    let (low, high) = match value {
+        Value::Number(x) => (*x, *x),
+        Value::Domain(domain) => match &**domain {
+            Domain::Range { low, high, .. } => (libm::ceil(*low), libm::floor(*high)),
+            Domain::Items(_) => return None,
+        },
+        _ => return None,
+    };
+    Some(low.clamp(-FAR, FAR) as i64..=high.clamp(-FAR, FAR) as i64)
+}
+
+fn cell(id: PartId) -> Value {
+    reference(Reference::Part(id))
 }
 
 fn reference(reference: Reference) -> Value {
@@ -104,7 +169,12 @@ impl Scope for DesignScope<'_> {
 
     fn word(&self, word: Word) -> Option<Value> {
         match word {
-            Word::Connected => Some(Value::Bool(self.design().is_connected())),
+            Word::Connected => Some(Value::Bool(match &self.rules.lattice {
+                Some(lattice) => self.design().is_one_piece(lattice),
+                None => self.design().is_connected(),
+            })),
+            Word::Middle => lattice::middle(self.rules.lattice.as_ref()?).map(cell),
+            Word::NoOverlap if self.rules.lattice.is_some() => Some(Value::Bool(true)),
             Word::NoOverlap => Some(Value::Bool(self.design().no_overlap(self.rules))),
             Word::Temperature => self.temperature.map(Value::Number),
             _ => None,
@@ -133,6 +203,7 @@ impl Scope for DesignScope<'_> {
 
     fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
         match of {
+            Value::Reference(Reference::Part(id)) if lattice::is_cell(*id) => self.cell_attribute(*id, name),
             Value::Reference(Reference::Part(id)) => self.part_attribute(*id, name),
             Value::Reference(Reference::Port(id, port)) => self.port_attribute(*id, *port, name),
             Value::Reference(Reference::Step(id)) => self.step_attribute(*id, name),
@@ -162,7 +233,16 @@ impl Scope for DesignScope<'_> {
         Some(frames.get(*port as usize)?.name == name)
     }
 
+    fn clusters(&self, cells: &[(Value, Value)]) -> Option<usize> {
+        let cells: Option<Vec<_>> =
+            cells.iter().map(|(cell, value)| Some((part(cell)?, value.clone()))).collect();
+        Some(lattice::clusters(self.rules.lattice.as_ref()?, &cells?))
+    }
+
     fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
+        if let Some(lattice) = &self.rules.lattice {
+            return self.call_in(lattice, function, arguments);
+        }
         let id = part(arguments.first()?)?;
         let design = self.design_of(id);
         let parts = match function {

@@ -11,17 +11,35 @@ use grammar_lang::source::{FileId, SourceMap};
 
 use super::apply::{Blocked, attachment};
 use super::{Derivation, DesignScope};
-use crate::design::Design;
+use crate::design::{Design, Refusal};
 
 /// The initial design, and what of it cannot be placed.
 pub(super) fn begin(rules: &RuleSet) -> (Derivation, Option<EvalError>) {
     let mut derivation = Derivation { design: Design::default(), steps: Vec::new(), next: 1 };
+    if let Some(error) = fill(rules, &mut derivation) {
+        return (derivation, Some(error));
+    }
     for placed in &rules.begin {
         if let Err(error) = place(rules, &mut derivation, placed) {
             return (derivation, Some(error));
         }
     }
     (derivation, None)
+}
+
+/// Fills what a lattice begins with; gives what of it cannot be filled.
+fn fill(rules: &RuleSet, derivation: &mut Derivation) -> Option<EvalError> {
+    let lattice = rules.lattice.as_ref()?;
+    let before = derivation.clone();
+    match before.carry_out(derivation, rules, &lattice.begin, &[], 0) {
+        Ok(Ok(())) if !derivation.design.parts.is_empty() => None,
+        Ok(Ok(())) => {
+            let reason = Blocked::Refused(Refusal::Empty).sentence(rules);
+            Some(EvalError { span: lattice.span, reason })
+        }
+        Ok(Err(blocked)) => Some(EvalError { span: lattice.span, reason: blocked.sentence(rules) }),
+        Err(error) => Some(error),
+    }
 }
 
 fn place(rules: &RuleSet, derivation: &mut Derivation, placed: &Placed) -> Result<(), EvalError> {
@@ -54,7 +72,7 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
     }
     let begun = begin(rules).0;
     let mut found = super::refused::check(rules, &begun);
-    if begun.design.parts.len() > rules.begin.len() {
+    if rules.lattice.is_none() && begun.design.parts.len() > rules.begin.len() {
         let mut counts = Begun::new();
         for part in begun.design.parts.values() {
             *counts.entry(part.kind.clone()).or_default() += 1;

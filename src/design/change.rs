@@ -280,8 +280,8 @@ fn normal_turn(turn: f64) -> f64 {
     if full - turn < 1e-9 { 0.0 } else { turn }
 }
 
-fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) -> Result<(), Refusal> {
-    let declared = rules.actuators.get(kind).and_then(|a| a.params.get(name));
+pub(super) fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) -> Result<(), Refusal> {
+    let declared = rules.params_of(kind).and_then(|params| params.get(name));
     let declared = declared.ok_or_else(|| Refusal::BadParameter(name.to_owned()))?;
     match (declared.domain, value) {
         (Some((low, high)), Value::Number(x)) if *x < low || *x > high => {
@@ -298,8 +298,8 @@ pub(super) fn params(
     given: &[(String, Value)],
 ) -> Result<IndexMap<String, Value>, Refusal> {
     let mut out = IndexMap::new();
-    let Some(actuator) = rules.actuators.get(kind) else { return Ok(out) };
-    for (name, declared) in &actuator.params {
+    let Some(params) = rules.params_of(kind) else { return Ok(out) };
+    for (name, declared) in params {
         let given = given.iter().find(|(n, _)| n == name).map(|(_, v)| v.clone());
         let value = match (given, &declared.default) {
             (Some(value), _) => value,

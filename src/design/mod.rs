@@ -8,6 +8,8 @@ pub mod assembly;
 mod body;
 mod canonical;
 mod change;
+mod filled;
+pub mod lattice;
 mod overlap;
 mod port;
 mod symmetry;
@@ -68,6 +70,10 @@ pub enum Refusal {
     Fixed,
     /// The parts are not joined.
     NotJoined,
+    /// Nothing would be left of the lattice.
+    Empty,
+    /// There is no cell at the place.
+    NoCell,
 }
 
 /// A tree of parts.
@@ -166,6 +172,9 @@ impl Design {
     #[must_use]
     pub fn mass(&self, rules: &RuleSet, id: PartId) -> Option<f64> {
         let part = self.parts.get(&id)?;
+        if let Some(lattice) = rules.lattice.as_ref().filter(|_| lattice::is_cell(id)) {
+            return Some(lattice::material(rules, lattice, part).mass);
+        }
         let block = rules.parts.get(&part.kind).map(|b| b.mass);
         block.or_else(|| Some(rules.actuators.get(&part.kind)?.mass * port::segments(part) as f64))
     }
@@ -197,8 +206,9 @@ impl Design {
     #[must_use]
     pub fn belongs(&self, rules: &RuleSet, id: PartId, group: &Group) -> bool {
         self.parts.get(&id).is_some_and(|part| match group {
-            Group::Part => true,
-            Group::Block => !rules.is_actuator(&part.kind),
+            Group::Part => !lattice::is_cell(id),
+            Group::Block => !lattice::is_cell(id) && !rules.is_actuator(&part.kind),
+            Group::Cell => lattice::is_cell(id),
             Group::Actuator => rules.is_actuator(&part.kind),
             Group::Kind(kind) => part.kind == *kind,
         })

@@ -30,11 +30,12 @@ const TITLES: &[(&str, &str)] = &[
     ("table", "Tables"),
     ("target", "Targets"),
     ("prototype", "Prototypes"),
+    ("novelty", "Novelty sets"),
     ("example", "Examples"),
 ];
 
 /// The words whose declarations say how a grammar is run.
-const SETTINGS: &[&str] = &["symmetry", "begin", "actuate", "simulate", "maximize", "minimize"];
+const SETTINGS: &[&str] = &["symmetry", "begin", "actuate", "simulate", "maximize", "minimize", "observe"];
 const SETTINGS_TITLE: &str = "Settings";
 
 /// The words after which a name may be left out.

@@ -64,7 +64,9 @@ impl Drive<'_> {
         let mut locals = self.lets(driven, parameters)?;
         let fixed = locals.len();
         let actuator = self.kind_of(driven).and_then(|kind| self.rules.actuators.get(kind));
-        let (low, high) = actuator.map_or((0.0, 0.0), |a| a.bend);
+        // Cells are strained as far as they are asked to be.
+        let unlimited = (f64::NEG_INFINITY, f64::INFINITY);
+        let (low, high) = actuator.map_or(unlimited, |a| a.bend);
         let mut bends = Vec::with_capacity(times.size_hint().0);
         for time in times {
             scope.time = time;

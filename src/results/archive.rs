@@ -48,7 +48,9 @@ fn table(rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> String {
     for (name, _) in &descriptors {
         let _ = write!(text, ",{name},{name}_from,{name}_to");
     }
-    text += ",value,move,parts,actuators\n";
+    text += ",value,move,parts,actuators";
+    rules.observed.iter().for_each(|name| text += &format!(",{name}"));
+    text += "\n";
     for (cell, best) in archive {
         text += &file(cell);
         for ((_, descriptor), cell) in descriptors.iter().zip(cell) {
@@ -56,8 +58,13 @@ fn table(rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> String {
             let _ = write!(text, ",{cell},{from},{to}");
         }
         let parts = &best.derivation.design.parts;
-        let actuators = parts.values().filter(|p| rules.is_actuator(&p.kind)).count();
-        let _ = writeln!(text, ",{},{},{},{actuators}", best.value, best.found_at, parts.len());
+        let actuators = parts.values().filter(|p| rules.is_driven(&p.kind)).count();
+        let _ = write!(text, ",{},{},{},{actuators}", best.value, best.found_at, parts.len());
+        for column in 0..rules.observed.len() {
+            let value = best.observed().get(column).and_then(Option::as_ref);
+            let _ = write!(text, ",{}", value.map_or(String::new(), ToString::to_string));
+        }
+        text += "\n";
     }
     text
 }

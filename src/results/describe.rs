@@ -3,19 +3,24 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use grammar_lang::eval::{EvalError, Reference};
+use grammar_lang::eval::{EvalError, Reference, Value};
 use grammar_lang::ir::{RuleSet, Ty};
 use grammar_lang::source::SourceMap;
 use grammar_lang::units::{self, Dimension};
+use indexmap::IndexMap;
 
 use crate::derive::random::Stream;
 use crate::derive::{Blocked, Derivation, Recorded, Step};
-use crate::design::{Design, Part, PartId, ports};
+use crate::design::{Design, Part, PartId, lattice, ports};
 
 /// What people call a part: `core`, or its kind and a number.
 pub(super) fn part_name(design: &Design, id: PartId) -> String {
     if let Some((name, _)) = design.placed.iter().find(|(_, p)| **p == id) {
         return name.clone();
+    }
+    if let Some([x, y, z]) = lattice::place_of(id) {
+        let kind = design.parts.get(&id).map_or("place", |cell| cell.kind.as_str());
+        return format!("{kind} ({x}, {y}, {z})");
     }
     match design.parts.get_full(&id) {
         Some((index, _, part)) => format!("{} {index}", part.kind),
@@ -128,6 +133,11 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
         // Writing to a String never fails.
         let _ = writeln!(out, "  {number:>2}. {}", step(rules, before, made));
     });
+    if rules.lattice.is_some() {
+        layers(&mut out, rules, design);
+        let _ = writeln!(out, "body {}", design.canonical_hash(rules));
+        return out;
+    }
     out.push_str("parts\n");
     for (index, (id, part)) in design.parts.iter().enumerate() {
         let held = part.held_by.map_or(String::new(), |(holder, port)| {
@@ -149,6 +159,48 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     }
     let _ = writeln!(out, "body {}", design.canonical_hash(rules));
     out
+}
+
+/// A lattice as text: its cells seen from above, a square of signs for each layer that has some, the highest first. Cells
+/// that are alike have the same letter.
+fn layers(out: &mut String, rules: &RuleSet, design: &Design) {
+    let Some(lattice) = &rules.lattice else { return };
+    let mut kinds: Vec<&IndexMap<String, Value>> = Vec::new();
+    for cell in design.parts.values() {
+        if !kinds.contains(&&cell.params) {
+            kinds.push(&cell.params);
+        }
+    }
+    // Writing to a String never fails.
+    let _ = writeln!(out, "{} cells", design.parts.len());
+    let letter = |kind: usize| char::from_u32('a' as u32 + kind as u32).filter(char::is_ascii_lowercase);
+    for (kind, params) in kinds.iter().enumerate() {
+        let declared = &lattice.cell.params;
+        let shown = params.iter().map(|(name, given)| {
+            let ty = declared.get(name).map(|param| &param.ty);
+            format!("{name} = {}", value(rules, design, &Recorded::new(given), ty))
+        });
+        let shown: Vec<String> = shown.collect();
+        let _ = writeln!(out, "  {} {}({})", letter(kind).unwrap_or('?'), lattice.kind, shown.join(", "));
+    }
+    let [nx, ny, nz] = lattice.sides;
+    for y in (0..ny).rev() {
+        let sign = |x: usize, z: usize| {
+            let id = lattice::cell_at(lattice, [x as i64, y as i64, z as i64])?;
+            let cell = design.parts.get(&id)?;
+            let kind = kinds.iter().position(|params| **params == cell.params)?;
+            Some(letter(kind).unwrap_or('?'))
+        };
+        // Forward is to the right, left is up.
+        let row = |z: usize| (0..nx).map(|x| sign(x, z).unwrap_or('.')).collect::<String>();
+        let rows: Vec<String> = (0..nz).map(row).collect();
+        if rows.iter().any(|row| row.contains(|c| c != '.')) {
+            let _ = writeln!(out, "layer {y}");
+            for row in rows {
+                let _ = writeln!(out, "  {row}");
+            }
+        }
+    }
 }
 
 /// The derivation that a seed gives in some moves, as stable text: what `sgc derive` prints; and

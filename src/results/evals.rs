@@ -10,7 +10,7 @@ use sha2::{Digest, Sha256};
 use super::saved::hex;
 use crate::search::Row;
 
-const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,chain\n";
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,chain";
 
 /// The table, to which rows are added.
 #[derive(Debug)]
@@ -20,6 +20,8 @@ pub(super) struct Evals {
     /// Of all that has been written.
     sum: Sha256,
     length: u64,
+    /// How many columns there are for what is observed.
+    observed: usize,
 }
 
 /// How far a table was written, and what was in it.
@@ -30,16 +32,18 @@ pub(super) struct Mark {
 }
 
 impl Evals {
-    /// A table without rows.
-    pub(super) fn create(path: &Path) -> Result<Self, String> {
+    /// A table without rows, with columns for what is observed.
+    pub(super) fn create(path: &Path, observed: &[String]) -> Result<Self, String> {
         let file = fs::File::create(path).map_err(|e| fault(path, &e))?;
-        let mut evals = Self { path: path.to_owned(), file, sum: Sha256::new(), length: 0 };
-        evals.write(COLUMNS)?;
+        let (path, sum) = (path.to_owned(), Sha256::new());
+        let mut evals = Self { path, file, sum, length: 0, observed: observed.len() };
+        let more: String = observed.iter().map(|name| format!(",{name}")).collect();
+        evals.write(&format!("{COLUMNS}{more}\n"))?;
         Ok(evals)
     }
 
     /// The table as it was when it was marked: rows that were added later are cut off.
-    pub(super) fn reopen(path: &Path, mark: &Mark) -> Result<Self, String> {
+    pub(super) fn reopen(path: &Path, mark: &Mark, observed: &[String]) -> Result<Self, String> {
         let bytes = fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
         let counted = usize::try_from(mark.bytes).ok().and_then(|length| bytes.get(..length));
         let Some(counted) = counted.filter(|counted| hex(&Sha256::digest(counted)) == mark.sha256) else {
@@ -52,7 +56,7 @@ impl Evals {
         let mut file = fs::OpenOptions::new().write(true).open(path).map_err(|e| fault(path, &e))?;
         file.set_len(mark.bytes).map_err(|e| fault(path, &e))?;
         file.seek(SeekFrom::End(0)).map_err(|e| fault(path, &e))?;
-        Ok(Self { path: path.to_owned(), file, sum, length: mark.bytes })
+        Ok(Self { path: path.to_owned(), file, sum, length: mark.bytes, observed: observed.len() })
     }
 
     /// Where the table is from now on: its folder was moved.
@@ -64,8 +68,8 @@ impl Evals {
     pub(super) fn row(&mut self, row: &Row) -> Result<(), String> {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
         let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
-        let line = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}\n",
+        let mut line = format!(
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.number,
             row.iteration,
             row.rule.as_deref().unwrap_or(""),
@@ -82,6 +86,11 @@ impl Evals {
             quoted(&row.tally.reasons()),
             row.chain,
         );
+        for column in 0..self.observed {
+            let value = row.observed.get(column).and_then(Option::as_ref);
+            line += &format!(",{}", value.map_or(String::new(), ToString::to_string));
+        }
+        line += "\n";
         self.write(&line)
     }
 
@@ -120,23 +129,23 @@ mod tests {
     fn rows_after_a_mark_are_cut_off_and_changed_rows_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("evals.csv");
-        let mut evals = Evals::create(&path).unwrap();
+        let mut evals = Evals::create(&path, &[]).unwrap();
         evals.write("one\n").unwrap();
         let mark = evals.mark().unwrap();
         evals.write("two\nhal").unwrap();
         drop(evals);
 
-        let mut evals = Evals::reopen(&path, &mark).unwrap();
+        let mut evals = Evals::reopen(&path, &mark, &[]).unwrap();
         assert_eq!(evals.mark().unwrap(), mark);
         evals.write("three\n").unwrap();
         let now = evals.mark().unwrap();
-        assert_eq!(fs::read_to_string(&path).unwrap(), format!("{COLUMNS}one\nthree\n"));
-        assert_eq!(Evals::reopen(&path, &now).unwrap().mark().unwrap(), now);
+        assert_eq!(fs::read_to_string(&path).unwrap(), format!("{COLUMNS}\none\nthree\n"));
+        assert_eq!(Evals::reopen(&path, &now, &[]).unwrap().mark().unwrap(), now);
 
-        fs::write(&path, format!("{COLUMNS}odd\nthree\n")).unwrap();
-        assert!(Evals::reopen(&path, &mark).unwrap_err().contains("was changed"));
+        fs::write(&path, format!("{COLUMNS}\nodd\nthree\n")).unwrap();
+        assert!(Evals::reopen(&path, &mark, &[]).unwrap_err().contains("was changed"));
         fs::write(&path, "move").unwrap();
-        assert!(Evals::reopen(&path, &mark).unwrap_err().contains("was changed"));
+        assert!(Evals::reopen(&path, &mark, &[]).unwrap_err().contains("was changed"));
         assert_eq!(fs::read_to_string(&path).unwrap(), "move", "what is refused stays as it is");
     }
 }

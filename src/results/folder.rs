@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
+use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -18,6 +19,7 @@ use super::report;
 use super::saved::{Grammar, SavedDesign, hex};
 use super::sittings::SITTINGS;
 use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
+use crate::score::Observed;
 use crate::search::{Best, Outcome, Row, State};
 
 pub(super) const RUN: &str = "run.toml";
@@ -78,6 +80,9 @@ pub struct Finished {
     pub value: Option<f64>,
     /// Its unit.
     pub unit: String,
+    /// What was observed of it, in SI units.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub observed: IndexMap<String, Option<Observed>>,
     /// Evaluations spent.
     pub evaluations: u64,
     /// Outer moves made.
@@ -205,14 +210,15 @@ impl RunFolder {
         path: &Path,
         force: bool,
         asked: &Asked,
-        grammar: &Grammar,
+        (grammar, rules): (&Grammar, &RuleSet),
         state: &State,
     ) -> Result<Self, String> {
         // A link is followed: what it points to is replaced, not the link.
         let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let aside = check_place(path, force)?.then(|| aside(path));
         leftovers::clear_unfinished(path);
-        let mut folder = make_folder(path, aside.as_deref(), |path| Self::fill(path, asked, grammar, state))?;
+        let mut folder =
+            make_folder(path, aside.as_deref(), |path| Self::fill(path, asked, (grammar, rules), state))?;
         // A process may have been killed when it had just moved the older run away.
         let replaced = aside.or_else(|| if force { leftovers::older(path) } else { None });
         folder.path = path.to_owned();
@@ -221,7 +227,12 @@ impl RunFolder {
         Ok(folder)
     }
 
-    fn fill(path: &Path, asked: &Asked, grammar: &Grammar, state: &State) -> Result<Self, String> {
+    fn fill(
+        path: &Path,
+        asked: &Asked,
+        (grammar, rules): (&Grammar, &RuleSet),
+        state: &State,
+    ) -> Result<Self, String> {
         let fault = |what: &Path, e: &dyn std::fmt::Display| format!("cannot write {}: {e}", what.display());
         let text = toml::to_string(asked).map_err(|e| fault(&path.join(RUN), &e))?;
         write_whole(&path.join(RUN), &text)?;
@@ -232,7 +243,7 @@ impl RunFolder {
             let text = grammar.sources.get(&source.name).map_or("", String::as_str);
             write_whole(&sources.join(&source.file), text)?;
         }
-        let evals = Evals::create(&path.join(EVALS))?;
+        let evals = Evals::create(&path.join(EVALS), &rules.observed)?;
         let folder = Self {
             path: path.to_owned(),
             evals,
@@ -276,7 +287,7 @@ impl RunFolder {
         let grammar = frozen(path, &asked)?;
         let (rules, sources) = grammar.compile_with_sources().map_err(|e| format!("{shown}: {e}"))?;
         let state = checkpoint.state.restore(&rules).map_err(|e| format!("{shown}: {e}"))?;
-        let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals)?;
+        let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, &rules.observed)?;
         for name in entries(path).unwrap_or_default() {
             if is_unfinished(&name) {
                 // What a killed process had begun to write.
@@ -365,12 +376,19 @@ impl RunFolder {
     /// # Errors
     ///
     /// A sentence with the system's reason.
-    pub fn finish(&self, asked: &Asked, unit: &str, outcome: &Outcome) -> Result<(), String> {
+    pub fn finish(&self, asked: &Asked, rules: &RuleSet, outcome: &Outcome) -> Result<(), String> {
+        let observed = outcome.best.as_ref().map(|best| best.observed());
         let finished = Finished {
             grammar: asked.grammar.clone(),
             seed: asked.seed,
             value: outcome.best.as_ref().map(|b| b.value),
-            unit: unit.to_owned(),
+            unit: rules.objective.unit.clone(),
+            observed: rules
+                .observed
+                .iter()
+                .cloned()
+                .zip(observed.unwrap_or_default().iter().cloned())
+                .collect(),
             evaluations: outcome.evaluations,
             moves: outcome.moves,
             invalid: outcome.tally.by_reason().map(|(why, n)| (why.to_owned(), n)).collect(),

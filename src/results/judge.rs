@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::{RuleSet, Task};
+use grammar_lang::eval::EvalError;
+use grammar_lang::ir::{Expr, RuleSet, Task};
+use indexmap::IndexMap;
 
 use super::describe;
 use super::saved::{Check, Grammar, SavedDesign, SavedTask};
@@ -10,7 +12,7 @@ use crate::derive::Derivation;
 use crate::design::Body;
 use crate::design::assembly::{Assembly, JointKind};
 use crate::drive::Drive;
-use crate::score::{self, Recording, Score, score};
+use crate::score::{self, Observed, Recording, Score, score};
 use crate::search::{Best, keeps, settings};
 use crate::simulate::{self, Invalid, Motion, Settings, Stop};
 
@@ -35,6 +37,8 @@ pub struct Replayed {
     pub body: Body,
     /// What it did in each task.
     pub tasks: Vec<ReplayedTask>,
+    /// What was observed of its motion in the first task, in SI units; empty if that is not valid.
+    pub observed: IndexMap<String, Option<Observed>>,
     /// The value of the whole grammar's objective; none if a motion is not valid.
     pub value: Option<f64>,
 }
@@ -65,7 +69,7 @@ pub fn replay(
     precision: Precision,
 ) -> Result<Replayed, String> {
     let (derivation, body) = body_of(rules, design)?;
-    let mut tasks = Vec::new();
+    let mut tasks: Vec<ReplayedTask> = Vec::new();
     for saved in &design.tasks {
         let trial = Trial { solver, precision, shift: None, stop: Stop::NEVER };
         tasks.push(replay_task(rules, saved, (&derivation, &body), trial)?);
@@ -79,7 +83,53 @@ pub fn replay(
         Some(values) => Some(score::outcome(rules, &derivation, &values).map_err(|e| e.reason)?),
         None => None,
     };
-    Ok(Replayed { derivation, body, tasks, value })
+    let observed = match (tasks.first().map(|task| &task.motion), design.tasks.first()) {
+        (Some(Ok(motion)), Some(saved)) if !rules.observed.is_empty() => {
+            let recorded = recorded(rules, saved, (&derivation, &body), motion, |recording| {
+                score::observe(rules, recording)
+            })?;
+            rules.observed.iter().cloned().zip(recorded).collect()
+        }
+        _ => IndexMap::new(),
+    };
+    Ok(Replayed { derivation, body, tasks, observed, value })
+}
+
+/// Asks something of a motion of a saved design.
+fn recorded<T>(
+    rules: &RuleSet,
+    saved: &SavedTask,
+    (derivation, body): (&Arc<Derivation>, &Body),
+    motion: &Motion,
+    ask: impl FnOnce(Recording<'_>) -> T,
+) -> Result<T, String> {
+    let (_, drive, parameters) = drive_of(rules, saved, (derivation, body))?;
+    Ok(ask(Recording { derivation, body, motion, drive: &drive, parameters: &parameters }))
+}
+
+/// Quantities of the score stage for a saved design: those of its motion in the first task, simulated again.
+///
+/// # Errors
+///
+/// A sentence that says what does not fit, or that the motion is not valid.
+pub fn quantities(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    wanted: &[&Expr],
+) -> Result<Vec<Result<f64, EvalError>>, String> {
+    let of = body_of(rules, design)?;
+    let of = (&of.0, &of.1);
+    let saved = design.task(None)?;
+    let trial = Trial { solver: &design.solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
+    let replayed = replay_task(rules, saved, of, trial)?;
+    let motion = replayed.motion.map_err(|why| format!("its motion is not valid: {}", why.describe()))?;
+    recorded(rules, saved, of, &motion, |recording| {
+        let one = |expr: &&Expr| {
+            let values = score::quantities(rules, recording, &[expr])?;
+            Ok(values.first().copied().unwrap_or(0.0))
+        };
+        wanted.iter().map(one).collect()
+    })
 }
 
 /// How a design is simulated again.
@@ -118,6 +168,7 @@ impl Shift {
                         hinge.damping *= factor;
                     }
                 }
+                assembly.swellings.iter_mut().for_each(|swelling| swelling.gain *= factor);
             }
         }
     }
@@ -352,6 +403,7 @@ pub fn save(
         (&best.derivation, best.derivation.design.canonical_hash(rules)),
     );
     design.penalties = score::penalties(rules, &best.derivation).map_err(|e| e.reason)?;
+    design.observed = rules.observed.iter().cloned().zip(best.observed().iter().cloned()).collect();
     for ((name, task), tune) in rules.tasks.iter().zip(&best.tasks) {
         let drive = Drive::new(rules, task, Arc::clone(&best.derivation), &body).map_err(|e| e.reason)?;
         let mut saved = SavedTask {
@@ -419,6 +471,17 @@ pub fn signed(rules: &RuleSet, weight: f64) -> f64 {
     if rules.objective.maximize { -weight } else { weight }
 }
 
+/// What was observed, in words: a line.
+#[must_use]
+pub fn observed(rules: &RuleSet, name: &str, value: Option<&Observed>) -> String {
+    let text = match value {
+        Some(Observed::Number(x)) => describe::term(rules, &rules.objective.unit, name, *x),
+        Some(other) => other.to_string(),
+        None => "has no value".to_owned(),
+    };
+    format!("  observed {name} {text}\n")
+}
+
 /// The value, tasks, terms and checks of a design in words.
 #[must_use]
 pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
@@ -428,6 +491,9 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
             "  not fulfilled: {name} ({})\n",
             describe::quantity(signed(rules, *weight), &design.unit)
         ));
+    }
+    for (name, value) in &design.observed {
+        out.push_str(&observed(rules, name, value.as_ref()));
     }
     for saved in &design.tasks {
         if saved.name != RuleSet::ONLY_TASK {

@@ -9,7 +9,7 @@ use super::describe;
 use super::view::{Look, Made, Making, Piece};
 use crate::derive::{Derivation, Step};
 use crate::design::assembly::Shape;
-use crate::design::{Body, Design, Part, PartId};
+use crate::design::{Body, Design, Part, PartId, lattice};
 use crate::document::about_rule;
 
 /// The beginning and the steps of a derivation, with all elements that ever were.
@@ -28,15 +28,18 @@ pub fn making(rules: &RuleSet, sources: &SourceMap, derivation: &Derivation) -> 
     making
 }
 
-/// The colour of a kind of part; empty if it has none.
-pub(super) fn colour<'r>(rules: &'r RuleSet, kind: &str) -> &'r str {
-    let colour = rules.parts.get(kind).map(|p| &p.colour).or(rules.actuators.get(kind).map(|a| &a.colour));
-    colour.map_or("", String::as_str)
+/// The colour of a part; empty if it has none.
+pub(super) fn colour(rules: &RuleSet, part: &Part) -> String {
+    if let Some(lattice) = rules.lattice.as_ref().filter(|lattice| lattice.kind == part.kind) {
+        return lattice::colour(rules, lattice, part);
+    }
+    let (block, actuator) = (rules.parts.get(&part.kind), rules.actuators.get(&part.kind));
+    block.map(|p| &p.colour).or(actuator.map(|a| &a.colour)).cloned().unwrap_or_default()
 }
 
-/// How a kind of part looks.
-pub(super) fn look(rules: &RuleSet, kind: &str, shape: Shape) -> Look {
-    Look { shape, colour: colour(rules, kind).to_owned(), label: kind.to_owned() }
+/// How an element of a part looks.
+pub(super) fn look(rules: &RuleSet, part: &Part, shape: Shape) -> Look {
+    Look { shape, colour: colour(rules, part), label: part.kind.clone() }
 }
 
 /// Takes over what the last step did to the elements. `there` says which pieces the elements of
@@ -56,7 +59,7 @@ fn follow(
         let place = places.entry(*id).or_default();
         let key = (*id, *place);
         *place += 1;
-        let look = look(rules, &part.kind, element.shape);
+        let look = look(rules, part, element.shape);
         let name = describe::part_name(after, *id);
         let known = gone.get(&key).copied();
         let piece = known.and_then(|index| making.pieces.get_mut(index)).filter(|piece| piece.look == look);

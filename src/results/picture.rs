@@ -7,6 +7,7 @@ use super::making::{look, making};
 use super::saved::SavedDesign;
 use super::view::{Check, Curve, Element, Scene};
 use super::{describe, judge};
+use crate::design::lattice;
 
 /// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named.
 ///
@@ -26,17 +27,20 @@ pub fn scene(
     let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or("it has no task")?;
     let moved = replayed.tasks.swap_remove(place);
     let motion = moved.motion.map_err(|_| "the motion is not valid")?;
-    let parts = &replayed.derivation.design.parts;
+    let design_of = &replayed.derivation.design;
+    let parts = &design_of.parts;
     let elements = replayed
         .body
         .assembly
         .elements
         .iter()
         .zip(&replayed.body.parts_of_elements)
-        .map(|(element, id)| {
-            let kind = parts.get(id).map_or("", |p| p.kind.as_str());
-            let actuator = replayed.body.actuators.iter().position(|a| a == id);
-            Element { look: look(rules, kind, element.shape), actuator }
+        .enumerate()
+        .filter_map(|(index, (element, id))| {
+            let swelling = replayed.body.assembly.swellings.iter().find(|s| s.element == index);
+            let actuator = swelling.map(|swelling| swelling.actuator);
+            let actuator = actuator.or_else(|| replayed.body.actuators.iter().position(|a| a == id));
+            Some(Element { look: look(rules, parts.get(id)?, element.shape), actuator })
         })
         .collect();
     let targets = &moved.targets;
@@ -51,6 +55,9 @@ pub fn scene(
             Curve {
                 name: match of {
                     Some(original) => format!("actuator {} (image of {})", i + 1, original + 1),
+                    None if lattice::is_cell(*id) => {
+                        format!("cells as {}", describe::part_name(design_of, *id))
+                    }
                     None => format!("actuator {}", i + 1),
                 },
                 interval: targets.interval,
@@ -90,7 +97,10 @@ pub fn scene(
                 design.found_at + 1,
                 design.solver
             ),
-            format!("{} parts, {} actuators{shown}", parts.len(), replayed.body.actuators.len()),
+            match &rules.lattice {
+                Some(_) => format!("{} cells of {} kinds{shown}", parts.len(), replayed.body.actuators.len()),
+                None => format!("{} parts, {} actuators{shown}", parts.len(), replayed.body.actuators.len()),
+            },
         ],
         value: describe::quantity(design.value, &design.unit),
         terms: values

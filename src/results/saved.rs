@@ -5,10 +5,12 @@ use std::path::Path;
 
 use grammar_lang::ir::{RuleSet, without_spans};
 use grammar_lang::source::SourceMap;
+use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::derive::{Derivation, Step};
+use crate::score::Observed;
 use crate::world::Frozen;
 
 /// The version of the file format.
@@ -60,6 +62,9 @@ pub struct SavedDesign {
     pub unit: String,
     /// What it loses by preferences that it does not fulfil.
     pub penalties: Vec<(String, f64)>,
+    /// What was observed of its motion in the first task, in SI units.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub observed: IndexMap<String, Option<Observed>>,
     /// What it does in each task.
     pub tasks: Vec<SavedTask>,
     /// Hash of the body, whatever its derivation.
@@ -189,6 +194,7 @@ impl SavedDesign {
             value,
             unit: unit.to_owned(),
             penalties: Vec::new(),
+            observed: IndexMap::new(),
             tasks: Vec::new(),
             body,
             derivation: derivation.steps.clone(),

@@ -1,11 +1,15 @@
 //! Scores a recorded motion with the grammar's terms.
 
 pub mod ceiling;
+mod observed;
 
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{Expr, RuleSet, Task, Term, Word, builds_on};
+
+pub use observed::{Observed, observe};
 
 use crate::derive::{Derivation, DesignScope};
 use crate::design::Body;
@@ -45,10 +49,7 @@ pub fn score(rules: &RuleSet, task: &Task, recording: Recording<'_>) -> Result<S
     let scope = MotionScope::new(rules, recording)?;
     let mut terms = Vec::with_capacity(rules.terms.len());
     for (name, term) in used(rules, task) {
-        terms.push((
-            name.to_owned(),
-            evaluate(&term.value, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0),
-        ));
+        terms.push((name.to_owned(), number(&observed::value(name, term, &scope)?)));
     }
     Ok(Score { value: value(task, &scope)?, terms })
 }
@@ -80,11 +81,15 @@ pub fn quantities(
     wanted: &[&Expr],
 ) -> Result<Vec<f64>, EvalError> {
     let scope = MotionScope::new(rules, recording)?;
-    let one = |expr: &&Expr| match evaluate(expr, &scope, &mut Vec::new())? {
-        Value::Bool(yes) => Ok(f64::from(u8::from(yes))),
-        value => Ok(value.as_number().unwrap_or(0.0)),
-    };
-    wanted.iter().map(one).collect()
+    wanted.iter().map(|expr| Ok(number(&evaluate(expr, &scope, &mut Vec::new())?))).collect()
+}
+
+/// A value as a number: a Bool is 0 or 1, a value of an enumeration its place.
+fn number(value: &Value) -> f64 {
+    match value {
+        Value::Bool(yes) => f64::from(u8::from(*yes)),
+        value => value.as_number().unwrap_or(0.0),
+    }
 }
 
 fn value(task: &Task, scope: &MotionScope<'_>) -> Result<f64, EvalError> {
@@ -96,12 +101,15 @@ struct MotionScope<'a> {
     design: DesignScope<'a>,
     recording: Recording<'a>,
     period: f64,
+    /// Terms that have been evaluated: several may build on one that runs over all elements and moments.
+    terms: RefCell<BTreeMap<String, Value>>,
 }
 
 impl<'a> MotionScope<'a> {
     fn new(rules: &'a RuleSet, recording: Recording<'a>) -> Result<Self, EvalError> {
         let period = recording.drive.period(recording.parameters)?;
-        Ok(Self { design: DesignScope::new(rules, recording.derivation), recording, period })
+        let design = DesignScope::new(rules, recording.derivation);
+        Ok(Self { design, recording, period, terms: RefCell::default() })
     }
 
     /// The element that stands for a thing: itself, or the first one of a part.
@@ -130,6 +138,14 @@ impl Scope for MotionScope<'_> {
             }
             _ => self.design.word(word),
         }
+    }
+
+    fn remembered(&self, term: &str) -> Option<Value> {
+        self.terms.borrow().get(term).cloned()
+    }
+
+    fn remember(&self, term: &str, value: &Value) {
+        self.terms.borrow_mut().insert(term.to_owned(), value.clone());
     }
 
     fn shared(&self, actuation: &str, variable: &str) -> Option<Value> {

@@ -13,8 +13,8 @@ use crate::derive::Derivation;
 use crate::design::Body;
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
-use crate::score::{self, Recording};
-use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop, Watch};
+use crate::score::{self, Observed, Recording};
+use crate::simulate::{self, Invalid, Model, Motion, Settings, Simulation, Stop, Watch};
 
 /// The value of an evaluation, or why it has none.
 pub(super) type Valued = Result<f64, Missing>;
@@ -26,6 +26,8 @@ pub(super) struct Evaluated {
     /// What its value could come to at most, where more is better, when that was least. It is known by the
     /// middle of the motion or later, also of motions that turn out not to be valid; infinite where no bound follows.
     pub(super) ceiling: f64,
+    /// What was observed of its motion, where it could be a new best.
+    pub(super) observed: Option<Vec<Option<Observed>>>,
 }
 
 /// Evaluates parameters of one body, several at a time.
@@ -44,6 +46,17 @@ pub(super) struct Evaluator<'r> {
     workers: Vec<Box<dyn Simulation>>,
     /// The simulation at half the step.
     fine: Box<dyn Simulation>,
+    /// Whether anything is observed of this task.
+    observes: bool,
+    /// The value, where more is better, above which motions are observed: others will not be asked for it.
+    pub(super) observed_above: f64,
+}
+
+/// The solver that a grammar's models are meant for.
+#[must_use]
+pub fn solver(rules: &RuleSet) -> &'static str {
+    let balls = rules.tasks.values().any(|task| matches!(task.model.method, ir::Method::Balls(_)));
+    if balls { simulate::BALLS } else { simulate::MODELS.first().copied().unwrap_or_default() }
 }
 
 /// A model's numbers as a solver takes them.
@@ -85,7 +98,23 @@ impl<'r> Evaluator<'r> {
         let fine = model.prepare(&body.assembly, &full.finer())?;
         let name = rules.tasks.iter().find(|(_, t)| std::ptr::eq(*t, task)).map_or("", |(name, _)| name);
         let subjects = (cache::subject(&derivation, name, false), cache::subject(&derivation, name, true));
-        Ok(Self { rules, task, derivation, body, cache, subjects, drive, pool, workers, fine })
+        let first = rules.tasks.values().next();
+        let observes = !rules.observed.is_empty() && first.is_some_and(|first| std::ptr::eq(first, task));
+        let observed_above = f64::NEG_INFINITY;
+        Ok(Self {
+            rules,
+            task,
+            derivation,
+            body,
+            cache,
+            subjects,
+            drive,
+            pool,
+            workers,
+            fine,
+            observes,
+            observed_above,
+        })
     }
 
     /// How many evaluations go on at once at most: threads, and lanes of each.
@@ -108,7 +137,10 @@ impl<'r> Evaluator<'r> {
         batch: &[(Parameters, f64)],
     ) -> Option<Vec<Evaluated>> {
         let keys: Vec<Key> = batch.iter().map(|(one, _)| Cache::key(&self.subjects.0, one)).collect();
-        let mut values: Vec<Option<Evaluated>> = keys.iter().map(|key| self.cache.get(key)).collect();
+        // One that was no best of an earlier body may be one of this.
+        let is_enough = |known: &Evaluated| known.observed.is_some() || !self.is_observed(&known.value);
+        let mut values: Vec<Option<Evaluated>> =
+            keys.iter().map(|key| self.cache.get(key).filter(is_enough)).collect();
         let open: Vec<usize> = (0..batch.len()).filter(|&i| values[i].is_none()).collect();
         if !open.is_empty() {
             let unknown: Vec<_> = open.iter().map(|&i| batch[i].clone()).collect();
@@ -120,9 +152,16 @@ impl<'r> Evaluator<'r> {
         values.into_iter().collect()
     }
 
+    /// Whether a motion of this value is observed.
+    fn is_observed(&self, value: &Valued) -> bool {
+        let Self { task, observes, observed_above, .. } = self;
+        Judging::is_observed(task, observes.then_some(*observed_above), value)
+    }
+
     fn simulate(&mut self, stop: Stop<'_>, batch: &[(Parameters, f64)]) -> Option<Vec<Evaluated>> {
-        let Self { rules, task, derivation, body, drive, pool, workers, .. } = self;
-        let one = Judging { rules, task, derivation, body, drive };
+        let Self { rules, task, derivation, body, drive, pool, workers, observes, observed_above, .. } = self;
+        let observed_above = observes.then_some(*observed_above);
+        let one = Judging { rules, task, derivation, body, drive, observed_above };
         let share = batch.len().div_ceil(workers.len()).max(1);
         if let ([worker, ..], true) = (workers.as_mut_slice(), batch.len() <= share) {
             return one.values(stop, worker.as_mut(), batch);
@@ -144,7 +183,7 @@ impl<'r> Evaluator<'r> {
             return Some(known.value);
         }
         let Self { rules, task, derivation, body, drive, fine, .. } = self;
-        let judging = Judging { rules, task, derivation, body, drive };
+        let judging = Judging { rules, task, derivation, body, drive, observed_above: None };
         let one = (parameters.clone(), f64::NEG_INFINITY);
         let value = judging.values(stop, fine.as_mut(), &[one])?.into_iter().next()?;
         self.cache.keep(key, &value);
@@ -179,9 +218,17 @@ struct Judging<'a> {
     derivation: &'a Derivation,
     body: &'a Body,
     drive: &'a Drive<'a>,
+    /// The value, where more is better, above which motions are observed, if any are.
+    observed_above: Option<f64>,
 }
 
 impl Judging<'_> {
+    /// Whether a motion of this value is observed.
+    fn is_observed(task: &Task, above: Option<f64>, value: &Valued) -> bool {
+        let sign = if task.objective.maximize { 1.0 } else { -1.0 };
+        above.is_some_and(|above| value.as_ref().is_ok_and(|value| sign * value > above))
+    }
+
     /// The values of parameters, simulated side by side; none if that was stopped.
     fn values(
         &self,
@@ -205,30 +252,40 @@ impl Judging<'_> {
         let mut motions = motions.into_iter().zip(watch.least);
         let mut value = |(targets, (parameters, _)): (Result<_, EvalError>, &(Parameters, f64))| {
             if let Err(error) = targets {
-                return Evaluated { value: Err(Missing::Expression(error)), ceiling: f64::INFINITY };
+                let value = Err(Missing::Expression(error));
+                return Evaluated { value, ceiling: f64::INFINITY, observed: None };
             }
             let (motion, least) =
                 motions.next().unwrap_or((Err(Invalid::NotFinite), Mutex::new(f64::INFINITY)));
-            let value = motion
-                .map_err(Missing::Motion)
-                .and_then(|motion| self.score(&motion, parameters).map_err(Missing::Expression));
-            Evaluated { value, ceiling: least.into_inner().unwrap_or(f64::INFINITY) }
+            let ceiling = least.into_inner().unwrap_or(f64::INFINITY);
+            let motion = match motion {
+                Ok(motion) => motion,
+                Err(why) => return Evaluated { value: Err(Missing::Motion(why)), ceiling, observed: None },
+            };
+            let value = self.score(&motion, parameters).map_err(Missing::Expression);
+            let observed = Self::is_observed(self.task, self.observed_above, &value)
+                .then(|| score::observe(self.rules, self.recording(&motion, parameters)));
+            Evaluated { value, ceiling, observed }
         };
         Some(targets.into_iter().zip(batch).map(&mut value).collect())
     }
 
     /// What the value of a motion under way can come to at most, where more is better.
     fn ceiling(&self, motion: &Motion, parameters: &[f64], now: f64) -> Option<f64> {
-        let Self { rules, task, derivation, body, drive } = *self;
-        let recording = Recording { derivation, body, motion, drive, parameters };
+        let Self { rules, task, .. } = *self;
+        let recording = self.recording(motion, parameters);
         let underway = Underway { recording, now, pace: task.model.pace_limit? };
         let (low, high) = ceiling::limits(rules, task, underway).ok()?;
         Some(if task.objective.maximize { high } else { -low })
     }
 
+    fn recording<'a>(&'a self, motion: &'a Motion, parameters: &'a [f64]) -> Recording<'a> {
+        let Self { derivation, body, drive, .. } = *self;
+        Recording { derivation, body, motion, drive, parameters }
+    }
+
     fn score(&self, motion: &Motion, parameters: &[f64]) -> Result<f64, EvalError> {
-        let Self { rules, task, derivation, body, drive } = *self;
-        score::objective(rules, task, Recording { derivation, body, motion, drive, parameters })
+        score::objective(self.rules, self.task, self.recording(motion, parameters))
     }
 }
 

@@ -24,7 +24,7 @@ use std::sync::atomic::AtomicBool;
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{RuleSet, Task};
 
-pub use evaluator::settings;
+pub use evaluator::{settings, solver};
 pub use outer::{Observer, Outcome, Row, go_on, run, tune_body};
 pub use state::{Best, State, Tune};
 pub use tally::Tally;

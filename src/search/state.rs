@@ -12,6 +12,7 @@ use super::schedule::{Course, Iteration, Standing};
 use super::tally::Tally;
 use crate::derive::{Derivation, Steps};
 use crate::drive::Parameters;
+use crate::score::Observed;
 
 /// Where a search stands. `D` is what there is of a derivation: itself, or its [`Steps`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -91,6 +92,14 @@ pub struct Best<D = Arc<Derivation>> {
     pub found_at: usize,
 }
 
+impl<D> Best<D> {
+    /// What was observed of it in its first task, in the order of the rule set.
+    #[must_use]
+    pub fn observed(&self) -> &[Option<Observed>] {
+        self.tasks.first().map_or(&[], |tune| &tune.observed)
+    }
+}
+
 /// The best drive of a body for one task.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tune {
@@ -100,6 +109,9 @@ pub struct Tune {
     pub value: f64,
     /// Its value at half the step, where that was checked.
     pub half_step: Option<f64>,
+    /// What was observed of its motion, in the order of the rule set; empty where nothing is.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub observed: Vec<Option<Observed>>,
 }
 
 /// How far the tuning of a body for all tasks is.

@@ -119,6 +119,9 @@ const REGISTRY: &[&dyn Model] = &[&articulated::Articulated, &balls::Balls, &rap
 /// The names of all solvers, the default first.
 pub const MODELS: &[&str] = &["articulated", "balls", "rapier"];
 
+/// The solver that simulates balls and springs.
+pub const BALLS: &str = "balls";
+
 /// The solver of a name.
 #[must_use]
 pub fn model(name: &str) -> Option<&'static dyn Model> {

@@ -61,6 +61,7 @@ impl Reasoning<'_> {
                 let parts = Abstract::Part(Kinds::all());
                 return Abstract::Many(Box::new(parts), Interval::NOT_NEGATIVE);
             }
+            F::Region | F::Cell => return Abstract::Any,
             F::Images => {
                 let most = self.facts.images() as f64 - 1.0;
                 return Abstract::Many(Box::new(first), Interval::new(0.0, most));

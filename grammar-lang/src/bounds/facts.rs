@@ -7,7 +7,7 @@ use indexmap::IndexSet;
 
 use super::kinds::{Begun, Declared};
 use super::{Abstract, Interval, Kinds, Reasoning, Truth};
-use crate::ir::{Group, RuleSet, Symmetry, Ty, Word};
+use crate::ir::{Group, Lattice, RuleSet, Symmetry, Ty, Word};
 
 /// What is known of a grammar whatever the design and the values of its parameters.
 #[derive(Clone, Debug)]
@@ -65,6 +65,7 @@ impl<'r> Facts<'r> {
             Group::Part => true,
             Group::Block => !self.rules.is_actuator(kind),
             Group::Actuator => self.rules.is_actuator(kind),
+            Group::Cell => self.rules.is_cell(kind),
             Group::Kind(name) => name == kind,
         }
     }
@@ -105,6 +106,12 @@ impl<'r> Facts<'r> {
     pub fn count(&self, group: &Group) -> Interval {
         if self.declared.size(group) == 0 {
             return Interval::point(0.0);
+        }
+        let lattice = self.rules.lattice.as_ref();
+        let of_cells =
+            |lattice: &&Lattice| *group == Group::Cell || *group == Group::Kind(lattice.kind.clone());
+        if let Some(lattice) = lattice.filter(of_cells) {
+            return Interval::new(0.0, lattice.sides.iter().product::<usize>() as f64);
         }
         Interval::new(self.placed(group) as f64, f64::INFINITY)
     }
@@ -179,7 +186,7 @@ impl<'r> Facts<'r> {
             | Word::Chain
             | Word::Spread => Abstract::Number(Interval::NOT_NEGATIVE),
             Word::Elements => Abstract::Many(Box::new(Abstract::Any), Interval::new(1.0, f64::INFINITY)),
-            Word::Closed | Word::Inflate | Word::Vent => Abstract::Any,
+            Word::Closed | Word::Inflate | Word::Vent | Word::Middle => Abstract::Any,
             Word::Connected | Word::NoOverlap => Abstract::Bool(Truth::Sometimes),
             Word::Period | Word::Best => Abstract::Number(Interval::ALL),
         }

@@ -103,7 +103,7 @@ impl<'r> Declared<'r> {
     /// What is known of one kind.
     fn one(&self, kind: &str) -> Common<'r> {
         let rules = self.rules;
-        let params = rules.actuators.get(kind).map(|a| &a.params);
+        let params = rules.params_of(kind);
         Common {
             kinds: 1,
             placed: self.counts.get(kind).copied().unwrap_or(0),
@@ -140,6 +140,7 @@ impl<'r> Declared<'r> {
             Group::Part => (Some(blocks), Some(actuators), None),
             Group::Block => (Some(blocks), None, None),
             Group::Actuator => (None, Some(actuators), None),
+            Group::Cell => (None, None, self.rules.lattice.as_ref().map(|lattice| lattice.kind.as_str())),
             Group::Kind(name) => (None, None, Some(name.as_str())),
         };
         let several = blocks.into_iter().flatten().chain(actuators.into_iter().flatten());
@@ -151,6 +152,10 @@ impl<'r> Declared<'r> {
             Group::Part => get(&self.part),
             Group::Block => get(&self.block),
             Group::Actuator => get(&self.actuator),
+            Group::Cell => match &self.rules.lattice {
+                Some(lattice) => get(&self.one(&lattice.kind)),
+                None => get(&Common::default()),
+            },
             Group::Kind(name) => get(&self.one(name)),
         }
     }
@@ -190,6 +195,7 @@ impl<'r> Declared<'r> {
             (_, Group::Part) => true,
             (Group::Kind(kind), Group::Block) => !self.rules.is_actuator(kind),
             (Group::Kind(kind), Group::Actuator) => self.rules.is_actuator(kind),
+            (Group::Kind(kind), Group::Cell) => self.rules.is_cell(kind),
             (inner, outer) => inner == outer,
         };
         let both = if within(a, b) { Some(a) } else { Some(b).filter(|_| within(b, a)) };

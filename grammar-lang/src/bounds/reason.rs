@@ -307,6 +307,7 @@ fn gathered(
     let (none, some) = (count.high <= 0.0, count.low >= 1.0);
     match how {
         Gather::Count => Abstract::Number(count),
+        Gather::Clusters => Abstract::Number(Interval::new(0.0, count.high)),
         Gather::Forall => {
             Abstract::Bool(Truth::of(none || truth == Truth::Always, some && truth == Truth::Never))
         }

@@ -118,6 +118,8 @@ codes! {
     NOT_NARROWER      "E0314" "not-narrower" Error;
     TABLE_ORDER       "E0315" "table-out-of-order" Error;
     TARGET_MISFIT     "E0316" "target-cannot" Error;
+    MIXED_SPACES      "E0317" "parts-and-cells" Error;
+    MODEL_MISFIT      "E0318" "model-cannot" Error;
     // Stages
     WRONG_STAGE       "E0401" "wrong-stage" Error;
     // The grammar as a whole

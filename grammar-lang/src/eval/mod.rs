@@ -36,6 +36,15 @@ pub trait Scope {
     fn word(&self, word: Word) -> Option<Value> {
         self.outer()?.word(word)
     }
+    /// The value of a term, if it has been evaluated before.
+    fn remembered(&self, term: &str) -> Option<Value> {
+        let _ = term;
+        None
+    }
+    /// Remembers the value of a term, where that is of use.
+    fn remember(&self, term: &str, value: &Value) {
+        let _ = (term, value);
+    }
     /// The value of a parameter of the grammar, SI.
     fn param(&self, name: &str) -> Option<Value> {
         self.outer()?.param(name)
@@ -83,6 +92,10 @@ pub trait Scope {
     /// A function that only this stage knows.
     fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
         self.outer()?.call(function, arguments)
+    }
+    /// Of cells with a value each, how many groups of neighbours with the same value there are.
+    fn clusters(&self, cells: &[(Value, Value)]) -> Option<usize> {
+        self.outer()?.clusters(cells)
     }
     /// The expression of a pattern.
     fn pattern(&self, name: &str) -> Option<&Expr> {
@@ -171,6 +184,11 @@ fn missing(expr: &Expr) -> EvalError {
     EvalError { span: expr.span, reason: UNKNOWN_HERE.to_owned() }
 }
 
+/// Whether an attribute of a cell is asked for.
+fn reads_cell(expr: &Expr) -> bool {
+    matches!(&expr.kind, ExprKind::Attribute(of, _) if of.ty == crate::ir::Ty::Cell)
+}
+
 /// Adds, subtracts, multiplies or divides.
 fn calculate(expr: &Expr, x: f64, operator: Operator, y: f64) -> Result<f64, EvalError> {
     match operator {
@@ -253,8 +271,13 @@ impl Evaluation<'_> {
 
             ExprKind::Term(name) => {
                 let scope = self.scope;
+                if let Some(known) = scope.remembered(name) {
+                    return Ok(known);
+                }
                 let term = scope.term(name).ok_or_else(|| missing(expr))?;
-                evaluate(term, scope, &mut Vec::new())?
+                let value = evaluate(term, scope, &mut Vec::new())?;
+                scope.remember(name, &value);
+                value
             }
             ExprKind::Task(name) => known(self.scope.task(name))?,
             ExprKind::Shared(actuation, variable) => known(self.scope.shared(actuation, variable))?,
@@ -283,7 +306,11 @@ impl Evaluation<'_> {
                     (Value::Vector(v), "x") => Value::Number(v[0]),
                     (Value::Vector(v), "y") => Value::Number(v[1]),
                     (Value::Vector(v), "z") => Value::Number(v[2]),
-                    _ => known(self.scope.attribute(&of, name))?,
+                    _ => match self.scope.attribute(&of, name) {
+                        Some(value) => value,
+                        None if reads_cell(expr) => return fail(expr, "there is no cell at this place"),
+                        None => return Err(missing(expr)),
+                    },
                 }
             }
             ExprKind::At(track, time) => {
@@ -426,6 +453,9 @@ impl Evaluation<'_> {
         let ExprKind::Aggregate { how, binders, otherwise, .. } = &expr.kind else {
             return Err(missing(expr));
         };
+        if *how == Gather::Clusters {
+            return self.clusters(expr);
+        }
         let depth = self.locals.len();
         let mut gathered = Gathered {
             count: 0,
@@ -440,7 +470,7 @@ impl Evaluation<'_> {
         ran?;
         let nothing = gathered.count == 0;
         Ok(match how {
-            Gather::Count => Value::Number(gathered.count as f64),
+            Gather::Count | Gather::Clusters => Value::Number(gathered.count as f64),
             Gather::Sum => Value::Number(gathered.sum),
             Gather::Forall => Value::Bool(gathered.all),
             Gather::Exists => Value::Bool(gathered.any),
@@ -452,6 +482,31 @@ impl Evaluation<'_> {
             Gather::Min => Value::Number(gathered.least),
             Gather::Max => Value::Number(gathered.greatest),
         })
+    }
+
+    fn clusters(&mut self, expr: &Expr) -> Result_ {
+        let ExprKind::Aggregate { binders, condition, body, .. } = &expr.kind else {
+            return Err(missing(expr));
+        };
+        let Some(binder) = binders.first() else { return Err(missing(expr)) };
+        let depth = self.locals.len();
+        let mut cells = Vec::new();
+        for cell in self.value(&binder.over)?.items() {
+            self.put(binder.slot, cell.clone());
+            if let Some(condition) = condition
+                && !self.bool(condition)?
+            {
+                continue;
+            }
+            let value = match body {
+                Some(body) => self.value(body)?,
+                None => Value::Bool(true),
+            };
+            cells.push((cell.clone(), value));
+        }
+        self.locals.truncate(depth);
+        let count = self.scope.clusters(&cells).ok_or_else(|| missing(expr))?;
+        Ok(Value::Number(count as f64))
     }
 
     fn gather(

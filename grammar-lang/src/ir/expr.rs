@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::Ty;
 use crate::source::Span;
-pub use crate::syntax::ast::{Gather, Operator};
+pub use crate::syntax::ast::{Gather, Operator, Painting};
 
 /// An expression with its type and place. Numbers are in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -27,6 +27,8 @@ pub enum Group {
     Block,
     /// All actuators.
     Actuator,
+    /// All cells of a lattice.
+    Cell,
     /// All parts of one declared kind.
     Kind(String),
 }
@@ -171,6 +173,7 @@ words! {
         Closed "closed" "Both valves of an actuator are closed: it keeps its air.";
         Inflate "inflate" "An actuator's valve lets air in.";
         Vent "vent" "An actuator's valve lets air out.";
+        Middle "middle" "The place in the middle of the lattice.";
         Connected "connected" "Whether the design is in one piece.";
         NoOverlap "no_overlap" "Whether no two parts overlap; touching is allowed.";
     }
@@ -216,7 +219,9 @@ words! {
         Normal "normal" "normal(mean, standard deviation): a distribution.";
         Uniform "uniform" "uniform(low, high): a distribution.";
         Gain "gain" "gain(n): what the best value gained in the last n iterations.";
-        Neighbours "neighbours" "The parts that are joined to a part.";
+        Cell "cell" "cell(x, y, z): a place of the lattice, counted from 0.";
+        Region "region" "region(c, x, y, z): the places whose offsets from a cell are these numbers or ranges, as far as the lattice reaches.";
+        Neighbours "neighbours" "The parts that are joined to a part, or the cells to a cell: up to 18.";
         Images "images" "The images of a part under the symmetry, without itself.";
     }
 }

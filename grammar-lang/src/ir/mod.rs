@@ -2,6 +2,8 @@
 
 mod expr;
 mod hardware;
+mod lattice;
+mod novelty;
 mod resolved;
 mod spans;
 mod table;
@@ -11,8 +13,10 @@ mod ty;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Word};
+pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Painting, Word};
 pub use hardware::{Backend, PINS, Pneumatic, Prototype, Supply, Target, Tendon};
+pub use lattice::{Cell, Cells, Fallback, JOINED, Lattice};
+pub use novelty::{Feature, Novelty};
 pub use resolved::resolved;
 pub use spans::without_spans;
 pub use table::Table;
@@ -52,8 +56,14 @@ pub struct RuleSet {
     pub symmetry: Symmetry,
     /// The initial design; the first part is the core.
     pub begin: Vec<Placed>,
+    /// The lattice that the bodies are made of, if they are not made of parts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lattice: Option<Lattice>,
     /// The rules.
     pub rules: Vec<Rule>,
+    /// Rules that alone are drawn while something holds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub fallbacks: Vec<Fallback>,
     /// What every design must fulfil.
     pub requirements: Vec<Requirement>,
     /// What a design should fulfil.
@@ -71,6 +81,12 @@ pub struct RuleSet {
     /// Robots that were built.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub prototypes: IndexMap<String, Prototype>,
+    /// Terms whose values are written beside that of each body.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub observed: Vec<String>,
+    /// Sets of known designs, by which others are novel.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub novelties: IndexMap<String, Novelty>,
     /// Named terms.
     pub terms: IndexMap<String, Term>,
     /// What the search wants: an expression over the tasks' values and the design.
@@ -390,6 +406,8 @@ pub enum Effect {
     },
     /// Takes back a step.
     Revert(Expr),
+    /// Fills, paints or clears places of the lattice.
+    Cells(Cells),
 }
 
 /// What every design must fulfil.
@@ -545,11 +563,35 @@ pub enum Bound {
     Resample,
 }
 
+/// How bodies are simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Rigid pieces joined by driven hinges.
+    Hinges,
+    /// Balls joined by springs. A body that is made of parts is filled with them.
+    Balls(Option<Filling>),
+}
+
+/// Balls that the parts of a body are filled with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Filling {
+    /// The distance between neighbours, m.
+    pub spacing: f64,
+    /// Of a spring, N/m.
+    pub stiffness: f64,
+    /// Of a spring, N s/m.
+    pub damping: f64,
+}
+
 /// The simulation model and its numbers, SI.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Model {
     /// Its name.
     pub name: String,
+    /// How it works.
+    #[serde(default = "hinges", skip_serializing_if = "is_hinges")]
+    pub method: Method,
     /// Simulated time, s.
     pub duration: f64,
     /// Time step, s.
@@ -574,6 +616,14 @@ pub struct Model {
     /// whole second until the end, at least two seconds, m/s; a motion that is faster is invalid.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pace_limit: Option<f64>,
+}
+
+fn hinges() -> Method {
+    Method::Hinges
+}
+
+fn is_hinges(method: &Method) -> bool {
+    *method == Method::Hinges
 }
 
 /// A named term of an objective.
@@ -671,6 +721,25 @@ pub struct Descriptor {
 impl RuleSet {
     /// The name of the task of a grammar that names none.
     pub const ONLY_TASK: &str = "";
+
+    /// Whether something drives parts of a kind: an actuator, or cells that a task actuates.
+    #[must_use]
+    pub fn is_driven(&self, kind: &str) -> bool {
+        self.is_actuator(kind) || self.tasks.values().any(|task| task.actuated.contains_key(kind))
+    }
+
+    /// Whether `kind` names the cells of the lattice.
+    #[must_use]
+    pub fn is_cell(&self, kind: &str) -> bool {
+        self.lattice.as_ref().is_some_and(|lattice| lattice.kind == kind)
+    }
+
+    /// The parameters that parts of a kind have.
+    #[must_use]
+    pub fn params_of(&self, kind: &str) -> Option<&IndexMap<String, InstanceParam>> {
+        let cell = self.lattice.as_ref().filter(|lattice| lattice.kind == kind);
+        cell.map(|lattice| &lattice.cell.params).or_else(|| Some(&self.actuators.get(kind)?.params))
+    }
 
     /// Whether `kind` names an actuator (else a passive part).
     #[must_use]

@@ -3,10 +3,12 @@
 
 use std::fmt::Write;
 
+use indexmap::IndexMap;
+
 use super::{
-    Actuation, Actuator, Backend, Effect, Expr, ExprKind, Gather, Group, Holding, Kernel, Matched, Model,
-    Objective, Owner, Part, Pneumatic, Rule, RuleSet, Schedule, Shape, Speed, Spread, Symmetry, Table,
-    Target, Tendon, Ty,
+    Actuation, Actuator, Backend, Cells, Effect, Expr, ExprKind, Feature, Gather, Group, Holding,
+    InstanceParam, Kernel, Matched, Method, Model, Objective, Owner, Part, Pneumatic, Rule, RuleSet,
+    Schedule, Shape, Speed, Spread, Symmetry, Table, Target, Tendon, Ty,
 };
 use crate::units::{self, Dimension};
 
@@ -59,6 +61,7 @@ fn group(group: &Group) -> &str {
         Group::Part => "part",
         Group::Block => "block",
         Group::Actuator => "actuator",
+        Group::Cell => "cell",
         Group::Kind(kind) => kind,
     }
 }
@@ -95,6 +98,7 @@ impl Writer<'_> {
         }
         rules.parts.iter().for_each(|(name, part)| self.part(name, part));
         rules.actuators.iter().for_each(|(name, actuator)| self.actuator(name, actuator));
+        self.cell();
         for (name, value) in &rules.patterns {
             let value = self.expr(value, &Names::new());
             self.line(0, format!("pattern {name} = {value}"));
@@ -112,7 +116,17 @@ impl Writer<'_> {
                 }
             },
         );
+        if let Some(lattice) = &rules.lattice {
+            let [x, y, z] = lattice.sides;
+            self.line(0, format!("lattice {x} x {y} x {z} of {}", lattice.kind));
+        }
         self.line(0, "begin {");
+        for effect in rules.lattice.iter().flat_map(|lattice| &lattice.begin) {
+            if let Effect::Cells(cells) = effect {
+                let text = self.cells(cells, &Names::new());
+                self.line(1, text);
+            }
+        }
         for placed in &rules.begin {
             let what = self.expr(&placed.what, &Names::new());
             let on = placed.on.as_ref().map_or(String::new(), |on| self.holding(on, &Names::new()));
@@ -121,6 +135,10 @@ impl Writer<'_> {
         self.line(0, "}");
         rules.rules.iter().for_each(|rule| self.rule(rule));
         self.gap();
+        for fallback in &rules.fallbacks {
+            let condition = self.expr(&fallback.condition, &Names::new());
+            self.line(0, format!("fallback {} when {condition}", fallback.rule));
+        }
         for requirement in &rules.requirements {
             let because = requirement.because.as_ref().map_or(String::new(), |b| format!(" because {b:?}"));
             let condition = self.expr(&requirement.condition, &Names::new());
@@ -155,6 +173,30 @@ impl Writer<'_> {
                     prototype.backend
                 ),
             );
+        }
+        if !rules.observed.is_empty() {
+            self.line(0, format!("observe {}", rules.observed.join(", ")));
+        }
+        for (name, novelty) in &rules.novelties {
+            self.line(0, format!("novelty {name} {{"));
+            for (name, Feature { value, weight, .. }) in &novelty.features {
+                let value = self.expr(value, &Names::new());
+                self.line(1, format!("feature {name} = {value} weight {weight}"));
+            }
+            for (name, values) in &novelty.known {
+                let fields = novelty.features.iter().zip(values);
+                let fields: Vec<String> = fields
+                    .map(|((name, feature), value)| match &feature.ty {
+                        Ty::Enum(of) => format!("{name} = {}", rules.value_of(of, *value).unwrap_or("?")),
+                        Ty::Bool => format!("{name} = {}", *value != 0.0),
+                        ty => {
+                            format!("{name} = {}", units::shown(*value, ty.dimension().unwrap_or_default()))
+                        }
+                    })
+                    .collect();
+                self.line(1, format!("known {name:?} {{ {} }}", fields.join("  ")));
+            }
+            self.line(0, "}");
         }
         for (name, task) in &rules.tasks {
             let indent = usize::from(*name != RuleSet::ONLY_TASK);
@@ -205,14 +247,7 @@ impl Writer<'_> {
     fn actuator(&mut self, name: &str, actuator: &Actuator) {
         self.gap();
         self.line(0, format!("actuator {name} {{"));
-        for (name, param) in &actuator.params {
-            let domain = param.domain.map_or(String::new(), |d| format!(" in {}", range(d, &param.ty)));
-            let default = param
-                .default
-                .as_ref()
-                .map_or(String::new(), |d| format!(" = {}", self.expr(d, &Names::new())));
-            self.line(1, format!("param {name} : {}{domain}{default}", param.ty));
-        }
+        self.instance_params(&actuator.params);
         self.line(1, format!("segment = {}", shape(actuator.segment)));
         let angle = Ty::Quantity(Dimension::ANGLE);
         self.line(1, format!("bend = {}", range(actuator.bend, &angle)));
@@ -239,6 +274,52 @@ impl Writer<'_> {
             self.line(1, format!("{field} = {}", named(value, dimension)));
         }
         self.line(0, "}");
+    }
+
+    fn instance_params(&mut self, params: &IndexMap<String, InstanceParam>) {
+        for (name, param) in params {
+            let domain = param.domain.map_or(String::new(), |d| format!(" in {}", range(d, &param.ty)));
+            let default = param
+                .default
+                .as_ref()
+                .map_or(String::new(), |d| format!(" = {}", self.expr(d, &Names::new())));
+            self.line(1, format!("param {name} : {}{domain}{default}", param.ty));
+        }
+    }
+
+    fn cell(&mut self) {
+        let Some(lattice) = &self.rules.lattice else { return };
+        let cell = &lattice.cell;
+        self.gap();
+        self.line(0, format!("cell {} {{", lattice.kind));
+        self.instance_params(&cell.params);
+        self.line(1, format!("spacing = {}", named(cell.spacing, "Length")));
+        let names: Names = cell.params.keys().cloned().collect();
+        for (field, value) in [
+            ("mass", &cell.mass),
+            ("friction", &cell.friction),
+            ("stiffness", &cell.stiffness),
+            ("damping", &cell.damping),
+            ("colour", &cell.colour),
+        ] {
+            let value = self.expr(value, &names);
+            self.line(1, format!("{field} = {value}"));
+        }
+        self.line(0, "}");
+    }
+
+    fn cells(&self, cells: &Cells, names: &Names) -> String {
+        let mut names = names.clone();
+        let mut over = Vec::new();
+        for binder in &cells.over {
+            let what = self.expr(&binder.over, &names);
+            names.resize(binder.slot, String::new());
+            names.push(format!("x{}", binder.slot));
+            over.push(format!("x{} in {what}", binder.slot));
+        }
+        let with = cells.with.as_ref().map_or(String::new(), |w| format!(" with {}", self.expr(w, &names)));
+        let over = if over.is_empty() { String::new() } else { format!(" for {}", over.join(", ")) };
+        format!("{} {}{with}{over}", cells.how.word(), self.expr(&cells.region, &names))
     }
 
     fn rule(&mut self, rule: &Rule) {
@@ -309,6 +390,7 @@ impl Writer<'_> {
                     format!("set {}.{attribute} = {}", self.expr(part, &names), self.expr(value, &names))
                 }
                 Effect::Revert(step) => format!("revert {}", self.expr(step, &names)),
+                Effect::Cells(cells) => self.cells(cells, &names),
             };
             self.line(1, text);
         }
@@ -373,7 +455,11 @@ impl Writer<'_> {
             self.line(1, format!("let {name} = {}", self.expr(value, &names)));
             names.push(name.clone());
         }
-        let driven = if actuation.drive.ty == Ty::Valves { "valves" } else { "angle" };
+        let driven = match &actuation.drive.ty {
+            Ty::Valves => "valves",
+            Ty::Quantity(Dimension::ANGLE) => "angle",
+            _ => "strain",
+        };
         self.line(1, format!("drive {driven} = {}", self.expr(&actuation.drive, &names)));
         self.line(0, "}");
     }
@@ -429,6 +515,20 @@ impl Writer<'_> {
     fn model(&mut self, indent: usize, model: &Model, on: Option<&str>) {
         let on = on.map_or(String::new(), |on| format!(" on {on}"));
         self.line(indent, format!("simulate {} for {}{on} {{", model.name, named(model.duration, "Time")));
+        if let Method::Balls(filling) = &model.method {
+            self.line(indent + 1, "method = balls");
+            if let Some(filling) = filling {
+                let spacing = named(filling.spacing, "Length");
+                let (stiffness, damping) =
+                    (named(filling.stiffness, "Stiffness"), named(filling.damping, "Damping"));
+                self.line(
+                    indent + 1,
+                    format!(
+                        "filling {{ spacing = {spacing}, stiffness = {stiffness}, damping = {damping} }}"
+                    ),
+                );
+            }
+        }
         for (field, value, dimension) in [
             ("step", model.step, "Time"),
             ("control", model.control, "Time"),
@@ -566,6 +666,7 @@ impl Writer<'_> {
                             Gather::Sum => "sum",
                             Gather::Mean => "mean",
                             Gather::Min => "min",
+                            Gather::Clusters => "clusters",
                             _ => "max",
                         };
                         let (body, otherwise) = (part("of", body), part("otherwise", otherwise));

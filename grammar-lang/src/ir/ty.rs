@@ -42,6 +42,8 @@ pub enum Ty {
     Part,
     /// An actuator of the design.
     Actuator,
+    /// A place of a lattice, or the cell there.
+    Cell,
     /// A port of a part.
     Port,
     /// A joint between two parts.
@@ -86,7 +88,7 @@ impl Ty {
         match (self, wanted) {
             (Self::Unknown, _) | (_, Self::Unknown) => true,
             (Self::Count, Self::Quantity(d)) => d.is_number(),
-            (Self::Actuator, Self::Part) => true,
+            (Self::Actuator | Self::Cell, Self::Part) => true,
             (Self::List(a), Self::List(b))
             | (Self::Domain(a), Self::Domain(b))
             | (Self::Track(a), Self::Track(b)) => a.fits(b),
@@ -126,6 +128,7 @@ impl fmt::Display for Ty {
             Self::Track(t) => write!(f, "{t} over time"),
             Self::Part => f.write_str("part"),
             Self::Actuator => f.write_str("actuator"),
+            Self::Cell => f.write_str("cell"),
             Self::Port => f.write_str("port"),
             Self::Joint => f.write_str("joint"),
             Self::Enum(name) | Self::Record(name, _) => f.write_str(name),

@@ -54,6 +54,12 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     let beyond: Option<Vec<Diagnostic>> = beyond.collect();
                     findings.extend(beyond.into_iter().flatten().next());
                 }
+                Effect::Cells(cells) => {
+                    if let Some(ExprKind::Kind(kind, params)) = cells.with.as_ref().map(|with| &with.kind) {
+                        let all = params.iter();
+                        findings.extend(all.filter_map(|(n, v)| out_of_domain(ruleset, rule, kind, n, v)));
+                    }
+                }
                 Effect::Remove(_) | Effect::Revert(_) => {}
             }
         }
@@ -70,7 +76,7 @@ fn out_of_domain(
 ) -> Option<Diagnostic> {
     let ExprKind::Local(slot) = value.kind else { return None };
     let choice = rule.locals.get(slot).and_then(|n| rule.choices.iter().find(|c| c.name == *n))?;
-    let (low, high) = ruleset.actuators.get(kind)?.params.get(name)?.domain?;
+    let (low, high) = ruleset.params_of(kind)?.get(name)?.domain?;
     let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else { return None };
     let beyond = match &*domain {
         crate::eval::Domain::Range { low, high, .. } => vec![*low, *high],

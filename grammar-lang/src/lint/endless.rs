@@ -17,6 +17,10 @@ use super::places::conditions;
 const ENDLESS: f64 = 1e6;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    // A lattice is bounded, and begins with cells of the one kind that it has.
+    if known.ruleset.lattice.is_some() {
+        return;
+    }
     let ruleset = known.ruleset;
     let shrinks = |e: &Effect| matches!(e, Effect::Remove(_) | Effect::Revert(_) | Effect::Replace { .. });
     if ruleset.rules.iter().flat_map(|r| &r.effects).any(shrinks) {

@@ -60,6 +60,12 @@ fn possible(facts: &Facts<'_>) -> BTreeSet<Group> {
         });
     };
     facts.rules.begin.iter().for_each(|p| gather(&p.what));
+    let begun = facts.rules.lattice.iter().flat_map(|lattice| &lattice.begin);
+    for effect in begun.chain(facts.rules.rules.iter().flat_map(|rule| &rule.effects)) {
+        if let Effect::Cells(cells) = effect {
+            cells.with.iter().for_each(&mut gather);
+        }
+    }
     for rule in &facts.rules.rules {
         let mut makes = false;
         for effect in &rule.effects {
@@ -77,6 +83,6 @@ fn possible(facts: &Facts<'_>) -> BTreeSet<Group> {
 
 /// The groups that parts of a kind are of.
 pub(super) fn groups_of(facts: &Facts<'_>, kind: &str) -> impl Iterator<Item = Group> {
-    let all = [Group::Part, Group::Block, Group::Actuator, Group::Kind(kind.to_owned())];
+    let all = [Group::Part, Group::Block, Group::Actuator, Group::Cell, Group::Kind(kind.to_owned())];
     all.into_iter().filter(|group| facts.belongs(kind, group))
 }

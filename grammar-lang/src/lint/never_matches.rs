@@ -10,12 +10,16 @@ use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let (ruleset, possible) = (known.ruleset, &known.possible);
-    let grows = ruleset.rules.iter().any(|r| r.effects.iter().any(|e| matches!(e, Effect::Attach { .. })))
+    let grows = ruleset
+        .rules
+        .iter()
+        .any(|r| r.effects.iter().any(|e| matches!(e, Effect::Attach { .. } | Effect::Cells(_))))
         || ruleset.begin.len() > 1;
     let name = |group: &Group| match group {
         Group::Part => "part".to_owned(),
         Group::Block => "block".to_owned(),
         Group::Actuator => "actuator".to_owned(),
+        Group::Cell => "cell".to_owned(),
         Group::Kind(kind) => kind.clone(),
     };
     let never = |kind: &str| {

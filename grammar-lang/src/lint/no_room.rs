@@ -10,6 +10,10 @@ use super::counts::Counts;
 use super::known::{Known, Locals};
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    // A lattice is bounded, and begins with cells of the one kind that it has.
+    if known.ruleset.lattice.is_some() {
+        return;
+    }
     let ruleset = known.ruleset;
     let attaches = |e: &Effect| matches!(e, Effect::Attach { .. });
     let attaching: Vec<(&Rule, &Locals)> =

@@ -10,6 +10,10 @@ use crate::ir::{Effect, ExprKind, Group, Matched, Rule};
 use super::known::{Known, Locals, groups_of};
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    // A lattice is bounded, and begins with cells of the one kind that it has.
+    if known.ruleset.lattice.is_some() {
+        return;
+    }
     let reach = Reach::of(known);
     for (rule, blocked) in known.ruleset.rules.iter().zip(&reach.blocked) {
         if let Some(blocked) = blocked {

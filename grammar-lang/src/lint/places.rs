@@ -74,6 +74,7 @@ fn in_rule(rule: &Rule) -> Vec<&Expr> {
             Effect::Replace { part, with, .. } => exprs.extend([part, with]),
             Effect::Set { part, value, .. } => exprs.extend([part, value]),
             Effect::Revert(e) | Effect::Remove(e) => exprs.push(e),
+            Effect::Cells(cells) => exprs.extend([&cells.region].into_iter().chain(&cells.with)),
         }
     }
     exprs

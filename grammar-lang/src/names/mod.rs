@@ -137,6 +137,7 @@ pub fn declared(item: &Item) -> Option<&Name> {
         ItemKind::Param(p) => Some(&p.name),
         ItemKind::Part(b)
         | ItemKind::Actuator(b)
+        | ItemKind::Cell(b)
         | ItemKind::Model(b)
         | ItemKind::Search(b)
         | ItemKind::Target { block: b, .. }
@@ -148,6 +149,7 @@ pub fn declared(item: &Item) -> Option<&Name> {
         | ItemKind::Let(n, ..)
         | ItemKind::Enum(n, _)
         | ItemKind::Record(n, _)
+        | ItemKind::Novelty(n, _)
         | ItemKind::Task(n, _)
         | ItemKind::Example(n, _) => Some(n),
         ItemKind::Require { name, .. } | ItemKind::Prefer { name, .. } => name.as_ref(),

@@ -4,6 +4,8 @@
 //! that everything that uses those declarations sees the change. Names inside an
 //! edit keep the meaning that they have in the text that it stands in.
 
+mod observe;
+
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::discriminant;
 
@@ -11,7 +13,8 @@ use super::{Declaration, Loader, declared};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Block, Edit, EditKind, Expr, ExprKind, Field, Item, ItemKind, Name, RuleClause, RuleClauseKind, Variant,
+    Block, Edit, EditKind, Expr, ExprKind, Field, Item, ItemKind, Name, NoveltyClause, RuleClause,
+    RuleClauseKind, Variant,
 };
 
 /// Finds what is compiled: a grammar of the first text, or a variant of it. Then
@@ -256,6 +259,10 @@ fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
             EditKind::Set(path, value) => change(loader, module, path, Change::Set(value)),
             EditKind::Narrow(path, value) => change(loader, module, path, Change::Narrow(value)),
             EditKind::Drop(path) => dropped.extend(drop_path(loader, module, path)),
+            EditKind::DropObserved(names) => observe::drop(loader, names),
+            EditKind::Replace(item) if matches!(item.kind, ItemKind::Observe(_)) => {
+                observe::replace(loader, module, item);
+            }
             EditKind::Replace(item) => replace(loader, module, item, &taking_part),
             EditKind::Add(item) => add(loader, module, item),
         }
@@ -269,7 +276,7 @@ fn note(loader: &mut Loader<'_>, module: usize, variant: &Variant, edit: &Edit, 
     let path: Vec<String> = match &edit.kind {
         EditKind::Set(path, _) | EditKind::Narrow(path, _) => path.iter().map(|n| n.text.clone()).collect(),
         EditKind::Replace(item) => declared(item).map(|n| n.text.clone()).into_iter().collect(),
-        EditKind::Drop(_) | EditKind::Add(_) => return,
+        EditKind::Drop(_) | EditKind::DropObserved(_) | EditKind::Add(_) => return,
     };
     let Some(loaded) = loader.program.modules.get(module) else { return };
     let declaration = path.first().and_then(|head| loaded.scope.get(head));
@@ -289,11 +296,12 @@ fn target_of(edit: &Edit) -> (String, Span) {
     };
     match &edit.kind {
         EditKind::Set(p, _) | EditKind::Narrow(p, _) | EditKind::Drop(p) => path(p),
+        EditKind::DropObserved(_) => (format!("at {}", edit.span.start), edit.span),
         EditKind::Replace(item) | EditKind::Add(item) => match (declared(item), &item.kind) {
             (Some(name), _) => (name.text.clone(), name.span),
             (None, ItemKind::Actuate(kind, _)) => (format!("actuate {}", kind.text), kind.span),
             // Two requirements without names are two targets.
-            (None, ItemKind::Require { .. } | ItemKind::Prefer { .. }) => {
+            (None, ItemKind::Require { .. } | ItemKind::Prefer { .. } | ItemKind::Observe(_)) => {
                 (format!("at {}", item.span.start), item.span)
             }
             (None, kind) => (word_of(kind).to_owned(), item.span),
@@ -305,11 +313,13 @@ fn target_of(edit: &Edit) -> (String, Span) {
 fn word_of(kind: &ItemKind) -> &'static str {
     match kind {
         ItemKind::Symmetry(..) => "symmetry",
-        ItemKind::Begin(_) => "begin",
+        ItemKind::Begin(..) => "begin",
+        ItemKind::Lattice(..) => "lattice",
         ItemKind::Simulate { .. } => "simulate",
         ItemKind::Objective { .. } => "maximize",
         ItemKind::UseSearch(..) => "search",
         ItemKind::Actuate(..) => "actuate",
+        ItemKind::Observe(_) => "observe",
         ItemKind::Use { .. } => "use",
         ItemKind::Grammar(_) => "grammar",
         _ => "declaration",
@@ -447,12 +457,14 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
         (
             ItemKind::Part(block)
             | ItemKind::Actuator(block)
+            | ItemKind::Cell(block)
             | ItemKind::Model(block)
             | ItemKind::Search(block)
             | ItemKind::Target { block, .. }
             | ItemKind::Prototype(block, _),
             rest,
         ) => change_block(block, rest, change),
+        (ItemKind::Novelty(_, clauses), rest) => change_novelty(clauses, rest, change),
         (ItemKind::Actuation { clauses, .. }, [field]) => {
             let mut names = Vec::new();
             for clause in clauses {
@@ -482,6 +494,30 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
         (ItemKind::Rule(_, clauses), _) => Err(choices_of(clauses)),
         _ => Err(Vec::new()),
     }
+}
+
+/// Changes a feature of a novelty set, or its weight.
+fn change_novelty(
+    clauses: &mut [NoveltyClause],
+    rest: &[Name],
+    change: &Change<'_>,
+) -> Result<(), Vec<String>> {
+    let mut offers = Vec::new();
+    for clause in clauses {
+        let NoveltyClause::Feature { name, value, weight } = clause else { continue };
+        match rest {
+            [wanted] if wanted.text == name.text => {
+                *value = change.make(value);
+                return Ok(());
+            }
+            [wanted, field] if wanted.text == name.text && field.text == "weight" => {
+                *weight = Some(change.expr().clone());
+                return Ok(());
+            }
+            _ => offers.extend([name.text.clone(), format!("{}.weight", name.text)]),
+        }
+    }
+    Err(offers)
 }
 
 fn choices_of(clauses: &[RuleClause]) -> Vec<String> {
@@ -604,7 +640,13 @@ fn same_role(loader: &Loader<'_>, item: &Item) -> Option<Declaration> {
     loader.program.taking_part.iter().copied().find(|d| {
         loader.program.item(*d).is_some_and(|other| match (&other.kind, &item.kind) {
             (ItemKind::Actuate(a, _), ItemKind::Actuate(b, _)) => a.text == b.text,
-            (ItemKind::Require { .. } | ItemKind::Prefer { .. } | ItemKind::Use { .. }, _) => false,
+            (
+                ItemKind::Require { .. }
+                | ItemKind::Prefer { .. }
+                | ItemKind::Observe(_)
+                | ItemKind::Use { .. },
+                _,
+            ) => false,
             (a, b) => discriminant(a) == discriminant(b) && declared(other).is_none(),
         })
     })

@@ -61,8 +61,21 @@ pub enum ItemKind {
     UseSearch(Name, Option<Name>),
     /// `symmetry none`, `symmetry mirror PLANE`, `symmetry radial N about AXIS`
     Symmetry(Name, Option<Expr>, Option<Name>),
-    /// `begin { place ... }`
-    Begin(Vec<Place>),
+    /// `begin { place ... fill ... }`
+    Begin(Vec<Place>, Vec<RuleClause>),
+    /// `cell NAME { fields }`
+    Cell(Block),
+    /// `lattice N x N x N of CELL`
+    Lattice([Expr; 3], Name),
+    /// `fallback RULE when CONDITION because TEXT`
+    Fallback {
+        /// The rule that alone is drawn.
+        rule: Name,
+        /// When.
+        condition: Expr,
+        /// Why.
+        because: Option<String>,
+    },
     /// `rule NAME { clauses }`
     Rule(Name, Vec<RuleClause>),
     /// `require NAME : EXPR because TEXT`
@@ -111,6 +124,10 @@ pub enum ItemKind {
     },
     /// `prototype NAME on BACKEND { fields }`
     Prototype(Block, Name),
+    /// `observe TERM, ...`
+    Observe(Vec<Name>),
+    /// `novelty NAME { feature ... known ... }`
+    Novelty(Name, Vec<NoveltyClause>),
     /// `term NAME : TYPE = EXPR`
     Term(Name, Name, Expr),
     /// `maximize EXPR`, `minimize EXPR`
@@ -143,6 +160,22 @@ pub enum ItemKind {
     Example(Name, Vec<ExampleClause>),
     /// `variant NAME of BASE { edits }`
     Variant(Variant),
+}
+
+/// A clause of a novelty set.
+#[derive(Clone, Debug)]
+pub enum NoveltyClause {
+    /// `feature NAME = EXPR weight EXPR`
+    Feature {
+        /// Its name.
+        name: Name,
+        /// What it is for a design.
+        value: Expr,
+        /// How much it counts.
+        weight: Option<Expr>,
+    },
+    /// `known TEXT { fields }`
+    Known(Block),
 }
 
 /// `NAME : TYPE`
@@ -207,6 +240,8 @@ pub enum EditKind {
     Narrow(Vec<Name>, Expr),
     /// `drop PATH`
     Drop(Vec<Name>),
+    /// `drop observe TERM, ...`
+    DropObserved(Vec<Name>),
     /// `replace ITEM`
     Replace(Box<Item>),
     /// `add ITEM`
@@ -346,6 +381,17 @@ pub enum RuleClauseKind {
     },
     /// `revert STEP`
     Revert(Expr),
+    /// `fill REGION with CELL for i in RANGE`, and so `paint` and `clear`.
+    Cells {
+        /// What is done with the places.
+        how: Painting,
+        /// The places.
+        region: Expr,
+        /// What their cells are like; nothing where they are cleared.
+        with: Option<Expr>,
+        /// What this is repeated for.
+        over: Vec<Binder>,
+    },
     /// `weight EXPR`
     Weight(Expr),
 }
@@ -480,6 +526,30 @@ pub enum ExprKind {
     Convert(Box<Expr>, Name),
 }
 
+/// What is done with places of a lattice.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Painting {
+    /// Each gets a cell, in the place of what was there.
+    Fill,
+    /// The cells that are there get attributes.
+    Paint,
+    /// Nothing is there any more.
+    Clear,
+}
+
+impl Painting {
+    /// The word that opens the clause.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Fill => "fill",
+            Self::Paint => "paint",
+            Self::Clear => "clear",
+        }
+    }
+}
+
 /// How an aggregate gathers its items.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -494,6 +564,8 @@ pub enum Gather {
     Min,
     /// The greatest.
     Max,
+    /// How many groups of neighbours, in which the gathered value is the same.
+    Clusters,
     /// Whether all hold.
     Forall,
     /// Whether one holds.

@@ -30,6 +30,9 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "part",
     "actuator",
     "symmetry",
+    "cell",
+    "lattice",
+    "fallback",
     "begin",
     "rule",
     "require",
@@ -52,4 +55,6 @@ pub(crate) const ITEM_WORDS: &[&str] = &[
     "table",
     "target",
     "prototype",
+    "observe",
+    "novelty",
 ];

@@ -14,15 +14,17 @@ use super::slip::Stop;
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, nearest, respell};
 use crate::source::{FileId, Span};
 
-const RULE_CLAUSES: &[&str] =
-    &["match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "weight"];
+const RULE_CLAUSES: &[&str] = &[
+    "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "fill",
+    "paint", "clear", "weight",
+];
 const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize"];
 const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect"];
 const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add"];
+const NOVELTY_CLAUSES: &[&str] = &["feature", "known"];
 const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive"];
 /// What may follow a piece that is complete.
 const END: &str = "the end of the declaration";
-const LATER: &[&str] = &["target", "cell", "lattice"];
 
 /// Reports a run of junk, declaration by declaration.
 pub(super) fn junk(
@@ -40,9 +42,10 @@ pub(super) fn junk(
     let mut at = 0;
     for line in piece.split_inclusive('\n') {
         let word = word_at(line);
-        let clause =
-            [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, EDITS].iter().any(|c| c.contains(&word))
-                && !ITEM_WORDS.contains(&word);
+        let clause = [RULE_CLAUSES, ACTUATION_CLAUSES, EXAMPLE_CLAUSES, NOVELTY_CLAUSES, EDITS]
+            .iter()
+            .any(|c| c.contains(&word))
+            && !ITEM_WORDS.contains(&word);
         if at > 0 && depth == 0 && !word.is_empty() && !clause {
             starts.push(at);
         }
@@ -86,16 +89,6 @@ fn chunk(
                 Diagnostic::new(Code::SYNTAX, span, format!("unexpected `{shown}`"))
                     .label("no declaration starts here")
                     .help("a declaration ends before this; the next one starts on a new line with a word such as `rule`"),
-            );
-        } else if LATER.contains(&first) {
-            errors.push(
-                Diagnostic::new(
-                    Code::UNKNOWN_KEYWORD,
-                    span,
-                    format!("`{first}` is reserved, but this version cannot read it yet"),
-                )
-                .label("no declaration of this version")
-                .help("take it out, or use a newer version of sgc"),
             );
         } else {
             errors.push(
@@ -169,7 +162,8 @@ fn by_clause(
         "task" => (TASK_CLAUSES, Rule::only_task),
         "example" => (EXAMPLE_CLAUSES, Rule::only_example),
         "variant" => (EDITS, Rule::only_edit),
-        "part" | "actuator" | "model" | "search" => (&[], Rule::only_field),
+        "novelty" => (NOVELTY_CLAUSES, Rule::only_novelty),
+        "part" | "actuator" | "cell" | "model" | "search" => (&[], Rule::only_field),
         _ => return None,
     };
     if let Some(second) = doubled_brace(piece, open) {
@@ -278,12 +272,20 @@ fn fill<'a>(item: &mut Item, lowering: &mut Lowering<'a>, clause: Pair<'a, Rule>
     match &mut item.kind {
         ItemKind::Rule(_, clauses) => clauses.extend(lowering.rule_clause(clause)),
         ItemKind::Actuation { clauses, .. } => clauses.extend(lowering.actuation_clause(clause)),
-        ItemKind::Begin(places) => places.extend(lowering.place(clause)),
+        ItemKind::Begin(places, fills) => {
+            if clause.as_rule() == Rule::place_clause {
+                places.extend(lowering.place(clause));
+            } else {
+                fills.extend(lowering.cells(clause));
+            }
+        }
         ItemKind::Task(_, items) => items.extend(lowering.item(clause)),
         ItemKind::Example(_, clauses) => clauses.extend(lowering.example_clause(clause)),
+        ItemKind::Novelty(_, clauses) => clauses.extend(lowering.novelty_clause(clause)),
         ItemKind::Variant(variant) => variant.edits.extend(lowering.edit(clause)),
         ItemKind::Part(Block { fields, .. })
         | ItemKind::Actuator(Block { fields, .. })
+        | ItemKind::Cell(Block { fields, .. })
         | ItemKind::Model(Block { fields, .. })
         | ItemKind::Search(Block { fields, .. })
         | ItemKind::Target { block: Block { fields, .. }, .. }
@@ -398,7 +400,7 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     };
     let reserved = SgrParser::parse(Rule::keyword, found)
         .is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found));
-    let help = if wanted.contains("a name") && matches!(found, "part" | "actuator") {
+    let help = if wanted.contains("a name") && matches!(found, "part" | "actuator" | "cell") {
         Some(format!("give it a name first, as in `p : {found}`"))
     } else if wanted.contains("a name") && reserved {
         Some(format!("`{found}` is a word of the language: choose another name"))
@@ -512,6 +514,9 @@ fn describe(rule: Rule) -> Option<&'static str> {
         Rule::kw_from => "`from`",
         Rule::kw_facing => "`facing`",
         Rule::kw_about => "`about`",
+        Rule::kw_x => "`x`",
+        Rule::kw_when => "`when`",
+        Rule::side => "a number",
         Rule::kw_weight => "`weight`",
         Rule::arrow => "`->`",
         Rule::path => "what is changed, such as `bender.bend`",

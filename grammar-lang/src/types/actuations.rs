@@ -22,7 +22,8 @@ impl Checker<'_> {
         let group = self.group_named(kind, &mut cx);
         let fine = match &group {
             Some(Group::Actuator) | None => true,
-            Some(Group::Kind(kind_name)) => self.is_actuator(kind_name, kind.span),
+            Some(Group::Cell) => true,
+            Some(Group::Kind(name)) => self.is_actuator(name, kind.span) || self.is_cell(name, kind.span),
             _ => false,
         };
         if !fine {
@@ -32,7 +33,9 @@ impl Checker<'_> {
                     .help("write `for a : actuator`"),
             );
         }
-        self.bind(binder, Ty::Actuator, &mut cx);
+        let driven = group.as_ref().map_or(Ty::Actuator, |group| self.member_of(group, kind.span));
+        let of_cells = driven == Ty::Cell;
+        self.bind(binder, driven, &mut cx);
         let mut variables = Vec::new();
         for clause in clauses {
             let ActuationClause::Variable(variable) = clause else { continue };
@@ -61,24 +64,11 @@ impl Checker<'_> {
                     }
                 }
                 ActuationClause::Drive(what, value) => {
-                    let valves = what.text == "valves";
-                    if what.text != "angle" && !valves {
-                        self.report(
-                            Diagnostic::new(
-                                Code::UNKNOWN_FIELD,
-                                what.span,
-                                format!("an actuator has no `{}` to drive", what.text),
-                            )
-                            .label("not known")
-                            .help("write `drive angle = ...` or `drive valves = ...`")
-                            .fix_if(respell(
-                                what.span,
-                                &what.text,
-                                ["angle", "valves"],
-                            )),
-                        );
-                    }
-                    let value = if valves {
+                    let valves = what.text == "valves" && !of_cells;
+                    self.check_driven(what, of_cells);
+                    let value = if of_cells {
+                        self.expect(value, &mut cx, &Ty::NUMBER, "the driven strain")
+                    } else if valves {
                         self.expect(value, &mut cx, &Ty::Valves, "what drives the valves")
                     } else {
                         self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "the driven angle")
@@ -116,6 +106,29 @@ impl Checker<'_> {
             return None;
         }
         Some(ir::Actuation { variables, lets, moving, drive: drive?, span: name.span })
+    }
+
+    /// An actuator has an angle or valves to drive, a cell a strain.
+    fn check_driven(&mut self, what: &Name, of_cells: bool) {
+        let known: &[&str] = if of_cells { &["strain"] } else { &["angle", "valves"] };
+        if known.contains(&what.text.as_str()) {
+            return;
+        }
+        let (owner, help) = if of_cells {
+            (
+                "a cell",
+                "write `drive strain = ...`: by how much it grows, as in `10 % * sin(t / 2 s * 360 deg)`",
+            )
+        } else {
+            ("an actuator", "write `drive angle = ...` or `drive valves = ...`")
+        };
+        let message = format!("{owner} has no `{}` to drive", what.text);
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_FIELD, what.span, message)
+                .label("not known")
+                .help(help)
+                .fix_if(respell(what.span, &what.text, known.iter().copied())),
+        );
     }
 
     /// A schedule of valves repeats: what it is made of does not change with the time.

@@ -45,7 +45,7 @@ impl Checker<'_> {
                 let program = self.program;
                 if let Some((declaration, item)) = program.lookup(callee.span, name) {
                     match &item.kind {
-                        ItemKind::Part(_) | ItemKind::Actuator(_) => {
+                        ItemKind::Part(_) | ItemKind::Actuator(_) | ItemKind::Cell(_) => {
                             self.touched.insert(declaration);
                             return self.kind_with(name, item, arguments, span, cx);
                         }
@@ -139,7 +139,7 @@ impl Checker<'_> {
         use ItemKind as K;
         let own = self.guessable(place).filter(|(_, i)| {
             let function = matches!(i.kind, K::Let(_, Some(_), _) | K::Record(..));
-            function || matches!(i.kind, K::Part(_) | K::Actuator(_) | K::Pattern(..))
+            function || matches!(i.kind, K::Part(_) | K::Actuator(_) | K::Cell(_) | K::Pattern(..))
         });
         Function::ALL.iter().map(|f| f.text()).chain(own.map(|(n, _)| n)).collect()
     }
@@ -154,7 +154,7 @@ impl Checker<'_> {
         cx: &mut Context,
     ) -> Expr {
         let params = match &item.kind {
-            ItemKind::Actuator(block) => self.params_of(block),
+            ItemKind::Actuator(block) | ItemKind::Cell(block) => self.params_of(block),
             _ => Vec::new(),
         };
         let mut given: Vec<(String, Expr)> = Vec::new();
@@ -178,7 +178,7 @@ impl Checker<'_> {
                 let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
                     let names: Vec<&str> = params.iter().map(|(n, _)| n.as_str()).collect();
                     Some(if names.is_empty() {
-                        format!("only actuators have parameters: write `{name}` alone")
+                        format!("it has no parameters: write `{name}` alone")
                     } else {
                         format!("it has: {}", names.join(", "))
                     })
@@ -463,6 +463,8 @@ impl Checker<'_> {
             ],
             F::Gain => vec![Ty::Count],
             F::Neighbours | F::Images => vec![Ty::Part],
+            F::Cell => vec![Ty::Count; 3],
+            F::Region => vec![Ty::Cell],
             _ => Vec::new(),
         };
         for (i, argument) in arguments.iter().enumerate() {
@@ -484,6 +486,16 @@ impl Checker<'_> {
             }
         }
         self.unit_of_others(known, &checked);
+        if function == F::Region {
+            let (c, offsets) = checked.split_at(1.min(checked.len()));
+            let whole = Ty::Domain(Box::new(Ty::Count));
+            let what = "an offset of `region`";
+            let offset = |e: &Expr| match e.ty {
+                Ty::Domain(_) => self.fit(e.clone(), &whole, what),
+                _ => self.fit(e.clone(), &Ty::Count, what),
+            };
+            checked = c.to_vec().into_iter().chain(offsets.iter().map(offset).collect::<Vec<_>>()).collect();
+        }
         if function == F::Count {
             checked = checked
                 .into_iter()
@@ -538,7 +550,10 @@ impl Checker<'_> {
             F::Cycle => Some(Ty::Valves),
             F::Box | F::Sphere | F::Cylinder | F::Disk => Some(Ty::Shape),
             F::Normal | F::Uniform => first.dimension().map(Ty::Distribution),
+            F::Neighbours if first == Ty::Cell => Some(Ty::List(Box::new(Ty::Cell))),
             F::Neighbours | F::Images => Some(Ty::List(Box::new(Ty::Part))),
+            F::Cell => Some(Ty::Cell),
+            F::Region => Some(Ty::List(Box::new(Ty::Cell))),
         };
         let Some(ty) = ty else {
             let have = tys.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");

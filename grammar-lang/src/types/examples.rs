@@ -20,28 +20,24 @@ pub(super) struct Applicable<'r> {
 /// What example clauses can apply: the rules of the grammar by name.
 pub(super) fn applicable<'r>(
     rules: &'r [ir::Rule],
-    is_actuator: &dyn Fn(&str) -> bool,
+    member_of: &dyn Fn(&ir::Group) -> Ty,
 ) -> IndexMap<&'r str, Applicable<'r>> {
     let mut known = IndexMap::new();
     for rule in rules {
         // Of two of one name, which is an error, the first one counts.
         known
             .entry(rule.name.as_str())
-            .or_insert_with(|| Applicable { rule, types: types_of(rule, is_actuator) });
+            .or_insert_with(|| Applicable { rule, types: types_of(rule, member_of) });
     }
     known
 }
 
-fn types_of(rule: &ir::Rule, is_actuator: &dyn Fn(&str) -> bool) -> Vec<Ty> {
+fn types_of(rule: &ir::Rule, member_of: &dyn Fn(&ir::Group) -> Ty) -> Vec<Ty> {
     let mut types = Vec::new();
     for matched in &rule.matches {
         match &matched.what {
             Matched::Part { kind, port, .. } => {
-                types.push(match kind {
-                    ir::Group::Actuator => Ty::Actuator,
-                    ir::Group::Kind(kind) if is_actuator(kind) => Ty::Actuator,
-                    _ => Ty::Part,
-                });
+                types.push(member_of(kind));
                 if *port {
                     types.push(Ty::Port);
                 }

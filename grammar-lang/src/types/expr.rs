@@ -444,11 +444,8 @@ impl Checker<'_> {
         );
     }
 
-    fn aggregate(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
-        let ast::ExprKind::Aggregate { how, binders, condition, body, otherwise } = &tree.kind else {
-            return unknown(tree.span);
-        };
-        let depth = cx.locals.len();
+    /// What aggregates and effects run over: each binder takes the next local slot.
+    pub(super) fn binders(&mut self, binders: &[ast::Binder], cx: &mut Context) -> Vec<Binder> {
         let mut bound = Vec::new();
         for binder in binders {
             let over = self.infer(&binder.over, cx);
@@ -458,8 +455,7 @@ impl Checker<'_> {
             }
             let item = match &over.ty {
                 Ty::Group => match &over.kind {
-                    ExprKind::Group(Group::Actuator) => Ty::Actuator,
-                    ExprKind::Group(Group::Kind(kind)) if self.is_actuator(kind, over.span) => Ty::Actuator,
+                    ExprKind::Group(group) => self.member_of(group, over.span),
                     _ => Ty::Part,
                 },
                 Ty::List(item) => (**item).clone(),
@@ -471,7 +467,7 @@ impl Checker<'_> {
                     self.wrong(
                         over.span,
                         message,
-                        "run over `part`, `actuator`, `elements`, a list or a range of whole numbers",
+                        "run over `part`, `actuator`, `cell`, `elements`, a list or a range of whole numbers",
                     )
                     .ty
                 }
@@ -479,6 +475,42 @@ impl Checker<'_> {
             let slot = cx.locals.len();
             self.bind(&binder.name, item, cx);
             bound.push(Binder { slot, over });
+        }
+        bound
+    }
+
+    /// `clusters over c in cell where CONDITION of VALUE`
+    fn clusters(&mut self, tree: &ast::Expr, bound: Vec<Binder>, depth: usize, cx: &mut Context) -> Expr {
+        let ast::ExprKind::Aggregate { condition, body, otherwise, .. } = &tree.kind else {
+            return unknown(tree.span);
+        };
+        let over_cells = matches!(cx.locals.get(depth..), Some([cell]) if cell.ty.fits(&Ty::Cell));
+        if !over_cells || otherwise.is_some() {
+            cx.locals.truncate(depth);
+            let message = "`clusters` runs over cells of a lattice, and counts none where there are none";
+            return self.wrong(
+                tree.span,
+                message.to_owned(),
+                "write for example `clusters over c in cell where c.pattern > 0 of c.pattern`",
+            );
+        }
+        let condition =
+            condition.as_ref().map(|c| Box::new(self.expect(c, cx, &Ty::Bool, "what follows `where`")));
+        let body = body.as_ref().map(|b| Box::new(self.infer(b, cx)));
+        cx.locals.truncate(depth);
+        let kind =
+            ExprKind::Aggregate { how: Gather::Clusters, binders: bound, condition, body, otherwise: None };
+        Expr { kind, ty: Ty::Count, span: tree.span }
+    }
+
+    fn aggregate(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
+        let ast::ExprKind::Aggregate { how, binders, condition, body, otherwise } = &tree.kind else {
+            return unknown(tree.span);
+        };
+        let depth = cx.locals.len();
+        let bound = self.binders(binders, cx);
+        if *how == Gather::Clusters {
+            return self.clusters(tree, bound, depth, cx);
         }
         let condition =
             condition.as_ref().map(|c| Box::new(self.expect(c, cx, &Ty::Bool, "what follows `where`")));
@@ -489,7 +521,7 @@ impl Checker<'_> {
         cx.locals.truncate(depth);
         let otherwise = otherwise.as_ref().map(|o| self.infer(o, cx));
         let ty = match (how, &body) {
-            (Gather::Count, _) => Ty::Count,
+            (Gather::Count | Gather::Clusters, _) => Ty::Count,
             (Gather::Forall | Gather::Exists, _) => Ty::Bool,
             (_, None) => Ty::Unknown,
             (_, Some(body)) => match &body.ty {

@@ -12,7 +12,7 @@ use crate::syntax::ast::{self, Block, Field, Name};
 use crate::units::Dimension;
 
 /// Names that are blocks where they are allowed, not values.
-const GROUPS: &[&str] = &["outer", "inner", "cma_es", "archive", "supply"];
+const GROUPS: &[&str] = &["outer", "inner", "cma_es", "archive", "supply", "filling"];
 
 /// What a number must be.
 #[derive(Clone, Copy)]
@@ -37,6 +37,8 @@ const ACTUATOR: &[&str] = &[
     "colour",
 ];
 const MODEL: &[&str] = &[
+    "method",
+    "filling",
     "step",
     "control",
     "record",
@@ -88,7 +90,7 @@ impl Checker<'_> {
                 Field::Value(name, _) => name,
                 Field::Group(group) => &group.name,
                 Field::Param(param) => {
-                    if what != "an actuator" {
+                    if !matches!(what, "an actuator" | "a cell") {
                         self.report(
                             Diagnostic::new(
                                 Code::UNKNOWN_FIELD,
@@ -503,6 +505,17 @@ impl Checker<'_> {
     }
 
     fn actuator_params(&mut self, block: &Block, damaged: bool) -> IndexMap<String, ir::InstanceParam> {
+        let params = self.instance_params_of(block, damaged);
+        self.check_segments(block, params.get("segments"), damaged);
+        params
+    }
+
+    /// The parameters that each instance of a kind has for itself.
+    pub(super) fn instance_params_of(
+        &mut self,
+        block: &Block,
+        damaged: bool,
+    ) -> IndexMap<String, ir::InstanceParam> {
         let mut params = IndexMap::new();
         for field in &block.fields {
             let Field::Param(param) = field else { continue };
@@ -549,7 +562,6 @@ impl Checker<'_> {
             }
             params.insert(param.name.text.clone(), ir::InstanceParam { ty, domain, default });
         }
-        self.check_segments(block, params.get("segments"), damaged);
         params
     }
 
@@ -596,9 +608,37 @@ impl Checker<'_> {
         self.report(error.help("write for example `param segments : Count in 2 .. 12 = 5`"));
     }
 
+    /// How a model works; with hinges if it does not say.
+    fn method(&mut self, from: &Values<'_>, cx: &Context) -> Option<ir::Method> {
+        let hinges =
+            !from.values.contains_key("method") || self.either(from, "method", ["hinges", "balls"], cx)?;
+        let filling = match from.groups.get("filling") {
+            Some(group) => Some(self.filling_of_parts(group, cx)?),
+            None => None,
+        };
+        match (hinges, from.groups.get("filling")) {
+            (true, Some(group)) => {
+                self.report(
+                    Diagnostic::new(
+                        Code::UNKNOWN_FIELD,
+                        group.name.span,
+                        "a model of hinges fills nothing with balls",
+                    )
+                    .label("not possible here")
+                    .help("write `method = balls`, or take the block out"),
+                );
+                None
+            }
+            (true, None) => Some(ir::Method::Hinges),
+            (false, _) => Some(ir::Method::Balls(filling)),
+        }
+    }
+
     pub(super) fn model(&mut self, block: &Block, duration: Option<f64>, damaged: bool) -> Option<ir::Model> {
         let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a model", MODEL);
+        let method = self.method(&from, &cx);
+        let balls = matches!(method, Some(ir::Method::Balls(_)));
         let mut get = |name: &str, dimension: &str, sign: Sign, example: &str| {
             self.number(&from, name, dimension, sign, example, &cx)
         };
@@ -607,8 +647,11 @@ impl Checker<'_> {
         let record = get("record", "Time", Sign::Positive, "1 s / 30");
         let gravity = get("gravity", "Acceleration", Sign::NotNegative, "9.81 m/s^2");
         let ground_friction = get("ground_friction", "Number", Sign::NotNegative, "0.8");
-        let iterations = get("iterations", "Count", Sign::Positive, "10");
-        let tolerance = get("tolerance", "Number", Sign::NotNegative, "0.2 %");
+        // Springs are not swept over.
+        let swept = |name: &str| !balls || from.values.contains_key(name);
+        let (sweeps, rest) = (swept("iterations"), swept("tolerance"));
+        let iterations = if sweeps { get("iterations", "Count", Sign::Positive, "10") } else { Some(1.0) };
+        let tolerance = if rest { get("tolerance", "Number", Sign::NotNegative, "0.2 %") } else { Some(0.0) };
         let speed_limit = get("speed_limit", "Velocity", Sign::Positive, "10 m/s");
         let self_collision = self.value(&from, "self_collision", &Ty::Bool, "true", &cx);
         let pace_limit = if from.values.contains_key("pace_limit") {
@@ -650,6 +693,7 @@ impl Checker<'_> {
         }
         Some(ir::Model {
             name: block.name.text.clone(),
+            method: method?,
             duration: duration?,
             step: step?,
             control: control?,

@@ -20,6 +20,7 @@ use crate::units::Dimension;
 /// What rules and their neighbours come to.
 struct Derived {
     rules: Vec<ir::Rule>,
+    fallbacks: Vec<ir::Fallback>,
     requirements: Vec<ir::Requirement>,
     preferences: Vec<ir::Preference>,
     examples: IndexMap<String, ir::Example>,
@@ -30,6 +31,12 @@ struct Derived {
 #[derive(Default)]
 pub(super) struct Singles<'t> {
     begin: Option<Vec<ir::Placed>>,
+    /// What the initial design fills.
+    filled: Vec<ir::Effect>,
+    /// The sides of the lattice, its cell and its place.
+    lattice: Option<([usize; 3], ir::Cell, Span)>,
+    /// The name of its cell.
+    cell: Option<&'t Name>,
     symmetry: Option<ir::Symmetry>,
     pub(super) model: Option<ir::Model>,
     /// The target that it is simulated on.
@@ -76,8 +83,12 @@ impl<'a> Checker<'a> {
         let name = program.name.as_ref()?;
         let complete = self.complete(&singles, program.base.unwrap_or(name.span));
         let from = self.starting_example(&singles, &examples);
-        let assembled =
-            self.assemble(name, singles, Derived { rules, requirements, preferences, examples, from });
+        let fallbacks = self.fallbacks(&rules);
+        let assembled = self.assemble(
+            name,
+            singles,
+            Derived { rules, fallbacks, requirements, preferences, examples, from },
+        );
         self.unknown_overrides(name.span);
         self.unused(&items, &rest);
         let mut ruleset = assembled?;
@@ -141,8 +152,19 @@ impl<'a> Checker<'a> {
             _ => None,
         });
         let actuators: BTreeSet<&str> = actuators.collect();
-        let is_actuator = |kind: &str| actuators.contains(kind);
-        let rules = super::examples::applicable(rules, &is_actuator);
+        let cells = program.items().filter_map(|(_, i)| match &i.kind {
+            ItemKind::Cell(block) => Some(block.name.text.as_str()),
+            _ => None,
+        });
+        let cells: BTreeSet<&str> = cells.collect();
+        let member_of = |group: &ir::Group| match group {
+            ir::Group::Actuator => Ty::Actuator,
+            ir::Group::Cell => Ty::Cell,
+            ir::Group::Kind(kind) if actuators.contains(kind.as_str()) => Ty::Actuator,
+            ir::Group::Kind(kind) if cells.contains(kind.as_str()) => Ty::Cell,
+            _ => Ty::Part,
+        };
+        let rules = super::examples::applicable(rules, &member_of);
         let reasons: IndexSet<String> = requirements.iter().map(|r| r.name.clone()).collect();
         let mut examples = IndexMap::new();
         for (_, item) in items {
@@ -199,6 +221,7 @@ impl<'a> Checker<'a> {
         match &item.kind {
             ItemKind::Part(block) => drop(self.part(block, item.damaged)),
             ItemKind::Actuator(block) => drop(self.actuator(block, item.damaged)),
+            ItemKind::Cell(block) => drop(self.cell(block, item.damaged)),
             ItemKind::Model(block) => drop(self.model(block, None, item.damaged)),
             ItemKind::Search(block) => drop(self.search(block, item.damaged)),
             ItemKind::Pattern(_, value) => drop(self.fixed_pattern(value, item.damaged)),
@@ -207,6 +230,8 @@ impl<'a> Checker<'a> {
                 drop(self.target(block, backend, kind, item.damaged));
             }
             ItemKind::Prototype(block, backend) => drop(self.prototype(block, backend, item.damaged)),
+            ItemKind::Observe(names) => drop(self.observed(names)),
+            ItemKind::Novelty(name, clauses) => drop(self.novelty(name, clauses, item.damaged)),
             ItemKind::Term(_, ty, value) => drop(self.term(ty, value, item.damaged)),
             ItemKind::Actuation { name, binder, kind, clauses } => {
                 drop(self.actuation(name, binder, kind, clauses, item.damaged));
@@ -310,6 +335,7 @@ impl<'a> Checker<'a> {
                     | ItemKind::Task(..)
                     | ItemKind::Target { .. }
                     | ItemKind::Prototype(..)
+                    | ItemKind::Novelty(..)
             );
             there.extend(declared(item).map(|n| n.span));
             if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
@@ -330,6 +356,7 @@ impl<'a> Checker<'a> {
                     | ItemKind::Prefer { .. }
                     | ItemKind::Target { .. }
                     | ItemKind::Prototype(..)
+                    | ItemKind::Novelty(..)
             );
             there.push(name.span);
             if !by_itself && !used(&declaration, self) {
@@ -364,7 +391,8 @@ impl<'a> Checker<'a> {
     pub(super) fn single(&mut self, item: &'a Item, singles: &mut Singles<'a>) {
         let what = match &item.kind {
             ItemKind::Grammar(_) => "grammar",
-            ItemKind::Begin(_) => "begin",
+            ItemKind::Begin(..) => "begin",
+            ItemKind::Lattice(..) => "lattice",
             ItemKind::Symmetry(..) => "symmetry",
             ItemKind::Simulate { .. } => "simulate",
             ItemKind::Objective { .. } => "maximize",
@@ -385,7 +413,32 @@ impl<'a> Checker<'a> {
             return;
         }
         match &item.kind {
-            ItemKind::Begin(places) => singles.begin = self.begin(places, item),
+            ItemKind::Begin(places, fills) if self.has_lattice() => {
+                for place in places {
+                    self.mixed(place.name.span, true);
+                }
+                singles.filled = self.begin_cells(fills, item.damaged);
+                singles.begin = Some(Vec::new());
+                if fills.is_empty() && places.is_empty() && !item.damaged {
+                    self.report(
+                        Diagnostic::new(Code::MISSING_ITEM, item.span, "the initial design is empty")
+                            .label("nothing to begin with")
+                            .help(
+                                "write for example `fill region(middle, -2 .. 2, 0 .. 1, -2 .. 2) with soft`",
+                            ),
+                    );
+                }
+            }
+            ItemKind::Begin(places, fills) => {
+                for fill in fills {
+                    self.mixed(fill.span, false);
+                }
+                singles.begin = self.begin(places, item);
+            }
+            ItemKind::Lattice(sides, kind) => {
+                singles.lattice = self.lattice(sides, kind, item.span);
+                singles.cell = Some(kind);
+            }
             ItemKind::Symmetry(kind, count, plane) => {
                 singles.symmetry = self.symmetry(kind, count.as_ref(), plane.as_ref());
             }
@@ -408,7 +461,9 @@ impl<'a> Checker<'a> {
             }
             ItemKind::Task(name, items) => singles.tasks.push((name, items)),
             ItemKind::Actuate(kind, with) => {
-                let kind_ok = self.named(kind, "actuator", |k| matches!(k, ItemKind::Actuator(_))).is_some();
+                let kind_ok = self
+                    .named(kind, "actuator", |k| matches!(k, ItemKind::Actuator(_) | ItemKind::Cell(_)))
+                    .is_some();
                 let with_ok =
                     self.named(with, "actuation", |k| matches!(k, ItemKind::Actuation { .. })).is_some();
                 if kind_ok && with_ok {
@@ -577,7 +632,8 @@ impl<'a> Checker<'a> {
             ("maximize", "maximize travel in cm"),
             ("search", "search nested_annealing"),
         ];
-        let missing = wanted.into_iter().filter(|(what, _)| {
+        let cells = self.begins_with_cells().then_some(("lattice", "lattice 15 x 15 x 15 of KIND"));
+        let missing = wanted.into_iter().chain(cells).filter(|(what, _)| {
             // Tasks say for themselves how they are simulated.
             !(*what == "simulate" && tasks || singles.seen.contains_key(what))
         });
@@ -597,6 +653,8 @@ impl<'a> Checker<'a> {
         let program = self.program;
         let tasks = self.tasks(&singles);
         let hardware = self.hardware();
+        let observed = self.all_observed();
+        let novelties = self.novelties();
         // What drives what is checked even where the tasks are not complete.
         let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
         let mut terms: IndexMap<String, ir::Term> = IndexMap::new();
@@ -656,13 +714,24 @@ impl<'a> Checker<'a> {
             Some((tasks, _)) => tasks.values().map(|(_, actuated)| actuated).collect(),
             None => own_actuated.iter().collect(),
         };
+        let actuated_cells: Vec<Actuated> = actuated.iter().map(|a| Actuated::clone(a)).collect();
         for actuated in actuated {
             self.check_actuated(actuated, &actuators, &actuations);
         }
+        if let (Some(kind), Some((sides, cell, span))) = (singles.cell, &singles.lattice) {
+            for (with, place) in actuated_cells.iter().filter_map(|actuated| actuated.get(&kind.text)) {
+                if let Some(actuation) = actuations.get(with) {
+                    self.check_attributes(&kind.text, &cell.params, actuation, *place);
+                }
+            }
+            self.check_lattice_symmetry(*sides, singles.symmetry.unwrap_or(ir::Symmetry::None), *span);
+        }
         let (tasks, objective) = tasks?;
+        self.check_models(&tasks, &singles);
         let (targets, prototypes) = hardware?;
         self.check_targets(&tasks, &targets, &actuators, &actuations);
-        self.check_periods(&tasks, &actuations, &terms);
+        self.check_periods(&tasks, &actuations, &terms, &observed);
+        let novelties = novelties?;
         if !sound {
             return None;
         }
@@ -676,7 +745,16 @@ impl<'a> Checker<'a> {
             patterns,
             symmetry: singles.symmetry.unwrap_or(ir::Symmetry::None),
             begin: singles.begin?,
+            lattice: match (singles.lattice, singles.cell) {
+                (Some((sides, cell, span)), Some(kind)) => {
+                    let kind = kind.text.clone();
+                    Some(ir::Lattice { sides, kind, cell, begin: singles.filled, span })
+                }
+                (None, Some(_)) => return None,
+                _ => None,
+            },
             rules: derived.rules,
+            fallbacks: derived.fallbacks,
             requirements: derived.requirements,
             preferences: derived.preferences,
             examples: derived.examples,
@@ -684,6 +762,8 @@ impl<'a> Checker<'a> {
             tasks: tasks.into_iter().map(|(name, (task, _))| (name, task)).collect(),
             targets,
             prototypes,
+            observed: observed.into_iter().map(|name| name.text).collect(),
+            novelties,
             terms,
             objective,
             search: singles.search?,

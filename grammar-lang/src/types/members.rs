@@ -12,7 +12,7 @@ use crate::syntax::ast;
 use crate::syntax::ast::Name;
 
 /// Things whose attributes other things do not have.
-const OWNERS: &[Ty] = &[Ty::Part, Ty::Port, Ty::Joint, Ty::Step];
+const OWNERS: &[Ty] = &[Ty::Part, Ty::Cell, Ty::Port, Ty::Joint, Ty::Step];
 
 impl Checker<'_> {
     /// A port by its name, if that is what an expression is.
@@ -34,7 +34,7 @@ impl Checker<'_> {
             |of: Expr, ty| Expr { kind: ExprKind::Attribute(Box::new(of), name.text.clone()), ty, span };
         let candidates: Vec<String> = match of.ty.clone() {
             Ty::Unknown => return unknown(span),
-            ty @ (Ty::Part | Ty::Actuator | Ty::Element | Ty::Port | Ty::Joint | Ty::Step) => {
+            ty @ (Ty::Part | Ty::Actuator | Ty::Cell | Ty::Element | Ty::Port | Ty::Joint | Ty::Step) => {
                 if let Some((_, ty)) = signature::attributes(&ty).iter().find(|(n, _)| *n == name.text) {
                     return make(of, ty.clone());
                 }
@@ -49,6 +49,15 @@ impl Checker<'_> {
                         cx.stage,
                         "terms, as in `e.position at end` for `e in elements`",
                     );
+                }
+                if ty == Ty::Cell
+                    && let Some((_, ty)) = self.cell_params().iter().find(|(n, _)| *n == name.text)
+                {
+                    return make(of, ty.clone());
+                }
+                if ty == Ty::Cell && (self.cell_params().is_empty() || self.is_lost(name.span, &name.text)) {
+                    // A module on its own does not know which cells it will meet.
+                    return unknown(span);
                 }
                 let of_part = matches!(ty, Ty::Part | Ty::Actuator);
                 if of_part && self.ports.contains(&name.text) {
@@ -82,6 +91,7 @@ impl Checker<'_> {
                 if of_part && self.is_lost(name.span, &name.text) {
                     return unknown(span);
                 }
+                let cells = if ty == Ty::Cell { self.cell_params() } else { Vec::new() };
                 let own = signature::attributes(&ty).iter().map(|(n, _)| *n);
                 let moving = signature::MOTION_ATTRIBUTES
                     .iter()
@@ -90,6 +100,7 @@ impl Checker<'_> {
                 let ports = self.ports.iter().filter(|_| of_part).cloned();
                 let params = self.instance_params.iter().flat_map(IndexMap::keys).cloned();
                 let params = params.filter(|_| ty == Ty::Actuator);
+                let params = params.chain(cells.into_iter().map(|(n, _)| n));
                 own.chain(moving).map(str::to_owned).chain(ports).chain(params).collect()
             }
             Ty::Record(_, fields) => {

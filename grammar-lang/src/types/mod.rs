@@ -9,9 +9,12 @@ mod fields;
 mod fit;
 mod found;
 mod items;
+mod lattice;
 mod members;
 mod mend;
 mod names;
+mod novelty;
+mod observe;
 mod rules;
 mod searches;
 mod signature;
@@ -93,7 +96,7 @@ pub fn check(program: &Program, sources: &SourceMap, overrides: &[(String, Strin
     let places = program
         .entries()
         .filter_map(|(_, item)| match &item.kind {
-            ItemKind::Begin(places) => Some(places),
+            ItemKind::Begin(places, _) => Some(places),
             _ => None,
         })
         .flatten();
@@ -477,6 +480,7 @@ impl Checker<'_> {
             ("part", Ty::Part),
             ("block", Ty::Part),
             ("actuator", Ty::Actuator),
+            ("cell", Ty::Cell),
             ("element", Ty::Element),
             ("port", Ty::Port),
             ("step", Ty::Step),
@@ -582,7 +586,7 @@ impl Checker<'_> {
 
     /// A parameter of a part that is known beforehand must lie in its domain.
     fn check_instance_domain(&mut self, item: &ast::Item, name: &str, value: &Expr) {
-        let ItemKind::Actuator(block) = &item.kind else { return };
+        let (ItemKind::Actuator(block) | ItemKind::Cell(block)) = &item.kind else { return };
         let Some(param) = block.fields.iter().find_map(|f| match f {
             ast::Field::Param(p) if p.name.text == name => Some(p),
             _ => None,

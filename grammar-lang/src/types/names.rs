@@ -34,6 +34,7 @@ impl Checker<'_> {
             "part" => Some(Group::Part),
             "block" => Some(Group::Block),
             "actuator" => Some(Group::Actuator),
+            "cell" => Some(Group::Cell),
             _ => None,
         } {
             if !cx.stage.sees_design() {
@@ -63,7 +64,7 @@ impl Checker<'_> {
                 let ty = self.param(declaration).map_or(Ty::Unknown, |p| p.ty);
                 return make(ExprKind::Param(name.to_owned()), ty);
             }
-            ItemKind::Part(_) | ItemKind::Actuator(_) => {
+            ItemKind::Part(_) | ItemKind::Actuator(_) | ItemKind::Cell(_) => {
                 return make(ExprKind::Kind(name.to_owned(), Vec::new()), Ty::Kind);
             }
             ItemKind::Table(table) => {
@@ -108,6 +109,7 @@ impl Checker<'_> {
             ItemKind::Model(_) => "a model",
             ItemKind::Target { .. } => "a target",
             ItemKind::Prototype(..) => "a prototype",
+            ItemKind::Novelty(..) => "a novelty set",
             ItemKind::Search(_) => "a search",
             ItemKind::Actuation { .. } => "an actuation",
             _ => "a requirement",
@@ -139,8 +141,11 @@ impl Checker<'_> {
         }
         let mut fix = None;
         // What drives an actuator may read its parameters, but only as its own.
-        let driven = cx.locals.iter().find(|l| l.ty == Ty::Actuator && !l.name.is_empty());
-        let driven = driven.filter(|_| self.instance_params().contains_key(name));
+        let driven = cx.locals.iter().find(|l| matches!(l.ty, Ty::Actuator | Ty::Cell) && !l.name.is_empty());
+        let driven = driven.filter(|driven| match driven.ty {
+            Ty::Cell => self.cell_params().iter().any(|(n, _)| n == name),
+            _ => self.instance_params().contains_key(name),
+        });
         let help = if let Some(driven) = driven {
             format!("did you mean `{}.{name}`?", driven.name)
         } else if units::parse(name).is_ok() {
@@ -160,7 +165,7 @@ impl Checker<'_> {
                 .chain(Word::ALL.iter().filter(|w| cx.stage.sees_word(**w)).map(|w| w.text()))
                 .chain(self.guessable(span).map(|(n, _)| n))
                 .chain(self.placed.keys().map(String::as_str))
-                .chain(["part", "block", "actuator"]);
+                .chain(["part", "block", "actuator", "cell"]);
             let candidates: Vec<&str> = candidates.collect();
             fix = respell(span, name, candidates.iter().copied());
             did_you_mean(name, candidates).unwrap_or_else(|| not_declared(name, cx))

@@ -95,10 +95,11 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(Code::NO_EFFECT, name.span, format!("the rule `{}` does nothing", name.text))
                     .label("without an effect")
-                    .help("say what it does: `attach`, `set`, `remove`, `replace` or `revert`"),
+                    .help("say what it does: `attach`, `set`, `remove`, `replace` or `revert`; `fill`, `paint` or `clear` in a lattice"),
             );
         }
         self.check_twice(clauses);
+        self.check_space(clauses);
         if !damaged && self.errors.len() == found {
             self.unread(
                 clauses.iter().filter_map(|c| bound_by(&c.kind)),
@@ -158,8 +159,7 @@ impl Checker<'_> {
         match &domain.ty {
             Ty::Domain(item) | Ty::List(item) => (**item).clone(),
             Ty::Group => match &domain.kind {
-                ExprKind::Group(Group::Actuator) => Ty::Actuator,
-                ExprKind::Group(Group::Kind(kind)) if self.is_actuator(kind, domain.span) => Ty::Actuator,
+                ExprKind::Group(group) => self.member_of(group, domain.span),
                 _ => Ty::Part,
             },
             Ty::Unknown => Ty::Unknown,
@@ -235,6 +235,7 @@ impl Checker<'_> {
                 let step = self.expect(step, cx, &Ty::Step, "what is reverted");
                 Some(ir::Effect::Revert(step))
             }
+            RuleClauseKind::Cells { region, .. } => self.cells(clause, region.span, cx),
             _ => None,
         }
     }
@@ -437,12 +438,7 @@ impl Checker<'_> {
             Some(kind) => self.group_named(kind, cx),
             None => Some(Group::Part),
         };
-        let ty = match &group {
-            Some(Group::Actuator) => Ty::Actuator,
-            Some(Group::Kind(name)) if self.is_actuator(name, link.name.span) => Ty::Actuator,
-            Some(_) => Ty::Part,
-            None => Ty::Unknown,
-        };
+        let ty = group.as_ref().map_or(Ty::Unknown, |group| self.member_of(group, link.name.span));
         self.bind(&link.name, ty, cx);
         if let Some(port) = &link.port {
             self.bind(port, Ty::Port, cx);

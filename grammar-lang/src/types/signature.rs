@@ -14,6 +14,7 @@ pub(super) fn word(word: Word) -> Ty {
         Word::Iteration | Word::Idle | Word::Refused | Word::Stagnant | Word::Chain => Ty::Count,
         Word::Closed | Word::Inflate | Word::Vent => Ty::Valve,
         Word::Connected | Word::NoOverlap => Ty::Bool,
+        Word::Middle => Ty::Cell,
     }
 }
 
@@ -27,8 +28,20 @@ pub(super) fn attributes(of: &Ty) -> &'static [(&'static str, Ty)] {
         ("holder", Ty::Part),
         ("twin", Ty::Part),
     ];
+    const ACTUATOR: &[(&str, Ty)] = &[
+        ("turn", Ty::Quantity(Dimension::ANGLE)),
+        ("image", Ty::Count),
+        ("depth", Ty::Count),
+        ("mass", Ty::Quantity(Dimension::MASS)),
+        ("holder", Ty::Part),
+        ("twin", Ty::Part),
+        ("least_bend", Ty::Quantity(Dimension::ANGLE)),
+        ("greatest_bend", Ty::Quantity(Dimension::ANGLE)),
+    ];
     match of {
-        Ty::Part | Ty::Actuator => PART,
+        Ty::Part => PART,
+        Ty::Actuator => ACTUATOR,
+        Ty::Cell => &[("x", Ty::Count), ("y", Ty::Count), ("z", Ty::Count), ("filled", Ty::Bool)],
         Ty::Port => &[("part", Ty::Part), ("index", Ty::Count), ("free", Ty::Bool)],
         Ty::Joint => &[("holder", Ty::Part), ("held", Ty::Part), ("port", Ty::Port)],
         Ty::Step => &[("rule", Ty::Text), ("number", Ty::Count)],
@@ -40,18 +53,22 @@ pub(super) fn attributes(of: &Ty) -> &'static [(&'static str, Ty)] {
 pub(super) fn motion_attribute(of: &Ty, name: &str) -> Option<Ty> {
     let track = |ty| Some(Ty::Track(Box::new(ty)));
     match (of, name) {
-        (Ty::Element | Ty::Part | Ty::Actuator, "position") => track(Ty::Vector(Dimension::LENGTH)),
+        (Ty::Element | Ty::Part | Ty::Actuator | Ty::Cell, "position") => {
+            track(Ty::Vector(Dimension::LENGTH))
+        }
         (Ty::Element | Ty::Part | Ty::Actuator, "rotation") => track(Ty::Rotation),
         (Ty::Element, "lowest") => track(Ty::Quantity(Dimension::LENGTH)),
         (Ty::Element, "size") => Some(Ty::Quantity(Dimension::LENGTH)),
         (Ty::Element, "part") => Some(Ty::Part),
+        (Ty::Element, "cell") => Some(Ty::Cell),
         (Ty::Actuator, "work") => Dimension::named("Energy").map(Ty::Quantity),
         _ => None,
     }
 }
 
 /// The names that [`motion_attribute`] knows.
-pub(super) const MOTION_ATTRIBUTES: &[&str] = &["position", "rotation", "lowest", "size", "part", "work"];
+pub(super) const MOTION_ATTRIBUTES: &[&str] =
+    &["position", "rotation", "lowest", "size", "part", "cell", "work"];
 
 /// What a function takes: how people write it, and how many arguments.
 pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusive<usize>) {
@@ -94,6 +111,8 @@ pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusi
         F::Normal => ("normal(mean, deviation)", 2..=2),
         F::Uniform => ("uniform(low, high)", 2..=2),
         F::Gain => ("gain(iterations)", 1..=1),
+        F::Cell => ("cell(x, y, z)", 3..=3),
+        F::Region => ("region(c, x, y, z)", 4..=4),
         F::Neighbours => ("neighbours(part)", 1..=1),
         F::Images => ("images(part)", 1..=1),
     }

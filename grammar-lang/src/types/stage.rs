@@ -59,7 +59,7 @@ impl Stage {
         match function {
             Function::Cycle => self == Self::Drive,
             Function::Gain => self == Self::Schedule,
-            Function::Neighbours | Function::Images => self.sees_design(),
+            Function::Neighbours | Function::Images | Function::Cell | Function::Region => self.sees_design(),
             _ => true,
         }
     }
@@ -88,5 +88,6 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
         | Word::Chain
         | Word::Spread => &[S::Schedule],
         Word::Connected | Word::NoOverlap => &[S::Derivation, S::Choice, S::Weight],
+        Word::Middle => &[S::Derivation, S::Choice, S::Weight, S::Score],
     })
 }

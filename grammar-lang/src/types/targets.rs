@@ -224,7 +224,13 @@ impl Checker<'_> {
     }
 
     /// One of two words.
-    fn either(&mut self, from: &Values<'_>, name: &str, words: [&str; 2], cx: &Context) -> Option<bool> {
+    pub(super) fn either(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        words: [&str; 2],
+        cx: &Context,
+    ) -> Option<bool> {
         let Some((_, tree)) = from.values.get(name) else {
             self.missing(from, name, words[0], cx.damaged);
             return None;

@@ -221,7 +221,7 @@ impl<'a> Checker<'a> {
                 }
                 Some((with, span)) => {
                     if let Some(actuation) = actuations.get(with) {
-                        self.check_attributes(kind, actuator, actuation, *span);
+                        self.check_attributes(kind, &actuator.params, actuation, *span);
                     }
                 }
             }
@@ -234,16 +234,35 @@ impl<'a> Checker<'a> {
         tasks: &Tasks,
         actuations: &IndexMap<String, ir::Actuation>,
         terms: &IndexMap<String, ir::Term>,
+        observed: &[Name],
     ) {
-        for (task, actuated) in tasks.values() {
+        for (number, (task, actuated)) in tasks.values().enumerate() {
             let has_period = |with: &str| {
                 actuations.get(with).is_some_and(|a| {
                     let shared = a.variables.iter().any(|v| v.name == "period" && v.owner == ir::Owner::Body);
                     shared || a.lets.iter().any(|(n, _)| n == "period")
                 })
             };
+            let is_there = actuated.values().any(|(with, _)| has_period(with));
+            // What is observed is observed of the first task.
+            for name in observed.iter().filter(|_| number == 0 && !is_there) {
+                if terms.get(&name.text).is_some_and(|term| period_in(&term.value, terms).is_some()) {
+                    self.report(
+                        Diagnostic::new(
+                            Code::NO_PERIOD,
+                            name.span,
+                            format!(
+                                "`{}` reads `period`, but no actuation of this grammar has one",
+                                name.text
+                            ),
+                        )
+                        .label("the period of what?")
+                        .help("declare `shared period : Time in ...` or `let period = ...` in the actuation"),
+                    );
+                }
+            }
             if let Some(place) = period_in(&task.objective.value, terms)
-                && !actuated.values().any(|(with, _)| has_period(with))
+                && !is_there
             {
                 self.report(
                     Diagnostic::new(
@@ -260,10 +279,10 @@ impl<'a> Checker<'a> {
     }
 
     /// An actuation may read only what the actuator that it drives has.
-    fn check_attributes(
+    pub(super) fn check_attributes(
         &mut self,
         kind: &str,
-        actuator: &ir::Actuator,
+        params: &IndexMap<String, ir::InstanceParam>,
         actuation: &ir::Actuation,
         span: Span,
     ) {
@@ -277,7 +296,7 @@ impl<'a> Checker<'a> {
                 if let ExprKind::Attribute(of, name) = &e.kind {
                     let own = matches!(of.kind, ExprKind::Local(0));
                     let everyone = super::signature::attributes(&Ty::Actuator).iter().any(|(n, _)| n == name);
-                    if own && !everyone && !actuator.params.contains_key(name) {
+                    if own && !everyone && !params.contains_key(name) {
                         self.report(
                             Diagnostic::new(
                                 Code::UNKNOWN_FIELD,

@@ -16,7 +16,7 @@ use std::path::{Component, Path, PathBuf};
 
 pub use read::Asker;
 
-use gather::{convergence, rejections, rules, runs, sizes, temperature};
+use gather::{convergence, observed, rejections, rules, runs, sizes, temperature};
 use read::Group;
 
 use super::whole::{entries, is_unfinished, write_whole};
@@ -30,12 +30,14 @@ pub const PAGE: &str = "index.html";
 type Table = (&'static str, fn(&[Group]) -> String);
 
 /// The tables.
-const TABLES: [Table; 6] = [
+const TABLES: [Table; 8] = [
     ("runs.csv", runs::csv),
     ("convergence.csv", convergence::csv),
     ("temperature.csv", temperature::csv),
     ("rules.csv", rules::csv),
     ("sizes.csv", sizes::csv),
+    ("observed.csv", observed::csv),
+    ("classes.csv", observed::classes_csv),
     ("rejections.csv", rejections::csv),
 ];
 

@@ -34,6 +34,8 @@ pub(crate) struct Move {
     pub(crate) missing: Vec<(String, u64)>,
     /// The annealing chain that it belongs to, where several share a run.
     pub(crate) chain: u64,
+    /// What was observed of it, by name; empty where it has no value.
+    pub(crate) observed: Vec<(String, String)>,
     /// The value of the design that it started from: the current one of its chain.
     pub(crate) from: Option<f64>,
 }
@@ -196,8 +198,16 @@ impl<'a> Columns<'a> {
             unstable: count("unstable")?,
             missing: reasons(text("why_invalid")).ok_or_else(|| wrong("why_invalid"))?,
             chain: if text("chain").is_empty() { 0 } else { count("chain")? },
+            observed: self.observed(record),
             from: None,
         })
+    }
+
+    /// The columns that stand after the last of every table.
+    fn observed(&self, record: &StringRecord) -> Vec<(String, String)> {
+        let Some(last) = self.head.iter().position(|column| column == "chain") else { return Vec::new() };
+        let more = self.head.iter().zip(record).skip(last + 1).filter(|(_, text)| !text.is_empty());
+        more.map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
     }
 }
 

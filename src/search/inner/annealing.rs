@@ -2,7 +2,6 @@
 
 use grammar_lang::ir::Schedule;
 
-use super::super::evaluator::Evaluated;
 use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange, neighbours};
 use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
@@ -127,12 +126,12 @@ impl Tuner<'_> {
             .map(|number| self.evaluator.drive.draw(&mut self.stream(&format!("walk {number}"))))
             .collect();
         let Some(values) = self.evaluator.evaluate(self.bounds.stop, &points) else { return self.stopped() };
-        for (point, Evaluated { value, .. }) in points.iter().zip(values) {
+        for (point, evaluated) in points.iter().zip(values) {
             if let Some(end) = self.bounds.exhausted(*spent) {
                 return Ok(Pace::Cut(end));
             }
-            let known = value.as_ref().ok().copied();
-            let Some(sound) = self.count(tuning, point, value, spent)? else { return self.stopped() };
+            let known = evaluated.value.as_ref().ok().copied();
+            let Some(sound) = self.count(tuning, point, evaluated, spent)? else { return self.stopped() };
             chains.walk.0.extend(known.filter(|_| sound));
             chains.walk.1 += 1;
         }
@@ -188,16 +187,16 @@ impl Tuner<'_> {
             }
             let (chain, future) = (&mut chains[*turn], &futures[*turn]);
             let candidate = &future.candidates[now];
-            let Evaluated { value, ceiling } = values[*turn][now].clone();
-            let new = value.as_ref().map_or(f64::NEG_INFINITY, |v| self.fitness(*v));
-            let sound = if ceiling < needed(chain, future.drawn[now]) {
+            let evaluated = values[*turn][now].clone();
+            let new = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |v| self.fitness(*v));
+            let sound = if evaluated.ceiling < needed(chain, future.drawn[now]) {
                 // It could not come to enough, whether it was simulated to its end or not, and whatever
                 // would have become of it then.
                 *spent += 1;
                 tuning.tally.hopeless += 1;
                 false
             } else {
-                let Some(sound) = self.count(tuning, candidate, value, spent)? else { return Ok(false) };
+                let Some(sound) = self.count(tuning, candidate, evaluated, spent)? else { return Ok(false) };
                 sound
             };
             chain.number += 1;

@@ -7,7 +7,6 @@ use grammar_lang::ir::Schedule;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::super::Failure;
-use super::super::evaluator::Evaluated;
 use super::super::schedule::{Course, Iteration, Plan, Stand};
 use super::super::state::{Distribution, Tuning};
 use super::{Pace, Tuner, best};
@@ -55,15 +54,15 @@ impl Tuner<'_> {
         // A generation is made whole or not at all.
         let (mut now, mut counted) = (tuning.clone(), *spent);
         let mut samples = Vec::with_capacity(points.len());
-        for ((candidate, shares), Evaluated { value, .. }) in candidates.iter().zip(points).zip(values) {
+        for ((candidate, shares), evaluated) in candidates.iter().zip(points).zip(values) {
             if let Some(end) = self.bounds.exhausted(counted) {
                 if !end.is_early() {
                     (*tuning, *spent) = (now, counted);
                 }
                 return Ok(Pace::Cut(end));
             }
-            let known = value.as_ref().ok().map(|value| self.fitness(*value));
-            let Some(sound) = self.count(&mut now, candidate, value, &mut counted)? else {
+            let known = evaluated.value.as_ref().ok().map(|value| self.fitness(*value));
+            let Some(sound) = self.count(&mut now, candidate, evaluated, &mut counted)? else {
                 return self.stopped();
             };
             let fitness = known.filter(|_| sound).unwrap_or(f64::NEG_INFINITY);

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use grammar_lang::ir::{RuleSet, Schedule, Task};
 
 use super::cache::Cache;
-use super::evaluator::{Evaluated, Evaluator, Valued};
+use super::evaluator::{Evaluated, Evaluator};
 use super::schedule::Course;
 use super::state::{Curves, Tune, Tuning};
 use super::tally::Missing;
@@ -90,6 +90,8 @@ impl<'a> Tuner<'a> {
     /// Goes on by a batch of evaluations. Moves are made whole or not at all, so that the state is
     /// sound whenever this returns.
     pub(super) fn advance(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
+        // What is no better than the best so far will not become it.
+        self.evaluator.observed_above = best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value));
         let Some(mut curves) = tuning.loops.take() else { return self.begin(tuning, spent) };
         let pace = match (&mut curves, self.schedule()) {
             (_, None) => Ok(Pace::Done),
@@ -111,9 +113,9 @@ impl<'a> Tuner<'a> {
         // Counted as if nothing had been, if it is stopped between them.
         let (mut now, mut counted) = (tuning.clone(), *spent);
         let mut fitness = Vec::with_capacity(chains);
-        for (start, Evaluated { value, .. }) in starts.iter().zip(values) {
-            let known = value.as_ref().ok().map(|value| self.fitness(*value));
-            let Some(sound) = self.count(&mut now, start, value, &mut counted)? else {
+        for (start, evaluated) in starts.iter().zip(values) {
+            let known = evaluated.value.as_ref().ok().map(|value| self.fitness(*value));
+            let Some(sound) = self.count(&mut now, start, evaluated, &mut counted)? else {
                 return self.stopped();
             };
             fitness.push(known.filter(|_| sound));
@@ -139,7 +141,7 @@ impl<'a> Tuner<'a> {
         &mut self,
         tuning: &mut Tuning,
         candidate: &Parameters,
-        value: Valued,
+        Evaluated { value, observed, .. }: Evaluated,
         spent: &mut u64,
     ) -> Result<Option<bool>, Failure> {
         let value = match value {
@@ -172,14 +174,19 @@ impl<'a> Tuner<'a> {
             }
         }
         *spent += 1;
-        tuning.found = Some(Tune { parameters: candidate.clone(), value, half_step });
+        tuning.found = Some(Tune {
+            parameters: candidate.clone(),
+            value,
+            half_step,
+            observed: observed.unwrap_or_default(),
+        });
         Ok(Some(true))
     }
 
     /// Whether anything in the body moves by itself.
     fn is_actuated(&self) -> bool {
         let rules = self.rules;
-        self.derivation.design.parts.values().any(|p| rules.is_actuator(&p.kind))
+        self.derivation.design.parts.values().any(|p| rules.is_driven(&p.kind))
     }
 }
 

@@ -17,6 +17,7 @@ use super::tally::Tally;
 use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES};
 use crate::derive::random::Stream;
 use crate::derive::{Blocked, Derivation};
+use crate::score::Observed;
 use crate::simulate::Model;
 
 /// One outer move, for the record.
@@ -46,6 +47,8 @@ pub struct Row {
     pub evaluations: u64,
     /// Evaluations of this move that came to nothing.
     pub tally: Tally,
+    /// What was observed of the design with its best curves, in the order of the rule set; empty if it has no value.
+    pub observed: Vec<Option<Observed>>,
 }
 
 /// Follows a search.
@@ -321,7 +324,7 @@ impl Bodies<'_> {
             if let Some(chain) = state.chains.get_mut(chain) {
                 chain.standing.note(false);
             }
-            self.tell(&derivation, chain, (None, blocked), None, false, Tally::default())?;
+            self.tell(&derivation, chain, (None, blocked), (None, Vec::new()), false, Tally::default())?;
             return Ok(stuck.then_some(End::Stuck));
         };
         state.idle_moves = 0;
@@ -398,6 +401,7 @@ impl Bodies<'_> {
         self.state.bodies += 1;
         self.state.tally.add(&tally);
         let tunes = found.as_ref().map_or_else(Vec::new, |(tunes, _)| tunes.clone());
+        let observed = tunes.first().map_or_else(Vec::new, |tune| tune.observed.clone());
         let place = Place { derivation: Arc::clone(&derivation), value, tunes };
         if let Some(best) = self.better(&derivation, found) {
             self.observer.improved(&best).map_err(Failure::Output)?;
@@ -414,7 +418,7 @@ impl Bodies<'_> {
             None => false,
         };
         let mistake = tally.no_value.keys().next().filter(|_| first && value.is_none()).cloned();
-        self.tell(&derivation, chain, (rule, blocked), value, accepted || kept, tally)?;
+        self.tell(&derivation, chain, (rule, blocked), (value, observed), accepted || kept, tally)?;
         // What has no value for the very first design is a mistake in the grammar.
         mistake.map_or(Ok(()), |error| Err(error.into()))
     }
@@ -451,14 +455,14 @@ impl Bodies<'_> {
         derivation: &Derivation,
         chain: usize,
         (rule, blocked): (Option<String>, Vec<(String, String)>),
-        value: Option<f64>,
+        (value, observed): (Option<f64>, Vec<Option<Observed>>),
         accepted: bool,
         tally: Tally,
     ) -> Result<(), Failure> {
         let rules = self.rules;
         let state = &self.state;
         let parts = derivation.design.parts.len();
-        let actuators = derivation.design.parts.values().filter(|p| rules.is_actuator(&p.kind)).count();
+        let actuators = derivation.design.parts.values().filter(|p| rules.is_driven(&p.kind)).count();
         let is_annealed = state.iteration.is_some();
         let row = Row {
             number: state.moves,
@@ -477,6 +481,7 @@ impl Bodies<'_> {
                 .map_or(0.0, |chain| chain.standing.temperature),
             evaluations: state.spent,
             tally,
+            observed,
         };
         self.observer.moved(&row).map_err(Failure::Output)
     }

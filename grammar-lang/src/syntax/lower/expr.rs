@@ -178,6 +178,12 @@ impl Lowering<'_> {
         Some(Argument { name: None, value: self.expr(first)? })
     }
 
+    /// `x in RANGE`
+    pub(super) fn binder(&mut self, node: Node<'_>) -> Option<Binder> {
+        let mut inner = parts(node);
+        Some(Binder { name: self.name(&inner.next()?), over: self.expr(inner.next()?)? })
+    }
+
     fn aggregate(&mut self, node: Node<'_>, span: Span) -> Option<Expr> {
         let quantifier = node.as_rule() == Rule::quantifier;
         let mut how = Gather::Forall;
@@ -193,6 +199,7 @@ impl Lowering<'_> {
                         "sum" => Gather::Sum,
                         "mean" => Gather::Mean,
                         "min" => Gather::Min,
+                        "clusters" => Gather::Clusters,
                         _ => Gather::Max,
                     };
                 }
@@ -202,11 +209,7 @@ impl Lowering<'_> {
                             condition = parts(inner).next().and_then(|e| self.expr(e)).map(Box::new);
                             continue;
                         }
-                        let mut inner = parts(inner);
-                        binders.push(Binder {
-                            name: self.name(&inner.next()?),
-                            over: self.expr(inner.next()?)?,
-                        });
+                        binders.push(self.binder(inner)?);
                     }
                 }
                 Rule::sum if after_otherwise => otherwise = self.expr(part).map(Box::new),

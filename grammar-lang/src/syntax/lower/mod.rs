@@ -5,8 +5,9 @@ mod expr;
 use pest::iterators::Pair;
 
 use super::ast::{
-    ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, Field, Item, ItemKind, Link,
-    Name, Param, Place, Port, RuleClause, RuleClauseKind, Table, Typed, Variable, Variant,
+    ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field, Item,
+    ItemKind, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Table,
+    Typed, Variable, Variant,
 };
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -102,8 +103,19 @@ fn silent(rule: Rule) -> bool {
             | R::kw_add
             | R::kw_on
             | R::kw_table
+            | R::kw_cell
+            | R::kw_lattice
+            | R::kw_fallback
+            | R::kw_fill
+            | R::kw_paint
+            | R::kw_clear
+            | R::kw_x
             | R::kw_target
             | R::kw_prototype
+            | R::kw_observe
+            | R::kw_novelty
+            | R::kw_feature
+            | R::kw_known
             | R::kw_enum
             | R::kw_record
             | R::kw_prefer
@@ -228,7 +240,25 @@ impl<'a> Lowering<'a> {
                     plane => ItemKind::Symmetry(what, None, plane.map(|n| self.name(&n))),
                 }
             }
-            Rule::begin_item => ItemKind::Begin(inner.filter_map(|n| self.place(n)).collect()),
+            Rule::begin_item => {
+                let (places, fills): (Vec<Node<'_>>, Vec<Node<'_>>) =
+                    inner.partition(|n| n.as_rule() == Rule::place_clause);
+                ItemKind::Begin(
+                    places.into_iter().filter_map(|n| self.place(n)).collect(),
+                    fills.into_iter().filter_map(|n| self.cells(n)).collect(),
+                )
+            }
+            Rule::cell_item => ItemKind::Cell(self.block(node)?),
+            Rule::lattice_item => {
+                let mut side = || inner.next().and_then(|n| self.side(n));
+                let sides = [side()?, side()?, side()?];
+                ItemKind::Lattice(sides, self.name(&inner.next()?))
+            }
+            Rule::fallback_item => ItemKind::Fallback {
+                rule: self.name(&inner.next()?),
+                condition: self.expr(inner.next()?)?,
+                because: inner.next().map(|text| unquote(&text)),
+            },
             Rule::rule_item => {
                 let name = self.name(&inner.next()?);
                 ItemKind::Rule(name, inner.filter_map(|n| self.rule_clause(n)).collect())
@@ -275,6 +305,11 @@ impl<'a> Lowering<'a> {
                 let (name, backend) = (self.name(&inner.next()?), self.name(&inner.next()?));
                 let fields = inner.filter_map(|n| self.field(n)).collect();
                 ItemKind::Prototype(Block { name, fields }, backend)
+            }
+            Rule::observe_item => ItemKind::Observe(inner.map(|n| self.name(&n)).collect()),
+            Rule::novelty_item => {
+                let name = self.name(&inner.next()?);
+                ItemKind::Novelty(name, inner.filter_map(|n| self.novelty_clause(n)).collect())
             }
             Rule::term_item => ItemKind::Term(
                 self.name(&inner.next()?),
@@ -337,6 +372,17 @@ impl<'a> Lowering<'a> {
         })
     }
 
+    /// A side of a lattice: a number, a name, or an expression in brackets.
+    fn side(&mut self, node: Node<'_>) -> Option<Expr> {
+        let span = self.span(&node);
+        let inner = parts(node).next()?;
+        if inner.as_rule() == Rule::number {
+            let value = inner.as_str().parse().ok()?;
+            return Some(Expr { kind: ExprKind::Quantity(value, None), span });
+        }
+        self.expr(inner)
+    }
+
     fn row(&mut self, node: Node<'_>) -> Option<(Expr, Expr)> {
         let mut inner = parts(node);
         Some((self.expr(inner.next()?)?, self.expr(inner.next()?)?))
@@ -345,6 +391,22 @@ impl<'a> Lowering<'a> {
     fn typed(&mut self, node: Node<'_>) -> Option<Typed> {
         let mut inner = parts(node);
         Some(Typed { name: self.name(&inner.next()?), ty: self.name(&inner.next()?) })
+    }
+
+    pub(super) fn novelty_clause(&mut self, node: Node<'a>) -> Option<NoveltyClause> {
+        let node = children(node).next()?;
+        let rule = node.as_rule();
+        let mut inner = parts(node);
+        let first = inner.next()?;
+        if rule == Rule::known_clause {
+            let name = Name { text: unquote(&first), span: self.span(&first) };
+            let fields = inner.filter_map(|n| self.field(n)).collect();
+            return Some(NoveltyClause::Known(Block { name, fields }));
+        }
+        let name = self.name(&first);
+        let value = self.expr(inner.next()?)?;
+        let weight = inner.next().and_then(|weight| self.expr(weight));
+        Some(NoveltyClause::Feature { name, value, weight })
     }
 
     pub(super) fn example_clause(&mut self, node: Node<'_>) -> Option<ExampleClause> {
@@ -381,6 +443,9 @@ impl<'a> Lowering<'a> {
         let kind = match rule {
             Rule::set_edit => EditKind::Set(self.path(first), self.expr(inner.next()?)?),
             Rule::narrow_edit => EditKind::Narrow(self.path(first), self.expr(inner.next()?)?),
+            Rule::drop_edit if first.as_rule() == Rule::observe_item => {
+                EditKind::DropObserved(self.path(first))
+            }
             Rule::drop_edit => EditKind::Drop(self.path(first)),
             Rule::replace_edit => EditKind::Replace(Box::new(self.item(first)?)),
             _ => EditKind::Add(Box::new(self.item(first)?)),
@@ -477,6 +542,22 @@ impl<'a> Lowering<'a> {
         Some(Place { name, what, to, turned, by })
     }
 
+    /// `fill`, `paint` or `clear`.
+    pub(super) fn cells(&mut self, node: Node<'a>) -> Option<RuleClause> {
+        let span = self.span(&node);
+        let how = match node.as_rule() {
+            Rule::fill_clause => Painting::Fill,
+            Rule::paint_clause => Painting::Paint,
+            _ => Painting::Clear,
+        };
+        let mut inner = parts(node).peekable();
+        let region = self.expr(inner.next()?)?;
+        let with = inner.next_if(|n| n.as_rule() == Rule::expr).and_then(|n| self.expr(n));
+        let binders = inner.next().into_iter().flat_map(parts);
+        let over = binders.filter_map(|n| self.binder(n)).collect();
+        Some(RuleClause { kind: RuleClauseKind::Cells { how, region, with, over }, span })
+    }
+
     pub(super) fn rule_clause(&mut self, node: Node<'a>) -> Option<RuleClause> {
         let span = self.span(&node);
         let node = children(node).next()?;
@@ -530,6 +611,7 @@ impl<'a> Lowering<'a> {
             }
             Rule::set_clause => RuleClauseKind::Set(self.expr(inner.next()?)?, self.expr(inner.next()?)?),
             Rule::revert_clause => RuleClauseKind::Revert(self.expr(inner.next()?)?),
+            Rule::fill_clause | Rule::paint_clause | Rule::clear_clause => return self.cells(node),
             _ => RuleClauseKind::Weight(self.expr(inner.next()?)?),
         };
         Some(RuleClause { kind, span })

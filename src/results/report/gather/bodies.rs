@@ -33,8 +33,9 @@ fn made(found: &Found) -> Result<Vec<Piece>, String> {
     }
     let elements = body.assembly.elements.iter().zip(&body.parts_of_elements);
     let piece = elements.map(|(element, id)| {
-        let kind = derivation.design.parts.get(id).map_or("", |part| part.kind.as_str());
-        Piece { shape: element.shape, pose: element.pose, colour: making::colour(rules, kind).to_owned() }
+        let colour =
+            derivation.design.parts.get(id).map_or(String::new(), |part| making::colour(rules, part));
+        Piece { shape: element.shape, pose: element.pose, colour }
     });
     Ok(piece.collect())
 }

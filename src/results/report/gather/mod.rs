@@ -2,6 +2,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod convergence;
+pub(crate) mod observed;
 pub(crate) mod rejections;
 pub(crate) mod rules;
 pub(crate) mod runs;
@@ -60,6 +61,7 @@ pub(crate) mod tests {
                 seed,
                 value: last.best,
                 unit: "cm".to_owned(),
+                observed: indexmap::IndexMap::new(),
                 evaluations: last.evaluations,
                 moves: moves.len().saturating_sub(1),
                 invalid: std::collections::BTreeMap::new(),

@@ -3,6 +3,7 @@
 pub(crate) mod chart;
 mod convergence;
 mod designs;
+mod observed;
 mod rejections;
 mod rules;
 mod runs;
@@ -38,13 +39,14 @@ struct Section {
 }
 
 /// The sections, in order.
-const SECTIONS: [Section; 8] = [
+const SECTIONS: [Section; 9] = [
     Section { id: "runs", heading: "Runs", body: runs::section },
     Section { id: "convergence", heading: "Convergence", body: convergence::section },
     Section { id: "designs", heading: "Best designs", body: designs::section },
     Section { id: "rules", heading: "Rules", body: rules::section },
     Section { id: "temperature", heading: "Temperature and acceptance", body: temperature::section },
     Section { id: "sizes", heading: "Size and value", body: sizes::section },
+    Section { id: "observed", heading: "What was observed", body: observed::section },
     Section { id: "rejections", heading: "What came to nothing", body: rejections::section },
     Section { id: "time", heading: "Time spent", body: time::section },
 ];

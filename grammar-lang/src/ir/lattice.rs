@@ -1,0 +1,87 @@
+//! The other space of designs: a grid of places, each with a cell or without.
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+use super::{Binder, Effect, Expr, InstanceParam};
+use crate::source::Span;
+
+/// Offsets of the neighbours that a cell is joined to: those that share a face or an edge with it.
+pub const JOINED: [[i32; 3]; 18] = {
+    let mut offsets = [[0; 3]; 18];
+    let mut count = 0;
+    let mut i = 0;
+    while i < 27 {
+        let offset = [i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1];
+        let far = offset[0] * offset[0] + offset[1] * offset[1] + offset[2] * offset[2];
+        if far == 1 || far == 2 {
+            offsets[count] = offset;
+            count += 1;
+        }
+        i += 1;
+    }
+    offsets
+};
+
+/// A grid of places and what stands on it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Lattice {
+    /// How many places there are along x, y and z.
+    pub sides: [usize; 3],
+    /// The name of the kind of its cells.
+    pub kind: String,
+    /// What its cells are.
+    pub cell: Cell,
+    /// The initial design: each of them fills.
+    pub begin: Vec<Effect>,
+    /// Where this is said.
+    pub span: Span,
+}
+
+/// A cell: a ball of material that is joined to its neighbours by springs. What is an expression may read the
+/// parameters of the cell: they are its first locals, in their order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cell {
+    /// The distance between neighbours, and the diameter of a ball, m.
+    pub spacing: f64,
+    /// In kg.
+    pub mass: Expr,
+    /// Coulomb coefficient of its surface.
+    pub friction: Expr,
+    /// Of a spring between two such cells, N/m. Where cells differ, half of the spring is of each.
+    pub stiffness: Expr,
+    /// Of such a spring, N s/m.
+    pub damping: Expr,
+    /// `#rrggbb`
+    pub colour: Expr,
+    /// What tells cells apart.
+    pub params: IndexMap<String, InstanceParam>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// Places that an effect of a rule fills, paints or clears.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Cells {
+    /// What is done.
+    pub how: super::Painting,
+    /// The places: a list of cells.
+    pub region: Expr,
+    /// What their cells are like: a kind with parameters.
+    pub with: Option<Expr>,
+    /// What this is repeated for; each takes a local slot while it is.
+    pub over: Vec<Binder>,
+}
+
+/// While a condition holds, one rule alone is drawn.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Fallback {
+    /// The rule.
+    pub rule: String,
+    /// When.
+    pub condition: Expr,
+    /// Why.
+    pub because: Option<String>,
+    /// Where it is said.
+    pub span: Span,
+}

@@ -1,0 +1,373 @@
+//! Checks lattices: their cells, the grid, and what rules do to places.
+
+use super::Checker;
+use super::expr::{Context, Local};
+use super::fields::{Sign, Values};
+use super::items::Singles;
+use super::stage::Stage;
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::ir::{self, Effect, Expr, ExprKind, Group, Painting, Symmetry, Ty};
+use crate::source::Span;
+use crate::syntax::ast::{self, Block, Field, ItemKind, Link, Name, RuleClause, RuleClauseKind};
+use crate::units::Dimension;
+
+const CELL: &[&str] = &["spacing", "mass", "friction", "stiffness", "damping", "colour"];
+
+/// More places than this are a slip of the pen: no simulation of so many balls ends.
+const MOST_PLACES: f64 = 100_000.0;
+
+impl Checker<'_> {
+    /// Whether the bodies of this grammar are lattices.
+    pub(super) fn has_lattice(&self) -> bool {
+        self.begins_with_cells()
+            || self.program.entries().any(|(_, item)| matches!(item.kind, ItemKind::Lattice(..)))
+    }
+
+    /// Whether the initial design fills places: then it is a lattice that is meant, even if it is not declared.
+    pub(super) fn begins_with_cells(&self) -> bool {
+        let fills = |item: &ast::Item| matches!(&item.kind, ItemKind::Begin(places, fills) if places.is_empty() && !fills.is_empty());
+        self.program.entries().any(|(_, item)| fills(item))
+    }
+
+    /// Whether a name means a kind of cell.
+    pub(super) fn is_cell(&self, kind: &str, place: Span) -> bool {
+        self.program.lookup(place, kind).is_some_and(|(_, item)| matches!(item.kind, ItemKind::Cell(_)))
+    }
+
+    /// The type of what belongs to a group.
+    pub(super) fn member_of(&self, group: &Group, place: Span) -> Ty {
+        match group {
+            Group::Actuator => Ty::Actuator,
+            Group::Cell => Ty::Cell,
+            Group::Kind(kind) if self.is_actuator(kind, place) => Ty::Actuator,
+            Group::Kind(kind) if self.is_cell(kind, place) => Ty::Cell,
+            _ => Ty::Part,
+        }
+    }
+
+    /// The parameters that cells of the program have.
+    pub(super) fn cell_params(&mut self) -> Vec<(String, Ty)> {
+        let program = self.program;
+        let blocks = program.items().filter_map(|(_, item)| match &item.kind {
+            ItemKind::Cell(block) => Some(block),
+            _ => None,
+        });
+        blocks.flat_map(|block| self.params_of(block)).collect()
+    }
+
+    pub(super) fn cell(&mut self, block: &Block, damaged: bool) -> Option<ir::Cell> {
+        let cx = Context::new(Stage::Declaration, damaged);
+        let from = self.values(block, "a cell", CELL);
+        let spacing = self.number(&from, "spacing", "Length", Sign::Positive, "1 cm", &cx);
+        let params = self.instance_params_of(block, damaged);
+        // What a cell is made of may depend on its parameters.
+        let mut cx = cx;
+        for field in &block.fields {
+            if let Field::Param(param) = field
+                && let Some(known) = params.get(&param.name.text)
+            {
+                let (name, ty) = (param.name.text.clone(), known.ty.clone());
+                cx.locals.push(Local { name, ty, span: param.name.span });
+            }
+        }
+        let mass = self.varying(&from, "mass", "Mass", Sign::Positive, "0.5 g", &cx);
+        let friction = self.varying(&from, "friction", "Number", Sign::NotNegative, "0.8", &cx);
+        let stiffness = self.varying(&from, "stiffness", "Stiffness", Sign::Positive, "200 N/m", &cx);
+        let damping = self.varying(&from, "damping", "Damping", Sign::NotNegative, "0.1 N*s/m", &cx);
+        let colour = match from.values.get("colour") {
+            Some((_, tree)) => self.expect(tree, &mut cx.clone(), &Ty::Text, "`colour`"),
+            None => {
+                let kind = ExprKind::Text("#9aa3ad".to_owned());
+                Expr { kind, ty: Ty::Text, span: block.name.span }
+            }
+        };
+        Some(ir::Cell {
+            spacing: spacing?,
+            mass: mass?,
+            friction: friction?,
+            stiffness: stiffness?,
+            damping: damping?,
+            colour,
+            params,
+            span: block.name.span,
+        })
+    }
+
+    /// A field whose value may depend on the parameters of the cell.
+    fn varying(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        dimension: &str,
+        sign: Sign,
+        example: &str,
+        cx: &Context,
+    ) -> Option<Expr> {
+        let Some((_, tree)) = from.values.get(name) else {
+            self.missing(from, name, example, cx.damaged);
+            return None;
+        };
+        let ty = Ty::Quantity(Dimension::named(dimension)?);
+        let known = self.errors.len();
+        let expr = self.expect(tree, &mut cx.clone(), &ty, &format!("`{name}`"));
+        self.show_example(known, tree.span, name, example);
+        if expr.ty == Ty::Unknown {
+            return None;
+        }
+        let fixed = !expr.any(&mut |e| matches!(e.kind, ExprKind::Local(_)));
+        if let Some(x) = self.quiet_number(&expr).filter(|_| fixed) {
+            let fine = match sign {
+                Sign::Positive => x > 0.0,
+                Sign::NotNegative => x >= 0.0,
+            };
+            if !fine {
+                let must =
+                    if matches!(sign, Sign::Positive) { "must be above 0" } else { "must not be below 0" };
+                self.report(
+                    Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, format!("`{name}` {must}"))
+                        .label(format!("this is {}", super::shown(x, &ty)))
+                        .help(format!("write for example `{name} = {example}`")),
+                );
+                return None;
+            }
+        }
+        Some(expr)
+    }
+
+    /// The grid; what its cells are is looked at when all names have been touched.
+    pub(super) fn lattice(
+        &mut self,
+        sides: &[ast::Expr; 3],
+        kind: &Name,
+        span: Span,
+    ) -> Option<([usize; 3], ir::Cell, Span)> {
+        let cell = match self.named(kind, "cell", |k| matches!(k, ItemKind::Cell(_))) {
+            Some(ItemKind::Cell(block)) => self.cell(block, false),
+            _ => None,
+        };
+        let mut counts = [0; 3];
+        for (count, side) in counts.iter_mut().zip(sides) {
+            let mut cx = Context::new(Stage::Declaration, false);
+            let value = self.expect(side, &mut cx, &Ty::Count, "the side of a lattice");
+            let n = self.constant_number(&value)?;
+            if n < 1.0 {
+                self.report(
+                    Diagnostic::new(
+                        Code::OUT_OF_DOMAIN,
+                        side.span,
+                        "a lattice has at least one place along each side",
+                    )
+                    .label(format!("this is {n}"))
+                    .help("write for example `lattice 15 x 15 x 15 of soft`"),
+                );
+                return None;
+            }
+            *count = n.min(MOST_PLACES + 1.0) as usize;
+        }
+        let places: f64 = counts.iter().map(|n| *n as f64).product();
+        if places > MOST_PLACES {
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    span,
+                    format!("a lattice has at most {MOST_PLACES} places"),
+                )
+                .label("more than can be simulated")
+                .help("write for example `lattice 15 x 15 x 15 of soft`, which has 3375"),
+            );
+            return None;
+        }
+        Some((counts, cell?, span))
+    }
+
+    /// A symmetry must map the grid onto itself.
+    pub(super) fn check_lattice_symmetry(&mut self, sides: [usize; 3], symmetry: Symmetry, span: Span) {
+        let Symmetry::Radial(count, axis) = symmetry else { return };
+        let around: Vec<usize> =
+            (0..3).filter(|i| *i != axis).filter_map(|i| sides.get(i).copied()).collect();
+        let square = around.first() == around.last();
+        if count == 2 || count == 4 && square {
+            return;
+        }
+        let (message, help) = if count == 4 {
+            ("a lattice that is repeated 4 times is square around the axis", "give it two equal sides")
+        } else {
+            (
+                "a lattice is its own image in a mirror, or repeated 2 or 4 times about an axis",
+                "write `symmetry mirror xy`, or `symmetry radial 2 about y`",
+            )
+        };
+        self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("has no such image").help(help));
+    }
+
+    /// What `begin` fills.
+    pub(super) fn begin_cells(&mut self, fills: &[RuleClause], damaged: bool) -> Vec<Effect> {
+        let mut cx = Context::new(Stage::Derivation, damaged);
+        fills.iter().filter_map(|clause| self.cells(&clause.kind, clause.span, &mut cx)).collect()
+    }
+
+    /// `fill`, `paint` or `clear`.
+    pub(super) fn cells(&mut self, clause: &RuleClauseKind, span: Span, cx: &mut Context) -> Option<Effect> {
+        let RuleClauseKind::Cells { how, region, with, over } = clause else { return None };
+        let depth = cx.locals.len();
+        let over = self.binders(over, cx);
+        let places = Ty::List(Box::new(Ty::Cell));
+        let region = self.infer(region, cx);
+        let region = if region.ty == Ty::Cell {
+            // One place is a region, too.
+            Expr { ty: places.clone(), span: region.span, kind: ExprKind::List(vec![region]) }
+        } else {
+            self.fit(region, &places, &format!("what follows `{}`", how.word()))
+        };
+        let with = with.as_ref().map(|with| self.filling(*how, with, span, cx));
+        cx.locals.truncate(depth);
+        Some(Effect::Cells(ir::Cells { how: *how, region, with, over }))
+    }
+
+    /// What cells become.
+    fn filling(&mut self, how: Painting, with: &ast::Expr, clause: Span, cx: &mut Context) -> Expr {
+        let with = self.expect(with, cx, &Ty::Kind, &format!("what is used to {}", how.word()));
+        let ExprKind::Kind(kind, given) = &with.kind else { return with };
+        if !self.is_cell(kind, with.span) {
+            let cells: Vec<&str> = self
+                .guessable(with.span)
+                .filter(|(_, i)| matches!(i.kind, ItemKind::Cell(_)))
+                .map(|(n, _)| n)
+                .collect();
+            let help = did_you_mean(kind, cells.iter().copied()).unwrap_or_else(|| {
+                format!("write for example `{} ... with {}`", how.word(), cells.first().unwrap_or(&"soft"))
+            });
+            let message = format!("`{kind}` is no cell: a lattice cannot hold it");
+            self.report(Diagnostic::new(Code::WRONG_TYPE, with.span, message).label("a part").help(help));
+        } else if how == Painting::Paint && given.is_empty() {
+            self.report(
+                Diagnostic::new(Code::NO_EFFECT, clause, "this paints nothing")
+                    .label("no parameter is given")
+                    .help(format!(
+                        "write for example `paint neighbours(c) with {kind}(PARAMETER = c.PARAMETER)`"
+                    )),
+            );
+        }
+        with
+    }
+
+    /// Reports what a rule does with parts where bodies are lattices, and with cells where they are not.
+    pub(super) fn check_space(&mut self, clauses: &[RuleClause]) {
+        let lattice = self.has_lattice();
+        // A module on its own does not know which bodies it will meet.
+        if self.program.name.is_none() {
+            return;
+        }
+        for clause in clauses {
+            let of_parts = match &clause.kind {
+                RuleClauseKind::Attach { .. }
+                | RuleClauseKind::Set(..)
+                | RuleClauseKind::Remove(_)
+                | RuleClauseKind::Replace { .. } => true,
+                RuleClauseKind::Match { links, .. } => links.len() > 1 || links.iter().any(asks_for_parts),
+                _ => false,
+            };
+            let of_cells = match &clause.kind {
+                RuleClauseKind::Cells { .. } => true,
+                RuleClauseKind::Match { links, .. } => {
+                    let cell = |link: &Link| {
+                        link.kind.as_ref().is_some_and(|k| k.text == "cell" || self.is_cell(&k.text, k.span))
+                    };
+                    links.iter().any(cell)
+                }
+                _ => false,
+            };
+            if lattice && of_parts || !lattice && of_cells {
+                self.mixed(clause.span, lattice);
+            }
+        }
+    }
+
+    /// Reports parts in a lattice, or cells where there is none.
+    pub(super) fn mixed(&mut self, span: Span, lattice: bool) {
+        let (message, label, help) = if lattice {
+            (
+                "the bodies of this grammar are lattices: they are made of cells, not of parts",
+                "about parts",
+                "write `match c : cell`, and `fill`, `paint` or `clear` places",
+            )
+        } else {
+            (
+                "the bodies of this grammar are made of parts: there are no cells",
+                "about cells",
+                "declare a `lattice`, or write `match p : part` and `attach`",
+            )
+        };
+        self.report(Diagnostic::new(Code::MIXED_SPACES, span, message).label(label).help(help));
+    }
+
+    /// The rules that alone are drawn while something holds.
+    pub(super) fn fallbacks(&mut self, rules: &[ir::Rule]) -> Vec<ir::Fallback> {
+        let program = self.program;
+        let mut fallbacks = Vec::new();
+        for (_, item) in program.entries() {
+            let ItemKind::Fallback { rule, condition, because } = &item.kind else { continue };
+            let mut cx = Context::new(Stage::Derivation, item.damaged);
+            let condition = self.expect(condition, &mut cx, &Ty::Bool, "what follows `when`");
+            if self.named(rule, "rule", |k| matches!(k, ItemKind::Rule(..))).is_none() {
+                continue;
+            }
+            // A rule in which something is wrong has been reported.
+            if rules.iter().any(|known| known.name == rule.text) {
+                fallbacks.push(ir::Fallback {
+                    rule: rule.text.clone(),
+                    condition,
+                    because: because.clone(),
+                    span: item.span,
+                });
+            }
+        }
+        fallbacks
+    }
+
+    /// The models of all tasks must be able to simulate the bodies.
+    pub(super) fn check_models(&mut self, tasks: &super::tasks::Tasks, singles: &Singles<'_>) {
+        let lattice = self.has_lattice();
+        let first = tasks.values().next().map(|(task, _)| task.model.method);
+        for (task, _) in tasks.values() {
+            let place = singles.seen.get("simulate").copied().unwrap_or(task.objective.value.span);
+            let (message, help) = match (lattice, task.model.method) {
+                (true, ir::Method::Hinges) => (
+                    "the bodies of this grammar are lattices: a model of hinges cannot simulate them",
+                    "simulate a model whose `method` is `balls`, such as `ball_springs` of `std.models`",
+                ),
+                (false, ir::Method::Balls(None)) => (
+                    "the bodies of this grammar are made of parts, and this model does not say how to fill them",
+                    "add for example `filling { spacing = 1 cm  stiffness = 500 N/m  damping = 0.5 N*s/m }` to the model",
+                ),
+                (_, method) if Some(method) != first => (
+                    "the tasks of a body are simulated by one method",
+                    "simulate all of them with hinges, or all with the same balls",
+                ),
+                _ => continue,
+            };
+            self.report(
+                Diagnostic::new(Code::MODEL_MISFIT, place, message)
+                    .label(format!("the model `{}`", task.model.name))
+                    .help(help),
+            );
+        }
+    }
+
+    /// Which balls parts are filled with.
+    pub(super) fn filling_of_parts(&mut self, group: &Block, cx: &Context) -> Option<ir::Filling> {
+        let from = self.values(group, "a filling", &["spacing", "stiffness", "damping"]);
+        let spacing = self.number(&from, "spacing", "Length", Sign::Positive, "1 cm", cx);
+        let stiffness = self.number(&from, "stiffness", "Stiffness", Sign::Positive, "500 N/m", cx);
+        let damping = self.number(&from, "damping", "Damping", Sign::NotNegative, "0.5 N*s/m", cx);
+        Some(ir::Filling { spacing: spacing?, stiffness: stiffness?, damping: damping? })
+    }
+}
+
+/// Whether a match asks for something that only parts have.
+fn asks_for_parts(link: &Link) -> bool {
+    let kind = link.kind.as_ref().map_or("part", |kind| kind.text.as_str());
+    link.port.is_some()
+        || link.owner.is_some()
+        || matches!(kind, "part" | "block" | "actuator" | "port" | "joint")
+}

@@ -1,0 +1,74 @@
+//! Checks what is observed: terms whose values are written beside that of each body.
+
+use super::Checker;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::Ty;
+use crate::names::Declaration;
+use crate::source::Span;
+use crate::syntax::ast::{ItemKind, Name};
+
+impl Checker<'_> {
+    /// The terms among some names.
+    pub(super) fn observed(&mut self, names: &[Name]) -> Vec<Name> {
+        let mut terms: Vec<Name> = Vec::new();
+        for name in names {
+            if let Some(first) = terms.iter().find(|n| n.text == name.text) {
+                self.observed_twice(name, first.span);
+                continue;
+            }
+            let Some(ItemKind::Term(_, ty, _)) =
+                self.named(name, "term", |k| matches!(k, ItemKind::Term(..)))
+            else {
+                continue;
+            };
+            let place = ty.span;
+            match self.type_named(ty) {
+                ty if ty.dimension().is_some() => terms.push(name.clone()),
+                Ty::Bool | Ty::Enum(_) => terms.push(name.clone()),
+                Ty::Unknown => {}
+                ty => self.report(
+                    Diagnostic::new(
+                        Code::WRONG_TYPE,
+                        name.span,
+                        "what is observed is a quantity, a Count, a Bool or a value of an enumeration",
+                    )
+                    .label(format!("this is {}", super::fit::article(&ty)))
+                    .also(place, "declared here")
+                    .help("observe a number that says of it what matters, such as `height(...)`"),
+                ),
+            }
+        }
+        terms
+    }
+
+    /// All that takes part in the grammar.
+    pub(super) fn all_observed(&mut self) -> Vec<Name> {
+        let program = self.program;
+        let lists: Vec<(Declaration, &[Name])> = program
+            .entries()
+            .filter_map(|(declaration, item)| match &item.kind {
+                ItemKind::Observe(names) => Some((declaration, names.as_slice())),
+                _ => None,
+            })
+            .collect();
+        let mut all: Vec<Name> = Vec::new();
+        for (_, names) in lists {
+            for name in self.observed(names) {
+                match all.iter().find(|n| n.text == name.text) {
+                    Some(first) => self.observed_twice(&name, first.span),
+                    None => all.push(name),
+                }
+            }
+        }
+        all
+    }
+
+    fn observed_twice(&mut self, name: &Name, first: Span) {
+        self.report(
+            Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is observed twice", name.text))
+                .label("again")
+                .also(first, "the first time")
+                .help("keep one of them"),
+        );
+    }
+}

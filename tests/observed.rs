@@ -1,0 +1,133 @@
+//! Terms that are observed: columns of `evals.csv`, and what is saved and told of the best design.
+
+use std::path::{Path, PathBuf};
+
+use sgc::world::Frozen;
+
+use crate::support::{read, root, said, sgc, texts};
+
+/// A variant of a grammar with short motions, and what else is put into it.
+fn variant(folder: &Path, imports: &str, edits: &str) -> PathBuf {
+    let base = read("grammars/codesign.sgr").replace("for 20 s", "for 1 s");
+    std::fs::write(folder.join("base.sgr"), base).unwrap();
+    let file = folder.join("observed.sgr");
+    let text = format!(
+        "use std.objectives {{ fall }}
+        use std.gaits {{ airborne, gait }}
+        {imports}
+        term low : Bool = fall < 1 mm
+        ## It has no value for the initial design, which has no actuators.
+        term work : Energy = mean over a in actuator of a.work
+        variant observed of \"./base.sgr\" {{
+          add observe gait, airborne
+          add observe low, work
+          {edits}
+        }}"
+    );
+    std::fs::write(&file, text).unwrap();
+    file
+}
+
+fn run(grammar: &Path, out: &Path, more: &[&str]) -> String {
+    let run = ["run", grammar.to_str().unwrap(), "--max-evals", "400", "--out", out.to_str().unwrap()];
+    let output = sgc(&root(), &[&run[..], more].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    said(&output)
+}
+
+fn evals(out: &Path) -> Vec<Vec<String>> {
+    let mut reader = csv::Reader::from_path(out.join("evals.csv")).unwrap();
+    let head = reader.headers().unwrap().iter().map(str::to_owned).collect();
+    let rows = reader.records().map(|row| row.unwrap().iter().map(str::to_owned).collect());
+    [head].into_iter().chain(rows).collect()
+}
+
+#[test]
+fn what_is_observed_stands_beside_the_value() {
+    let folder = tempfile::tempdir().unwrap();
+    let searches = [
+        ("", ""),
+        ("use std.search { nested_evolution }", "replace search nested_evolution"),
+        ("use std.search { many_kinds }", "replace search many_kinds"),
+        ("", "set nested_annealing.outer.chains = 3 set nested_annealing.inner.chains = 2"),
+    ];
+    for (number, (imports, edits)) in searches.into_iter().enumerate() {
+        let grammar = variant(folder.path(), imports, edits);
+        let out = folder.path().join(format!("run-{number}"));
+        let told = run(&grammar, &out, &["--jobs", "2"]);
+        let rows = evals(&out);
+        assert_eq!(rows[0][14..], ["chain", "gait", "airborne", "low", "work"]);
+        assert!(rows.len() > 2, "{rows:?}");
+        for row in &rows[1..] {
+            let (value, actuators) = (&row[6], &row[5]);
+            assert_eq!(value.is_empty(), row[15].is_empty(), "{row:?}");
+            assert_eq!(value.is_empty() || actuators == "0", row[18].is_empty(), "{row:?}");
+            assert!(["", "walker", "hopper", "crawler", "roller", "still"].contains(&row[15].as_str()));
+            assert!(["", "true", "false"].contains(&row[17].as_str()), "{row:?}");
+        }
+        // The best is told, saved, and the same when it is simulated again.
+        let json = |name: &str| -> serde_json::Value {
+            serde_json::from_str(&std::fs::read_to_string(out.join(name)).unwrap()).unwrap()
+        };
+        let (result, best) = (json("result.json"), json("best.design.json"));
+        assert_eq!(result["observed"], best["observed"]);
+        let gait = result["observed"]["gait"].as_str().unwrap();
+        assert!(told.contains(&format!("observed gait {gait}")), "{told}");
+        let again = said(&sgc(&root(), &["eval", out.to_str().unwrap()]));
+        assert!(again.contains(&format!("observed gait {gait}")) && again.contains("exactly"), "{again}");
+        let found = best["found_at"].as_u64().unwrap().to_string();
+        let row = rows.iter().find(|row| row[0] == found).unwrap();
+        assert_eq!(row[15], gait);
+        assert_eq!(row[16].parse::<f64>().ok(), result["observed"]["airborne"].as_f64());
+
+        // Neither threads nor observation change what is found.
+        let other = folder.path().join(format!("other-{number}"));
+        run(&grammar, &other, &["--jobs", "1"]);
+        assert_eq!(evals(&other), rows);
+        if out.join("archive.csv").exists() {
+            let table = std::fs::read_to_string(out.join("archive.csv")).unwrap();
+            assert!(table.lines().next().unwrap().ends_with("actuators,gait,airborne,low,work"), "{table}");
+        }
+    }
+    let report = sgc(&root(), &["report", folder.path().join("run-0").to_str().unwrap()]);
+    assert_eq!(report.status.code(), Some(0), "{}", said(&report));
+    let page = std::fs::read_to_string(folder.path().join("run-0/report/index.html")).unwrap();
+    assert!(page.contains("What was observed") && page.contains("value against airborne"), "{page}");
+    let classes = std::fs::read_to_string(folder.path().join("run-0/report/classes.csv")).unwrap();
+    assert!(classes.contains("observed,gait,walker,best of each run,"), "{classes}");
+}
+
+#[test]
+fn observing_changes_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let (with, without) = (folder.path().join("with"), folder.path().join("without"));
+    let grammar = variant(folder.path(), "", "");
+    run(&grammar, &with, &[]);
+    let text = std::fs::read_to_string(&grammar).unwrap();
+    std::fs::write(&grammar, text.replace("add observe", "#")).unwrap();
+    run(&grammar, &without, &[]);
+    let cut = |rows: Vec<Vec<String>>| rows.into_iter().map(|row| row[..15].to_vec()).collect::<Vec<_>>();
+    assert_eq!(cut(evals(&with)), evals(&without));
+}
+
+#[test]
+fn variants_add_drop_and_replace_what_is_observed() {
+    let compiled = |edits: &str| {
+        let mut texts = texts();
+        let text = format!(
+            "use std.objectives {{ fall, energy, clearance }}
+            variant first of \"./codesign.sgr\" {{ add observe fall, energy add observe clearance }}
+            variant second of first {{ {edits} }}"
+        );
+        texts.insert("grammars/observed.sgr".to_owned(), text);
+        let world = Frozen { texts: texts.clone() };
+        let mut sources = grammar_lang::source::SourceMap::default();
+        let file = sources.add("grammars/observed.sgr", texts["grammars/observed.sgr"].clone());
+        let compiled = grammar_lang::compile(&world, &mut sources, file, &[], Some("second"));
+        compiled.ruleset.expect("a grammar").observed
+    };
+    assert_eq!(compiled(""), ["fall", "energy", "clearance"]);
+    assert_eq!(compiled("drop observe clearance, fall"), ["energy"]);
+    assert_eq!(compiled("replace observe clearance"), ["clearance"]);
+    assert_eq!(compiled("drop observe fall add observe travel"), ["energy", "clearance", "travel"]);
+}
