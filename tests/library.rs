@@ -56,7 +56,7 @@ fn engine(rules: &RuleSet) -> String {
             derivation = next;
         }
         // The test needs a body that moves: the last one that does.
-        if derivation.design.parts.values().any(|p| rules.is_actuator(&p.kind)) {
+        if derivation.design.parts.values().any(|p| rules.is_driven(&p.kind)) {
             moving = derivation.clone();
         }
     }
@@ -190,6 +190,11 @@ const OTHERS: &[(&str, &str)] = &[
         variant kinds of \"./codesign.sgr\" { replace search many_kinds }",
     ),
     (
+        "grammars/study2_plain.sgr",
+        "use std.search { walked_annealing }
+        variant study2_plain of \"./study2.sgr\" { replace search walked_annealing }",
+    ),
+    (
         "grammars/two_sided.sgr",
         "use std.actuation { two_sided_pac }
         variant two_sided of \"./codesign.sgr\" { replace actuate bender with two_sided_pac }",
@@ -218,6 +223,9 @@ fn every_number_of_the_library_changes_the_rule_set() {
         "grammars/tempering.sgr",
         "grammars/reheated.sgr",
         "grammars/kinds.sgr",
+        "grammars/study1.sgr",
+        "grammars/study2.sgr",
+        "grammars/study2_plain.sgr",
         "grammars/novel.sgr",
     ];
     let compiled: BTreeMap<&str, RuleSet> =

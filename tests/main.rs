@@ -19,6 +19,7 @@ mod fuzz;
 mod gaits;
 mod grammars;
 mod hostile;
+mod lattice;
 mod library;
 mod mending;
 mod new;

@@ -52,6 +52,8 @@ pub(crate) const GRAMMARS: &[&str] = &[
     "grammars/scaled.sgr",
     "grammars/shepherd.sgr",
     "grammars/steering.sgr",
+    "grammars/study1.sgr",
+    "grammars/study2.sgr",
     "grammars/tendon.sgr",
     "grammars/untethered.sgr",
     "grammars/worm.sgr",

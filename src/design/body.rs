@@ -7,7 +7,7 @@ use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
 use super::assembly::{Assembly, Element, Hinge, Joint, JointKind, Shape};
 use super::port::{about, segments};
-use super::{Design, Part, PartId, lattice};
+use super::{Design, Part, PartId, filled, lattice};
 
 /// The assembly of a design, and what its elements and actuators are.
 ///
@@ -30,6 +30,16 @@ impl Body {
         if let Some(lattice) = &rules.lattice {
             return lattice::body(design, rules, lattice);
         }
+        let body = Self::of_parts(design, rules);
+        let method = rules.tasks.values().next().map(|task| task.model.method);
+        match method {
+            Some(ir::Method::Balls(Some(filling))) => filled::filled(design, rules, &body, filling),
+            _ => body,
+        }
+    }
+
+    /// Rigid elements and hinges.
+    fn of_parts(design: &Design, rules: &RuleSet) -> Self {
         let mut body =
             Self { assembly: Assembly::default(), parts_of_elements: Vec::new(), actuators: Vec::new() };
         let mut held: BTreeMap<PartId, Vec<(u8, PartId)>> = BTreeMap::new();

@@ -8,6 +8,7 @@ pub mod assembly;
 mod body;
 mod canonical;
 mod change;
+mod filled;
 pub mod lattice;
 mod overlap;
 mod port;

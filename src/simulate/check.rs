@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Settings, Unfit};
-use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
+use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape, Spring, Swelling};
 
 /// More steps than this in one run is a slip of the pen, not a wish.
 const MOST_STEPS: f64 = 1e9;
@@ -56,8 +56,14 @@ pub(super) fn settings(settings: &Settings) -> Result<(), Unfit> {
 /// Checks the elements and joints one by one; that the joints form a tree is
 /// found out when the assembly is lowered.
 pub(super) fn assembly(assembly: &Assembly) -> Result<(), Unfit> {
-    let count = assembly.elements.len();
-    need(count > 0, || "the assembly has no elements; give it at least a core".to_owned())?;
+    need(assembly.springs.is_empty() && assembly.swellings.is_empty(), || {
+        format!(
+            "the assembly has {} springs and {} swellings, and this solver knows hinges only; use `balls`",
+            assembly.springs.len(),
+            assembly.swellings.len()
+        )
+    })?;
+    let count = some_elements(assembly)?;
     need(assembly.joints.len() + 1 == count, || {
         format!(
             "{count} elements need {} joints to hang together as a tree, but there are {}",
@@ -77,6 +83,70 @@ pub(super) fn assembly(assembly: &Assembly) -> Result<(), Unfit> {
         }
     }
     Ok(())
+}
+
+/// Checks balls, springs and swellings one by one.
+pub(super) fn lattice(assembly: &Assembly) -> Result<(), Unfit> {
+    some_elements(assembly)?;
+    need(assembly.joints.is_empty(), || {
+        format!(
+            "the assembly has {} joints, and this solver knows springs only; use `articulated`",
+            assembly.joints.len()
+        )
+    })?;
+    for (index, part) in assembly.elements.iter().enumerate() {
+        element(index, part)?;
+        need(matches!(part.shape, Shape::Ball { .. }), || {
+            format!("element {index} is not a ball; springs hold balls only, give it a radius")
+        })?;
+    }
+    for (index, part) in assembly.springs.iter().enumerate() {
+        spring(index, part, assembly)?;
+    }
+    for (index, part) in assembly.swellings.iter().enumerate() {
+        swelling(index, part, assembly)?;
+    }
+    Ok(())
+}
+
+/// How many elements there are.
+fn some_elements(assembly: &Assembly) -> Result<usize, Unfit> {
+    let count = assembly.elements.len();
+    need(count > 0, || "the assembly has no elements; give it at least a core".to_owned())?;
+    Ok(count)
+}
+
+fn spring(index: usize, spring: &Spring, assembly: &Assembly) -> Result<(), Unfit> {
+    let count = assembly.elements.len();
+    need(spring.from < count && spring.to < count, || {
+        format!("spring {index} names an element that does not exist; there are {count}")
+    })?;
+    let place = |element: usize| assembly.elements[element].pose.translation.vector;
+    need(spring.from != spring.to && positive((place(spring.to) - place(spring.from)).norm()), || {
+        format!("the ends of spring {index} are in one place; give it two balls that are apart")
+    })?;
+    need(positive(spring.stiffness), || {
+        format!("spring {index} has a stiffness of {} N/m; give a positive number", spring.stiffness)
+    })?;
+    need(not_negative(spring.damping), || {
+        format!("spring {index} has a damping of {} N s/m; give zero or a positive number", spring.damping)
+    })
+}
+
+fn swelling(index: usize, swelling: &Swelling, assembly: &Assembly) -> Result<(), Unfit> {
+    let (elements, actuators) = (assembly.elements.len(), assembly.actuators);
+    need(swelling.element < elements, || {
+        format!("swelling {index} names an element that does not exist; there are {elements}")
+    })?;
+    need(swelling.actuator < actuators, || {
+        format!(
+            "swelling {index} belongs to actuator {}, but there are {actuators}; number them from zero",
+            swelling.actuator
+        )
+    })?;
+    need(swelling.gain.is_finite(), || {
+        format!("swelling {index} has a gain of {}; give a finite number", swelling.gain)
+    })
 }
 
 fn element(index: usize, element: &Element) -> Result<(), Unfit> {

@@ -1,6 +1,6 @@
 //! Lowers an assembly to rigid bodies joined by hinges.
 //!
-//! Both solvers start from this: elements joined rigidly are one body, every
+//! The solvers of hinges start from this: elements joined rigidly are one body, every
 //! hinge joint is one degree of freedom, and the whole is a tree whose root is
 //! the body of the core. Bodies are numbered depth first, parents before
 //! children, so that a limb is a contiguous range. Body frames have their
@@ -13,6 +13,7 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use super::check;
 use super::extent;
 use super::motion::Placement;
+use super::run::Driven;
 use super::servo::Servo;
 use super::{Settings, Unfit};
 use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
@@ -92,11 +93,13 @@ impl Lowered {
         Ok(Self { bodies, pieces, servos, actuators: assembly.actuators })
     }
 
-    /// Where each element sits, for a recorded motion.
-    pub(super) fn placements(&self) -> Arc<[Placement]> {
+    /// What runs it.
+    pub(super) fn driven(&self) -> Driven {
+        let hinges: Vec<&Hinge> = self.bodies.iter().filter_map(|body| body.hinge.as_ref()).collect();
         let placement =
             |piece: &Piece| Placement { body: piece.body, local: piece.local, shape: piece.shape };
-        self.pieces.iter().map(placement).collect()
+        let placements: Arc<[Placement]> = self.pieces.iter().map(placement).collect();
+        Driven::hinges(&hinges, &self.servos, self.bodies.len(), self.actuators, placements)
     }
 
     /// Number of hinges between two bodies.

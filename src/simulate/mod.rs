@@ -7,9 +7,11 @@
 //! second opinion). This layer knows no grammar.
 
 pub mod articulated;
+pub mod balls;
 mod check;
 pub mod export;
 mod extent;
+mod lattice;
 mod lowering;
 pub mod motion;
 pub mod rapier;
@@ -111,10 +113,10 @@ impl Invalid {
 }
 
 /// Every solver by the name that `--solver` uses; the first is the default.
-const REGISTRY: &[&dyn Model] = &[&articulated::Articulated, &rapier::Rapier::FINE];
+const REGISTRY: &[&dyn Model] = &[&articulated::Articulated, &balls::Balls, &rapier::Rapier::FINE];
 
 /// The names of all solvers, the default first.
-pub const MODELS: &[&str] = &["articulated", "rapier"];
+pub const MODELS: &[&str] = &["articulated", "balls", "rapier"];
 
 /// The solver that simulates balls and springs.
 pub const BALLS: &str = "balls";

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
-use super::lowering::Lowered;
 use super::motion::Placement;
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
@@ -12,8 +11,9 @@ use super::{Invalid, LAST_STRETCH, Motion, Settings, Simulation, Stop, Targets, 
 use crate::design::assembly::Hinge;
 
 /// A solver that advances one body step by step, in one or several runs at
-/// once, its *lanes*. Hinges and bodies are those of the [`Lowered`] assembly;
-/// hinge h carries body h + 1.
+/// once, its *lanes*. What is driven is either the hinges of a
+/// [`Lowered`](super::lowering::Lowered) assembly, of which hinge h carries body h + 1, or the strains of
+/// a [`Lattice`](super::lattice::Lattice): then "hinge" stands for an actuator, and its angle for its strain.
 pub(super) trait Stepper: Send {
     /// Number of runs at once.
     const LANES: usize;
@@ -38,19 +38,57 @@ pub(super) trait Stepper: Send {
 /// So many steps between two looks at whether to stop: milliseconds at most.
 const STEPS_PER_LOOK: usize = 16;
 
-/// One body, ready to run.
-#[derive(Debug)]
-pub(super) struct Run<S> {
-    stepper: S,
+/// What is driven and recorded of a body.
+#[derive(Clone, Debug)]
+pub(super) struct Driven {
     /// The servos at rest.
     servos: Vec<Servo>,
     /// The actuator of each hinge.
     hinges: Vec<usize>,
     bends: Bends,
-    schedule: Schedule,
     placements: Arc<[Placement]>,
     bodies: usize,
     actuators: usize,
+}
+
+impl Driven {
+    /// The hinges of so many bodies.
+    pub(super) fn hinges(
+        hinges: &[&Hinge],
+        servos: &[Servo],
+        bodies: usize,
+        actuators: usize,
+        placements: Arc<[Placement]>,
+    ) -> Self {
+        Self {
+            servos: servos.to_vec(),
+            hinges: hinges.iter().map(|hinge| hinge.actuator).collect(),
+            bends: Bends::new(hinges, actuators),
+            placements,
+            bodies,
+            actuators,
+        }
+    }
+
+    /// The strains of so many actuators, of bodies that are one element each.
+    pub(super) fn strains(actuators: usize, placements: Arc<[Placement]>) -> Self {
+        Self {
+            servos: (0..actuators).map(Servo::free).collect(),
+            hinges: (0..actuators).collect(),
+            bends: Bends::themselves(actuators),
+            bodies: placements.len(),
+            placements,
+            actuators,
+        }
+    }
+}
+
+/// One body, ready to run.
+#[derive(Debug)]
+pub(super) struct Run<S> {
+    stepper: S,
+    driven: Driven,
+    schedule: Schedule,
     pace_limit: Option<f64>,
 }
 
@@ -64,33 +102,23 @@ struct Lane<'a> {
 
 impl<S: Stepper> Run<S> {
     /// Runs of a solver made for the same assembly and settings.
-    pub(super) fn new(stepper: S, lowered: &Lowered, settings: &Settings) -> Self {
-        let hinges: Vec<&Hinge> = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref()).collect();
-        Self {
-            stepper,
-            servos: lowered.servos.clone(),
-            hinges: hinges.iter().map(|hinge| hinge.actuator).collect(),
-            bends: Bends::new(&hinges, lowered.actuators),
-            schedule: Schedule::new(settings),
-            placements: lowered.placements(),
-            bodies: lowered.bodies.len(),
-            actuators: lowered.actuators,
-            pace_limit: settings.pace_limit,
-        }
+    pub(super) fn new(stepper: S, driven: Driven, settings: &Settings) -> Self {
+        Self { stepper, driven, schedule: Schedule::new(settings), pace_limit: settings.pace_limit }
     }
 
     fn lane<'a>(&self, drive: &'a Targets) -> Lane<'a> {
         let Schedule { interval, duration, frames, .. } = self.schedule;
+        let Driven { bodies, actuators, ref placements, ref servos, .. } = self.driven;
         let motion = Motion {
             interval,
             duration,
-            bodies: self.bodies,
-            poses: Vec::with_capacity(frames * self.bodies),
-            bends: Vec::with_capacity(frames * self.actuators),
-            work: vec![0.0; self.actuators],
-            placements: Arc::clone(&self.placements),
+            bodies,
+            poses: Vec::with_capacity(frames * bodies),
+            bends: Vec::with_capacity(frames * actuators),
+            work: vec![0.0; actuators],
+            placements: Arc::clone(placements),
         };
-        Lane { drive, servos: self.servos.clone(), motion, failure: None }
+        Lane { drive, servos: servos.clone(), motion, failure: None }
     }
 
     /// As many drives as there are lanes, or fewer: idle lanes do what the last one does.
@@ -126,7 +154,7 @@ impl<S: Stepper> Run<S> {
             }
         }
         for (number, lane) in lanes.iter_mut().enumerate() {
-            for (hinge, &actuator) in self.hinges.iter().enumerate() {
+            for (hinge, &actuator) in self.driven.hinges.iter().enumerate() {
                 if let Some(sum) = lane.motion.work.get_mut(actuator) {
                     *sum += self.stepper.work(number, hinge);
                 }
@@ -174,9 +202,9 @@ impl<S: Stepper> Run<S> {
         for (number, lane) in lanes.iter_mut().enumerate() {
             if lane.failure.is_none() {
                 let Motion { poses, bends, .. } = &mut lane.motion;
-                poses.extend((0..self.bodies).map(|body| self.stepper.pose(number, body)));
-                let angles = (0..self.hinges.len()).map(|hinge| self.stepper.angle(number, hinge));
-                self.bends.append(angles, bends);
+                poses.extend((0..self.driven.bodies).map(|body| self.stepper.pose(number, body)));
+                let angles = (0..self.driven.hinges.len()).map(|hinge| self.stepper.angle(number, hinge));
+                self.driven.bends.append(angles, bends);
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What a servo wants: its rate-limited target, the same for both solvers.
+//! What a servo wants: its rate-limited target, the same for all solvers.
 
 use super::motion::Targets;
 use crate::design::assembly::Hinge;
@@ -25,6 +25,12 @@ impl Servo {
             relaxing_rate: hinge.relaxing_rate,
             target: 0.0,
         }
+    }
+
+    /// Of an actuator that is where it is asked to be.
+    pub(super) fn free(actuator: usize) -> Self {
+        let rate = f64::INFINITY;
+        Self { actuator, share: 1.0, bending_rate: rate, relaxing_rate: rate, target: 0.0 }
     }
 
     /// Moves the target for `step` seconds towards what the drive asks for at
@@ -88,6 +94,11 @@ impl Bends {
             (hinge.actuator, if square > 0.0 { hinge.share / square } else { 1.0 })
         };
         Self { weights: hinges.iter().map(weight).collect(), actuators }
+    }
+
+    /// For numbers that are the bends, one for each actuator.
+    pub(super) fn themselves(actuators: usize) -> Self {
+        Self { weights: (0..actuators).map(|actuator| (actuator, 1.0)).collect(), actuators }
     }
 
     /// Appends the bends that belong to the hinge angles.

@@ -173,6 +173,10 @@ impl Evaluation<'_> {
             F::Normal | F::Uniform => {
                 Value::List([Value::Number(number(0)?), Value::Number(number(1)?)].into())
             }
+            F::Cell => match self.scope.call(function, &values) {
+                Some(cell) => cell,
+                None => return fail(expr, "the lattice has no such place"),
+            },
             _ => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
         })
     }

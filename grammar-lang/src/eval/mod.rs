@@ -184,6 +184,11 @@ fn missing(expr: &Expr) -> EvalError {
     EvalError { span: expr.span, reason: UNKNOWN_HERE.to_owned() }
 }
 
+/// Whether an attribute of a cell is asked for.
+fn reads_cell(expr: &Expr) -> bool {
+    matches!(&expr.kind, ExprKind::Attribute(of, _) if of.ty == crate::ir::Ty::Cell)
+}
+
 /// Adds, subtracts, multiplies or divides.
 fn calculate(expr: &Expr, x: f64, operator: Operator, y: f64) -> Result<f64, EvalError> {
     match operator {
@@ -301,7 +306,11 @@ impl Evaluation<'_> {
                     (Value::Vector(v), "x") => Value::Number(v[0]),
                     (Value::Vector(v), "y") => Value::Number(v[1]),
                     (Value::Vector(v), "z") => Value::Number(v[2]),
-                    _ => known(self.scope.attribute(&of, name))?,
+                    _ => match self.scope.attribute(&of, name) {
+                        Some(value) => value,
+                        None if reads_cell(expr) => return fail(expr, "there is no cell at this place"),
+                        None => return Err(missing(expr)),
+                    },
                 }
             }
             ExprKind::At(track, time) => {

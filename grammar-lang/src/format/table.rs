@@ -52,6 +52,8 @@ pub(super) const TABLES: &[Table] = &[
 pub(super) const BREAK_BEFORE: &[&str] = &[
     "kw_because",
     "kw_where",
+    "kw_with",
+    "kw_for",
     "kw_to",
     "kw_turned",
     "kw_by",

@@ -29,6 +29,7 @@ mod nothing_to_search;
 mod odd_size;
 mod out_of_range;
 mod out_of_reach;
+mod outside_lattice;
 mod outside_motion;
 mod places;
 mod pointless;
@@ -65,6 +66,7 @@ const SOUND: &[Lint] = &[
     bad_schedule::check,
     bad_spread::check,
     outside_motion::check,
+    outside_lattice::check,
     empty_for_all::check,
     no_possible_value::check,
 ];

@@ -163,7 +163,7 @@ fn by_clause(
         "example" => (EXAMPLE_CLAUSES, Rule::only_example),
         "variant" => (EDITS, Rule::only_edit),
         "novelty" => (NOVELTY_CLAUSES, Rule::only_novelty),
-        "part" | "actuator" | "model" | "search" => (&[], Rule::only_field),
+        "part" | "actuator" | "cell" | "model" | "search" => (&[], Rule::only_field),
         _ => return None,
     };
     if let Some(second) = doubled_brace(piece, open) {
@@ -400,7 +400,7 @@ fn explain(text: &str, start: usize, end: usize, entry: Rule, file: FileId) -> D
     };
     let reserved = SgrParser::parse(Rule::keyword, found)
         .is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found));
-    let help = if wanted.contains("a name") && matches!(found, "part" | "actuator") {
+    let help = if wanted.contains("a name") && matches!(found, "part" | "actuator" | "cell") {
         Some(format!("give it a name first, as in `p : {found}`"))
     } else if wanted.contains("a name") && reserved {
         Some(format!("`{found}` is a word of the language: choose another name"))
@@ -514,6 +514,9 @@ fn describe(rule: Rule) -> Option<&'static str> {
         Rule::kw_from => "`from`",
         Rule::kw_facing => "`facing`",
         Rule::kw_about => "`about`",
+        Rule::kw_x => "`x`",
+        Rule::kw_when => "`when`",
+        Rule::side => "a number",
         Rule::kw_weight => "`weight`",
         Rule::arrow => "`->`",
         Rule::path => "what is changed, such as `bender.bend`",

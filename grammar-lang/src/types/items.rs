@@ -632,7 +632,8 @@ impl<'a> Checker<'a> {
             ("maximize", "maximize travel in cm"),
             ("search", "search nested_annealing"),
         ];
-        let missing = wanted.into_iter().filter(|(what, _)| {
+        let cells = self.begins_with_cells().then_some(("lattice", "lattice 15 x 15 x 15 of KIND"));
+        let missing = wanted.into_iter().chain(cells).filter(|(what, _)| {
             // Tasks say for themselves how they are simulated.
             !(*what == "simulate" && tasks || singles.seen.contains_key(what))
         });

@@ -19,7 +19,14 @@ const MOST_PLACES: f64 = 100_000.0;
 impl Checker<'_> {
     /// Whether the bodies of this grammar are lattices.
     pub(super) fn has_lattice(&self) -> bool {
-        self.program.entries().any(|(_, item)| matches!(item.kind, ItemKind::Lattice(..)))
+        self.begins_with_cells()
+            || self.program.entries().any(|(_, item)| matches!(item.kind, ItemKind::Lattice(..)))
+    }
+
+    /// Whether the initial design fills places: then it is a lattice that is meant, even if it is not declared.
+    pub(super) fn begins_with_cells(&self) -> bool {
+        let fills = |item: &ast::Item| matches!(&item.kind, ItemKind::Begin(places, fills) if places.is_empty() && !fills.is_empty());
+        self.program.entries().any(|(_, item)| fills(item))
     }
 
     /// Whether a name means a kind of cell.
@@ -321,6 +328,7 @@ impl Checker<'_> {
     /// The models of all tasks must be able to simulate the bodies.
     pub(super) fn check_models(&mut self, tasks: &super::tasks::Tasks, singles: &Singles<'_>) {
         let lattice = self.has_lattice();
+        let first = tasks.values().next().map(|(task, _)| task.model.method);
         for (task, _) in tasks.values() {
             let place = singles.seen.get("simulate").copied().unwrap_or(task.objective.value.span);
             let (message, help) = match (lattice, task.model.method) {
@@ -331,6 +339,10 @@ impl Checker<'_> {
                 (false, ir::Method::Balls(None)) => (
                     "the bodies of this grammar are made of parts, and this model does not say how to fill them",
                     "add for example `filling { spacing = 1 cm  stiffness = 500 N/m  damping = 0.5 N*s/m }` to the model",
+                ),
+                (_, method) if Some(method) != first => (
+                    "the tasks of a body are simulated by one method",
+                    "simulate all of them with hinges, or all with the same balls",
                 ),
                 _ => continue,
             };

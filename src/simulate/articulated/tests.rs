@@ -437,7 +437,7 @@ fn timed<S: Scalar<Kit = ()>>(assembly: &Assembly, drives: &[crate::simulate::Ta
     use crate::simulate::run::Run;
     let settings = settings();
     let lowered = Lowered::new(assembly, &settings).unwrap();
-    let mut run = Run::new(Solver::<S>::new((), &lowered, &settings), &lowered, &settings);
+    let mut run = Run::new(Solver::<S>::new((), &lowered, &settings), lowered.driven(), &settings);
     run.run(&drives[..1]);
     let start = std::time::Instant::now();
     let motions = run.run(drives);

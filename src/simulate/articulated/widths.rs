@@ -107,5 +107,5 @@ fn make<S: Scalar>(
     settings: &Settings,
 ) -> Option<Box<dyn Simulation>> {
     let solver = Solver::<S>::new(kit?, lowered, settings);
-    Some(Box::new(Run::new(solver, lowered, settings)))
+    Some(Box::new(Run::new(solver, lowered.driven(), settings)))
 }

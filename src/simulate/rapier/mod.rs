@@ -8,13 +8,17 @@
 //! settings have iterations. With eight, one hinge sags by what it should and a
 //! chain of five by twice that, at two hundred times the cost of the
 //! articulated solver (joint warm starting, which ought to help, changes
-//! nothing in this version). A disagreement is thus a warning, not a verdict. The
+//! nothing in this version). A disagreement is thus a warning, not a verdict. Balls and springs are
+//! bodies that do not rotate and spring joints, whose lengths at rest and radii change. The
 //! world is in cm, g and s, as rapier's tolerances are meant for bodies of
 //! about unit size.
 
+mod springs;
 mod world;
 
+use self::springs::Springs;
 use self::world::World;
+use super::lattice::Lattice;
 use super::lowering::Lowered;
 use super::run::Run;
 use super::{Model, Settings, Simulation, Unfit};
@@ -38,7 +42,12 @@ impl Model for Rapier {
     }
 
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
+        if !assembly.springs.is_empty() {
+            let lattice = Lattice::new(assembly, settings)?;
+            let springs = Springs::new(&lattice, settings, self.substep);
+            return Ok(Box::new(Run::new(springs, lattice.driven(), settings)));
+        }
         let lowered = Lowered::new(assembly, settings)?;
-        Ok(Box::new(Run::new(World::new(&lowered, settings, self.substep), &lowered, settings)))
+        Ok(Box::new(Run::new(World::new(&lowered, settings, self.substep), lowered.driven(), settings)))
     }
 }

@@ -9,14 +9,15 @@ use crate::simulate::run::Stepper;
 use crate::simulate::{Invalid, Settings};
 
 /// cm per m.
-const LENGTH: f64 = 1e2;
+pub(super) const LENGTH: f64 = 1e2;
 /// g per kg.
-const MASS: f64 = 1e3;
+pub(super) const MASS: f64 = 1e3;
 /// g cm^2/s^2 per N m; also g cm^2 per kg m^2.
 const TORQUE: f64 = MASS * LENGTH * LENGTH;
 /// The ground is in the first group, the robot in the second.
-const GROUND: Group = Group::GROUP_1;
-const ROBOT: Group = Group::GROUP_2;
+pub(super) const GROUND: Group = Group::GROUP_1;
+/// The robot's.
+pub(super) const ROBOT: Group = Group::GROUP_2;
 
 /// The world and how to make it anew.
 pub(super) struct World {
@@ -56,11 +57,7 @@ impl World {
         self.world = PhysicsWorld::new();
         self.world.gravity = Vector::new(0.0, (-self.settings.gravity * LENGTH) as f32, 0.0);
         self.world.integration_parameters = parameters(&self.settings, self.substeps);
-        let ground = ColliderBuilder::new(SharedShape::halfspace(Vector::Y))
-            .friction(self.settings.ground_friction as f32)
-            .friction_combine_rule(CoefficientCombineRule::GeometricMean)
-            .collision_groups(InteractionGroups::new(GROUND, ROBOT, InteractionTestMode::And));
-        self.world.colliders.insert(ground);
+        self.world.colliders.insert(ground(&self.settings));
         let World { world, lowered, .. } = self;
         self.bodies = lowered.bodies.iter().map(|body| world.bodies.insert(rigid_body(body))).collect();
         for piece in &lowered.pieces {
@@ -192,11 +189,22 @@ impl Stepper for World {
     }
 }
 
-fn vector(v: Vector3<f64>) -> Vector {
+/// In rapier's own words and 32 bits.
+pub(super) fn vector(v: Vector3<f64>) -> Vector {
     Vector::new(v.x as f32, v.y as f32, v.z as f32)
 }
 
-fn parameters(settings: &Settings, substeps: usize) -> IntegrationParameters {
+/// The ground, as everything that a robot may stand on.
+pub(super) fn ground(settings: &Settings) -> Collider {
+    ColliderBuilder::new(SharedShape::halfspace(Vector::Y))
+        .friction(settings.ground_friction as f32)
+        .friction_combine_rule(CoefficientCombineRule::GeometricMean)
+        .collision_groups(InteractionGroups::new(GROUND, ROBOT, InteractionTestMode::And))
+        .build()
+}
+
+/// So many substeps in a step, and what else rapier wants to know.
+pub(super) fn parameters(settings: &Settings, substeps: usize) -> IntegrationParameters {
     IntegrationParameters {
         dt: settings.step as f32,
         num_solver_iterations: substeps,

@@ -1,11 +1,15 @@
-//! What both solvers must get right, and the bodies to try them on.
+//! What all solvers must get right, and the bodies to try them on.
 
 pub(crate) mod bodies;
+pub(crate) mod lattices;
 mod report;
 mod truth;
 mod work;
 
 use super::Settings;
+
+/// The solvers that take hinges.
+pub(crate) const HINGED: [&str; 2] = ["articulated", "rapier"];
 
 /// The settings of the measurements.
 pub(crate) fn settings() -> Settings {

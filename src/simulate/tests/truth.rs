@@ -6,9 +6,9 @@ use std::time::{Duration, Instant};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::bodies::{Builder, cube, element, gait, hinge, idle, m2, m4, m8, millipede};
-use super::settings;
+use super::{HINGED, settings};
 use crate::design::assembly::{Assembly, Hinge, JointKind, Shape};
-use crate::simulate::{Invalid, MODELS, Motion, Settings, Stop, Targets, model};
+use crate::simulate::{Invalid, Motion, Settings, Stop, Targets, model};
 
 pub(super) fn run(name: &str, body: &Assembly, settings: &Settings, drive: &Targets) -> Motion {
     let mut simulation = model(name).unwrap().prepare(body, settings).unwrap();
@@ -26,7 +26,7 @@ pub(super) fn place(motion: &Motion, element: usize, t: f64) -> Vector3<f64> {
 
 #[test]
 fn the_registry_names_its_solvers() {
-    for name in MODELS {
+    for name in crate::simulate::MODELS {
         assert_eq!(model(name).unwrap().name(), *name);
     }
     assert!(model("bullet").is_none());
@@ -56,7 +56,7 @@ pub(super) fn crane(links: usize, pitch: f64, tip: f64, stiffness: f64) -> Assem
 #[test]
 fn a_servo_sags_by_torque_over_stiffness() {
     let (pitch, mass, stiffness) = (0.05, 0.02, 0.3);
-    for name in MODELS {
+    for name in HINGED {
         let motion = run(name, &crane(1, pitch, mass, stiffness), &during(2.0), &idle(1));
         let angle = -motion.bends.last().unwrap();
         let torque = mass * 9.81 * pitch * libm::cos(angle);
@@ -97,7 +97,7 @@ fn unactuated_robots_stay_put() {
 /// A long cylinder stays on its side, a flat one on its end.
 #[test]
 fn cylinders_lie_along_their_own_x() {
-    for name in MODELS {
+    for name in HINGED {
         for (radius, half_length, axis, height) in
             [(0.01, 0.03, Vector3::z(), 0.01), (0.03, 0.01, Vector3::y(), 0.01)]
         {
@@ -304,7 +304,7 @@ fn extreme_friction_is_stable() {
 
 #[test]
 fn a_run_that_goes_wrong_says_so() {
-    for name in MODELS {
+    for name in HINGED {
         let settings = Settings { speed_limit: 0.01, ..during(1.0) };
         let mut simulation = model(name).unwrap().prepare(&m2(), &settings).unwrap();
         let mut drive = gait(2, 1, false);
@@ -322,7 +322,7 @@ fn refusal(change: impl FnOnce(&mut Assembly, &mut Settings)) -> String {
         Ok(_) => "was not refused".to_owned(),
         Err(unfit) => unfit.reason,
     };
-    let reasons: Vec<_> = MODELS.iter().map(reason).collect();
+    let reasons: Vec<_> = HINGED.iter().map(reason).collect();
     assert!(reasons.windows(2).all(|pair| pair[0] == pair[1]), "{reasons:?}");
     reasons[0].clone()
 }

@@ -2,10 +2,11 @@
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
+use super::HINGED;
 use super::bodies::{element, gait, idle, m2};
 use super::truth::{crane, during, place, run};
 use crate::design::assembly::{Assembly, JointKind, Shape};
-use crate::simulate::{MODELS, Motion, Settings, Targets};
+use crate::simulate::{Motion, Settings, Targets};
 
 /// The arm of the crane in m, its tip in kg.
 const ARM: f64 = 0.05;
@@ -24,7 +25,7 @@ fn raised(motion: &Motion) -> f64 {
 
 #[test]
 fn a_slow_lift_takes_mass_times_gravity_times_height() {
-    for name in MODELS {
+    for name in HINGED {
         let motion = run(name, &crane(1, ARM, TIP, 0.3), &during(4.0), &lift(0.7));
         let (height, work) = (raised(&motion), motion.work[0]);
         assert!(height > 0.03, "{name}: {height} m");
@@ -37,7 +38,7 @@ fn a_slow_lift_takes_mass_times_gravity_times_height() {
 #[test]
 fn a_load_let_down_costs_nothing_more() {
     let drive = Targets { interval: 3.0, actuators: 1, angles: vec![0.0, 0.7, 0.0] };
-    for name in MODELS {
+    for name in HINGED {
         let up = run(name, &crane(1, ARM, TIP, 0.3), &during(4.0), &lift(0.7)).work[0];
         let both = run(name, &crane(1, ARM, TIP, 0.3), &during(7.0), &drive).work[0];
         assert!((both / up - 1.0).abs() < 0.02, "{name}: {up} J up, {both} J up and down");
@@ -55,7 +56,7 @@ fn a_strained_servo_works_with_its_limit() {
         }
     }
     let drive = Targets { interval: 1.0, actuators: 1, angles: vec![0.7] };
-    for name in MODELS {
+    for name in HINGED {
         // The tip is still on its way up.
         let motion = run(name, &body, &Settings { record: 0.02, ..during(0.1) }, &drive);
         let turn = *motion.bends.last().unwrap();

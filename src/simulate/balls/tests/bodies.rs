@@ -1,0 +1,112 @@
+//! Lattices: stiffness, convergence, bending, energy.
+
+use super::{gained, idle, lifted, place, ramp, run};
+use crate::simulate::Settings;
+use crate::simulate::lattice::Lattice;
+use crate::simulate::tests::lattices::{
+    PITCH, STIFFNESS, bend, cells, lattice, lattice_settings, quadruped, trot,
+};
+
+/// A beam of 7 x 2 x 2 balls in the air, its first four held. Damping in N s/m.
+fn beam(settings: &Settings, damping: f64) -> Lattice {
+    let mut beam = lifted(&lattice(&cells([0, 0, 0], [7, 2, 2])), settings, 0.2);
+    for ball in &mut beam.balls {
+        ball.mass = if ball.centre.x < 0.5 * PITCH { f64::INFINITY } else { ball.mass };
+    }
+    beam.links.iter_mut().for_each(|link| link.damping = damping);
+    beam
+}
+
+fn sag(rate: f64, duration: f64, damping: f64) -> f64 {
+    let settings = Settings { step: 1.0 / rate, ..lattice_settings(duration) };
+    let motion = run(&beam(&settings, damping), &settings, &idle());
+    place(&motion, 6, 0.0).y - place(&motion, 6, duration).y
+}
+
+#[test]
+fn stiffness_is_independent_of_the_step() {
+    for d in [3.0, 6.0, 12.0] {
+        eprintln!("{d} {:?}", [2400.0, 9600.0].map(|rate| sag(rate, d, 0.1)));
+    }
+    let [coarse, fine] = [2400.0, 9600.0].map(|rate| sag(rate, 6.0, 0.1));
+    assert!(coarse > 0.003, "{coarse} m");
+    assert!((coarse / fine - 1.0).abs() < 1e-4, "{coarse} and {fine} m");
+}
+
+/// In mid-swing, where errors are largest.
+#[test]
+fn halving_the_step_converges() {
+    let truth = sag(38400.0, 0.15, 0.02);
+    let errors = [1200.0, 2400.0, 4800.0].map(|rate| (sag(rate, 0.15, 0.02) - truth).abs());
+    assert!(errors[0] < 0.02 * truth && truth > 0.003, "{errors:?} of {truth} m");
+    assert!(errors[1] < 0.65 * errors[0] && errors[2] < 0.65 * errors[1], "{errors:?} m");
+}
+
+/// Two rows of balls without weight, one stretched and one shrunk: the angle between the rods that join the rows.
+#[test]
+fn a_bimorph_bends_as_geometry_says() {
+    let all = cells([0, 0, 0], [12, 2, 1]);
+    for strain in [0.05, 0.2, -0.2] {
+        let settings = Settings { gravity: 0.0, ..lattice_settings(6.0) };
+        let mut body = lattice(&all);
+        bend(&mut body, &all, |cell| if cell[1] == 1 { 1.0 } else { -1.0 });
+        let motion = run(&lifted(&body, &settings, 0.5), &settings, &ramp(strain, 1.0));
+        let rod = |cell: usize| place(&motion, cell + 12, 6.0) - place(&motion, cell, 6.0);
+        let turn = |cell: usize| {
+            let (here, there) = (rod(cell), rod(cell + 1));
+            libm::atan2(here.cross(&there).z, here.dot(&there))
+        };
+        let bent = (1..10).map(turn).sum::<f64>() / 9.0;
+        // Above the rods are 1 + strain apart, below 1 - strain, in lengths of a rod.
+        let expected = -2.0 * libm::asin(strain);
+        let off = (bent / expected - 1.0).abs();
+        assert!(off < 0.01 + strain * strain, "{bent} rad a cell, not {expected}");
+    }
+}
+
+/// Mirrored legs, moved alike: what is left is rounding, as springs are added up in one order for both sides.
+#[test]
+fn a_mirrored_body_moves_mirrored() {
+    let settings = lattice_settings(2.0);
+    let body = quadruped();
+    let drive = trot(body.actuators, 0.2, true);
+    let lowered = lifted(&body, &settings, 0.0);
+    let motion = run(&lowered, &settings, &drive);
+    for (ball, own) in lowered.balls.iter().enumerate() {
+        let mirrored = |z: f64| (4.0 * PITCH - z - own.centre.z).abs();
+        let twin = lowered
+            .balls
+            .iter()
+            .position(|b| mirrored(b.centre.z) < 1e-6 && (b.centre.xy() - own.centre.xy()).norm() < 1e-6);
+        let (here, there) = (place(&motion, ball, 2.0), place(&motion, twin.unwrap(), 2.0));
+        let off = (here.xy() - there.xy()).norm() + (here.z + there.z - 4.0 * PITCH).abs();
+        assert!(off < 1e-4, "ball {ball} is off by {off} m");
+    }
+}
+
+/// Undamped: a beam that swings and a block that is dropped.
+#[test]
+fn energy_does_not_grow() {
+    let settings = lattice_settings(3.0);
+    let swing = gained(&beam(&settings, 0.0), &settings);
+    assert!(swing < 1e-5, "the beam gained {swing} m");
+    let mut block = lifted(&lattice(&cells([0, 0, 0], [4, 4, 4])), &settings, 0.1);
+    block.balls.iter_mut().for_each(|ball| ball.velocity.x = 0.5);
+    block.links.iter_mut().for_each(|link| link.damping = 0.0);
+    let drop = gained(&block, &settings);
+    assert!(drop < 5e-5, "the block gained {drop} m");
+}
+
+/// Bones in flesh: springs a hundred times as stiff, at the step that is asked for.
+#[test]
+fn stiff_and_soft_go_together() {
+    let mut body = quadruped();
+    for spring in &mut body.springs {
+        let bone = body.elements[spring.from].pose.translation.vector.y > 5.5 * PITCH;
+        spring.stiffness = if bone { 20.0 * STIFFNESS } else { STIFFNESS };
+    }
+    let settings = Settings { step: 1.0 / 4800.0, ..lattice_settings(3.0) };
+    let motion = run(&lifted(&body, &settings, 0.0), &settings, &trot(4, 0.2, false));
+    let span = |t: f64| (place(&motion, 0, t) - place(&motion, 8, t)).norm();
+    assert!((span(3.0) - span(0.0)).abs() < 0.002, "the trunk is {} m long", span(3.0));
+}

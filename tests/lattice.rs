@@ -1,0 +1,297 @@
+//! Lattices: what rules do to cells, and what becomes of them.
+
+use std::collections::BTreeSet;
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+use sgc::derive::random::Stream;
+use sgc::derive::{Derivation, run_example};
+use sgc::design::lattice::place_of;
+use sgc::design::{Body, Design};
+
+use crate::support::{grammar, root};
+
+const HEAD: &str = "
+grammar lump
+use std.objectives { travel }
+use std.models     { ball_springs }
+use std.search     { walked_annealing }
+enum Beat { none, early, late }
+cell gel {
+  spacing   = 1 cm
+  mass      = if heavy then 3 g else 1 g
+  friction  = 0.8
+  stiffness = if heavy then 300 N/m else 100 N/m
+  damping   = 0.1 N*s/m
+  param beat  : Beat             = Beat.none
+  param side  : Count in -1 .. 1 = 0
+  param heavy : Bool             = false
+}
+actuation pulse for c : gel {
+  let   period = 1 s
+  drive strain = if c.beat == Beat.none then 0 else c.side * 20 % * sin(t / period * 360 deg)
+}
+actuate  gel with pulse
+simulate ball_springs for 1 s
+maximize travel in cm
+search   walked_annealing
+";
+
+fn rules(text: &str) -> RuleSet {
+    let mut sources = SourceMap::default();
+    let entry = sources.add(root().join("grammars/lump.sgr").to_string_lossy(), format!("{HEAD}\n{text}"));
+    let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[], None);
+    let errors: Vec<_> = compiled.diagnostics.iter().filter(|d| d.is_error()).collect();
+    assert!(errors.is_empty(), "{errors:#?}");
+    compiled.ruleset.unwrap()
+}
+
+/// Derives the example `x`.
+fn example(rules: &RuleSet) -> Derivation {
+    run_example(rules, "x", &rules.examples["x"])
+        .unwrap_or_else(|e| panic!("{}: {}", e.message, e.labels[0].text))
+}
+
+fn places(design: &Design) -> BTreeSet<[usize; 3]> {
+    design.parts.keys().map(|id| place_of(*id).unwrap()).collect()
+}
+
+#[test]
+fn regions_are_cut_at_the_grid_and_later_effects_overwrite_earlier_ones() {
+    let rules = rules(
+        "lattice 5 x 4 x 3 of gel
+        begin { fill middle with gel }
+        rule grow {
+          match c : cell
+          fill  region(c, -9 .. 9, 0, 0) with gel(beat = Beat.early, side = 1)
+          fill  region(c, 1 .. 2, -1 .. 0, 0) with gel(beat = Beat.late)
+          paint region(c, 0 .. 9, -3 .. 3, -3 .. 3) with gel(heavy = true)
+          clear region(c, -2, 0, 0)
+        }
+        example x {
+          step s = grow(c = middle)
+          expect count(cell) == 6
+          expect cell(1, 2, 1).beat == Beat.early and not cell(1, 2, 1).heavy
+          expect cell(2, 2, 1).beat == Beat.early and cell(2, 2, 1).heavy
+          expect cell(3, 2, 1).beat == Beat.late and cell(3, 2, 1).side == 0 and cell(3, 2, 1).heavy
+          expect cell(4, 1, 1).filled and not cell(0, 2, 1).filled and not cell(2, 1, 1).filled
+          expect count(region(cell(0, 0, 0), -1 .. 1, -1 .. 1, -1 .. 1)) == 8
+          expect cell(4, 1, 1).x == 4 and cell(4, 1, 1).y == 1 and cell(4, 1, 1).z == 1
+          expect count(neighbours(cell(3, 2, 1))) == 4
+          expect connected
+        }",
+    );
+    example(&rules);
+}
+
+#[test]
+fn effects_are_repeated_for_values() {
+    let rules = rules(
+        "lattice 9 x 9 x 9 of gel
+        begin { fill cell(0, 8, 4) with gel }
+        rule stair {
+          match  c : cell
+          choose way in { -1, 1 }
+          fill   region(c, way * (i + j), -i, 0) with gel(side = j) for i in 0 .. 3, j in 0 .. 1
+        }
+        example x {
+          step s = stair(c = cell(0, 8, 4), way = 1)
+        }",
+    );
+    let stair = [0, 1, 2, 3].into_iter().flat_map(|i| [[i, 8 - i, 4], [i + 1, 8 - i, 4]]);
+    assert_eq!(places(&example(&rules).design), stair.collect());
+}
+
+#[test]
+fn what_is_done_is_done_to_the_images_too() {
+    for (symmetry, wanted) in [
+        ("none", vec![[1, 0, 2]]),
+        ("mirror xy", vec![[1, 0, 2], [1, 0, 4]]),
+        ("mirror yz", vec![[1, 0, 2], [5, 0, 2]]),
+        ("mirror xz", vec![[1, 0, 2], [1, 6, 2]]),
+        ("radial 2 about y", vec![[1, 0, 2], [5, 0, 4]]),
+        ("radial 4 about y", vec![[1, 0, 2], [2, 0, 5], [5, 0, 4], [4, 0, 1]]),
+    ] {
+        let rules = rules(&format!(
+            "symmetry {symmetry}
+            lattice 7 x 7 x 7 of gel
+            begin {{ fill middle with gel }}
+            rule grow {{
+              match c : cell
+              fill  cell(1, 0, 2) with gel(side = 1)
+              paint region(cell(1, 0, 2), 0, 0, 0) with gel(heavy = true)
+            }}
+            example x {{ step s = grow(c = middle) }}"
+        ));
+        let mut wanted: BTreeSet<[usize; 3]> = wanted.into_iter().collect();
+        wanted.insert([3, 3, 3]);
+        let design = example(&rules).design;
+        assert_eq!(places(&design), wanted, "{symmetry}");
+        let heavy = |part: &sgc::design::Part| format!("{:?}", part.params["heavy"]) == "Bool(true)";
+        assert_eq!(design.parts.values().filter(|cell| heavy(cell)).count(), wanted.len() - 1, "{symmetry}");
+    }
+}
+
+#[test]
+fn groups_of_neighbours_that_share_a_value_are_counted() {
+    let rules = rules(
+        "lattice 9 x 3 x 3 of gel
+        begin { fill region(cell(0, 0, 0), 0 .. 8, 0, 0) with gel }
+        rule grow {
+          match c : cell
+          fill  region(c, 0 .. 2, 0, 0) with gel(beat = Beat.early)
+          fill  region(c, 4 .. 5, 0, 0) with gel(beat = Beat.early)
+          fill  region(c, 6, 0, 0)      with gel(beat = Beat.late)
+          fill  region(c, 6, 1, 1)      with gel(beat = Beat.late)
+        }
+        example x {
+          step s = grow(c = cell(0, 0, 0))
+          expect (clusters over c in cell where c.beat != Beat.none of c.beat) == 4
+          expect (clusters over c in cell where c.beat != Beat.none) == 3
+          expect (clusters over c in cell of c.beat) == 6
+          expect (clusters over c in cell where c.heavy) == 0
+        }",
+    );
+    example(&rules);
+}
+
+const UNDO: &str = "
+lattice 9 x 3 x 3 of gel
+begin { fill cell(0, 0, 0) with gel }
+rule grow {
+  match c : cell
+  fill  region(c, 0 .. 2, 0, 0) with gel(side = 1)
+}
+rule undo {
+  match  s : step where s adds cell
+  revert s
+}
+require whole : connected
+";
+
+#[test]
+fn a_step_is_taken_back_unless_that_splits_the_design() {
+    let rules = rules(
+        &format!(
+            "{UNDO}
+        example x {{
+          step a = grow(c = cell(0, 0, 0))
+          step b = grow(c = cell(2, 0, 0))
+          step d = grow(c = cell(1, 0, 0))
+          refuse undo(s = b) by whole
+        }}",
+        )
+        .replace("refuse undo(s = b) by whole", "expect count(cell) == 5"),
+    );
+    let derivation = example(&rules);
+    let undo = rules.rules.iter().find(|rule| rule.name == "undo").unwrap();
+    let step = |n: usize| {
+        vec![grammar_lang::eval::Value::Reference(grammar_lang::eval::Reference::Step(
+            derivation.steps[n].id,
+        ))]
+    };
+    // The last one has added nothing that others have not: without it all is as it was.
+    let same = derivation.apply(&rules, undo, &step(2)).unwrap().unwrap();
+    assert_eq!(places(&same.design), places(&derivation.design));
+    // The second one is needed by none: what it was applied to stays.
+    let shorter = derivation.apply(&rules, undo, &step(1)).unwrap().unwrap();
+    assert_eq!(places(&shorter.design).len(), 4);
+    // Without the first one, too, the rest still hangs together through the third, although the cell that the
+    // second was applied to is made by it only.
+    let other = derivation.apply(&rules, undo, &step(0)).unwrap().unwrap();
+    assert_eq!(places(&other.design).len(), 5);
+    // Without the third one, the first one holds the second.
+    let alone = same.apply(&rules, undo, &step(0)).unwrap();
+    assert!(alone.is_err(), "the design would be split");
+}
+
+#[test]
+fn only_the_fallback_is_drawn_while_a_limit_is_passed() {
+    let rules = rules(&format!("{UNDO}\nfallback undo when count(cell) >= 5"));
+    let mut random = Stream::named(3, "test");
+    let mut now = Derivation::begin(&rules);
+    let mut shrunk = 0;
+    for _ in 0..200 {
+        let large = now.design.parts.len() >= 5;
+        let step = now.advance(&rules, &mut random, 1.0);
+        let Some(next) = step.result else { continue };
+        if large {
+            assert_eq!(rules.rules[step.rule.unwrap()].name, "undo");
+            shrunk += 1;
+        }
+        now = next;
+    }
+    assert!(shrunk > 10);
+}
+
+#[test]
+fn a_body_has_a_ball_for_each_cell_and_springs_between_neighbours() {
+    let rules = rules(
+        "lattice 4 x 4 x 4 of gel
+        begin { fill region(cell(1, 0, 1), 0 .. 1, 0 .. 1, 0 .. 1) with gel(beat = Beat.early, side = 1) }
+        rule grow {
+          match c : cell
+          fill  region(cell(1, 1, 1), 0 .. 1, 0, 0 .. 1) with gel(beat = Beat.early, side = -1, heavy = true)
+        }
+        example x { step s = grow(c = cell(1, 0, 1)) }",
+    );
+    let body = Body::new(&example(&rules).design, &rules);
+    let assembly = &body.assembly;
+    // All pairs of a cube of eight but those across it.
+    assert_eq!((assembly.elements.len(), assembly.springs.len(), assembly.actuators), (8, 24, 2));
+    let mass: f64 = assembly.elements.iter().map(|element| element.mass).sum();
+    assert!((mass - 16e-3).abs() < 1e-12);
+    let lowest = assembly.elements.iter().map(|e| e.pose.translation.y).fold(f64::INFINITY, f64::min);
+    assert!((lowest - 5e-3).abs() < 1e-12);
+    let mut kinds: Vec<f64> = assembly.springs.iter().map(|spring| spring.stiffness).collect();
+    kinds.sort_by(f64::total_cmp);
+    // Half of a spring is of each: 100 N/m and 300 N/m one behind the other, each twice as stiff.
+    let mixed = 150.0;
+    let counts = [100.0, mixed, 300.0].map(|k| kinds.iter().filter(|x| (*x - k).abs() < 1e-9).count());
+    assert_eq!(counts, [6, 12, 6]);
+    for spring in &assembly.springs {
+        let at = |i: usize| assembly.elements[i].pose.translation.vector;
+        let length = (at(spring.from) - at(spring.to)).norm();
+        assert!(length < 0.0142 && spring.from < spring.to, "{spring:?}");
+    }
+    let actuators: BTreeSet<usize> = assembly.swellings.iter().map(|swelling| swelling.actuator).collect();
+    assert_eq!((actuators.len(), assembly.swellings.len()), (2, 8));
+}
+
+/// What holds of every design that the studies make.
+#[test]
+fn the_studies_make_designs_that_are_whole_symmetric_and_not_too_large() {
+    for (path, most) in [("grammars/study1.sgr", 340), ("grammars/study2.sgr", 800)] {
+        let rules = grammar(path);
+        let mut random = Stream::named(1, "test");
+        let mut now = Derivation::begin(&rules);
+        let (mut made, mut sizes) = (BTreeSet::new(), Vec::new());
+        for _ in 0..300 {
+            let before = now.design.parts.len();
+            let step = now.advance(&rules, &mut random, 1.0);
+            let Some(next) = step.result else { continue };
+            made.insert(rules.rules[step.rule.unwrap()].name.clone());
+            now = next;
+            let after = now.design.parts.len();
+            assert!(after <= before || before <= most, "{path}: {before} cells grew to {after}");
+            let lattice = rules.lattice.as_ref().unwrap();
+            assert!(now.design.is_one_piece(lattice), "{path}");
+            for (id, cell) in &now.design.parts {
+                let [x, y, z] = place_of(*id).unwrap().map(|at| at as i64);
+                let twin = sgc::design::lattice::cell_at(lattice, [x, y, 14 - z]).unwrap();
+                assert_eq!(
+                    now.design.parts.get(&twin).map(|twin| &twin.params),
+                    Some(&cell.params),
+                    "{path}"
+                );
+            }
+            sizes.push(after);
+        }
+        assert_eq!(made.len(), rules.rules.len(), "{path}: {made:?}");
+        let mean = sizes.iter().sum::<usize>() / sizes.len();
+        assert!((150..=700).contains(&mean), "{path}: {mean} cells");
+        // What is kept leads to the same design.
+        let again = Derivation::restore(&rules, &now.kept()).unwrap();
+        assert_eq!(again, now);
+    }
+}
