@@ -65,7 +65,10 @@ fn the_literature_has_the_scores_of_the_thesis() {
     assert!(table.contains("Onal and Rus") && table.contains("15 designs in the set"), "{table}");
     let (_, csv) = novelty(&[path(&grammar), "--format", "csv"]);
     assert_eq!(csv.lines().count(), 1 + 15 * 6, "{csv}");
-    assert!(csv.contains("\"Tolley et al., walking\",true,22") && csv.contains(",locomotion,walking,3,8\n"), "{csv}");
+    assert!(
+        csv.contains("\"Tolley et al., walking\",true,22") && csv.contains(",locomotion,walking,3,8\n"),
+        "{csv}"
+    );
 }
 
 #[test]
