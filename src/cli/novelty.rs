@@ -61,6 +61,13 @@ impl Novelty {
         if grammar.is_none() && self.variant.is_some() {
             return Err(Fault::usage("--variant names a variant of a grammar: name that, too"));
         }
+        let twice = |(number, path): &(usize, &PathBuf)| {
+            designs.iter().take(*number).any(|other| design_file(other) == design_file(path))
+        };
+        if let Some((_, path)) = designs.iter().enumerate().find(twice) {
+            let name = path.display();
+            return Err(Fault::usage(format!("{name} is named twice: name each design once")));
+        }
         // The set is that of the grammar that is named, or of the first design.
         let mut found: Option<(RuleSet, ir::Novelty)> = match &grammar {
             Some(file) => {
@@ -71,12 +78,9 @@ impl Novelty {
             None => None,
         };
         let mut others: Vec<(String, Vec<f64>)> = Vec::new();
-        for (number, path) in designs.iter().enumerate() {
+        for path in &designs {
             let name = path.display().to_string();
             let file = design_file(path);
-            if designs.iter().take(number).any(|other| design_file(other) == file) {
-                return Err(Fault::usage(format!("{name} is named twice: name each design once")));
-            }
             let (design, rules) = design_by(&file, grammar.as_deref(), self.variant.as_deref())?;
             let set = self.set_of(&rules)?;
             let (_, first) = found.get_or_insert_with(|| (rules.clone(), set.clone()));
@@ -164,7 +168,8 @@ fn text(members: &[Member]) -> String {
         out += &format!("{}\n", cells.join("  "));
     }
     let line = |what: &str, mean: Option<f64>| mean.map_or(String::new(), |m| format!("{what} {m:.1}\n"));
-    out += &format!("{} designs in the set\n", members.len());
+    let designs = if members.len() == 1 { "design" } else { "designs" };
+    out += &format!("{} {designs} in the set\n", members.len());
     out += &line("mean of the known", novelty::mean(members.iter().filter(|m| m.known)));
     out + &line("mean of the others", novelty::mean(members.iter().filter(|m| !m.known)))
 }
