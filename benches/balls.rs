@@ -162,7 +162,11 @@ fn cantilever(rounds: usize) {
         let (mut least, mut sag) = (f64::INFINITY, [0.0; 3]);
         for _ in 0..rounds {
             let own = || {
-                sag = sags(model.prepare(&body, settings).unwrap().run(&[drive.clone()])[0].as_ref().unwrap())
+                sag = sags(
+                    model.prepare(&body, settings).unwrap().run(std::slice::from_ref(&drive))[0]
+                        .as_ref()
+                        .unwrap(),
+                )
             };
             least = least.min(timed(own).0);
         }
@@ -178,7 +182,7 @@ fn cantilever(rounds: usize) {
         println!("{name:>10}{:>10}{sweeps:>8}{time:>10.3}   {}", format!("1/{rate}"), off.join(" "));
     };
     for rate in [4800.0, 9600.0, 19200.0] {
-        show("balls", rate, 1, run(balls, &settings(1.0 / rate, 2.0)));
+        show("balls", rate, 10, run(balls, &settings(1.0 / rate, 2.0)));
     }
     for (rate, iterations) in [(960.0, 1), (3840.0, 1), (3840.0, 8), (15360.0, 1), (15360.0, 4), (61440.0, 1)]
     {
