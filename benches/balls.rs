@@ -110,7 +110,7 @@ fn evaluations(rounds: usize) {
     );
     for (trunk, leg) in [([9, 3, 5], [2, 7, 2]), ([13, 3, 9], [4, 8, 2])] {
         let (body, drive) = quadruped(trunk, leg);
-        for (rate, self_collision) in [(2400.0, true), (4800.0, true), (4800.0, false)] {
+        for (rate, self_collision) in [(4800.0, true), (9600.0, true), (4800.0, false)] {
             let settings = Settings { self_collision, ..settings(1.0 / rate, 15.0) };
             let run = || {
                 let mut simulation = model("balls").unwrap().prepare(&body, &settings).unwrap();
@@ -136,7 +136,7 @@ fn evaluations(rounds: usize) {
     }
 }
 
-/// A portal: a beam of 13 x 2 x 2 balls on a foot at one end, a heavy one, so that it hangs over.
+/// A block of 4 x 6 x 4 heavy balls with a beam of 7 x 2 x 2 that hangs over.
 fn overhang() -> Assembly {
     let mut all = cells([0, 0, 0], [4, 6, 4]);
     all.extend(cells([4, 4, 1], [7, 2, 2]));
@@ -150,7 +150,7 @@ fn overhang() -> Assembly {
 
 /// How far the tip of a cantilever has come down: while it swings, and when it rests.
 fn cantilever(rounds: usize) {
-    const TIMES: [f64; 3] = [0.1, 0.2, 4.0];
+    const TIMES: [f64; 3] = [0.1, 0.2, 2.0];
     let body = overhang();
     let drive = Targets { interval: 1.0, actuators: 0, angles: Vec::new() };
     let tip = body.elements.len() - 1;
@@ -169,29 +169,20 @@ fn cantilever(rounds: usize) {
         (least, sag)
     };
     let balls = model("balls").unwrap();
-    let truth = run(balls, &settings(1.0 / 76800.0, 4.0)).1;
+    let truth = run(balls, &settings(1.0 / 76800.0, 2.0)).1;
     println!("\ntip of a cantilever of {} balls after {TIMES:?} s: {truth:.6?} m", body.elements.len());
-    println!("{:>10}{:>10}{:>8}{:>10}   errors, % of the sag at rest", "", "step", "sweeps", "s of 4 s");
+    println!("{:>10}{:>10}{:>8}{:>10}   errors, % of the sag at rest", "", "step", "sweeps", "s of 2 s");
     let show = |name: &str, rate: f64, sweeps: usize, (time, sag): (f64, [f64; 3])| {
         let off: Vec<_> =
             sag.iter().zip(truth).map(|(a, b)| format!("{:8.3}", 100.0 * (a - b) / truth[2])).collect();
         println!("{name:>10}{:>10}{sweeps:>8}{time:>10.3}   {}", format!("1/{rate}"), off.join(" "));
     };
-    for rate in [2400.0, 4800.0, 9600.0, 19200.0] {
-        show("balls", rate, 1, run(balls, &settings(1.0 / rate, 4.0)));
+    for rate in [4800.0, 9600.0, 19200.0] {
+        show("balls", rate, 1, run(balls, &settings(1.0 / rate, 2.0)));
     }
-    for (rate, iterations) in [
-        (240.0, 4),
-        (960.0, 1),
-        (960.0, 4),
-        (960.0, 16),
-        (3840.0, 1),
-        (3840.0, 4),
-        (3840.0, 16),
-        (15360.0, 1),
-        (15360.0, 4),
-    ] {
-        let settings = Settings { iterations, ..settings(1.0 / rate, 4.0) };
+    for (rate, iterations) in [(960.0, 1), (3840.0, 1), (3840.0, 8), (15360.0, 1), (15360.0, 4), (61440.0, 1)]
+    {
+        let settings = Settings { iterations, ..settings(1.0 / rate, 2.0) };
         let rapier = Rapier { substep: settings.step };
         show("rapier", rate, iterations, run(&rapier, &settings));
     }

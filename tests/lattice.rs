@@ -295,3 +295,90 @@ fn the_studies_make_designs_that_are_whole_symmetric_and_not_too_large() {
         assert_eq!(again, now);
     }
 }
+
+/// One body, two models: the shapes of parts filled with balls.
+#[test]
+fn a_body_of_parts_is_filled_with_balls_that_bend_as_its_hinges_do() {
+    let text = |filling: &str| {
+        format!(
+            "grammar filled
+            use std.blocks     {{ cube }}
+            use std.actuators  {{ bender }}
+            use std.actuation  {{ bezier_pac }}
+            use std.objectives {{ travel }}
+            use std.search     {{ nested_annealing }}
+            model both {{
+              {filling}
+              step = 1 s / 1200  control = 1 s / 60  record = 1 s / 30  gravity = 9.81 m/s^2  ground_friction = 0.8
+              iterations = 10  tolerance = 0.2 %  self_collision = true  speed_limit = 10 m/s
+            }}
+            symmetry mirror xy
+            begin {{
+              place core : cube
+              place tail : bender(segments = 4) to core.back
+            }}
+            rule grow {{
+              match  p : part with free port q
+              attach cube to q
+            }}
+            require few : count(part) < 9
+            actuate  bender with bezier_pac
+            simulate both for 2 s
+            maximize travel in cm
+            search   nested_annealing"
+        )
+    };
+    let compile = |filling: &str| {
+        let mut sources = SourceMap::default();
+        let entry = sources.add(root().join("grammars/filled.sgr").to_string_lossy(), text(filling));
+        let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[], None);
+        compiled.ruleset.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics))
+    };
+    let hinged = compile("");
+    let filled =
+        compile("method = balls  filling { spacing = 5 mm  stiffness = 400 N/m  damping = 0.2 N*s/m }");
+    let bodies = [&hinged, &filled].map(|rules| Body::new(&Derivation::begin(rules).design, rules));
+    let [of_hinges, of_balls] = &bodies;
+    let mass = |body: &Body| body.assembly.elements.iter().map(|element| element.mass).sum::<f64>();
+    assert!((mass(of_hinges) - mass(of_balls)).abs() < 1e-12);
+    assert_eq!(of_hinges.actuators, of_balls.actuators);
+    let balls = &of_balls.assembly;
+    assert!(balls.joints.is_empty() && balls.elements.len() > 100, "{}", balls.elements.len());
+    // All hangs together.
+    let mut group: Vec<usize> = (0..balls.elements.len()).collect();
+    for _ in 0..balls.elements.len() {
+        for spring in &balls.springs {
+            let least = group[spring.from].min(group[spring.to]);
+            (group[spring.from], group[spring.to]) = (least, least);
+        }
+    }
+    assert!(group.iter().all(|g| *g == 0));
+    // What is above the axis of the actuator gets shorter, by its distance over the length of the actuator.
+    let length = 4.0 * 2.0 * 0.01;
+    for swelling in &balls.swellings {
+        let height = balls.elements[swelling.element].pose.translation.y;
+        assert!(
+            (swelling.gain.abs() - height.abs() / length).abs() < 0.2 * swelling.gain.abs() + 1e-9,
+            "{swelling:?} at {height}"
+        );
+        assert!(swelling.gain * height <= 0.0);
+    }
+    assert_eq!(sgc::search::solver(&filled), "balls");
+    let settings = sgc::search::settings(&filled.tasks[0].model);
+    let model = sgc::simulate::model("balls").unwrap();
+    let mut simulation = model.prepare(balls, &settings).unwrap();
+    // Half a radian: the tail's end rises, as that of the hinges does.
+    let bent = sgc::simulate::Targets { interval: 1.0, actuators: 1, angles: vec![0.0, 0.5] };
+    let motion = simulation.run(&[bent]).remove(0).unwrap();
+    let far = (0..balls.elements.len())
+        .min_by(|a, b| {
+            balls.elements[*a].pose.translation.x.total_cmp(&balls.elements[*b].pose.translation.x)
+        })
+        .unwrap();
+    let core = 0;
+    let apart = |t: f64| {
+        let at = |element: usize| motion.pose(element, t).unwrap().translation.vector;
+        at(far) - at(core)
+    };
+    assert!(apart(2.0).y > apart(0.0).y + 5e-3, "{} to {}", apart(0.0).y, apart(2.0).y);
+}

@@ -214,6 +214,22 @@ impl Design {
         })
     }
 
+    /// How many actuators there are; cells that are alike are one.
+    #[must_use]
+    pub fn actuators(&self, rules: &RuleSet) -> usize {
+        let driven = self.parts.values().filter(|part| rules.is_driven(&part.kind));
+        if rules.lattice.is_none() {
+            return driven.count();
+        }
+        let mut kinds: Vec<&IndexMap<String, Value>> = Vec::new();
+        for cell in driven {
+            if !kinds.contains(&&cell.params) {
+                kinds.push(&cell.params);
+            }
+        }
+        kinds.len()
+    }
+
     /// The parts joined to a part: its holder and those that it holds.
     #[must_use]
     pub fn neighbours(&self, id: PartId) -> Vec<PartId> {

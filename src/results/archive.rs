@@ -57,9 +57,9 @@ fn table(rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> String {
             let (from, to) = ends(descriptor, *cell);
             let _ = write!(text, ",{cell},{from},{to}");
         }
-        let parts = &best.derivation.design.parts;
-        let actuators = parts.values().filter(|p| rules.is_driven(&p.kind)).count();
-        let _ = write!(text, ",{},{},{},{actuators}", best.value, best.found_at, parts.len());
+        let design = &best.derivation.design;
+        let (parts, actuators) = (design.parts.len(), design.actuators(rules));
+        let _ = write!(text, ",{},{},{parts},{actuators}", best.value, best.found_at);
         for column in 0..rules.observed.len() {
             let value = best.observed().get(column).and_then(Option::as_ref);
             let _ = write!(text, ",{}", value.map_or(String::new(), ToString::to_string));

@@ -2,9 +2,9 @@
 //!
 //! A [`Model`] lowers an [`Assembly`] to its own bodies once; the [`Simulation`]
 //! it returns then runs as many drives of that body as wanted without
-//! allocating anew. Two solvers implement it: `articulated` (reduced
-//! coordinates, what the search uses) and `rapier` (maximal coordinates, the
-//! second opinion). This layer knows no grammar.
+//! allocating anew. Three solvers implement it: `articulated` (hinges in reduced
+//! coordinates), `balls` (soft material as balls and springs) and `rapier` (maximal
+//! coordinates, the second opinion on both). This layer knows no grammar.
 
 pub mod articulated;
 pub mod balls;
@@ -28,10 +28,10 @@ use crate::design::assembly::Assembly;
 pub use motion::{Motion, Targets};
 pub use stop::Stop;
 
-/// The numbers of a hinge simulation, in SI units; a grammar's `model` gives them.
+/// The numbers of a simulation, in SI units; a grammar's `model` gives them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Time step in s.
+    /// Time step in s. For `balls` it must be short enough for the stiffest springs, or the body is refused.
     pub step: f64,
     /// Simulated time in s.
     pub duration: f64,
@@ -42,7 +42,8 @@ pub struct Settings {
     pub gravity: f64,
     /// Coulomb coefficient of the ground.
     pub ground_friction: f64,
-    /// Sweeps of the contact solver per step, at most.
+    /// Sweeps of the contact solver per step, at most. For `balls` those of balls that touch each other: the ground
+    /// needs none.
     pub iterations: usize,
     /// A sweep that changes no impulse by more than this share of all is the last.
     pub tolerance: f64,
@@ -60,7 +61,7 @@ pub const LAST_STRETCH: f64 = 2.0;
 
 impl Settings {
     /// The same model, simulated with more care: half the step, and contacts solved
-    /// ten times as far.
+    /// ten times as far. Balls and springs take about twice as long for it.
     #[must_use]
     pub fn finer(&self) -> Self {
         Self {

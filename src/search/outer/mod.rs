@@ -462,7 +462,7 @@ impl Bodies<'_> {
         let rules = self.rules;
         let state = &self.state;
         let parts = derivation.design.parts.len();
-        let actuators = derivation.design.parts.values().filter(|p| rules.is_driven(&p.kind)).count();
+        let actuators = derivation.design.actuators(rules);
         let is_annealed = state.iteration.is_some();
         let row = Row {
             number: state.moves,

@@ -286,9 +286,8 @@ impl<K: Simd> touch::Balls for State<K> {
     }
 
     fn kick(&mut self, ball: usize, by: [f32; 3]) {
-        for axis in 0..3 {
-            self.velocity[ball][axis] += by[axis];
-        }
+        let velocity = &mut self.velocity[ball];
+        velocity.iter_mut().zip(by).for_each(|(own, by)| *own += by);
     }
 }
 

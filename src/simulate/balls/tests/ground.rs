@@ -65,7 +65,7 @@ fn who_is_not_moved_stays() {
     let motion = run(&lifted(&body, &settings, 0.0), &settings, &bodies::idle(body.actuators));
     for ball in 0..motion.bodies {
         // The first seconds are for the legs to give way.
-        let way = place(&motion, ball, 15.0) - place(&motion, ball, 3.0);
+        let way = place(&motion, ball, 15.0) - place(&motion, ball, 6.0);
         assert!(way.norm() < 1e-5, "ball {ball} crept {way}");
     }
     assert!(motion.work.iter().all(|work| *work == 0.0));
