@@ -309,7 +309,7 @@ fn a_body_of_parts_is_filled_with_balls_that_bend_as_its_hinges_do() {
             use std.search     {{ nested_annealing }}
             model both {{
               {filling}
-              step = 1 s / 1200  control = 1 s / 60  record = 1 s / 30  gravity = 9.81 m/s^2  ground_friction = 0.8
+              step = 1 s / 8000  control = 1 s / 60  record = 1 s / 30  gravity = 9.81 m/s^2  ground_friction = 0.8
               iterations = 10  tolerance = 0.2 %  self_collision = true  speed_limit = 10 m/s
             }}
             symmetry mirror xy
@@ -336,7 +336,7 @@ fn a_body_of_parts_is_filled_with_balls_that_bend_as_its_hinges_do() {
     };
     let hinged = compile("");
     let filled =
-        compile("method = balls  filling { spacing = 5 mm  stiffness = 400 N/m  damping = 0.2 N*s/m }");
+        compile("method = balls  filling { spacing = 5 mm  stiffness = 100 N/m  damping = 0.02 N*s/m }");
     let bodies = [&hinged, &filled].map(|rules| Body::new(&Derivation::begin(rules).design, rules));
     let [of_hinges, of_balls] = &bodies;
     let mass = |body: &Body| body.assembly.elements.iter().map(|element| element.mass).sum::<f64>();

@@ -110,6 +110,7 @@ pub fn scene(
         elements,
         motion,
         curves,
+        strain: rules.lattice.is_some(),
         making: making(rules, sources, &replayed.derivation),
         checks,
     })

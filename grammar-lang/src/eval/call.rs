@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Curve, EvalError, Evaluation, Result_, Value, Valve, Valves, fail, missing};
-use crate::ir::{Expr, ExprKind, Function, Shape};
+use crate::ir::{Expr, ExprKind, Function, Shape, Word};
 
 impl Function {
     /// Whether it makes a number out of numbers alone.
@@ -175,7 +175,10 @@ impl Evaluation<'_> {
             }
             F::Cell => match self.scope.call(function, &values) {
                 Some(cell) => cell,
-                None => return fail(expr, "the lattice has no such place"),
+                None if self.scope.word(Word::Middle).is_some() => {
+                    return fail(expr, "the lattice has no such place");
+                }
+                None => return Err(missing(expr)),
             },
             _ => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
         })

@@ -494,7 +494,7 @@ impl Checker<'_> {
                 Ty::Domain(_) => self.fit(e.clone(), &whole, what),
                 _ => self.fit(e.clone(), &Ty::Count, what),
             };
-            checked = c.to_vec().into_iter().chain(offsets.iter().map(offset).collect::<Vec<_>>()).collect();
+            checked = c.iter().cloned().chain(offsets.iter().map(offset).collect::<Vec<_>>()).collect();
         }
         if function == F::Count {
             checked = checked

@@ -714,7 +714,7 @@ impl<'a> Checker<'a> {
             Some((tasks, _)) => tasks.values().map(|(_, actuated)| actuated).collect(),
             None => own_actuated.iter().collect(),
         };
-        let actuated_cells: Vec<Actuated> = actuated.iter().map(|a| Actuated::clone(a)).collect();
+        let actuated_cells: Vec<Actuated> = actuated.iter().copied().cloned().collect();
         for actuated in actuated {
             self.check_actuated(actuated, &actuators, &actuations);
         }

@@ -19,7 +19,10 @@ impl Checker<'_> {
             return make(ExprKind::Local(slot), local.map_or(Ty::Unknown, |l| l.ty.clone()));
         }
         let declared = self.program.lookup(span, name).is_some();
-        if let Some(word) = Word::named(name).filter(|w| !declared || cx.stage.sees_word(*w)) {
+        let word = Word::named(name).filter(|w| !declared || cx.stage.sees_word(*w));
+        // A module on its own does not know which bodies it will meet.
+        let lattice = self.has_lattice() || self.program.name.is_none();
+        if let Some(word) = word.filter(|w| *w != Word::Middle || lattice) {
             if cx.stage.sees_word(word) {
                 return make(ExprKind::Word(word), signature::word(word));
             }
@@ -288,7 +291,9 @@ impl Checker<'_> {
                 // the modules that it imports.
                 let own = self.program.own.contains(&self.program.module_at(name.span));
                 let placed = self.placed.get(&name.text).filter(|_| own);
-                let word = Word::named(&name.text).is_some_and(|w| cx.stage.sees_word(w));
+                // Where no lattice is, nothing has a place in its middle.
+                let known = |w: &Word| *w != Word::Middle || self.has_lattice();
+                let word = Word::named(&name.text).filter(known).is_some_and(|w| cx.stage.sees_word(w));
                 placed.map(|what| Some(what.span)).or(word.then_some(None))
             });
         if let Some(place) = taken {

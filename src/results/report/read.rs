@@ -55,7 +55,7 @@ pub(crate) struct Found {
 /// How far a run is.
 #[derive(Clone, Debug)]
 pub(crate) enum Standing {
-    Complete(Finished),
+    Complete(Box<Finished>),
     /// Another process goes on with it.
     UnderWay,
     /// It can be gone on with.
@@ -245,7 +245,7 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String
     let starts = rules.as_ref().map_or_else(|_| Starts::default(), |rules| Starts::of(&rules.0));
     let moves = moves(&path.join(EVALS), finished.is_none(), starts)?;
     let standing = match (finished, asker) {
-        (Some(finished), _) => Standing::Complete(finished),
+        (Some(finished), _) => Standing::Complete(Box::new(finished)),
         (None, Asker::Going) if moves.is_empty() => Standing::Waiting,
         (None, Asker::Going) => Standing::UnderWay,
         (None, Asker::Anybody) if is_locked(&path.join(RUN)) => Standing::UnderWay,

@@ -42,6 +42,9 @@ pub struct Data {
     pub actuators: usize,
     /// What elements look like, each look once.
     pub looks: Vec<Look>,
+    /// Whether bends are strains, not angles.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub strain: bool,
     /// The elements that have a placement.
     pub elements: Vec<Part>,
     /// The elements at rest, as the design grew.
@@ -123,6 +126,7 @@ pub fn data(scene: &Scene) -> Data {
         frames: kept.len(),
         bodies: motion.bodies,
         actuators,
+        strain: scene.strain,
         looks: looks.list,
         elements,
         pieces,

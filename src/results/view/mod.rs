@@ -37,6 +37,8 @@ pub struct Scene {
     pub motion: Motion,
     /// One curve per actuator, in the order of the actuators of [`Motion::bends`].
     pub curves: Vec<Curve>,
+    /// Whether actuators are strained, not bent: then bends and targets are shares of a size.
+    pub strain: bool,
     /// How the design was made.
     pub making: Making,
     /// What other models or settings say about the same design.

@@ -156,6 +156,7 @@ pub(super) fn walker() -> Scene {
         elements,
         motion,
         curves: (0..2).map(curve).collect(),
+        strain: false,
         making: grown(&elements_of_making),
         checks: vec![
             Check { name: "half the time step".to_owned(), text: "38.0 cm (−0.5 %)".to_owned(), ok: true },

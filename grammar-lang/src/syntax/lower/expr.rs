@@ -217,7 +217,7 @@ impl Lowering<'_> {
                 _ => {}
             }
         }
-        if !quantifier && (body.is_none() != (how == Gather::Count)) {
+        if !quantifier && how != Gather::Clusters && (body.is_none() != (how == Gather::Count)) {
             let (message, help) = if how == Gather::Count {
                 ("`count over` takes no `of`", "`count over x in xs where condition` counts the items")
             } else {

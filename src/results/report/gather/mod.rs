@@ -56,7 +56,7 @@ pub(crate) mod tests {
                 sources: Vec::new(),
             },
             rules: Err("there is none".to_owned()),
-            standing: Standing::Complete(Finished {
+            standing: Standing::Complete(Box::new(Finished {
                 grammar: "tiny".to_owned(),
                 seed,
                 value: last.best,
@@ -67,7 +67,7 @@ pub(crate) mod tests {
                 invalid: std::collections::BTreeMap::new(),
                 unstable: 0,
                 end: "the evaluations are spent".to_owned(),
-            }),
+            })),
             moves,
             design: None,
             sittings: None,

@@ -8,10 +8,10 @@ function make(tag, className, ...children) {
   return node;
 }
 
-/** An angle in rad as whole degrees. */
-function degrees(angle) {
-  const whole = Math.round((angle * 180) / Math.PI);
-  return String(whole === 0 ? 0 : whole).replace("-", "\u2212") + "\u00b0";
+/** An angle in rad as whole degrees, or a strain as per cent. */
+function shown(bend, strain) {
+  const whole = Math.round(strain ? bend * 100 : (bend * 180) / Math.PI);
+  return String(whole === 0 ? 0 : whole).replace("-", "\u2212") + (strain ? " %" : "\u00b0");
 }
 
 class Curves {
@@ -94,7 +94,7 @@ class Curves {
       times.append(tick);
     }
     // What the height of every lane stands for.
-    const scale = make("span", "", `${degrees(this.low)} to ${degrees(this.high)}`);
+    const scale = make("span", "", `${shown(this.low, this.recording.strain)} to ${shown(this.high, this.recording.strain)}`);
     const key = make("div", "key", make("span", "", make("i", "t"), "target"), make("span", "", make("i", "a"), "actual"));
     return make("div", "ticks", scale, times, key);
   }
@@ -105,8 +105,8 @@ class Curves {
     const part = recording.duration > 0 ? (100 * t) / recording.duration : 0;
     for (const { curve, now, target, actual } of this.lanes) {
       now.style.left = `${part}%`;
-      target.textContent = curve.targets.length ? degrees(recording.target(curve, t)) : "";
-      actual.textContent = curve.bend.length ? degrees(recording.between(curve.bend, place)) : "";
+      target.textContent = curve.targets.length ? shown(recording.target(curve, t), recording.strain) : "";
+      actual.textContent = curve.bend.length ? shown(recording.between(curve.bend, place), recording.strain) : "";
     }
   }
 

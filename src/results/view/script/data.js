@@ -37,7 +37,7 @@ function looking(elements, looks) {
 /** A recording that can be asked for the pose of any element at any time. */
 class Recording {
   constructor(data, channels) {
-    Object.assign(this, { interval: data.interval, duration: data.duration, frames: data.frames, elements: looking(data.elements, data.looks) });
+    Object.assign(this, { interval: data.interval, duration: data.duration, frames: data.frames, strain: !!data.strain, elements: looking(data.elements, data.looks) });
     [this.x, this.y, this.z, this.turn, this.bends] = channels;
     this.curves = data.curves.map((curve, i) => ({ ...curve, targets: channels[5 + i][0] || [], bend: this.bends[i] || [] }));
     this.pose = new Float32Array(7);
