@@ -10,9 +10,9 @@ use grammar_lang::source::{Source, World};
 pub const LIBRARY: &[(&str, &str)] = &[
     ("std.actuation", include_str!("../std-rules/actuation.sgr")),
     ("std.actuators", include_str!("../std-rules/actuators.sgr")),
-    ("std.lattice", include_str!("../std-rules/lattice.sgr")),
     ("std.blocks", include_str!("../std-rules/blocks.sgr")),
     ("std.gaits", include_str!("../std-rules/gaits.sgr")),
+    ("std.lattice", include_str!("../std-rules/lattice.sgr")),
     ("std.models", include_str!("../std-rules/models.sgr")),
     ("std.novelty", include_str!("../std-rules/novelty.sgr")),
     ("std.objectives", include_str!("../std-rules/objectives.sgr")),
