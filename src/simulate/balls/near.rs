@@ -1,18 +1,24 @@
-//! Which balls may come to touch: pairs that no spring joins, found anew only when balls have come
+//! Which balls may come to touch: pairs that nothing holds apart, found anew only when balls have come
 //! closer than a margin.
+//!
+//! Balls that a spring joins do not touch, nor do those that are joined to the same ball and lie within the margin
+//! at rest, as across a corner of a lattice: to meet they would have to squeeze those springs by two fifths.
 
 use super::touch::Touch;
 use crate::simulate::lattice::Lattice;
 
-/// The margin, as a share of the mean diameter: less than what lies between balls of a lattice at rest.
-const MARGIN: f32 = 0.4;
+/// The margin, as a share of the mean diameter: less than what lies at rest between balls of a lattice that are
+/// two places apart.
+const MARGIN: f32 = 0.8;
 /// Between two looks at how far balls have moved, steps.
-pub(super) const LOOK: usize = 8;
+pub(super) const LOOK: usize = 4;
 
 /// Pairs that are close, and when to look again.
 pub(super) struct Near {
-    /// Those that each ball is joined to by a spring.
-    joined: Vec<Vec<usize>>,
+    /// How many balls there are.
+    count: usize,
+    /// Whether two balls are held apart: a bit for each pair.
+    apart: Vec<u64>,
     margin: f32,
     /// Where balls were when pairs were found, m.
     then: Vec<[f32; 3]>,
@@ -22,15 +28,39 @@ pub(super) struct Near {
 impl Near {
     /// Before anything has been found.
     pub(super) fn new(lattice: &Lattice) -> Self {
-        let mut joined = vec![Vec::new(); lattice.balls.len()];
+        let count = lattice.balls.len();
+        let mut joined = vec![Vec::new(); count];
         for link in &lattice.links {
             let [from, to] = link.ends;
             joined[from].push(to);
             joined[to].push(from);
         }
         let mean: f64 = lattice.balls.iter().map(|ball| 2.0 * ball.radius).sum::<f64>();
-        let margin = MARGIN * (mean / lattice.balls.len() as f64) as f32;
-        Self { joined, margin, then: Vec::new(), order: (0..lattice.balls.len()).collect() }
+        let margin = MARGIN * (mean / count as f64) as f32;
+        let apart = vec![0; (count * count).div_ceil(64)];
+        let mut near = Self { count, apart, margin, then: Vec::new(), order: (0..count).collect() };
+        for (ball, others) in joined.iter().enumerate() {
+            for &other in others {
+                near.hold_apart(ball, other);
+                for &third in joined[other].iter().filter(|third| **third != ball) {
+                    let (a, b) = (&lattice.balls[ball], &lattice.balls[third]);
+                    if (a.centre - b.centre).norm() < a.radius + b.radius + f64::from(margin) {
+                        near.hold_apart(ball, third);
+                    }
+                }
+            }
+        }
+        near
+    }
+
+    fn hold_apart(&mut self, a: usize, b: usize) {
+        let bit = a * self.count + b;
+        self.apart[bit / 64] |= 1 << (bit % 64);
+    }
+
+    fn are_apart(&self, a: usize, b: usize) -> bool {
+        let bit = a * self.count + b;
+        self.apart[bit / 64] >> (bit % 64) & 1 == 1
     }
 
     /// Forgets what was found.
@@ -76,7 +106,7 @@ impl Near {
         radius: impl Fn(usize) -> f32,
         into: &mut Vec<Touch>,
     ) {
-        let count = self.joined.len();
+        let count = self.count;
         self.then.clear();
         self.then.extend((0..count).map(place));
         let then = &self.then;
@@ -88,14 +118,24 @@ impl Near {
         self.order.sort_by(|&a, &b| then[a][axis].total_cmp(&then[b][axis]).then(a.cmp(&b)));
         let widest = (0..count).map(&radius).fold(0.0, f32::max);
         let known = std::mem::take(into);
+        // In sequences of numbers, so that the processor compares several at once.
+        let column = |axis: usize| self.order.iter().map(|&ball| then[ball][axis]).collect::<Vec<f32>>();
+        let (x, y, z) = (column(axis), column((axis + 1) % 3), column((axis + 2) % 3));
+        let reach: Vec<f32> = self.order.iter().map(|&ball| radius(ball) + self.margin / 2.0).collect();
+        let mut close: Vec<bool> = Vec::new();
         for (n, &a) in self.order.iter().enumerate() {
-            for &b in &self.order[n + 1..] {
-                if then[b][axis] - then[a][axis] > 2.0 * widest + self.margin {
-                    break;
-                }
-                let (way, reach) = (sub(then[b], then[a]), radius(a) + radius(b) + self.margin);
-                if dot(way, way) < reach * reach && !self.joined[a].contains(&b) {
-                    into.push(Touch::between(a.min(b), a.max(b)));
+            let after = n + 1;
+            let end = after + x[after..].partition_point(|x2| x2 - x[n] <= 2.0 * widest + self.margin);
+            let (columns, reach2) =
+                (x[after..end].iter().zip(&y[after..end]).zip(&z[after..end]), &reach[after..end]);
+            close.clear();
+            close.extend(columns.zip(reach2).map(|(((x2, y2), z2), reach2)| {
+                let (dx, dy, dz, far) = (x2 - x[n], y2 - y[n], z2 - z[n], reach[n] + reach2);
+                dx * dx + dy * dy + dz * dz < far * far
+            }));
+            for (b, _) in self.order[after..end].iter().zip(&close).filter(|(_, close)| **close) {
+                if !self.are_apart(a, *b) {
+                    into.push(Touch::between(a.min(*b), a.max(*b)));
                 }
             }
         }
