@@ -378,7 +378,7 @@ fn a_body_of_parts_is_filled_with_balls_that_bend_as_its_hinges_do() {
     let direction = |from: usize, to: usize| {
         let at = |ball: usize| motion.pose(ball, 2.0).unwrap().translation.vector;
         let way = at(to) - at(from);
-        way.y.atan2(way.x)
+        libm::atan2(way.y, way.x)
     };
     // From the core backwards it rises: from its end forwards it falls.
     let turned = direction(*front, *tip) - direction(*far, *end);
