@@ -84,6 +84,33 @@ fn regions_are_cut_at_the_grid_and_later_effects_overwrite_earlier_ones() {
     example(&rules);
 }
 
+/// What is far too large ends soon, and says why.
+#[test]
+fn endless_regions_are_cut_and_endless_repetitions_refused() {
+    let rules = rules(
+        "lattice 5 x 4 x 3 of gel
+        begin { fill middle with gel }
+        rule all {
+          match c : cell
+          fill  region(c, -1000000 .. 1000000, -1000000 .. 1000000, -1000000 .. 1000000) with gel(side = 1)
+        }
+        rule often {
+          match c : cell
+          fill  region(c, i, 0, 0) with gel(side = 1) for i in 0 .. 1000000000
+        }
+        example x {
+          step s = all(c = middle)
+          expect count(cell) == 60
+        }",
+    );
+    let derivation = example(&rules);
+    let often = rules.rules.iter().find(|rule| rule.name == "often").unwrap();
+    let cell = *derivation.design.parts.keys().next().unwrap();
+    let locals = [grammar_lang::eval::Value::Reference(grammar_lang::eval::Reference::Part(cell))];
+    let refused = derivation.apply(&rules, often, &locals).unwrap_err();
+    assert!(refused.reason.contains("more than 1000 values"), "{}", refused.reason);
+}
+
 #[test]
 fn effects_are_repeated_for_values() {
     let rules = rules(

@@ -251,6 +251,9 @@ impl Derivation {
     }
 }
 
+/// For how many values an effect may be repeated: more than any lattice has places along a side.
+const MOST: usize = 1000;
+
 /// Fills, paints or clears places, once for everything that it is repeated for.
 fn paint(
     design: &mut Design,
@@ -262,6 +265,10 @@ fn paint(
 ) -> Result<Result<(), Refusal>, EvalError> {
     if let Some((binder, rest)) = over.split_first() {
         let values: Vec<Value> = match evaluate(&binder.over, scope, locals)? {
+            Value::Domain(domain) if domain.count() > MOST => {
+                let reason = format!("these are more than {MOST} values to repeat an effect for");
+                return Err(EvalError { span: binder.over.span, reason });
+            }
             Value::Domain(domain) => domain.items().collect(),
             list => list.items().to_vec(),
         };

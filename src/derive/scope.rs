@@ -112,7 +112,8 @@ impl DesignScope<'_> {
             }
             Function::Region => {
                 let [from, x, y, z] = arguments else { return None };
-                let (from, [x, y, z]) = (part(from)?, [offsets(x)?, offsets(y)?, offsets(z)?]);
+                let [nx, ny, nz] = lattice.sides;
+                let (from, [x, y, z]) = (part(from)?, [offsets(x, nx)?, offsets(y, ny)?, offsets(z, nz)?]);
                 let mut places = Vec::new();
                 for z in z {
                     for y in y.clone() {
@@ -131,11 +132,8 @@ impl DesignScope<'_> {
     }
 }
 
-/// Further than this no lattice reaches.
-const FAR: f64 = 1e6;
-
-/// Offsets along one side: one number, or all of a range.
-fn offsets(value: &Value) -> Option<std::ops::RangeInclusive<i64>> {
+/// Offsets along one side: one number, or all of a range. Further than the side is long none leads anywhere.
+fn offsets(value: &Value, side: usize) -> Option<std::ops::RangeInclusive<i64>> {
     let (low, high) = match value {
         Value::Number(x) => (*x, *x),
         Value::Domain(domain) => match &**domain {
@@ -144,7 +142,8 @@ fn offsets(value: &Value) -> Option<std::ops::RangeInclusive<i64>> {
         },
         _ => return None,
     };
-    Some(low.clamp(-FAR, FAR) as i64..=high.clamp(-FAR, FAR) as i64)
+    let far = side as f64;
+    Some(low.clamp(-far, far) as i64..=high.clamp(-far, far) as i64)
 }
 
 fn cell(id: PartId) -> Value {
