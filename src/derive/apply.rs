@@ -169,8 +169,14 @@ impl Derivation {
                 }
                 Effect::Cells(cells) => {
                     let depth = locals.len();
-                    let done =
-                        paint(&mut next.design, rules, cells, &cells.over, (&scope, &mut locals), step)?;
+                    let done = paint(
+                        &mut next.design,
+                        rules,
+                        cells,
+                        &cells.over,
+                        (&scope, &mut locals),
+                        (step, MOST),
+                    )?;
                     locals.truncate(depth);
                     done.map(|()| None)
                 }
@@ -251,7 +257,7 @@ impl Derivation {
     }
 }
 
-/// For how many values an effect may be repeated: more than any lattice has places along a side.
+/// How often an effect may be repeated, all its binders together.
 const MOST: usize = 1000;
 
 /// Fills, paints or clears places, once for everything that it is repeated for.
@@ -261,22 +267,23 @@ fn paint(
     cells: &Cells,
     over: &[Binder],
     (scope, locals): (&DesignScope<'_>, &mut Vec<Value>),
-    step: u64,
+    (step, room): (u64, usize),
 ) -> Result<Result<(), Refusal>, EvalError> {
     if let Some((binder, rest)) = over.split_first() {
         let values: Vec<Value> = match evaluate(&binder.over, scope, locals)? {
-            Value::Domain(domain) if domain.count() > MOST => {
-                let reason = format!("these are more than {MOST} values to repeat an effect for");
+            Value::Domain(domain) if domain.count() > room => {
+                let reason = format!("an effect is repeated more than {MOST} times");
                 return Err(EvalError { span: binder.over.span, reason });
             }
             Value::Domain(domain) => domain.items().collect(),
             list => list.items().to_vec(),
         };
+        let room = room / values.len().max(1);
         for value in values {
             locals.truncate(binder.slot);
             locals.resize(binder.slot, Value::Bool(false));
             locals.push(value);
-            if let Err(refusal) = paint(design, rules, cells, rest, (scope, locals), step)? {
+            if let Err(refusal) = paint(design, rules, cells, rest, (scope, locals), (step, room))? {
                 return Ok(Err(refusal));
             }
         }
