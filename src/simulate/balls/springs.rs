@@ -101,18 +101,19 @@ impl<K: Simd> Springs<K> {
     }
 
     /// Gives the springs of a class a strain. Returns what it takes for each unit of strain, J, as the sums over
-    /// the springs that resist and over those that help. The force is that of the last pull: so are its
-    /// kicks, and what its sums owe to the trapezoidal rule is only at the ends.
+    /// the springs that resist and over those that help. The force is that of the middle of the change at the lengths
+    /// of the last pull, so that a strain that comes all at once takes what the springs then hold.
     #[inline(always)]
     pub(super) fn strain(&mut self, kit: K, class: Range<usize>, strain: f32) -> [f64; 2] {
         let none = f32x4::splat(kit, 0.0);
-        let grown = f32x4::splat(kit, 1.0 + strain);
+        let (half, grown) = (f32x4::splat(kit, 0.5), f32x4::splat(kit, 1.0 + strain));
         let (mut against, mut along) = (none, none);
         for (four, unstrained) in self.fours[class.clone()].iter_mut().zip(&self.unstrained[class]) {
-            let push = four.stiffness * (four.rest - four.length) * *unstrained;
+            let rest = *unstrained * grown;
+            let push = four.stiffness * ((four.rest + rest) * half - four.length) * *unstrained;
             against += push.max(none);
             along += push.min(none);
-            four.rest = *unstrained * grown;
+            four.rest = rest;
         }
         let sum = |v: f32x4<K>| (0..4).map(|n| f64::from(v[n])).sum();
         [sum(against), sum(along)]

@@ -96,6 +96,21 @@ fn lifting_a_ball_is_work() {
     }
 }
 
+/// A spring whose length at rest jumps holds what the jump has put in, no more and no less.
+#[test]
+fn a_strain_that_jumps_is_work() {
+    let settings = Settings { gravity: 0.0, ..lattice_settings(0.2) };
+    let mut body = row(2, PITCH);
+    body.springs.push(Spring { from: 0, to: 1, stiffness: STIFFNESS, damping: 0.0 });
+    body.swellings.push(Swelling { element: 1, actuator: 0, gain: 1.0 });
+    body.actuators = 1;
+    let body = lifted(&body, &settings, 1.0);
+    let drive = crate::simulate::Targets { interval: 1.0, actuators: 1, angles: vec![0.3, 0.3] };
+    let work = run(&body, &settings, &drive).work[0];
+    let expected = 0.5 * STIFFNESS * (0.5 * 0.3 * PITCH).powi(2);
+    assert!((work / expected - 1.0).abs() < 1e-4, "{work} J, not {expected}");
+}
+
 /// What stands on the ground rises as it swells, and no energy is missed.
 #[test]
 fn a_ball_swells_upwards() {
