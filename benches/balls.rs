@@ -15,10 +15,30 @@ use sgc::simulate::{Model, Motion, Settings, Targets, model};
 
 /// Distance between balls, m.
 const PITCH: f64 = 0.01;
-/// Springs of flesh and bone: N/m; damping over stiffness: s.
+/// Springs of flesh, N/m; of material that is not told, damping over stiffness, s.
 const FLESH: f64 = 100.0;
-const BONE: f64 = 1000.0;
 const LAG: f64 = 2e-4;
+
+/// What a body is made of.
+#[derive(Clone, Copy)]
+struct Material {
+    name: &'static str,
+    /// Stiffness of trunk and legs, N/m.
+    stiffness: [f64; 2],
+    /// N s/m for each N/m.
+    lag: f64,
+    /// Of a ball, kg.
+    mass: f64,
+    /// Steps in a second: one for evaluations, one twice as fine.
+    rate: f64,
+}
+
+/// The rigid and the firm silicone of `std.lattice`.
+const SILICONE: Material =
+    Material { name: "silicone", stiffness: [600.0, 250.0], lag: 2e-4, mass: 1e-3, rate: 2400.0 };
+/// Bones that carry light legs.
+const BONE: Material =
+    Material { name: "bone", stiffness: [1000.0, FLESH], lag: LAG, mass: 5e-4, rate: 4800.0 };
 
 fn main() {
     let rounds = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(3);
@@ -26,8 +46,8 @@ fn main() {
     cantilever(rounds);
 }
 
-/// A trunk of bone on four legs of flesh, bent to and fro.
-fn quadruped(trunk: [i32; 3], leg: [i32; 3]) -> (Assembly, Targets) {
+/// A trunk on four softer legs, bent to and fro.
+fn quadruped(material: Material, trunk: [i32; 3], leg: [i32; 3]) -> (Assembly, Targets) {
     let [length, height, width] = trunk;
     let mut cells = cells([0, leg[1], 0], trunk);
     assert!(height > 0);
@@ -35,7 +55,10 @@ fn quadruped(trunk: [i32; 3], leg: [i32; 3]) -> (Assembly, Targets) {
     let feet: Vec<_> =
         ends(length, leg[0]).into_iter().flat_map(|x| ends(width, leg[2]).map(|z| [x, 0, z])).collect();
     feet.iter().for_each(|foot| cells.extend(self::cells(*foot, leg)));
-    let mut body = lattice(&cells, |cell| if cell[1] >= leg[1] { BONE } else { FLESH });
+    let Material { stiffness: [hard, soft], lag, mass, .. } = material;
+    let mut body = lattice(&cells, |cell| if cell[1] >= leg[1] { hard } else { soft });
+    body.elements.iter_mut().for_each(|ball| ball.mass = mass);
+    body.springs.iter_mut().for_each(|spring| spring.damping = lag * spring.stiffness);
     for (element, cell) in cells.iter().enumerate() {
         let within = |foot: &[i32; 3]| {
             cell[1] < leg[1]
@@ -105,12 +128,14 @@ fn timed(work: impl FnOnce()) -> (f64, f64) {
 fn evaluations(rounds: usize) {
     println!("s of processor time for 15 s of a quadruped, the least of {rounds} rounds");
     println!(
-        "{:>7}{:>9}{:>9}{:>9}{:>15}{:>10}",
-        "balls", "springs", "step", "self", "one thread", "two at once"
+        "{:>10}{:>7}{:>9}{:>9}{:>9}{:>13}{:>13}",
+        "material", "balls", "springs", "step", "self", "one thread", "two at once"
     );
-    for (trunk, leg) in [([9, 3, 5], [2, 7, 2]), ([13, 3, 9], [4, 8, 2])] {
-        let (body, drive) = quadruped(trunk, leg);
-        for (rate, self_collision) in [(4800.0, true), (9600.0, true), (4800.0, false)] {
+    let sizes = [([9, 3, 5], [2, 7, 2]), ([13, 3, 9], [4, 8, 2])];
+    for (material, (trunk, leg)) in [SILICONE, BONE].into_iter().flat_map(|m| sizes.map(|size| (m, size))) {
+        let (body, drive) = quadruped(material, trunk, leg);
+        let rate = material.rate;
+        for (rate, self_collision) in [(rate, true), (2.0 * rate, true), (rate, false)] {
             let settings = Settings { self_collision, ..settings(1.0 / rate, 15.0) };
             let run = || {
                 let mut simulation = model("balls").unwrap().prepare(&body, &settings).unwrap();
@@ -125,7 +150,8 @@ fn evaluations(rounds: usize) {
                 two = two.min(timed(both).1);
             }
             println!(
-                "{:>7}{:>9}{:>9}{:>9}{one:>15.3}{:>9.2}x",
+                "{:>10}{:>7}{:>9}{:>9}{:>9}{one:>13.3}{:>12.2}x",
+                material.name,
                 body.elements.len(),
                 body.springs.len(),
                 format!("1/{rate}"),

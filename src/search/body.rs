@@ -27,6 +27,8 @@ pub(super) struct Tasks<'a> {
     /// Curves to begin with, by task; none where they are drawn at random.
     pub(super) warm: Vec<Parameters>,
     pub(super) bounds: Bounds<'a>,
+    /// The best of the run, where more is better: a body that is not tuned and comes to no more is not checked.
+    pub(super) known: f64,
     /// The loop of the task at hand, once it is needed.
     pub(super) tuner: Option<Tuner<'a>>,
 }
@@ -76,7 +78,7 @@ impl<'a> Tasks<'a> {
                     &self.derivation,
                     (self.seed, stream),
                     self.warm.get(body.done),
-                    self.bounds,
+                    (self.bounds, self.known),
                 )?)
             }
         };

@@ -45,6 +45,8 @@ pub(super) struct Tuner<'a> {
     /// Curves to begin with, if not with random ones.
     warm: Option<Parameters>,
     bounds: Bounds<'a>,
+    /// What a value must exceed to be of use beyond this body.
+    known: f64,
 }
 
 impl<'a> Tuner<'a> {
@@ -55,13 +57,13 @@ impl<'a> Tuner<'a> {
         derivation: &Arc<Derivation>,
         (seed, name): (u64, String),
         warm: Option<&Parameters>,
-        bounds: Bounds<'a>,
+        (bounds, known): (Bounds<'a>, f64),
     ) -> Result<Self, Failure> {
         let evaluator = Evaluator::new(rules, task, (model, cache), Arc::clone(derivation), pool)?;
         let forecast = Forecast::new(&evaluator, bounds.lanes);
         let warm = warm.filter(|warm| evaluator.drive.fits(warm)).cloned();
         let derivation = Arc::clone(derivation);
-        Ok(Self { rules, task, derivation, evaluator, forecast, seed, name, warm, bounds })
+        Ok(Self { rules, task, derivation, evaluator, forecast, seed, name, warm, bounds, known })
     }
 
     fn stream(&self, what: &str) -> Stream {
@@ -135,7 +137,8 @@ impl<'a> Tuner<'a> {
 
     /// Counts an evaluation and keeps it if it is the best. A best must hold its
     /// value at half the step; what does not is no candidate at all, or the
-    /// search would go and live on an error of the simulation. None if that was stopped: then
+    /// search would go and live on an error of the simulation. Where nothing is tuned, it must only if it is the best of
+    /// the run, too: others are steps on a way. None if that was stopped: then
     /// nothing is counted.
     fn count(
         &mut self,
@@ -161,7 +164,8 @@ impl<'a> Tuner<'a> {
         }
         let mut half_step = None;
         // Where more is better, a value that is not positive has nothing to lose.
-        if self.is_actuated() && (fitness > 0.0 || !self.task.objective.maximize) {
+        let can_lose = self.is_actuated() && (fitness > 0.0 || !self.task.objective.maximize);
+        if can_lose && (self.schedule().is_some() || fitness > self.known) {
             let Some(half) = self.evaluator.at_half_step(self.bounds.stop, candidate) else {
                 return Ok(None);
             };

@@ -208,6 +208,7 @@ pub fn tune_body(
         name: "body".to_owned(),
         warm: Vec::new(),
         bounds: Bounds::new(limits, stop),
+        known: f64::NEG_INFINITY,
         tuner: None,
     };
     let (mut body, mut spent) = (Body::default(), 0);
@@ -350,7 +351,11 @@ impl Bodies<'_> {
     /// Tunes the body that is being tried, and judges it.
     fn try_body(&mut self) -> Result<Option<End>, Failure> {
         let Some(trial) = &self.state.trial else { return Ok(None) };
+        // An archive has a best for each kind of design, and of several tasks none knows what the rest are worth.
+        let one_best = self.rules.search.outer.archive.is_none() && self.rules.tasks.len() == 1;
+        let best = self.state.best.as_ref().map(|best| best.value).filter(|_| one_best);
         let mut tasks = Tasks {
+            known: self.fitness(best),
             rules: self.rules,
             model: self.model,
             cache: &self.cache,
