@@ -404,6 +404,46 @@ fn the_best_of_each_kind_is_kept() {
     assert!(accepted > 3, "{log:#?}");
 }
 
+/// Evaluations and best value after each move, and the move's value.
+#[derive(Default)]
+struct Spent(Vec<(u64, Option<f64>, Option<f64>)>);
+
+impl Observer for Spent {
+    fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
+    fn moved(&mut self, row: &Row) -> Result<(), String> {
+        self.0.push((row.evaluations, row.best, row.value));
+        Ok(())
+    }
+    fn improved(&mut self, _: &Best) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+#[test]
+fn bodies_with_fixed_curves_are_checked_only_if_they_would_be_the_best() {
+    let mut texts = texts();
+    let text = texts["grammars/morphology.sgr"].replace("for 20 s", "for 2 s");
+    texts.insert("grammars/morphology.sgr".into(), text);
+    let rules = compile_texts(&texts, "grammars/morphology.sgr").unwrap();
+    let limits =
+        Limits { seed: 1, jobs: 1, max_evaluations: Some(120), lanes: None, gives_up: true, deadline: None };
+    let model = simulate::model("articulated").unwrap();
+    let (flag, mut spent) = (AtomicBool::new(false), Spent::default());
+    run(&rules, Derivation::begin(&rules), model, &limits, &flag, &mut spent).unwrap();
+    let (mut checked, mut others) = (0, 0);
+    for pair in spent.0.windows(2) {
+        let [(before, best, _), (after, new_best, value)] = pair else { unreachable!() };
+        if new_best > best {
+            assert_eq!(after - before, 2, "a new best is simulated twice: {pair:?}");
+            checked += 1;
+        } else if value.is_some_and(|value| value > 0.0) {
+            assert_eq!(after - before, 1, "what is no best is simulated once: {pair:?}");
+            others += 1;
+        }
+    }
+    assert!(checked > 1 && others > 20, "{checked} bests and {others} others");
+}
+
 #[test]
 fn a_batch_that_was_given_up_leaves_no_trace() {
     // Sittings end in the middle of simulations.

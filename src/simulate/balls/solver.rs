@@ -151,7 +151,8 @@ impl<K: Simd> Solver<K> {
             if ball.mass.is_finite() { ball.mass * self.lattice.gravity.dot(&place) } else { 0.0 }
         };
         let fallen: f64 = self.lattice.balls.iter().zip(self.state.at.iter()).map(falling).sum();
-        self.springs.energy() - fallen - self.swell.balance
+        let work = self.swell.balance + self.swell.pending(|class| self.springs.push(class));
+        self.springs.energy() - fallen - work
     }
 
     /// What is wrong with the balls, if the squares of all speeds come to so much.

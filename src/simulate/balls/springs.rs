@@ -34,6 +34,14 @@ pub(super) struct Four<K: Simd> {
     length: f32x4<K>,
 }
 
+impl<K: Simd> Four<K> {
+    /// What each unit of strain takes, J.
+    #[inline(always)]
+    fn push(&self, unstrained: f32x4<K>) -> f32x4<K> {
+        self.stiffness * (self.rest - self.length) * unstrained
+    }
+}
+
 /// All springs, class by class, each class filled up with springs that do nothing.
 pub(super) struct Springs<K: Simd> {
     fours: Vec<Four<K>>,
@@ -101,22 +109,27 @@ impl<K: Simd> Springs<K> {
     }
 
     /// Gives the springs of a class a strain. Returns what it takes for each unit of strain, J, as the sums over
-    /// the springs that resist and over those that help. The force is that of the middle of the change at the lengths
-    /// of the last pull, so that a strain that comes all at once takes what the springs then hold.
+    /// the springs that resist and over those that help, before the change.
     #[inline(always)]
     pub(super) fn strain(&mut self, kit: K, class: Range<usize>, strain: f32) -> [f64; 2] {
         let none = f32x4::splat(kit, 0.0);
-        let (half, grown) = (f32x4::splat(kit, 0.5), f32x4::splat(kit, 1.0 + strain));
+        let grown = f32x4::splat(kit, 1.0 + strain);
         let (mut against, mut along) = (none, none);
         for (four, unstrained) in self.fours[class.clone()].iter_mut().zip(&self.unstrained[class]) {
-            let rest = *unstrained * grown;
-            let push = four.stiffness * ((four.rest + rest) * half - four.length) * *unstrained;
+            let push = four.push(*unstrained);
             against += push.max(none);
             along += push.min(none);
-            four.rest = rest;
+            four.rest = *unstrained * grown;
         }
         let sum = |v: f32x4<K>| (0..4).map(|n| f64::from(v[n])).sum();
         [sum(against), sum(along)]
+    }
+
+    /// What each unit of strain takes of the springs of a class, J, at the last pull.
+    pub(super) fn push(&self, class: Range<usize>) -> f64 {
+        let fours = self.fours[class.clone()].iter().zip(&self.unstrained[class]);
+        let sum = |v: f32x4<K>| (0..4).map(|n| f64::from(v[n])).sum::<f64>();
+        fours.map(|(four, unstrained)| sum(four.push(*unstrained))).sum()
     }
 
     /// Elastic energy at the last pull, J.

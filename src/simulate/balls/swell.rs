@@ -23,8 +23,9 @@ struct Swollen {
 pub(super) struct Swell {
     /// What is asked for at the end of this step.
     pub(super) targets: Vec<f64>,
-    /// What was asked for at the end of the last.
+    /// What was asked for at the end of the last, and of the one before.
     before: Vec<f64>,
+    earlier: Vec<f64>,
     springs: Vec<Strained>,
     balls: Vec<Swollen>,
     /// Positive work of each actuator, J.
@@ -50,38 +51,53 @@ impl Swell {
         }
         let none = vec![0.0; lattice.actuators];
         let springs = classes.iter().zip(fours).map(strained).filter(|s| !s.gains.is_empty()).collect();
-        Self { targets: none.clone(), before: none.clone(), springs, balls, work: none, balance: 0.0 }
+        let [targets, before, earlier] = [(); 3].map(|()| none.clone());
+        Self { targets, before, earlier, springs, balls, work: none, balance: 0.0 }
     }
 
     /// Back to rest.
     pub(super) fn reset(&mut self) {
-        for all in [&mut self.targets, &mut self.before, &mut self.work] {
+        for all in [&mut self.targets, &mut self.before, &mut self.earlier, &mut self.work] {
             all.fill(0.0);
         }
         self.balance = 0.0;
     }
 
-    /// Whether anything has changed since the last step.
+    /// Whether anything changes, or its last change has not been booked.
     pub(super) fn changes(&self) -> bool {
-        self.targets != self.before
+        self.targets != self.before || self.before != self.earlier
     }
 
     /// Hands the springs whose strain has changed and their strain to a function that says what that takes, J for each unit
-    /// of strain, by those that resist and those that help.
+    /// of strain, by those that resist and those that help. A change costs the mean of the force before it and of
+    /// that after it, in the next step: with undamped springs the books then balance exactly, even where a strain comes all at once.
     #[inline(always)]
     pub(super) fn strain(&mut self, mut apply: impl FnMut(Range<usize>, f32) -> [f64; 2]) {
         for class in &self.springs {
-            let changes = |gain: &(usize, f64)| self.targets[gain.0] != self.before[gain.0];
+            let changes = |&(actuator, _): &(usize, f64)| {
+                let [now, before] = [&self.targets, &self.before].map(|all| all[actuator]);
+                now != before || before != self.earlier[actuator]
+            };
             if !class.gains.iter().any(changes) {
                 continue;
             }
             let pushes = apply(class.fours.clone(), strain(&class.gains, &self.targets));
             for &(actuator, gain) in &class.gains {
-                let change = gain * (self.targets[actuator] - self.before[actuator]);
+                let change = 0.5 * gain * (self.targets[actuator] - self.earlier[actuator]);
                 self.work[actuator] += (change * pushes[0]).max(change * pushes[1]).max(0.0);
                 self.balance += change * (pushes[0] + pushes[1]);
             }
         }
+    }
+
+    /// The work of the last change that is not booked yet, J, from a function that says what a unit of strain takes of springs.
+    pub(super) fn pending(&self, push: impl Fn(Range<usize>) -> f64) -> f64 {
+        let change = |&(actuator, gain): &(usize, f64)| gain * (self.before[actuator] - self.earlier[actuator]);
+        let one = |class: &Strained| {
+            let change: f64 = class.gains.iter().map(change).sum();
+            if change == 0.0 { 0.0 } else { 0.5 * change * push(class.fours.clone()) }
+        };
+        self.springs.iter().map(one).sum()
     }
 
     /// Hands the balls that are strained and their new radii, m, to a function. Then the step is over.
@@ -91,6 +107,7 @@ impl Swell {
             let grown = 1.0 + strain(&class.gains, &self.targets);
             class.balls.iter().for_each(|&(ball, radius)| apply(ball, radius * grown));
         }
+        std::mem::swap(&mut self.earlier, &mut self.before);
         self.before.copy_from_slice(&self.targets);
     }
 }
