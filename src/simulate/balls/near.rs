@@ -1,5 +1,5 @@
-//! Which balls may come to touch: pairs that nothing holds apart, found anew only when balls have come
-//! closer than a margin.
+//! Which balls may come to touch: pairs that nothing holds apart. The pairs of a ball are found anew when it has come
+//! further than half a margin from where it was when they were found.
 //!
 //! Balls that a spring joins do not touch, nor do those that are joined to the same ball and lie within the margin
 //! at rest, as across a corner of a lattice: to meet they would have to squeeze those springs by two fifths.
@@ -20,9 +20,15 @@ pub(super) struct Near {
     /// Whether two balls are held apart: a bit for each pair.
     apart: Vec<u64>,
     margin: f32,
-    /// Where balls were when pairs were found, m.
-    then: Vec<[f32; 3]>,
-    order: Vec<usize>,
+    /// Where each ball was when its pairs were found, as x, y and z from the middle of the body, m: what all balls have moved
+    /// together brings none closer. In sequences of numbers, so that the processor compares several at once.
+    then: [Vec<f32>; 3],
+    /// Its radius then, m.
+    radius: Vec<f32>,
+    /// The balls whose pairs are found now, and whether each ball is one.
+    moved: Vec<usize>,
+    has_moved: Vec<bool>,
+    close: Vec<bool>,
 }
 
 impl Near {
@@ -38,7 +44,16 @@ impl Near {
         let mean: f64 = lattice.balls.iter().map(|ball| 2.0 * ball.radius).sum::<f64>();
         let margin = MARGIN * (mean / count as f64) as f32;
         let apart = vec![0; (count * count).div_ceil(64)];
-        let mut near = Self { count, apart, margin, then: Vec::new(), order: (0..count).collect() };
+        let mut near = Self {
+            count,
+            apart,
+            margin,
+            then: [(); 3].map(|()| vec![f32::INFINITY; count]),
+            radius: vec![0.0; count],
+            moved: Vec::new(),
+            has_moved: vec![false; count],
+            close: Vec::new(),
+        };
         for (ball, others) in joined.iter().enumerate() {
             for &other in others {
                 near.hold_apart(ball, other);
@@ -65,82 +80,67 @@ impl Near {
 
     /// Forgets what was found.
     pub(super) fn reset(&mut self) {
-        self.then.clear();
-        self.order.sort_unstable();
+        self.then.iter_mut().for_each(|column| column.fill(f32::INFINITY));
     }
 
-    /// The world has been moved under the balls, m.
-    pub(super) fn shift(&mut self, by: [f32; 3]) {
-        for place in &mut self.then {
-            for axis in 0..3 {
-                place[axis] -= by[axis];
-            }
-        }
-    }
-
-    /// Whether balls may have come closer than the margin before the next look, in `time` s.
-    ///
-    /// What all balls have moved together brings none closer. Speeds may double until then.
-    pub(super) fn is_stale(
-        &self,
-        place: impl Fn(usize) -> [f32; 3],
-        velocity: impl Fn(usize) -> [f32; 3],
-        time: f32,
-    ) -> bool {
-        if self.then.is_empty() {
-            return true;
-        }
-        let count = self.then.len();
-        let way = |ball: usize| sub(place(ball), self.then[ball]);
-        let (drift, mean) = (mean(count, way), mean(count, &velocity));
-        let far = |v: [f32; 3]| dot(v, v);
-        let ways = (0..count).map(|ball| far(sub(way(ball), drift))).fold(0.0, f32::max).sqrt();
-        let speed = (0..count).map(|ball| far(sub(velocity(ball), mean))).fold(0.0, f32::max).sqrt();
-        2.0 * (ways + (2.0 * speed + 0.1) * time) > self.margin
-    }
-
-    /// Finds pairs anew: sorted along the axis on which the body is longest, each with those that follow closely.
-    pub(super) fn find(
+    /// Brings the pairs up to date, if balls may come closer than the margin before the next look, in `time` s. Speeds may
+    /// double until then.
+    #[inline(always)]
+    pub(super) fn look(
         &mut self,
         place: impl Fn(usize) -> [f32; 3],
+        velocity: impl Fn(usize) -> [f32; 3],
         radius: impl Fn(usize) -> f32,
-        into: &mut Vec<Touch>,
+        time: f32,
+        pairs: &mut Vec<Touch>,
     ) {
-        let count = self.count;
-        self.then.clear();
-        self.then.extend((0..count).map(place));
-        let then = &self.then;
-        let spread = |axis: usize| {
-            let all = then.iter().map(|place| place[axis]);
-            all.clone().fold(f32::MIN, f32::max) - all.fold(f32::MAX, f32::min)
-        };
-        let axis = (1..3).fold(0, |best, axis| if spread(axis) > spread(best) { axis } else { best });
-        self.order.sort_by(|&a, &b| then[a][axis].total_cmp(&then[b][axis]).then(a.cmp(&b)));
-        let widest = (0..count).map(&radius).fold(0.0, f32::max);
-        let known = std::mem::take(into);
-        // In sequences of numbers, so that the processor compares several at once.
-        let column = |axis: usize| self.order.iter().map(|&ball| then[ball][axis]).collect::<Vec<f32>>();
-        let (x, y, z) = (column(axis), column((axis + 1) % 3), column((axis + 2) % 3));
-        let reach: Vec<f32> = self.order.iter().map(|&ball| radius(ball) + self.margin / 2.0).collect();
-        let mut close: Vec<bool> = Vec::new();
-        for (n, &a) in self.order.iter().enumerate() {
-            let after = n + 1;
-            let end = after + x[after..].partition_point(|x2| x2 - x[n] <= 2.0 * widest + self.margin);
-            let (columns, reach2) =
-                (x[after..end].iter().zip(&y[after..end]).zip(&z[after..end]), &reach[after..end]);
-            close.clear();
-            close.extend(columns.zip(reach2).map(|(((x2, y2), z2), reach2)| {
-                let (dx, dy, dz, far) = (x2 - x[n], y2 - y[n], z2 - z[n], reach[n] + reach2);
+        let (middle, mean) = (mean(self.count, &place), mean(self.count, &velocity));
+        self.moved.clear();
+        for ball in 0..self.count {
+            let own = sub(place(ball), middle);
+            let way = sub(own, [0, 1, 2].map(|axis: usize| self.then[axis][ball]));
+            let speed = sub(velocity(ball), mean);
+            let grown = (radius(ball) - self.radius[ball]).max(0.0);
+            let far = dot(way, way).sqrt() + grown + (2.0 * dot(speed, speed).sqrt() + 0.1) * time;
+            self.has_moved[ball] = far > self.margin / 2.0;
+            if self.has_moved[ball] {
+                self.moved.push(ball);
+            }
+        }
+        if self.moved.is_empty() {
+            return;
+        }
+        for &ball in &self.moved {
+            let own = sub(place(ball), middle);
+            (0..3).for_each(|axis| self.then[axis][ball] = own[axis]);
+            self.radius[ball] = radius(ball);
+        }
+        self.find(pairs);
+    }
+
+    /// Finds the pairs of the balls that have moved.
+    fn find(&mut self, pairs: &mut Vec<Touch>) {
+        let is_old = |touch: &Touch| self.has_moved[touch.balls.0] || self.has_moved[touch.balls.1];
+        let known: Vec<Touch> = pairs.iter().copied().filter(is_old).collect();
+        pairs.retain(|touch| !is_old(touch));
+        let [x, y, z] = &self.then;
+        for &a in &self.moved {
+            let all = x.iter().zip(y).zip(z).zip(&self.radius);
+            self.close.clear();
+            self.close.extend(all.map(|(((x2, y2), z2), radius)| {
+                let (dx, dy, dz) = (x2 - x[a], y2 - y[a], z2 - z[a]);
+                let far = radius + self.radius[a] + self.margin;
                 dx * dx + dy * dy + dz * dz < far * far
             }));
-            for (b, _) in self.order[after..end].iter().zip(&close).filter(|(_, close)| **close) {
-                if !self.are_apart(a, *b) {
-                    into.push(Touch::between(a.min(*b), a.max(*b)));
+            for (b, _) in self.close.iter().enumerate().filter(|(_, close)| **close) {
+                // Of two that have moved, once.
+                if b != a && !(self.has_moved[b] && b < a) && !self.are_apart(a, b) {
+                    pairs.push(Touch::between(a.min(b), a.max(b)));
                 }
             }
         }
-        into.sort_unstable_by_key(|touch| touch.balls);
-        for touch in into {
+        pairs.sort_unstable_by_key(|touch| touch.balls);
+        for touch in pairs {
             if let Ok(place) = known.binary_search_by_key(&touch.balls, |own| own.balls) {
                 *touch = known[place];
             }

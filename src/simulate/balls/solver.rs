@@ -133,9 +133,8 @@ impl<K: Simd> Solver<K> {
         let Self { state, near, touches, settings, .. } = self;
         if self.steps.is_multiple_of(near::LOOK) {
             let (place, velocity) = (|ball| xyz(state.at[ball]), |ball| xyz(state.velocity[ball]));
-            if near.is_stale(place, velocity, near::LOOK as f32 / state.rate) {
-                near.find(place, |ball| state.footing[ball].radius, touches);
-            }
+            let time = near::LOOK as f32 / state.rate;
+            near.look(place, velocity, |ball| state.footing[ball].radius, time, touches);
         }
         if !touches.is_empty() {
             let (rate, tolerance) = (state.rate, settings.tolerance as f32);
@@ -179,7 +178,6 @@ impl<K: Simd> Solver<K> {
         let shift = f32x4::simd_from(self.kit, [by[0], 0.0, by[2], 0.0]);
         let count = self.balls();
         self.state.at[..count].iter_mut().for_each(|place| *place -= shift);
-        self.near.shift(by);
         (0..3).for_each(|axis| self.origin[axis] += f64::from(by[axis]));
     }
 }

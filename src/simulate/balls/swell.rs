@@ -92,7 +92,8 @@ impl Swell {
 
     /// The work of the last change that is not booked yet, J, from a function that says what a unit of strain takes of springs.
     pub(super) fn pending(&self, push: impl Fn(Range<usize>) -> f64) -> f64 {
-        let change = |&(actuator, gain): &(usize, f64)| gain * (self.before[actuator] - self.earlier[actuator]);
+        let change =
+            |&(actuator, gain): &(usize, f64)| gain * (self.before[actuator] - self.earlier[actuator]);
         let one = |class: &Strained| {
             let change: f64 = class.gains.iter().map(change).sum();
             if change == 0.0 { 0.0 } else { 0.5 * change * push(class.fours.clone()) }
