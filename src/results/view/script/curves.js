@@ -27,7 +27,10 @@ class Curves {
       }
     }
     if (this.high - this.low < 0.02) this.high = this.low + 0.02;
-    box.style.setProperty("--lane", `${Math.min(Math.max(Math.floor(150 / curves.length), 30), 60)}px`);
+    // Cells that nothing ever strains are material, not actuators.
+    const still = (curve) => recording.strain && [...curve.targets].every((value) => value === 0);
+    const shownLanes = curves.filter((curve) => !still(curve)).length;
+    box.style.setProperty("--lane", `${Math.min(Math.max(Math.floor(150 / Math.max(shownLanes, 1)), 30), 60)}px`);
     box.append(this.ticks(duration));
     this.lanes = curves.map((curve, index) => {
       const colour = elements.find((element) => element.actuator === index)?.colour;
@@ -39,7 +42,7 @@ class Curves {
       const target = make("span"), actual = make("b"), numbers = make("div", "numbers", target, actual);
       const lane = make("div", "lane", name, plot, numbers);
       this.listen(lane, plot, index, seek, light);
-      box.append(lane);
+      if (!still(curve)) box.append(lane);
       return { curve, lane, now, target, actual };
     });
   }
