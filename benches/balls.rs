@@ -15,7 +15,7 @@ use sgc::simulate::{Model, Motion, Settings, Targets, model};
 
 /// Distance between balls, m.
 const PITCH: f64 = 0.01;
-/// Springs of flesh, N/m; of material that is not told, damping over stiffness, s.
+/// Springs of flesh, N/m; damping over stiffness, s.
 const FLESH: f64 = 100.0;
 const LAG: f64 = 2e-4;
 
@@ -25,8 +25,6 @@ struct Material {
     name: &'static str,
     /// Stiffness of trunk and legs, N/m.
     stiffness: [f64; 2],
-    /// N s/m for each N/m.
-    lag: f64,
     /// Of a ball, kg.
     mass: f64,
     /// Steps in a second: one for evaluations, one twice as fine.
@@ -34,11 +32,9 @@ struct Material {
 }
 
 /// The rigid and the firm silicone of `std.lattice`.
-const SILICONE: Material =
-    Material { name: "silicone", stiffness: [600.0, 250.0], lag: 2e-4, mass: 1e-3, rate: 2400.0 };
+const SILICONE: Material = Material { name: "silicone", stiffness: [600.0, 250.0], mass: 1e-3, rate: 2400.0 };
 /// Bones that carry light legs.
-const BONE: Material =
-    Material { name: "bone", stiffness: [1000.0, FLESH], lag: LAG, mass: 5e-4, rate: 4800.0 };
+const BONE: Material = Material { name: "bone", stiffness: [1000.0, FLESH], mass: 5e-4, rate: 4800.0 };
 
 fn main() {
     let rounds = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(3);
@@ -55,10 +51,9 @@ fn quadruped(material: Material, trunk: [i32; 3], leg: [i32; 3]) -> (Assembly, T
     let feet: Vec<_> =
         ends(length, leg[0]).into_iter().flat_map(|x| ends(width, leg[2]).map(|z| [x, 0, z])).collect();
     feet.iter().for_each(|foot| cells.extend(self::cells(*foot, leg)));
-    let Material { stiffness: [hard, soft], lag, mass, .. } = material;
+    let Material { stiffness: [hard, soft], mass, .. } = material;
     let mut body = lattice(&cells, |cell| if cell[1] >= leg[1] { hard } else { soft });
     body.elements.iter_mut().for_each(|ball| ball.mass = mass);
-    body.springs.iter_mut().for_each(|spring| spring.damping = lag * spring.stiffness);
     for (element, cell) in cells.iter().enumerate() {
         let within = |foot: &[i32; 3]| {
             cell[1] < leg[1]
