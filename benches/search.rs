@@ -1,9 +1,9 @@
 //! How much CPU time lanes save a search, and other methods than one annealing chain. For each body of
 //! `benches/bodies/` and each seed, one thread anneals curves one evaluation after the other, until so many are
-//! spent. Then the same search fills the lanes of the solver, and other searches run until they
-//! have found as good a value: all in the same process, in turns.
+//! spent: its CPU time is the measure. Then the same search fills the lanes of the solver, and other searches
+//! run until they have found as good a value: all in the same process, in turns.
 //!
-//! `cargo bench --bench search -- 1000 10` (evaluations, seeds)
+//! `cargo bench --bench search -- 500 10` (evaluations, seeds)
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
 
@@ -17,47 +17,64 @@ use sgc::simulate;
 use sgc::world::Files;
 
 const BODIES: [&str; 3] = ["two", "four", "eight"];
-/// What is compared: the search, how many lanes, and whether it stops at the value.
+/// What is compared.
 const OTHERS: [(&str, &str); 3] =
-    [("the same, in lanes", "gait_annealing"), ("CMA-ES", "gait_evolution"), ("16 chains", "gait_tempering")];
+    [("lanes", "gait_annealing"), ("CMA-ES", "gait_evolution"), ("16 chains", "gait_tempering")];
 /// A method that has spent so many times as many evaluations is given up.
-const PATIENCE: u64 = 4;
+const PATIENCE: u64 = 2;
 
-/// Ends a search once it has found a value.
+/// Looks when a search has found a value.
 struct Until<'a> {
     value: f64,
-    found: bool,
-    flag: &'a AtomicBool,
+    begun: ProcessTime,
+    /// CPU seconds until it was found.
+    found: Option<f64>,
+    /// Ends the search then.
+    flag: Option<&'a AtomicBool>,
+}
+
+impl Until<'_> {
+    fn see(&mut self, value: f64) {
+        if value >= self.value && self.found.is_none() {
+            self.found = Some(self.begun.elapsed().as_secs_f64());
+            self.flag.iter().for_each(|flag| flag.store(true, Ordering::Relaxed));
+        }
+    }
 }
 
 impl Observer for Until<'_> {
     fn evaluated(&mut self, _: u64, body: Option<f64>, _: f64) {
-        if body.is_some_and(|value| value >= self.value) {
-            self.found = true;
-            self.flag.store(true, Ordering::Relaxed);
-        }
+        body.into_iter().for_each(|value| self.see(value));
     }
     fn moved(&mut self, _: &Row) -> Result<(), String> {
         Ok(())
     }
     fn improved(&mut self, best: &Best) -> Result<(), String> {
-        self.found |= best.value >= self.value;
+        self.see(best.value);
         Ok(())
     }
 }
 
-/// The seconds that a search takes to find a value, if it does; its best value, and evaluations.
-fn time(rules: &RuleSet, seed: u64, lanes: Option<usize>, most: u64, value: f64) -> (Option<f64>, f64, u64) {
+/// A search that has ended: CPU seconds until it found what was wanted, and until its end.
+struct Timed {
+    found: Option<f64>,
+    whole: f64,
+    best: f64,
+    evaluations: u64,
+}
+
+/// Searches, with so many lanes and evaluations at most, for a value; `on` says whether it goes on when that is found.
+fn time(rules: &RuleSet, seed: u64, lanes: Option<usize>, most: u64, (value, on): (f64, bool)) -> Timed {
     let flag = AtomicBool::new(false);
-    let mut until = Until { value, found: false, flag: &flag };
+    let begun = ProcessTime::now();
+    let mut until = Until { value, begun, found: None, flag: (!on).then_some(&flag) };
     let limits = Limits { seed, jobs: 1, max_evaluations: Some(most), lanes, gives_up: true, deadline: None };
     let model = simulate::model("articulated").unwrap();
     let first = Derivation::start(rules, rules.from.as_deref()).unwrap();
-    let begun = ProcessTime::now();
     let outcome = run(rules, first, model, &limits, &flag, &mut until).unwrap();
-    let took = begun.elapsed().as_secs_f64();
     let best = outcome.best.map_or(f64::NEG_INFINITY, |best| best.value);
-    (until.found.then_some(took), best, outcome.evaluations)
+    let whole = begun.elapsed().as_secs_f64();
+    Timed { found: until.found, whole, best, evaluations: outcome.evaluations }
 }
 
 /// `bodies` with one of its bodies and a search.
@@ -81,47 +98,50 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 fn main() {
     let mut numbers = std::env::args().filter_map(|a| a.parse::<u64>().ok());
-    let (most, seeds) = (numbers.next().unwrap_or(1000), numbers.next().unwrap_or(10));
+    let (most, seeds) = (numbers.next().unwrap_or(500), numbers.next().unwrap_or(10));
     println!(
         "one chain, one evaluation after the other, {most} evaluations; then the share of its CPU time that"
     );
     println!("others take to find as good a value (inf: not within {PATIENCE} times as many evaluations)");
-    let mut all = vec![Vec::new(); OTHERS.len()];
+    let mut columns: Vec<String> = OTHERS.iter().map(|(name, _)| (*name).to_owned()).collect();
+    columns.push("lanes, all of the evaluations".into());
+    let mut all = vec![Vec::new(); columns.len()];
     for body in BODIES {
         let plain = rules(body, "gait_annealing");
         let others = OTHERS.map(|(_, search)| rules(body, search));
-        let mut shares = vec![Vec::new(); OTHERS.len()];
+        let mut shares = vec![Vec::new(); columns.len()];
         for seed in 1..=seeds {
-            let begun = ProcessTime::now();
-            let (_, value, spent) = time(&plain, seed, Some(1), most, f64::INFINITY);
-            let alone = begun.elapsed().as_secs_f64();
-            let mut told = format!("{body:6} seed {seed:2}: {value:7.2} cm, {alone:6.2} s");
+            let alone = time(&plain, seed, Some(1), most, (f64::INFINITY, true));
+            let value = alone.best;
+            let mut told = format!("{body:6} seed {seed:2}: {value:7.2} cm, {:6.2} s", alone.whole);
+            let share = |seconds: Option<f64>| seconds.map_or(f64::INFINITY, |took| took / alone.whole);
             for (number, ((name, search), rules)) in OTHERS.iter().zip(&others).enumerate() {
                 let is_same = *search == "gait_annealing";
-                let (took, found, _) = if is_same {
-                    // To its end, as it finds the same at the same evaluation.
-                    let begun = ProcessTime::now();
-                    let (_, found, again) = time(rules, seed, None, most, f64::INFINITY);
-                    assert_eq!((found.to_bits(), again), (value.to_bits(), spent), "the same search");
-                    (Some(begun.elapsed().as_secs_f64()), found, again)
-                } else {
-                    time(rules, seed, None, PATIENCE * most, value)
-                };
-                let share = took.map_or(f64::INFINITY, |took| took / alone);
-                told += &format!("   {name} {share:5.2} ({found:.2})");
-                shares[number].push(share);
-                all[number].push(share);
+                let evaluations = if is_same { most } else { PATIENCE * most };
+                let other = time(rules, seed, None, evaluations, (value, is_same));
+                shares[number].push(share(other.found));
+                told += &format!("   {name} {:5.2} ({:.2})", share(other.found), other.best);
+                if is_same {
+                    let (found, again) = (other.best, other.evaluations);
+                    assert_eq!(
+                        (found.to_bits(), again),
+                        (value.to_bits(), alone.evaluations),
+                        "the same search"
+                    );
+                    shares[OTHERS.len()].push(share(Some(other.whole)));
+                    told += &format!(", all of it {:.2}", share(Some(other.whole)));
+                }
             }
             println!("{told}");
         }
-        let medians: Vec<String> = OTHERS
-            .iter()
-            .zip(&shares)
-            .map(|((name, _), shares)| format!("{name} {:.2}", median(shares.clone())))
-            .collect();
-        println!("{body:6} medians: {}", medians.join(", "));
+        tell(&format!("{body:6} medians"), &columns, &shares);
+        all.iter_mut().zip(shares).for_each(|(all, shares)| all.extend(shares));
     }
-    for ((name, _), shares) in OTHERS.iter().zip(all) {
-        println!("{name}: median of all {:.2}", median(shares));
-    }
+    tell("medians of all", &columns, &all);
+}
+
+fn tell(what: &str, columns: &[String], shares: &[Vec<f64>]) {
+    let medians =
+        columns.iter().zip(shares).map(|(name, shares)| format!("{name} {:.2}", median(shares.clone())));
+    println!("{what}: {}", medians.collect::<Vec<_>>().join("; "));
 }

@@ -1,5 +1,6 @@
 //! Evaluates parameters of one body: drive, simulation, score.
 
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex};
 
 use grammar_lang::eval::EvalError;
@@ -143,13 +144,29 @@ impl<'r> Evaluator<'r> {
             keys.iter().map(|key| self.cache.get(key).filter(is_enough)).collect();
         let open: Vec<usize> = (0..batch.len()).filter(|&i| values[i].is_none()).collect();
         if !open.is_empty() {
-            let unknown: Vec<_> = open.iter().map(|&i| batch[i].clone()).collect();
-            for (i, value) in open.into_iter().zip(self.simulate(stop, &unknown)?) {
-                self.cache.keep(keys[i], &value);
-                values[i] = Some(value);
+            // What is asked for twice is simulated once, for the lesser need.
+            let mut places: BTreeMap<Key, usize> = BTreeMap::new();
+            let mut unknown: Vec<(Parameters, f64)> = Vec::new();
+            for &i in &open {
+                let place = *places.entry(keys[i]).or_insert(unknown.len());
+                match unknown.get_mut(place) {
+                    Some((_, needed)) => *needed = needed.min(batch[i].1),
+                    None => unknown.push(batch[i].clone()),
+                }
+            }
+            let simulated = self.simulate(stop, &unknown)?;
+            for i in open {
+                let value = &simulated[places[&keys[i]]];
+                self.cache.keep(keys[i], value);
+                values[i] = Some(value.clone());
             }
         }
         values.into_iter().collect()
+    }
+
+    /// The value of parameters that were evaluated before.
+    pub(super) fn known(&self, parameters: &Parameters) -> Option<Valued> {
+        self.cache.get(&Cache::key(&self.subjects.0, parameters)).map(|known| known.value)
     }
 
     /// Whether a motion of this value is observed.

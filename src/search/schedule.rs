@@ -85,6 +85,13 @@ pub(super) struct Iteration {
     pub(super) made: usize,
 }
 
+impl Iteration {
+    /// How many moves each chain has still to make.
+    pub(super) fn left(&self) -> usize {
+        self.moves.saturating_sub(self.made)
+    }
+}
+
 struct ScheduleScope<'a> {
     design: DesignScope<'a>,
     course: &'a Course,

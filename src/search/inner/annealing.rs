@@ -5,6 +5,7 @@ use grammar_lang::ir::Schedule;
 use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange, neighbours};
 use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
+use super::forecast::{Guess, Outlook};
 use super::{Pace, Tuner, best};
 use crate::drive::Parameters;
 
@@ -15,11 +16,18 @@ pub(super) fn chains(starts: Vec<Parameters>, fitness: Vec<Option<f64>>, course:
     Chains { course, iteration: None, chains, turn: 0, walk: (Vec::new(), 0) }
 }
 
-/// Candidates of one chain: those of its likeliest futures, with the random numbers that decide on each.
-struct Futures {
-    candidates: Vec<Parameters>,
-    drawn: Vec<f64>,
+/// A move that may come to pass.
+struct Candidate {
+    parameters: Parameters,
+    /// The random number that decides on it.
+    drawn: f64,
+    /// Its fitness where that is known already; none inside where it has no value.
+    fitness: Option<Option<f64>>,
 }
+
+/// Iterations that are to come, as far as can be foreseen: their numbers and temperatures, and how many moves
+/// there are from now on until each of them ends.
+struct Horizon(Vec<(usize, f64, usize)>);
 
 impl Tuner<'_> {
     /// Goes on with the annealing by a batch of evaluations.
@@ -45,7 +53,7 @@ impl Tuner<'_> {
             return Ok(Pace::Done);
         };
         chains.iteration = Some(iteration);
-        if iteration.made < iteration.moves && !self.moves(tuning, chains, spent)? {
+        if iteration.made < iteration.moves && !self.moves(schedule, tuning, chains, spent)? {
             return self.stopped();
         }
         if chains.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
@@ -142,73 +150,145 @@ impl Tuner<'_> {
         Ok(Pace::More)
     }
 
-    /// Makes moves as far as a batch of evaluations reaches, the chains in turn; whether it was not stopped.
-    fn moves(&mut self, tuning: &mut Tuning, state: &mut Chains, spent: &mut u64) -> Result<bool, Failure> {
-        let Chains { course, iteration: Some(iteration), chains, turn, .. } = state else { return Ok(true) };
-        let guesses = self.forecast.ahead(iteration.moves - iteration.made, chains.len());
-        let mut futures = Vec::with_capacity(chains.len());
-        for (number, chain) in chains.iter().enumerate() {
-            let mut drawn = Vec::with_capacity(guesses.len());
-            let mut candidates: Vec<Parameters> = Vec::with_capacity(guesses.len());
-            for guess in &guesses {
-                let made = chain.number + guess.depth as u64;
-                let stream = if number == 0 { format!("{made}") } else { format!("{number}:{made}") };
-                let mut random = self.stream(&stream);
-                drawn.push(random.unit());
-                let from = guess.from.map_or(&chain.current, |from| &candidates[from]);
-                let (temperature, now) = (chain.standing.temperature, course.iteration);
-                match self.evaluator.drive.mutate(from, temperature, now, &mut random) {
-                    Ok(candidate) => candidates.push(candidate),
-                    // Of a later move it is not known that it comes to pass.
-                    Err(_) if !candidates.is_empty() => break,
-                    Err(error) => return Err(error.into()),
+    /// The futures of a chain that are worth trying, and their candidates.
+    fn futures(
+        &self,
+        schedule: &Schedule,
+        tuning: &Tuning,
+        state: &Chains,
+        number: usize,
+    ) -> Result<(Vec<Guess>, Vec<Candidate>), Failure> {
+        let chain = &state.chains[number];
+        let horizon = self.horizon(schedule, tuning, state, number);
+        let mut candidates: Vec<Candidate> = Vec::new();
+        let guesses = self.forecast.likeliest(state.chains.len(), |depth, from| {
+            let Some((iteration, temperature)) = horizon.at(depth) else { return Ok(None) };
+            let made = chain.number + depth as u64;
+            let stream = if number == 0 { format!("{made}") } else { format!("{number}:{made}") };
+            let mut random = self.stream(&stream);
+            let drawn = random.unit();
+            let (start, fitness) = match from {
+                Some(from) => (&candidates[from].parameters, candidates[from].fitness),
+                None => (&chain.current, Some(chain.fitness)),
+            };
+            let parameters = match self.evaluator.drive.mutate(start, temperature, iteration, &mut random) {
+                Ok(parameters) => parameters,
+                // Of a later move it is not known that it comes to pass.
+                Err(_) if !candidates.is_empty() => return Ok(None),
+                Err(error) => return Err(Failure::from(error)),
+            };
+            let is_same = parameters == *start;
+            let known = self.evaluator.known(&parameters);
+            let known = known.map(|value| value.ok().map(|value| self.fitness(value)));
+            let known = if is_same { fitness } else { known };
+            let least = if temperature > 0.0 { temperature * libm::log(drawn) } else { 0.0 };
+            let acceptance = match (fitness, known) {
+                (_, Some(None)) => 0.0,
+                (Some(before), Some(Some(new))) => {
+                    let before = before.unwrap_or(f64::NEG_INFINITY);
+                    f64::from(u8::from(accepts(before, new, temperature, drawn)))
                 }
+                _ if is_same => 1.0,
+                _ => self.forecast.chance(number, least),
+            };
+            let is_free = known.is_some() || candidates.iter().any(|other| other.parameters == parameters);
+            candidates.push(Candidate { parameters, drawn, fitness: known });
+            Ok(Some(Outlook { acceptance, is_free }))
+        })?;
+        Ok((guesses, candidates))
+    }
+
+    /// How the schedule of a chain is expected to go on: as if nothing better were found. What
+    /// is simulated for iterations to come is remembered, if they come so.
+    fn horizon(&self, schedule: &Schedule, tuning: &Tuning, state: &Chains, number: usize) -> Horizon {
+        let Chains { course, iteration: Some(now), chains, turn, .. } = state else {
+            return Horizon(Vec::new());
+        };
+        let mut standing = chains[number].standing.clone();
+        // Those before the chain whose turn it is have made their move.
+        let mut moves = now.left() - usize::from(number < *turn);
+        let mut horizon = vec![(course.iteration, standing.temperature, moves)];
+        // Who changes places stands elsewhere afterwards.
+        let is_alone = chains.len() == 1 || schedule.exchange.is_none();
+        let mut course = course.clone();
+        while is_alone && moves < 2 * self.forecast.room(chains.len()) {
+            standing.complete();
+            course.complete(best(tuning));
+            let plan = self.plan(schedule, &course, Stand::Chain(number, &standing));
+            if plan.stops().unwrap_or(true) {
+                break;
             }
-            futures.push(Futures { candidates, drawn });
+            let (Ok(Some(next)), Ok(temperature)) = (plan.begin(), plan.temperature()) else { break };
+            if next.moves == 0 {
+                break;
+            }
+            standing.temperature = temperature;
+            moves += next.moves;
+            horizon.push((course.iteration, temperature, moves));
         }
-        let mut all = Vec::with_capacity(guesses.len() * chains.len());
-        for (chain, future) in chains.iter().zip(&futures) {
-            for ((candidate, guess), drawn) in future.candidates.iter().zip(&guesses).zip(&future.drawn) {
-                // What comes after an accepted move is measured by what that will be worth.
-                let is_known = guess.from.is_none() && self.bounds.gives_up;
-                let needed = if is_known { needed(chain, *drawn) } else { f64::NEG_INFINITY };
-                all.push((candidate.clone(), needed));
+        Horizon(horizon)
+    }
+
+    /// Makes moves as far as a batch of evaluations reaches, the chains in turn; whether it was not stopped.
+    fn moves(
+        &mut self,
+        schedule: &Schedule,
+        tuning: &mut Tuning,
+        state: &mut Chains,
+        spent: &mut u64,
+    ) -> Result<bool, Failure> {
+        let (mut guesses, mut candidates) = (Vec::new(), Vec::new());
+        for number in 0..state.chains.len() {
+            let (some, their) = self.futures(schedule, tuning, state, number)?;
+            guesses.push(some);
+            candidates.push(their);
+        }
+        self.forecast.cut(&mut guesses);
+        let Chains { iteration: Some(iteration), chains, turn, .. } = state else { return Ok(true) };
+        let mut all = Vec::new();
+        for ((chain, guesses), candidates) in chains.iter().zip(&guesses).zip(&mut candidates) {
+            candidates.truncate(guesses.len());
+            for (candidate, guess) in candidates.iter().zip(guesses) {
+                // What comes after an accepted move is measured by what that will be worth, and what comes
+                // after this iteration by another temperature.
+                let is_known = guess.from.is_none() && self.bounds.gives_up && guess.depth < iteration.left();
+                let needed = if is_known { needed(chain, candidate.drawn) } else { f64::NEG_INFINITY };
+                all.push((candidate.parameters.clone(), needed));
             }
         }
         let Some(values) = self.evaluator.evaluate_above(self.bounds.stop, &all) else { return Ok(false) };
         let mut values = values.into_iter();
         let values: Vec<Vec<_>> =
-            futures.iter().map(|f| values.by_ref().take(f.candidates.len()).collect()).collect();
+            guesses.iter().map(|guesses| values.by_ref().take(guesses.len()).collect()).collect();
         let mut next = vec![Some(0); chains.len()];
         while iteration.made < iteration.moves {
             let Some(now) = next[*turn] else { break };
             if self.bounds.exhausted(*spent).is_some() {
                 break;
             }
-            let (chain, future) = (&mut chains[*turn], &futures[*turn]);
-            let candidate = &future.candidates[now];
+            let (chain, Candidate { parameters, drawn, .. }) = (&mut chains[*turn], &candidates[*turn][now]);
             let evaluated = values[*turn][now].clone();
             let new = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |v| self.fitness(*v));
-            let sound = if evaluated.ceiling < needed(chain, future.drawn[now]) {
+            let sound = if evaluated.ceiling < needed(chain, *drawn) {
                 // It could not come to enough, whether it was simulated to its end or not, and whatever
                 // would have become of it then.
                 *spent += 1;
                 tuning.tally.hopeless += 1;
                 false
             } else {
-                let Some(sound) = self.count(tuning, candidate, evaluated, spent)? else { return Ok(false) };
+                let Some(sound) = self.count(tuning, parameters, evaluated, spent)? else { return Ok(false) };
                 sound
             };
             chain.number += 1;
             let fitness = chain.fitness.unwrap_or(f64::NEG_INFINITY);
-            let accepted = sound && accepts(fitness, new, chain.standing.temperature, future.drawn[now]);
-            self.forecast.learn(accepted);
+            let accepted = sound && accepts(fitness, new, chain.standing.temperature, *drawn);
+            self.forecast.learn(*turn, if sound { new - fitness } else { f64::NEG_INFINITY });
             chain.standing.note(accepted);
             if accepted {
-                (chain.current, chain.fitness) = (candidate.clone(), Some(new));
+                (chain.current, chain.fitness) = (parameters.clone(), Some(new));
             }
-            let follows = if accepted { guesses[now].accepted } else { guesses[now].refused };
-            next[*turn] = follows.filter(|&next| next < future.candidates.len());
+            let guess = &guesses[*turn][now];
+            next[*turn] = if accepted { guess.accepted } else { guess.refused };
             *turn += 1;
             if *turn == chains.len() {
                 *turn = 0;
@@ -216,6 +296,14 @@ impl Tuner<'_> {
             }
         }
         Ok(true)
+    }
+}
+
+impl Horizon {
+    /// The number and the temperature of the iteration in which a move is made that has so many before it.
+    fn at(&self, depth: usize) -> Option<(usize, f64)> {
+        let found = self.0.iter().find(|(_, _, end)| depth < *end);
+        found.map(|(iteration, temperature, _)| (*iteration, *temperature))
     }
 }
 

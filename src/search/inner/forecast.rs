@@ -6,19 +6,21 @@
 //! Journal of Computational and Graphical Statistics 15, 2006, "prefetching"). Then the chain
 //! walks through them as far as they reach. Nothing here changes what is found, only how soon.
 
+use std::collections::VecDeque;
+
 use super::super::evaluator::Evaluator;
 
 /// What each lane after the first adds to the time of a simulation with one.
 const LANE: f64 = 0.2;
-/// How much the newest move counts for the rate of acceptance.
-const FRESH: f64 = 0.05;
+/// So many moves of late say what the next ones may gain.
+const LATE: usize = 40;
 
-/// The rate of acceptance of late, and what it means.
+/// What the moves of each chain gained of late.
 #[derive(Clone, Debug)]
 pub(super) struct Forecast {
     threads: usize,
     lanes: usize,
-    accepted: f64,
+    gains: Vec<VecDeque<f64>>,
 }
 
 /// A move that may come to pass.
@@ -34,98 +36,151 @@ pub(super) struct Guess {
     pub(super) refused: Option<usize>,
     /// How likely it is to come to pass.
     chance: f64,
+    /// Whether it takes no simulation of its own.
+    is_free: bool,
+}
+
+/// What is thought of a move before it is simulated.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Outlook {
+    /// How likely it is to be accepted.
+    pub(super) acceptance: f64,
+    /// Whether its value is known, or comes with that of a guess before it.
+    pub(super) is_free: bool,
 }
 
 impl Forecast {
     pub(super) fn new(evaluator: &Evaluator<'_>, most: Option<usize>) -> Self {
         let (threads, lanes) = evaluator.room();
-        Self { threads, lanes: lanes.min(most.unwrap_or(lanes)).max(1), accepted: 0.5 }
+        Self { threads, lanes: lanes.min(most.unwrap_or(lanes)).max(1), gains: Vec::new() }
     }
 
-    /// Whether one more move was accepted.
-    pub(super) fn learn(&mut self, accepted: bool) {
-        self.accepted += FRESH * (f64::from(u8::from(accepted)) - self.accepted);
-    }
-
-    /// The moves that promise the most for the time, at most some deep, for each of several chains that go
-    /// on side by side. The first is the next move; each stands after the one it starts from.
-    pub(super) fn ahead(&self, deepest: usize, chains: usize) -> Vec<Guess> {
-        let mut guesses = self.likeliest((self.threads * self.lanes / chains).max(1), deepest);
-        let (mut best, mut most) = (1, 0.0);
-        let mut lanes = 1;
-        while lanes <= self.lanes {
-            let count = (self.threads * lanes / chains).clamp(1, guesses.len());
-            let used: f64 = guesses[..count].iter().map(|guess| guess.chance).sum();
-            let gain = used / (1.0 + LANE * (lanes - 1) as f64);
-            if gain > most {
-                (best, most) = (count, gain);
-            }
-            lanes = if lanes == 1 { 4 } else { 2 * lanes };
+    /// What a move of a chain gained; negative infinity if it came to nothing.
+    pub(super) fn learn(&mut self, chain: usize, gain: f64) {
+        if self.gains.len() <= chain {
+            self.gains.resize(chain + 1, VecDeque::new());
         }
-        guesses.truncate(best);
-        for guess in &mut guesses {
-            guess.accepted = guess.accepted.filter(|&next| next < best);
-            guess.refused = guess.refused.filter(|&next| next < best);
+        let gains = &mut self.gains[chain];
+        if gains.len() == LATE {
+            gains.pop_front();
         }
-        guesses
+        gains.push_back(gain);
     }
 
-    /// The likeliest futures, the likeliest first.
-    fn likeliest(&self, count: usize, deepest: usize) -> Vec<Guess> {
-        let mut guesses: Vec<Guess> = Vec::with_capacity(count);
-        // The guess before and whether it is accepted, none for the first; and the guess.
-        let first = Guess { depth: 0, from: None, accepted: None, refused: None, chance: 1.0 };
-        let mut open = vec![(None, first)];
-        while guesses.len() < count {
-            let likelier = |(a, (_, x)): &(usize, &(_, Guess)), (b, (_, y)): &(usize, &(_, Guess))| {
-                x.chance.total_cmp(&y.chance).then(b.cmp(a))
+    /// How likely the next move of a chain is to gain at least so much.
+    pub(super) fn chance(&self, chain: usize, least: f64) -> f64 {
+        let gains = self.gains.get(chain);
+        let (all, enough) =
+            gains.map_or((0, 0), |gains| (gains.len(), gains.iter().filter(|&&gain| gain >= least).count()));
+        // As if there had been one more that is half enough.
+        (enough as f64 + 0.5) / (all as f64 + 1.0)
+    }
+
+    /// How many simulations each of several chains can have at once.
+    pub(super) fn room(&self, chains: usize) -> usize {
+        (self.threads * self.lanes / chains).max(1)
+    }
+
+    /// The likeliest futures of one of several chains, the likeliest first, as many as there is room for.
+    /// The first is the next move; each stands after the one it starts from. What is thought of a move is asked
+    /// by its depth and the guess it starts from, once for each guess, in their order; none if it cannot be made.
+    pub(super) fn likeliest<E>(
+        &self,
+        chains: usize,
+        mut outlook: impl FnMut(usize, Option<usize>) -> Result<Option<Outlook>, E>,
+    ) -> Result<Vec<Guess>, E> {
+        let mut guesses: Vec<Guess> = Vec::new();
+        let mut taken = 0;
+        // How likely it is, the guess before it and whether that is accepted, and what it starts from.
+        let mut open = vec![(1.0, None, None)];
+        while taken < self.room(chains) {
+            let likelier = |(a, x): &(usize, &(f64, _, _)), (b, y): &(usize, &(f64, _, _))| {
+                x.0.total_cmp(&y.0).then(b.cmp(a))
             };
             let Some((place, _)) = open.iter().enumerate().max_by(likelier) else { break };
-            let (before, guess): (Option<(usize, bool)>, Guess) = open.remove(place);
+            let (chance, before, from): (f64, Option<(usize, bool)>, Option<usize>) = open.remove(place);
+            let depth = before.map_or(0, |(before, _)| guesses[before].depth + 1);
+            let Some(Outlook { acceptance, is_free }) = outlook(depth, from)? else { continue };
             let own = guesses.len();
             match before {
                 Some((before, true)) => guesses[before].accepted = Some(own),
                 Some((before, false)) => guesses[before].refused = Some(own),
                 None => {}
             }
-            if guess.depth + 1 < deepest {
-                let next = |accepted: bool| {
-                    let chance = guess.chance * if accepted { self.accepted } else { 1.0 - self.accepted };
-                    let from = if accepted { Some(own) } else { guess.from };
-                    let next = Guess { depth: guess.depth + 1, from, accepted: None, refused: None, chance };
-                    (Some((own, accepted)), next)
-                };
-                open.extend([next(true), next(false)]);
-            }
-            guesses.push(guess);
+            let next = [(chance * acceptance, true, Some(own)), (chance * (1.0 - acceptance), false, from)];
+            open.extend(
+                next.map(|(chance, accepted, from)| (chance, Some((own, accepted)), from))
+                    .into_iter()
+                    .filter(|(chance, ..)| *chance > 0.0),
+            );
+            guesses.push(Guess { depth, from, accepted: None, refused: None, chance, is_free });
+            taken += usize::from(!is_free);
         }
-        guesses
+        Ok(guesses)
+    }
+
+    /// Cuts the futures of chains that go on side by side down to those that promise the most for the time.
+    pub(super) fn cut(&self, chains: &mut [Vec<Guess>]) {
+        let (mut best, mut most) = (1, 0.0);
+        let mut lanes = 1;
+        while lanes <= self.lanes {
+            let room = (self.threads * lanes / chains.len()).max(1);
+            let used = |guesses: &Vec<Guess>| -> f64 {
+                guesses.iter().filter(|guess| !guess.is_free).take(room).map(|guess| guess.chance).sum()
+            };
+            let gain = chains.iter().map(used).sum::<f64>() / (1.0 + LANE * (lanes - 1) as f64);
+            if gain > most {
+                (best, most) = (room, gain);
+            }
+            lanes = if lanes == 1 { 4 } else { 2 * lanes };
+        }
+        for guesses in chains {
+            let places = guesses.iter().enumerate().filter(|(_, guess)| !guess.is_free);
+            let end = places.map(|(place, _)| place).nth(best).unwrap_or(guesses.len());
+            guesses.truncate(end);
+            for guess in guesses {
+                guess.accepted = guess.accepted.filter(|&next| next < end);
+                guess.refused = guess.refused.filter(|&next| next < end);
+            }
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Forecast;
+    use std::convert::Infallible;
 
-    fn forecast(accepted: f64) -> Forecast {
-        Forecast { threads: 2, lanes: 16, accepted }
+    use super::{Forecast, Guess, Outlook};
+
+    const FORECAST: Forecast = Forecast { threads: 2, lanes: 16, gains: Vec::new() };
+
+    /// The futures of one of several chains that all accept so often.
+    fn futures(acceptance: f64, chains: usize) -> Vec<Guess> {
+        let outlook =
+            |depth, _| Ok::<_, Infallible>((depth < 100).then_some(Outlook { acceptance, is_free: false }));
+        let Ok(guesses) = FORECAST.likeliest(chains, outlook);
+        guesses
+    }
+
+    fn cut(acceptance: f64, chains: usize) -> usize {
+        let mut all = vec![futures(acceptance, chains); chains];
+        FORECAST.cut(&mut all);
+        all[0].len()
     }
 
     #[test]
     fn the_surer_the_future_the_more_of_it_is_tried() {
-        assert_eq!(forecast(0.0).ahead(100, 1).len(), 32);
-        assert_eq!(forecast(1.0).ahead(100, 1).len(), 32);
-        assert!(forecast(0.5).ahead(100, 1).len() < 32);
-        assert!(forecast(0.3).ahead(5, 1).iter().all(|guess| guess.depth < 5));
-        assert_eq!(forecast(0.5).ahead(1, 1).len(), 1);
+        assert_eq!(cut(0.0, 1), 32);
+        assert_eq!(cut(1.0, 1), 32);
+        assert!(cut(0.5, 1) < 32);
         // Many chains fill the lanes with moves that surely come to pass.
-        assert_eq!(forecast(0.5).ahead(100, 32).len(), 1);
-        assert_eq!(forecast(0.5).ahead(100, 100).len(), 1);
+        assert_eq!(cut(0.5, 32), 1);
+        assert_eq!(cut(0.5, 100), 1);
     }
 
     #[test]
     fn futures_hang_together() {
-        let guesses = forecast(0.4).likeliest(32, 100);
+        let guesses = futures(0.4, 1);
         for (place, guess) in guesses.iter().enumerate() {
             assert!(guess.from.is_none_or(|from| from < place));
             for (next, from) in [(guess.accepted, Some(place)), (guess.refused, guess.from)] {
@@ -134,8 +189,37 @@ mod tests {
             }
         }
         // All always refused: one row from where the chain stands.
-        assert!(
-            forecast(0.0).ahead(100, 1).iter().enumerate().all(|(n, g)| g.depth == n && g.from.is_none())
-        );
+        assert!(futures(0.0, 1).iter().enumerate().all(|(n, g)| g.depth == n && g.from.is_none()));
+    }
+
+    #[test]
+    fn what_is_known_takes_no_room() {
+        // Every second move is known, and refused.
+        let outlook =
+            |depth, _| Ok::<_, Infallible>(Some(Outlook { acceptance: 0.0, is_free: depth % 2 == 0 }));
+        let Ok(guesses) = FORECAST.likeliest(1, outlook);
+        assert_eq!(guesses.iter().filter(|guess| !guess.is_free).count(), 32);
+        assert_eq!(guesses.len(), 64);
+        // A row that ends ends.
+        let outlook =
+            |depth, _| Ok::<_, Infallible>((depth < 9).then_some(Outlook { acceptance: 1.0, is_free: true }));
+        let Ok(guesses) = FORECAST.likeliest(1, outlook);
+        assert_eq!(guesses.len(), 9);
+    }
+
+    #[test]
+    fn gains_of_late_say_what_is_likely() {
+        let mut forecast = FORECAST;
+        assert_eq!(forecast.chance(3, 1.0), 0.5);
+        for gain in [-1.0, -2.0, f64::NEG_INFINITY, 5.0] {
+            forecast.learn(3, gain);
+        }
+        assert_eq!(forecast.chance(3, -1.5), 2.5 / 5.0);
+        for _ in 0..100 {
+            forecast.learn(3, 0.0);
+        }
+        assert!(forecast.chance(3, -1e-9) > 0.98 && forecast.chance(3, 1e-9) < 0.02);
+        // Another chain knows nothing of it.
+        assert_eq!(forecast.chance(0, 0.0), 0.5);
     }
 }
