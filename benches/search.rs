@@ -3,7 +3,8 @@
 //! spent: its CPU time is the measure. Then the same search fills the lanes of the solver, and other searches
 //! run until they have found as good a value: all in the same process, in turns.
 //!
-//! `cargo bench --bench search -- 500 10` (evaluations, seeds)
+//! `cargo bench --bench search -- 750 10` (evaluations, seeds; names of bodies after them leave out the others,
+//! and `lanes` the other searches)
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
 
@@ -98,24 +99,28 @@ fn median(mut values: Vec<f64>) -> f64 {
 
 fn main() {
     let mut numbers = std::env::args().filter_map(|a| a.parse::<u64>().ok());
-    let (most, seeds) = (numbers.next().unwrap_or(500), numbers.next().unwrap_or(10));
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let bodies: Vec<&str> = BODIES.into_iter().filter(|body| words.iter().any(|word| word == body)).collect();
+    let bodies = if bodies.is_empty() { BODIES.to_vec() } else { bodies };
+    let methods = if words.iter().any(|word| word == OTHERS[0].0) { &OTHERS[..1] } else { &OTHERS[..] };
+    let (most, seeds) = (numbers.next().unwrap_or(750), numbers.next().unwrap_or(10));
     println!(
         "one chain, one evaluation after the other, {most} evaluations; then the share of its CPU time that"
     );
     println!("others take to find as good a value (inf: not within {PATIENCE} times as many evaluations)");
-    let mut columns: Vec<String> = OTHERS.iter().map(|(name, _)| (*name).to_owned()).collect();
+    let mut columns: Vec<String> = methods.iter().map(|(name, _)| (*name).to_owned()).collect();
     columns.push("lanes, all of the evaluations".into());
     let mut all = vec![Vec::new(); columns.len()];
-    for body in BODIES {
+    for body in bodies {
         let plain = rules(body, "gait_annealing");
-        let others = OTHERS.map(|(_, search)| rules(body, search));
+        let others: Vec<_> = methods.iter().map(|(_, search)| rules(body, search)).collect();
         let mut shares = vec![Vec::new(); columns.len()];
         for seed in 1..=seeds {
             let alone = time(&plain, seed, Some(1), most, (f64::INFINITY, true));
             let value = alone.best;
             let mut told = format!("{body:6} seed {seed:2}: {value:7.2} cm, {:6.2} s", alone.whole);
             let share = |seconds: Option<f64>| seconds.map_or(f64::INFINITY, |took| took / alone.whole);
-            for (number, ((name, search), rules)) in OTHERS.iter().zip(&others).enumerate() {
+            for (number, ((name, search), rules)) in methods.iter().zip(&others).enumerate() {
                 let is_same = *search == "gait_annealing";
                 let evaluations = if is_same { most } else { PATIENCE * most };
                 let other = time(rules, seed, None, evaluations, (value, is_same));
@@ -128,7 +133,7 @@ fn main() {
                         (value.to_bits(), alone.evaluations),
                         "the same search"
                     );
-                    shares[OTHERS.len()].push(share(Some(other.whole)));
+                    shares[methods.len()].push(share(Some(other.whole)));
                     told += &format!(", all of it {:.2}", share(Some(other.whole)));
                 }
             }

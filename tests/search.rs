@@ -346,6 +346,29 @@ fn chains_of_curves_take_turns_and_change_places() {
 }
 
 #[test]
+fn what_was_foreseen_wrongly_changes_nothing() {
+    // Two moves an iteration, so that most futures lie in iterations to come, whose temperatures depend on what is
+    // accepted until then; and what stops depends on it, too.
+    let rules = with_search(&format!(
+        "{BODIES} inner {{ iterations = 40  moves = 2  stop = stagnant >= 3  
+           temperature = if refused >= 2 then 9 + temperature else 0.1 + best / 10 }}"
+    ));
+    let go = |lanes, jobs| {
+        let limits =
+            Limits { seed: 4, jobs, max_evaluations: Some(500), lanes, gives_up: true, deadline: None };
+        let mut log = Log::default();
+        let model = simulate::model("articulated").unwrap();
+        let flag = AtomicBool::new(false);
+        let outcome = run(&rules, Derivation::begin(&rules), model, &limits, &flag, &mut log).unwrap();
+        (outcome.best, outcome.tally, outcome.evaluations, log.0)
+    };
+    let plain = go(Some(1), 1);
+    assert!(plain.0.as_ref().is_some_and(|best| best.value > 0.0), "{:?}", plain.0);
+    assert_eq!(go(None, 1), plain);
+    assert_eq!(go(None, 3), plain);
+}
+
+#[test]
 fn chains_of_bodies_take_turns_after_a_random_walk() {
     let rules = with_search(
         "outer { iterations = 50  moves = 2  stop = false  walk = 6  chains = 3  exchange = iteration > 1

@@ -3,6 +3,7 @@
 mod annealing;
 mod evolution;
 mod forecast;
+mod futures;
 
 use std::sync::Arc;
 
