@@ -212,13 +212,16 @@ impl Tuner<'_> {
     }
 }
 
+/// What a candidate must gain to be accepted, by the random number that decides on it; never more than nothing.
+pub(super) fn least_gain(temperature: f64, drawn: f64) -> f64 {
+    if temperature > 0.0 { temperature * libm::log(drawn) } else { 0.0 }
+}
+
 /// The fitness that a candidate needs to be accepted, a little less for rounding. It is never more than that
 /// of the chain, so that no best is lost that is below it.
 fn needed(chain: &Chain, drawn: f64) -> f64 {
     let Some(fitness) = chain.fitness else { return f64::NEG_INFINITY };
-    let less =
-        if chain.standing.temperature > 0.0 { chain.standing.temperature * libm::log(drawn) } else { 0.0 };
-    fitness + less - 1e-9 * (1.0 + fitness.abs())
+    fitness + least_gain(chain.standing.temperature, drawn) - 1e-9 * (1.0 + fitness.abs())
 }
 
 #[cfg(test)]

@@ -14,6 +14,8 @@ use super::super::evaluator::Evaluator;
 const LANE: f64 = 0.2;
 /// So many moves of late say what the next ones may gain.
 const LATE: usize = 40;
+/// So many guesses at most for each simulation: a row of moves that are known may be as long as its iteration.
+const GUESSES: usize = 8;
 
 /// What the moves of each chain gained of late.
 #[derive(Clone, Debug)]
@@ -93,7 +95,8 @@ impl Forecast {
         let mut taken = 0;
         // How likely it is, the guess before it and whether that is accepted, and what it starts from.
         let mut open = vec![(1.0, None, None)];
-        while taken < self.room(chains) {
+        let room = self.room(chains);
+        while taken < room && guesses.len() < GUESSES * room {
             let likelier = |(a, x): &(usize, &(f64, _, _)), (b, y): &(usize, &(f64, _, _))| {
                 x.0.total_cmp(&y.0).then(b.cmp(a))
             };
@@ -205,6 +208,10 @@ mod tests {
             |depth, _| Ok::<_, Infallible>((depth < 9).then_some(Outlook { acceptance: 1.0, is_free: true }));
         let Ok(guesses) = FORECAST.likeliest(1, outlook);
         assert_eq!(guesses.len(), 9);
+        // One that does not end is gone on with later.
+        let outlook = |_, _| Ok::<_, Infallible>(Some(Outlook { acceptance: 0.5, is_free: true }));
+        let Ok(guesses) = FORECAST.likeliest(1, outlook);
+        assert_eq!(guesses.len(), 32 * 8);
     }
 
     #[test]

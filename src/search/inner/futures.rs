@@ -5,6 +5,7 @@ use grammar_lang::ir::Schedule;
 use super::super::schedule::Stand;
 use super::super::state::{Chains, Tuning};
 use super::super::{Failure, accepts};
+use super::annealing::least_gain;
 use super::forecast::{Guess, Outlook};
 use super::{Tuner, best};
 use crate::drive::Parameters;
@@ -54,7 +55,6 @@ impl Tuner<'_> {
             let known = self.evaluator.known(&parameters);
             let known = known.map(|value| value.ok().map(|value| self.fitness(value)));
             let known = if is_same { fitness } else { known };
-            let least = if temperature > 0.0 { temperature * libm::log(drawn) } else { 0.0 };
             let acceptance = match (fitness, known) {
                 (_, Some(None)) => 0.0,
                 (Some(before), Some(Some(new))) => {
@@ -62,7 +62,7 @@ impl Tuner<'_> {
                     f64::from(u8::from(accepts(before, new, temperature, drawn)))
                 }
                 _ if is_same => 1.0,
-                _ => self.forecast.chance(number, least),
+                _ => self.forecast.chance(number, least_gain(temperature, drawn)),
             };
             let is_free = known.is_some() || candidates.iter().any(|other| other.parameters == parameters);
             candidates.push(Candidate { parameters, drawn, fitness: known });
