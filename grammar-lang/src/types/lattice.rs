@@ -3,7 +3,7 @@
 use super::Checker;
 use super::expr::{Context, Local};
 use super::fields::{Sign, Values};
-use super::items::Singles;
+use super::singles::Singles;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Effect, Expr, ExprKind, Group, Painting, Symmetry, Ty};

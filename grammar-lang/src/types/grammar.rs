@@ -1,0 +1,354 @@
+//! Checks the grammar as a whole and puts the typed rule set together.
+
+use indexmap::{IndexMap, IndexSet};
+
+use super::Checker;
+use super::singles::Singles;
+use super::tasks::Actuated;
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::ir::{self, RuleSet};
+use crate::names::{Declaration, LoadedModule, declared};
+use crate::source::Span;
+use crate::syntax::ast::{Item, ItemKind, Name};
+
+/// What rules and their neighbours come to.
+struct Derived {
+    rules: Vec<ir::Rule>,
+    fallbacks: Vec<ir::Fallback>,
+    requirements: Vec<ir::Requirement>,
+    preferences: Vec<ir::Preference>,
+    examples: IndexMap<String, ir::Example>,
+    from: Option<String>,
+}
+
+impl<'a> Checker<'a> {
+    /// Checks everything that the grammar says or uses.
+    pub(super) fn grammar(&mut self) -> Option<RuleSet> {
+        let program = self.program;
+        let items: Vec<(Declaration, &Item)> =
+            program.entries().filter(|(d, _)| program.own.contains(&d.module)).collect();
+        for (declaration, item) in &items {
+            if matches!(item.kind, ItemKind::Param(_)) {
+                self.param(*declaration);
+            }
+        }
+        let mut singles = Singles::default();
+        for (_, item) in &items {
+            self.single(item, &mut singles);
+        }
+        let rest = self.check_all();
+        // Rules, requirements and preferences that are imported by name take part, too.
+        let mut rules = Vec::new();
+        let mut requirements = Vec::new();
+        let mut preferences = Vec::new();
+        for (_, item) in program.entries() {
+            match &item.kind {
+                ItemKind::Rule(name, clauses) => rules.extend(self.rule(name, clauses, item.damaged)),
+                ItemKind::Require { .. } => requirements.extend(self.requirement(item)),
+                ItemKind::Prefer { .. } => preferences.extend(self.preference(item)),
+                _ => {}
+            }
+        }
+        let examples = self.examples(&items, &rules, &requirements);
+        // A module without `grammar` is only imported; it has been checked.
+        let name = program.name.as_ref()?;
+        let complete = self.complete(&singles, program.base.unwrap_or(name.span));
+        let from = self.starting_example(&singles, &examples);
+        let fallbacks = self.fallbacks(&rules);
+        let assembled = self.assemble(
+            name,
+            singles,
+            Derived { rules, fallbacks, requirements, preferences, examples, from },
+        );
+        self.unknown_overrides(name.span);
+        self.unused(&items, &rest);
+        let mut ruleset = assembled?;
+        for (declaration, param) in self.params.clone() {
+            let name = program.item(declaration).and_then(declared);
+            if let (Some(name), super::CheckedParam::Right(param)) = (name, param) {
+                ruleset.params.insert(name.text.clone(), param);
+            }
+        }
+        ruleset.params.sort_by(|a, x, b, y| x.span.cmp(&y.span).then(a.cmp(b)));
+        (complete && !self.errors.iter().any(Diagnostic::is_error)).then_some(ruleset)
+    }
+
+    /// The example that the search starts from.
+    fn starting_example(
+        &mut self,
+        singles: &Singles<'_>,
+        examples: &IndexMap<String, ir::Example>,
+    ) -> Option<String> {
+        let from = singles.from?;
+        if examples.contains_key(&from.text) {
+            return Some(from.text.clone());
+        }
+        let declared = self.program.lookup(from.span, &from.text);
+        if !declared.is_some_and(|(_, i)| matches!(i.kind, ItemKind::Example(..))) {
+            let help = did_you_mean(&from.text, examples.keys().map(String::as_str));
+            self.report(
+                Diagnostic::new(
+                    Code::UNKNOWN_NAME,
+                    from.span,
+                    format!("there is no example `{}` to start from", from.text),
+                )
+                .label("not declared")
+                .help(help.unwrap_or_else(|| "declare it with `example`".to_owned())),
+            );
+        }
+        None
+    }
+
+    /// Warns of declarations and imports of the first text that nothing uses.
+    fn unused(&mut self, items: &[(Declaration, &Item)], rest: &IndexSet<Declaration>) {
+        if self.is_partial() || self.errors.iter().any(Diagnostic::is_error) {
+            // What an error hides might be the use.
+            return;
+        }
+        let program = self.program;
+        let mut there = Vec::new();
+        let mut idle: Vec<(&Name, String)> = Vec::new();
+        let used = |d: &Declaration, c: &Self| c.touched.contains(d) || rest.contains(d);
+        for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
+            let by_itself = matches!(
+                item.kind,
+                ItemKind::Rule(..)
+                    | ItemKind::Require { .. }
+                    | ItemKind::Prefer { .. }
+                    | ItemKind::Example(..)
+                    | ItemKind::Task(..)
+                    | ItemKind::Target { .. }
+                    | ItemKind::Prototype(..)
+                    | ItemKind::Novelty(..)
+            );
+            there.extend(declared(item).map(|n| n.span));
+            if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
+                idle.push((name, format!("nothing uses `{}`", name.text)));
+            }
+        }
+        let imports =
+            program.modules.first().into_iter().flat_map(|m| &m.tree.items).filter_map(|i| match &i.kind {
+                ItemKind::Use { names: Some(names), .. } => Some(names),
+                _ => None,
+            });
+        for name in imports.flatten() {
+            let Some((declaration, item)) = program.lookup(name.span, &name.text) else { continue };
+            let by_itself = matches!(
+                item.kind,
+                ItemKind::Rule(..)
+                    | ItemKind::Require { .. }
+                    | ItemKind::Prefer { .. }
+                    | ItemKind::Target { .. }
+                    | ItemKind::Prototype(..)
+                    | ItemKind::Novelty(..)
+            );
+            there.push(name.span);
+            if !by_itself && !used(&declaration, self) {
+                idle.push((name, format!("`{}` is imported, but nothing uses it", name.text)));
+            }
+        }
+        let unused = idle.into_iter().map(|(name, message)| {
+            Diagnostic::new(Code::UNUSED, name.span, message).label("not used").help("use it, or take it out")
+        });
+        let unused: Vec<Diagnostic> = unused.collect();
+        // Of several grammars in a text, each may leave to the others what it does not use.
+        if program.modules.first().is_some_and(|m| crate::names::offers(&m.tree).len() > 1) {
+            self.idle = super::Idle { there, unused };
+            return;
+        }
+        unused.into_iter().for_each(|warning| self.report(warning));
+    }
+
+    /// Whether some declarations could not be read: what seems to be missing may be there.
+    pub(super) fn is_partial(&self) -> bool {
+        let lost = |m: &LoadedModule| m.tree.headless || m.tree.broken.iter().any(|b| !b.is_empty());
+        self.program.modules.iter().any(lost)
+    }
+
+    /// Reports what a grammar lacks.
+    fn complete(&mut self, singles: &Singles<'_>, span: Span) -> bool {
+        let tasks = !singles.tasks.is_empty();
+        let wanted = [
+            ("begin", "begin { place core : cube }"),
+            ("simulate", "simulate hinge_model for 20 s"),
+            ("maximize", "maximize travel in cm"),
+            ("search", "search nested_annealing"),
+        ];
+        let cells = self.begins_with_cells().then_some(("lattice", "lattice 15 x 15 x 15 of KIND"));
+        let missing = wanted.into_iter().chain(cells).filter(|(what, _)| {
+            // Tasks say for themselves how they are simulated.
+            !(*what == "simulate" && tasks || singles.seen.contains_key(what))
+        });
+        let (words, lines): (Vec<&str>, Vec<&str>) = missing.unzip();
+        if !words.is_empty() && !self.is_partial() {
+            let message = format!("this grammar has no {}", super::names::listed(&words, "or"));
+            self.report(
+                Diagnostic::new(Code::MISSING_ITEM, span, message)
+                    .label("incomplete")
+                    .help(format!("add for example {}", super::names::listed(&lines, "and"))),
+            );
+        }
+        words.is_empty()
+    }
+
+    fn assemble(&mut self, name: &Name, singles: Singles<'a>, derived: Derived) -> Option<RuleSet> {
+        let program = self.program;
+        let tasks = self.tasks(&singles);
+        let hardware = self.hardware();
+        let observed = self.all_observed();
+        let novelties = self.novelties();
+        // What drives what is checked even where the tasks are not complete.
+        let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
+        let mut terms: IndexMap<String, ir::Term> = IndexMap::new();
+        let mut patterns = IndexMap::new();
+        let mut parts = IndexMap::new();
+        let mut actuators = IndexMap::new();
+        let mut actuations = IndexMap::new();
+        // Checking one declaration may touch others: the set grows while it is walked.
+        let mut next = 0;
+        let mut taken: IndexMap<String, Declaration> = IndexMap::new();
+        let mut sound = true;
+        while let Some(declaration) = self.touched.get_index(next).copied() {
+            next += 1;
+            let Some(item) = program.item(declaration) else { continue };
+            let Some(own) = declared(item) else { continue };
+            if let Some(other) = taken.insert(own.text.clone(), declaration)
+                && other != declaration
+            {
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        own.span,
+                        format!("two modules declare `{}`, and this grammar uses both", own.text),
+                    )
+                    .label("one of them")
+                    .help("rename one of them"),
+                );
+            }
+            let key = own.text.clone();
+            match &item.kind {
+                ItemKind::Part(block) => match self.part(block, item.damaged) {
+                    Some(part) => drop(parts.insert(key, part)),
+                    None => sound = false,
+                },
+                ItemKind::Actuator(block) => match self.actuator(block, item.damaged) {
+                    Some(actuator) => drop(actuators.insert(key, actuator)),
+                    None => sound = false,
+                },
+                ItemKind::Pattern(_, value) => {
+                    let value = self.fixed_pattern(value, item.damaged);
+                    patterns.insert(key, value);
+                }
+                ItemKind::Term(_, ty, value) => {
+                    let (ty, value) = self.term(ty, value, item.damaged);
+                    terms.insert(key, ir::Term { ty, value, span: own.span });
+                }
+                ItemKind::Actuation { name, binder, kind, clauses } => {
+                    match self.actuation(name, binder, kind, clauses, item.damaged) {
+                        Some(actuation) => drop(actuations.insert(key, actuation)),
+                        None => sound = false,
+                    }
+                }
+                _ => {}
+            }
+        }
+        let actuated: Vec<&Actuated> = match &tasks {
+            Some((tasks, _)) => tasks.values().map(|(_, actuated)| actuated).collect(),
+            None => own_actuated.iter().collect(),
+        };
+        let actuated_cells: Vec<Actuated> = actuated.iter().copied().cloned().collect();
+        for actuated in actuated {
+            self.check_actuated(actuated, &actuators, &actuations);
+        }
+        if let (Some(kind), Some((sides, cell, span))) = (singles.cell, &singles.lattice) {
+            for (with, place) in actuated_cells.iter().filter_map(|actuated| actuated.get(&kind.text)) {
+                if let Some(actuation) = actuations.get(with) {
+                    self.check_attributes(&kind.text, &cell.params, actuation, *place);
+                }
+            }
+            self.check_lattice_symmetry(*sides, singles.symmetry.unwrap_or(ir::Symmetry::None), *span);
+        }
+        let (tasks, objective) = tasks?;
+        self.check_models(&tasks, &singles);
+        let (targets, prototypes) = hardware?;
+        self.check_targets(&tasks, &targets, &actuators, &actuations);
+        self.check_periods(&tasks, &actuations, &terms, &observed);
+        let novelties = novelties?;
+        if !sound {
+            return None;
+        }
+        Some(RuleSet {
+            version: ir::VERSION,
+            name: name.text.clone(),
+            params: IndexMap::new(),
+            enumerations: self.enumerations(),
+            parts,
+            actuators,
+            patterns,
+            symmetry: singles.symmetry.unwrap_or(ir::Symmetry::None),
+            begin: singles.begin?,
+            lattice: match (singles.lattice, singles.cell) {
+                (Some((sides, cell, span)), Some(kind)) => {
+                    let kind = kind.text.clone();
+                    Some(ir::Lattice { sides, kind, cell, begin: singles.filled, span })
+                }
+                (None, Some(_)) => return None,
+                _ => None,
+            },
+            rules: derived.rules,
+            fallbacks: derived.fallbacks,
+            requirements: derived.requirements,
+            preferences: derived.preferences,
+            examples: derived.examples,
+            actuations,
+            tasks: tasks.into_iter().map(|(name, (task, _))| (name, task)).collect(),
+            targets,
+            prototypes,
+            observed: observed.into_iter().map(|name| name.text).collect(),
+            novelties,
+            terms,
+            objective,
+            search: singles.search?,
+            from: derived.from,
+        })
+    }
+
+    /// The values of every enumeration that is used.
+    fn enumerations(&self) -> IndexMap<String, Vec<String>> {
+        let used = self.program.items().filter(|(d, _)| self.touched.contains(d));
+        used.filter_map(|(_, item)| match &item.kind {
+            ItemKind::Enum(name, values) => {
+                Some((name.text.clone(), values.iter().map(|v| v.text.clone()).collect()))
+            }
+            _ => None,
+        })
+        .collect()
+    }
+
+    fn unknown_overrides(&mut self, span: Span) {
+        let program = self.program;
+        let known: Vec<&str> =
+            self.params.keys().filter_map(|d| Some(declared(program.item(*d)?)?.text.as_str())).collect();
+        for (name, _) in self.overrides {
+            if known.contains(&name.as_str()) {
+                continue;
+            }
+            let help = did_you_mean(name, known.iter().copied()).unwrap_or_else(|| {
+                if known.is_empty() {
+                    "it has none".to_owned()
+                } else {
+                    format!("it has: {}", known.join(", "))
+                }
+            });
+            self.report(
+                Diagnostic::new(
+                    Code::UNKNOWN_PARAMETER,
+                    span,
+                    format!("this grammar has no parameter `{name}`"),
+                )
+                .label("given with `-p`")
+                .help(help),
+            );
+        }
+    }
+}

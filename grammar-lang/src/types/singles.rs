@@ -1,0 +1,268 @@
+//! What a grammar, or a task, says once: how it begins, its symmetry, its objective.
+
+use indexmap::IndexMap;
+
+use super::Checker;
+use super::expr::Context;
+use super::stage::Stage;
+use super::tasks::Actuated;
+use crate::diagnostics::{Code, Diagnostic, respell};
+use crate::ir::{self, Ty};
+use crate::names::declared;
+use crate::source::Span;
+use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name, Place};
+
+/// Declarations of which a grammar, or a task, has one.
+#[derive(Default)]
+pub(super) struct Singles<'t> {
+    pub(super) begin: Option<Vec<ir::Placed>>,
+    /// What the initial design fills.
+    pub(super) filled: Vec<ir::Effect>,
+    /// The sides of the lattice, its cell and its place.
+    pub(super) lattice: Option<([usize; 3], ir::Cell, Span)>,
+    /// The name of its cell.
+    pub(super) cell: Option<&'t Name>,
+    pub(super) symmetry: Option<ir::Symmetry>,
+    pub(super) model: Option<ir::Model>,
+    /// The target that it is simulated on.
+    pub(super) on: Option<&'t Name>,
+    /// Whether more is better, the value, and whether the item is damaged.
+    pub(super) objective: Option<(bool, &'t Tree, bool)>,
+    pub(super) search: Option<ir::Search>,
+    pub(super) from: Option<&'t Name>,
+    pub(super) actuated: Actuated,
+    pub(super) tasks: Vec<(&'t Name, &'t [Item])>,
+    pub(super) seen: IndexMap<&'static str, Span>,
+}
+
+impl<'a> Checker<'a> {
+    /// Takes in a declaration of which there is one.
+    pub(super) fn single(&mut self, item: &'a Item, singles: &mut Singles<'a>) {
+        let what = match &item.kind {
+            ItemKind::Grammar(_) => "grammar",
+            ItemKind::Begin(..) => "begin",
+            ItemKind::Lattice(..) => "lattice",
+            ItemKind::Symmetry(..) => "symmetry",
+            ItemKind::Simulate { .. } => "simulate",
+            ItemKind::Objective { .. } => "maximize",
+            ItemKind::UseSearch(..) => "search",
+            ItemKind::Actuate(..) => "actuate",
+            ItemKind::Task(..) => "task",
+            _ => return,
+        };
+        if !matches!(what, "actuate" | "task")
+            && let Some(first) = singles.seen.insert(what, item.span)
+        {
+            self.report(
+                Diagnostic::new(Code::DUPLICATE, item.span, format!("a grammar has one `{what}`"))
+                    .label("another one")
+                    .also(first, "the first one")
+                    .help("keep one of them"),
+            );
+            return;
+        }
+        match &item.kind {
+            ItemKind::Begin(places, fills) if self.has_lattice() => {
+                for place in places {
+                    self.mixed(place.name.span, true);
+                }
+                singles.filled = self.begin_cells(fills, item.damaged);
+                singles.begin = Some(Vec::new());
+                if fills.is_empty() && places.is_empty() && !item.damaged {
+                    self.report(
+                        Diagnostic::new(Code::MISSING_ITEM, item.span, "the initial design is empty")
+                            .label("nothing to begin with")
+                            .help(
+                                "write for example `fill region(middle, -2 .. 2, 0 .. 1, -2 .. 2) with soft`",
+                            ),
+                    );
+                }
+            }
+            ItemKind::Begin(places, fills) => {
+                for fill in fills {
+                    self.mixed(fill.span, false);
+                }
+                singles.begin = self.begin(places, item);
+            }
+            ItemKind::Lattice(sides, kind) => {
+                singles.lattice = self.lattice(sides, kind, item.span);
+                singles.cell = Some(kind);
+            }
+            ItemKind::Symmetry(kind, count, plane) => {
+                singles.symmetry = self.symmetry(kind, count.as_ref(), plane.as_ref());
+            }
+            ItemKind::Simulate { model, duration, on } => {
+                singles.model = self.simulated(model, duration);
+                singles.on = on.as_ref().filter(|on| {
+                    self.named(on, "target", |k| matches!(k, ItemKind::Target { .. })).is_some()
+                });
+            }
+            ItemKind::Objective { maximize, value } => {
+                singles.objective = Some((*maximize, value, item.damaged));
+            }
+            ItemKind::UseSearch(name, from) => {
+                singles.from = from.as_ref();
+                if let Some(ItemKind::Search(block)) =
+                    self.named(name, "search", |k| matches!(k, ItemKind::Search(_)))
+                {
+                    singles.search = self.search(block, false);
+                }
+            }
+            ItemKind::Task(name, items) => singles.tasks.push((name, items)),
+            ItemKind::Actuate(kind, with) => {
+                let kind_ok = self
+                    .named(kind, "actuator", |k| matches!(k, ItemKind::Actuator(_) | ItemKind::Cell(_)))
+                    .is_some();
+                let with_ok =
+                    self.named(with, "actuation", |k| matches!(k, ItemKind::Actuation { .. })).is_some();
+                if kind_ok && with_ok {
+                    let entry = (with.text.clone(), with.span);
+                    if let Some((_, first)) = singles.actuated.insert(kind.text.clone(), entry) {
+                        self.report(
+                            Diagnostic::new(
+                                Code::DUPLICATE,
+                                kind.span,
+                                format!("`{}` is actuated twice", kind.text),
+                            )
+                            .label("again")
+                            .also(first, "by this actuation already")
+                            .help("an actuator follows one actuation: keep one of the two lines"),
+                        );
+                    }
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// The parts of the initial design: the core, and what it holds.
+    fn begin(&mut self, places: &[Place], item: &Item) -> Option<Vec<ir::Placed>> {
+        self.distinct(places.iter().map(|p| &p.name), "part");
+        let mut placed = Vec::new();
+        let mut sound = true;
+        for (i, place) in places.iter().enumerate() {
+            if let Some((_, other)) = self.program.lookup(place.name.span, &place.name.text) {
+                let mut error = Diagnostic::new(
+                    Code::DUPLICATE,
+                    place.name.span,
+                    format!("`{}` already means something else", place.name.text),
+                )
+                .label("hides another meaning")
+                .help("choose another name");
+                if let Some(other) = declared(other) {
+                    error = error.also(other.span, "the other meaning");
+                }
+                self.report(error);
+            }
+            let mut cx = Context::new(Stage::Derivation, item.damaged);
+            let what = self.expect(&place.what, &mut cx, &Ty::Kind, "what is placed");
+            sound &= what.ty == Ty::Kind;
+            let on = place
+                .to
+                .as_ref()
+                .map(|port| self.holding(&what, port, place.turned.as_ref(), place.by.as_ref(), &mut cx));
+            let how = place.turned.as_ref().map(|t| t.span).or(place.by.as_ref().map(|b| b.span));
+            match (i, &on) {
+                (0, None) if how.is_some() => self.report(
+                    Diagnostic::new(
+                        Code::BAD_VALUE,
+                        how.unwrap_or_default(),
+                        "the first part is the core: nothing holds it, so it is not turned about a port",
+                    )
+                    .label("about which port?")
+                    .help("write it without `turned` and `by`"),
+                ),
+                (0, Some(on)) => self.report(
+                    Diagnostic::new(
+                        Code::BAD_VALUE,
+                        on.port.span,
+                        "the first part is the core: nothing holds it",
+                    )
+                    .label("held by this")
+                    .help("write it without `to`"),
+                ),
+                (1.., None) => self.report(
+                    Diagnostic::new(
+                        Code::MISSING_FIELD,
+                        place.name.span,
+                        format!("nothing holds `{}`", place.name.text),
+                    )
+                    .label("a second part")
+                    .help("say where it is attached, as in `to core.top`, or let rules attach it"),
+                ),
+                _ => {}
+            }
+            placed.push(ir::Placed { name: place.name.text.clone(), what, on, span: place.what.span });
+        }
+        if places.is_empty() && !item.damaged {
+            self.report(
+                Diagnostic::new(Code::MISSING_ITEM, item.span, "the initial design is empty")
+                    .label("nothing to begin with")
+                    .help("write for example `place core : cube`"),
+            );
+        }
+        (sound && !placed.is_empty()).then_some(placed)
+    }
+
+    fn symmetry(&mut self, kind: &Name, count: Option<&Tree>, plane: Option<&Name>) -> Option<ir::Symmetry> {
+        const HELP: &str = "write `symmetry none`, `symmetry mirror xy` or `symmetry radial 3 about y` \
+                            (y is up, x is forward)";
+        let (span, message) = match (kind.text.as_str(), count, plane) {
+            ("none", None, None) => return Some(ir::Symmetry::None),
+            ("mirror", None, Some(plane)) => {
+                let normal = match plane.text.as_str() {
+                    "xy" | "yx" => Some(2),
+                    "yz" | "zy" => Some(0),
+                    "xz" | "zx" => Some(1),
+                    _ => None,
+                };
+                match normal {
+                    Some(normal) => return Some(ir::Symmetry::Mirror(normal)),
+                    None => (plane.span, format!("there is no plane `{}`", plane.text)),
+                }
+            }
+            ("radial", Some(count), Some(axis)) => {
+                let place = count.span;
+                let mut cx = Context::new(Stage::Declaration, false);
+                let count = self.expect(count, &mut cx, &Ty::Count, "how often the design is repeated");
+                let count = self.constant_number(&count)?;
+                let axis_index = ["x", "y", "z"].iter().position(|a| *a == axis.text);
+                match axis_index {
+                    Some(axis) if (2.0..=64.0).contains(&count) => {
+                        return Some(ir::Symmetry::Radial(count as usize, axis));
+                    }
+                    Some(_) => {
+                        self.report(
+                            Diagnostic::new(
+                                Code::OUT_OF_DOMAIN,
+                                place,
+                                "a radial symmetry repeats the design 2 to 64 times",
+                            )
+                            .label(format!("this is {count}"))
+                            .help("write `symmetry none` for none"),
+                        );
+                        return None;
+                    }
+                    None => (axis.span, format!("there is no axis `{}`", axis.text)),
+                }
+            }
+            ("mirror", ..) => (kind.span, "`mirror` needs a plane".to_owned()),
+            ("radial", ..) => (kind.span, "`radial` needs a number and an axis".to_owned()),
+            ("none", _, Some(plane)) => (plane.span, "`symmetry none` takes nothing more".to_owned()),
+            (other, ..) => (kind.span, format!("there is no symmetry `{other}`")),
+        };
+        let label = if message.contains("needs") {
+            "incomplete"
+        } else if message.contains("nothing more") {
+            "too much"
+        } else {
+            "not known"
+        };
+        self.report(
+            Diagnostic::new(Code::BAD_VALUE, span, message).label(label).help(HELP).fix_if(
+                respell(span, &kind.text, ["none", "mirror", "radial"]).filter(|_| span == kind.span),
+            ),
+        );
+        None
+    }
+}
