@@ -14,8 +14,9 @@
 //! Most pairs are asleep. Each body has an odometer that counts how far it can have
 //! moved (as the root sees it: tumbling as one piece brings nothing closer), and a
 //! pair that had a gap is looked at again when its two bodies may have used it up.
-//! So that not even that must be asked of every pair in every step, one more
-//! odometer counts what the two fastest bodies can have moved towards each other.
+//! That is asked of every pair in every step: one sum and one comparison. (To keep
+//! those asleep that were far apart, by what the two fastest bodies can have moved,
+//! costs more, the more so with many lanes: a pair is woken for any of them.)
 
 use super::ground::top_speed;
 use super::kinematics::{Frame, State, Velocity, place};
@@ -33,10 +34,10 @@ const ROUNDING: f64 = 0.2;
 const PROJECTIONS: usize = 2;
 /// The same at rest, with nothing to go on from.
 const FIRST_PROJECTIONS: usize = 100;
-/// Pairs in a group.
-const GROUP: usize = 16;
 /// Gap in cm below which a pair is a contact even when all is still.
 const MARGIN: f64 = 0.02;
+/// What rounding can add to or take from an odometer in a step, cm: far more than it does.
+const SLACK: f64 = 0.005;
 
 /// The shrunk shape about its centre.
 #[derive(Clone, Copy, Debug)]
@@ -138,18 +139,16 @@ pub(super) struct Collisions<S> {
     hulls: Vec<Hull<S>>,
     pairs: Vec<Pair<S>>,
     at_rest: Vec<Pair<S>>,
+    /// The two bodies of each pair.
+    bodies: Vec<[u32; 2]>,
     /// Sum of its bodies' odometers at which each pair may touch.
     due: Vec<S>,
-    /// Reading of the common odometer before which that is not so.
-    wake: Vec<S>,
-    /// The earliest of these in each group of pairs, so that sleeping groups need no look.
-    calls: Vec<S>,
     /// How far each body can have moved.
     odometers: Vec<S>,
-    /// How far any two can have moved towards each other.
-    common: S,
     /// How far each body can move in this step.
     travels: Vec<S>,
+    /// The reading of each odometer after this step, and half of a margin.
+    marks: Vec<S>,
     /// For each body, how far its elements reach from its centre.
     reach: Vec<S>,
 }
@@ -174,12 +173,14 @@ impl<S: Scalar> Collisions<S> {
         }
         Self {
             hulls: lowered.pieces.iter().map(|piece| hull(kit, piece)).collect(),
+            bodies: pairs
+                .iter()
+                .map(|pair| [pair.first, pair.second].map(|hull| hulls[hull].body as u32))
+                .collect(),
             due: vec![S::zero(kit); pairs.len()],
-            wake: vec![S::zero(kit); pairs.len()],
-            calls: vec![S::zero(kit); pairs.len().div_ceil(GROUP)],
             odometers: vec![S::zero(kit); lowered.bodies.len()],
-            common: S::zero(kit),
             travels: vec![S::zero(kit); lowered.bodies.len()],
+            marks: vec![S::zero(kit); lowered.bodies.len()],
             at_rest: pairs.clone(),
             pairs,
             reach: reaches(kit, lowered),
@@ -194,11 +195,9 @@ impl<S: Scalar> Collisions<S> {
     /// Back to rest.
     pub(super) fn reset(&mut self) {
         self.pairs.copy_from_slice(&self.at_rest);
-        self.common = self.common.like(0.0);
-        self.wake.fill(self.common);
-        self.calls.fill(self.common);
-        self.due.fill(self.common);
-        self.odometers.fill(self.common);
+        let zero = self.marks[0].like(0.0);
+        self.due.fill(zero);
+        self.odometers.fill(zero);
     }
 
     /// Hands over every pair that may touch within a step; `ahead` is how the
@@ -211,72 +210,39 @@ impl<S: Scalar> Collisions<S> {
         step: S,
         mut found: impl FnMut(Meeting<S>),
     ) {
-        let most = self.travel(frames, ahead, step);
+        self.travel(frames, ahead, step);
         let margin = step.like(MARGIN);
-        let now = self.common + most + margin;
-        for group in 0..self.calls.len() {
-            if !self.calls[group].at_most(now).any() {
+        for place in 0..self.pairs.len() {
+            let [a, b] = self.bodies[place].map(|body| body as usize);
+            if !self.due[place].at_most(self.marks[a] + self.marks[b]).any() {
                 continue;
             }
-            let places = group * GROUP..self.pairs.len().min((group + 1) * GROUP);
-            for place in places.clone() {
-                self.rouse(frames, place, margin, now, &mut found);
+            let moved = self.odometers[a] + self.odometers[b];
+            let margin = self.travels[a] + self.travels[b] + margin;
+            let due = (self.due[place] - moved).at_most(margin);
+            if !due.any() {
+                continue;
             }
-            self.calls[group] =
-                self.wake[places].iter().fold(step.like(f64::INFINITY), |call, &wake| call.min(wake));
+            let (gap, meeting) = self.look(frames, place, margin, due);
+            meeting.into_iter().for_each(&mut found);
+            self.due[place] = S::pick(due, moved + gap, self.due[place]);
         }
-    }
-
-    /// Hands over a pair if it may touch, in the lanes where its time has come.
-    #[inline(always)]
-    fn rouse(
-        &mut self,
-        frames: &[Frame<S>],
-        place: usize,
-        margin: S,
-        now: S,
-        found: &mut impl FnMut(Meeting<S>),
-    ) {
-        let awake = self.wake[place].at_most(now);
-        if !awake.any() {
-            return;
-        }
-        let Pair { first, second, .. } = self.pairs[place];
-        let (a, b) = (self.hulls[first].body, self.hulls[second].body);
-        let moved = self.odometers[a] + self.odometers[b];
-        let margin = self.travels[a] + self.travels[b] + margin;
-        let left = self.due[place] - moved;
-        let due = awake & left.at_most(margin);
-        self.wake[place] = S::pick(awake, self.common + left, self.wake[place]);
-        if !due.any() {
-            return;
-        }
-        let (gap, meeting) = self.look(frames, place, margin, due);
-        if let Some(meeting) = meeting {
-            found(meeting);
-        }
-        self.due[place] = S::pick(due, moved + gap, self.due[place]);
-        self.wake[place] = S::pick(due, self.common + gap, self.wake[place]);
     }
 
     /// Moves the odometers on by the step just made, whose speeds are the present
-    /// ones, and says how far the bodies can move in the next: each, and any two
-    /// towards each other.
+    /// ones, and says how far the bodies can move in the next.
     #[inline(always)]
-    fn travel(&mut self, frames: &[Frame<S>], ahead: &[Velocity<S>], step: S) -> S {
+    fn travel(&mut self, frames: &[Frame<S>], ahead: &[Velocity<S>], step: S) {
         let root = (Velocity::of(&frames[0]), ahead[0]);
-        let (mut moved, mut most) = (step.like(0.0), step.like(0.0));
+        let half = step.like(MARGIN / 2.0 + SLACK);
+        self.marks[0] = half;
         for (body, (frame, ahead)) in frames.iter().zip(ahead).enumerate().skip(1) {
             let past = self.relative_speed(body, frame, Velocity::of(frame), root.0) * step;
             let next = past.max(self.relative_speed(body, frame, *ahead, root.1) * step);
             self.odometers[body] += past;
             self.travels[body] = next;
-            moved = moved.max(past);
-            most = most.max(next);
+            self.marks[body] = self.odometers[body] + next + half;
         }
-        let two = step.like(2.0);
-        self.common += moved * two;
-        most * two
     }
 
     /// The greatest speed of any point of a body as the root sees it.

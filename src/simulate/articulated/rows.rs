@@ -6,10 +6,10 @@
 
 use super::factor::Factor;
 use super::kinematics::Frame;
-use super::scalar::Scalar;
+use super::scalar::{Mask, Scalar};
 use super::touches::{MOST_LANES, Pair, Touch, Touches, hinges_on};
-use super::tree::{ROOT, Tree, dof_of};
-use super::vector::{V3, cross, dot, null, sub};
+use super::tree::{ROOT, Tree};
+use super::vector::{V3, cross, dot, null, pick, sub};
 
 /// One contact, ready to be solved.
 #[derive(Clone, Copy, Debug)]
@@ -146,24 +146,33 @@ impl<S: Scalar> Rows<S> {
         let start = self.columns.len();
         let (touch, normal) = (&pair.touch, pair.normal);
         let (first, second) = tangents(normal);
-        let (mut a, mut b) = pair.bodies;
-        // Above the body where the two paths meet both move alike: the row is
-        // zero there until the elimination reaches it.
-        while a != b {
-            let positive = a > b;
-            let body = if positive { a } else { b };
-            let frame = &frames[body];
-            let way = cross(frame.axis, sub(touch.point, frame.hinge));
-            // One in the lanes that have the contact, else zero.
-            let sign = if positive { touch.depth } else { -touch.depth };
-            let dof = dof_of(body);
+        let zero = S::zero(tree.kit);
+        let none = S::mask(tree.kit, false);
+        // The union of the two paths, tips first.
+        let mut one = &tree.path(pair.tips.0)[..touch.deepest];
+        let mut two = &tree.path(pair.tips.1)[..pair.deepest];
+        while let Some(dof) = one.last().max(two.last()).copied() {
+            let mut moves = [none; 2];
+            for ((path, depth), moves) in
+                [(&mut one, touch.depth), (&mut two, pair.depth)].into_iter().zip(&mut moves)
+            {
+                if let Some((_, rest)) = path.split_last().filter(|(last, _)| **last == dof) {
+                    *path = rest;
+                    *moves = zero.like(rest.len() as f64).less(depth);
+                }
+            }
+            let dof = dof as usize;
+            let [with_one, with_two] = [moves[0] & !moves[1], moves[1] & !moves[0]];
             self.dofs.push(dof as u32);
-            self.scratch[dof] = scaled([dot(way, normal), dot(way, first), dot(way, second)], sign);
-            if positive { a = tree.links[a].parent } else { b = tree.links[b].parent }
-        }
-        for &dof in tree.path(a).iter().rev() {
-            self.dofs.push(dof);
-            self.scratch[dof as usize] = null(tree.kit);
+            // Where both move alike the row is zero until the elimination reaches it.
+            self.scratch[dof] = null(tree.kit);
+            if dof >= ROOT && (with_one | with_two).any() {
+                let frame = &frames[dof + 1 - ROOT];
+                let way = cross(frame.axis, sub(touch.point, frame.hinge));
+                let sign = S::pick(with_one, pair.side, -pair.side);
+                let row = scaled([dot(way, normal), dot(way, first), dot(way, second)], sign);
+                self.scratch[dof] = pick::<S>(with_one | with_two, row, null(tree.kit));
+            }
         }
         for place in start..self.dofs.len() {
             let dof = self.dofs[place] as usize;

@@ -4,7 +4,8 @@
 //! point that touches in any lane had rows in all of them, most rows would be
 //! idle. So the points of a limb are gathered lane by lane: the first contact of
 //! each lane, the second, and so on. They may lie on different bodies of the limb,
-//! but all on the path to its tip, and so share their degrees of freedom.
+//! but all on the path to its tip, and so share their degrees of freedom. Contacts
+//! between bodies are gathered by the two limbs that they are on.
 
 use super::kinematics::Frame;
 use super::scalar::{Mask, Scalar, lanes_of};
@@ -43,17 +44,42 @@ impl<S: Scalar> Touch<S> {
         let slots = [NO_SLOT; MOST_LANES];
         Self { point, allowance: zero, friction: zero, depth: zero, deepest: 0, slots }
     }
+
+    /// Takes over the contact of one lane.
+    #[inline(always)]
+    fn set(
+        &mut self,
+        lane: usize,
+        (point, allowance, friction): (&V3<S>, &S, &S),
+        depth: usize,
+        slot: usize,
+    ) {
+        copy_lane(&mut self.point, lane, point);
+        self.allowance.copy_lane(lane, allowance);
+        self.friction.copy_lane(lane, friction);
+        self.depth.set_lane(lane, depth as f64);
+        self.deepest = self.deepest.max(depth);
+        self.slots[lane] = slot as u32;
+    }
 }
 
-/// A contact of two bodies, which are the same in all lanes that have it.
+/// A contact of two bodies, which are on the same two limbs in all lanes that have it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Pair<S> {
-    /// The contact; its depth says only where it is.
+    /// The contact, with the depth of the body on the first limb.
     pub(super) touch: Touch<S>,
-    /// The two bodies.
-    pub(super) bodies: (usize, usize),
-    /// From the second to the first.
+    /// The limbs, which may be the same.
+    limbs: (usize, usize),
+    /// The bodies at the ends of their paths.
+    pub(super) tips: (usize, usize),
+    /// The depth of the body on the second limb; zero in a lane without the contact.
+    pub(super) depth: S,
+    /// The largest of them over all lanes.
+    pub(super) deepest: usize,
+    /// Across the surfaces.
     pub(super) normal: V3<S>,
+    /// 1 where it points to the body on the first limb, -1 where to that on the second.
+    pub(super) side: S,
 }
 
 /// The contacts with the ground of the bodies on one path.
@@ -77,6 +103,8 @@ pub(super) struct Touches<S: Scalar> {
     places: Vec<(usize, usize)>,
     /// Contacts between bodies.
     pub(super) pairs: Vec<Pair<S>>,
+    /// For each lane, the place in them after its last one.
+    last: [usize; MOST_LANES],
 }
 
 impl<S: Scalar> Touches<S> {
@@ -97,7 +125,7 @@ impl<S: Scalar> Touches<S> {
             }
             limbs.push(limb(tip));
         }
-        Self { kit: tree.kit, limbs, places, pairs: Vec::with_capacity(bodies) }
+        Self { kit: tree.kit, limbs, places, pairs: Vec::with_capacity(bodies), last: [0; MOST_LANES] }
     }
 
     /// Forgets the contacts of the last step.
@@ -108,6 +136,7 @@ impl<S: Scalar> Touches<S> {
             limb.counts = [0; MOST_LANES];
         }
         self.pairs.clear();
+        self.last = [0; MOST_LANES];
     }
 
     /// Adds a contact with the ground in some lanes.
@@ -130,33 +159,43 @@ impl<S: Scalar> Touches<S> {
                 limb.touches.push(Touch::null(self.kit));
             }
             let touch = &mut limb.touches[place];
-            copy_lane(&mut touch.point, lane, &point);
-            touch.allowance.copy_lane(lane, &allowance);
-            touch.friction.copy_lane(lane, &friction);
-            touch.depth.set_lane(lane, depth as f64);
-            touch.deepest = touch.deepest.max(depth);
-            touch.slots[lane] = slot as u32;
+            touch.set(lane, (&point, &allowance, &friction), depth, slot);
         }
     }
 
-    /// Adds a contact between two bodies in some lanes.
+    /// Adds a contact between two bodies in some lanes; the normal points from the
+    /// second to the first. Each lane keeps the order in which its contacts come.
     #[inline(always)]
     pub(super) fn add_pair(
         &mut self,
         lanes: S::Mask,
-        bodies: (usize, usize),
+        (a, b): (usize, usize),
         slot: usize,
         (point, normal): (V3<S>, V3<S>),
         allowance: S,
         friction: S,
     ) {
-        let zero = S::zero(self.kit);
-        let mut slots = [NO_SLOT; MOST_LANES];
-        lanes_of(lanes.bits()).for_each(|lane| slots[lane] = slot as u32);
-        let allowance = S::pick(lanes, allowance, zero);
-        let depth = S::pick(lanes, zero.like(1.0), zero);
-        let touch = Touch { point, allowance, friction, depth, deepest: 0, slots };
-        self.pairs.push(Pair { touch, bodies, normal });
+        let (a, b) = (self.places[a], self.places[b]);
+        let (side, (first, depth), (second, other)) = if a.0 < b.0 { (-1.0, b, a) } else { (1.0, a, b) };
+        let limbs = (first, second);
+        for lane in lanes_of(lanes.bits()) {
+            let later = self.pairs.iter().skip(self.last[lane]).position(|pair| pair.limbs == limbs);
+            let place = later.map_or(self.pairs.len(), |later| self.last[lane] + later);
+            self.last[lane] = place + 1;
+            if place == self.pairs.len() {
+                let zero = S::zero(self.kit);
+                let touch = Touch::null(self.kit);
+                let tips = (self.limbs[first].tip, self.limbs[second].tip);
+                let normal = null(self.kit);
+                self.pairs.push(Pair { touch, limbs, tips, depth: zero, deepest: 0, normal, side: zero });
+            }
+            let pair = &mut self.pairs[place];
+            pair.touch.set(lane, (&point, &allowance, &friction), depth, slot);
+            copy_lane(&mut pair.normal, lane, &normal);
+            pair.depth.set_lane(lane, other as f64);
+            pair.deepest = pair.deepest.max(other);
+            pair.side.set_lane(lane, side);
+        }
     }
 }
 
