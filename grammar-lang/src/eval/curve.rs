@@ -40,25 +40,27 @@ impl Curve {
     #[must_use]
     pub fn at(&self, place: f64) -> f64 {
         let place = if (0.0..=1.0).contains(&place) { place } else { place - libm::floor(place) };
-        // Horner's scheme on the ratio that is at most one, from the end that is farther away.
+        // From the end that is farther away.
         let rest = 1.0 - place;
-        let fold = |small: f64, large: f64, points: &mut dyn Iterator<Item = &f64>| {
-            let ratio = small / large;
-            let (mut sum, mut scale) = (0.0, 1.0);
-            for (i, weighted) in points.enumerate() {
-                sum = sum * ratio + weighted;
-                if i > 0 {
-                    scale *= large;
-                }
-            }
-            sum * scale
-        };
         if place <= 0.5 {
-            fold(place, rest, &mut self.weighted.iter().rev())
+            fold(place, rest, self.weighted.iter().rev())
         } else {
-            fold(rest, place, &mut self.weighted.iter())
+            fold(rest, place, self.weighted.iter())
         }
     }
+}
+
+/// Horner's scheme on the ratio of a place's distances from the two ends, which is at most one.
+fn fold<'w>(small: f64, large: f64, points: impl Iterator<Item = &'w f64>) -> f64 {
+    let ratio = small / large;
+    let (mut sum, mut scale) = (0.0, 1.0);
+    for (i, weighted) in points.enumerate() {
+        sum = sum * ratio + weighted;
+        if i > 0 {
+            scale *= large;
+        }
+    }
+    sum * scale
 }
 
 #[cfg(test)]

@@ -160,7 +160,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Whether some declarations could not be read: what seems to be missing may be there.
-    pub(super) fn is_partial(&self) -> bool {
+    fn is_partial(&self) -> bool {
         let lost = |m: &LoadedModule| m.tree.headless || m.tree.broken.iter().any(|b| !b.is_empty());
         self.program.modules.iter().any(lost)
     }

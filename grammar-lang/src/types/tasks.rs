@@ -28,9 +28,8 @@ impl<'a> Checker<'a> {
         };
         let mut tasks = IndexMap::new();
         if singles.tasks.is_empty() {
-            let actuated = singles.actuated.clone();
-            self.check_on(singles.on, &actuated);
             let mut objective = objective?;
+            let actuated = singles.actuated.clone();
             let task = ir::Task {
                 actuated: names_only(&actuated),
                 model: singles.model.clone()?,
@@ -110,35 +109,9 @@ impl<'a> Checker<'a> {
                 .help("add for example `simulate hinge_model for 20 s`"),
             );
         }
-        self.check_on(on, &actuated);
         let on = on.map(|on| on.text.clone());
         let task = ir::Task { actuated: names_only(&actuated), model: model?, on, objective: objective? };
         Some((task, actuated))
-    }
-
-    /// A target drives one kind of actuator: where that is not actuated, the target would change nothing.
-    fn check_on(&mut self, on: Option<&Name>, actuated: &Actuated) {
-        let Some(on) = on else { return };
-        let Some((_, item)) = self.program.lookup(on.span, &on.text) else { return };
-        let ItemKind::Target { kind, .. } = &item.kind else { return };
-        let known = actuated.contains_key(&kind.text);
-        if known || self.is_partial() || self.errors.iter().any(Diagnostic::is_error) {
-            return;
-        }
-        let mut help = format!("write for example `actuate {} with bezier_pac`", kind.text);
-        if let Some(other) = actuated.keys().next() {
-            help += &format!(", or simulate on a target that drives `{other}`");
-        }
-        self.report(
-            Diagnostic::new(
-                Code::TARGET_MISFIT,
-                on.span,
-                format!("`{}` drives `{}`, which nothing actuates here", on.text, kind.text),
-            )
-            .label("would change nothing")
-            .also(kind.span, "what it drives")
-            .help(help),
-        );
     }
 
     pub(super) fn simulated(&mut self, name: &Name, duration: &ast::Expr) -> Option<ir::Model> {
