@@ -12,6 +12,7 @@ use super::cache::{self, Cache, Key, Subject};
 use super::tally::Missing;
 use crate::derive::Derivation;
 use crate::design::Body;
+use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Observed, Recording};
@@ -121,6 +122,12 @@ impl<'r> Evaluator<'r> {
     /// How many evaluations go on at once at most: threads, and lanes of each.
     pub(super) fn room(&self) -> (usize, usize) {
         (self.workers.len(), self.workers.iter().map(|worker| worker.lanes()).min().unwrap_or(1))
+    }
+
+    /// How many hinges the body has.
+    pub(super) fn hinges(&self) -> usize {
+        let is_hinge = |joint: &&Joint| matches!(joint.kind, JointKind::Hinge(_));
+        self.body.assembly.joints.iter().filter(is_hinge).count()
     }
 
     /// Evaluates several parameters at once; each as if it were alone. None if it was

@@ -10,8 +10,9 @@ use std::collections::VecDeque;
 
 use super::super::evaluator::Evaluator;
 
-/// What each lane after the first adds to the time of a simulation with one.
-const LANE: f64 = 0.2;
+/// What each lane after the first adds to the time of a simulation with one, for each hinge of the body and at
+/// most: the larger it is, the more differently the runs touch the ground and themselves.
+const LANE: (f64, f64) = (0.01, 0.5);
 /// So many moves of late say what the next ones may gain.
 const LATE: usize = 40;
 /// So many guesses at most for each simulation: a row of moves that are known may be as long as its iteration.
@@ -22,6 +23,8 @@ const GUESSES: usize = 8;
 pub(super) struct Forecast {
     threads: usize,
     lanes: usize,
+    /// What each lane after the first adds to the time of a simulation with one.
+    lane: f64,
     gains: Vec<VecDeque<f64>>,
 }
 
@@ -54,7 +57,9 @@ pub(super) struct Outlook {
 impl Forecast {
     pub(super) fn new(evaluator: &Evaluator<'_>, most: Option<usize>) -> Self {
         let (threads, lanes) = evaluator.room();
-        Self { threads, lanes: lanes.min(most.unwrap_or(lanes)).max(1), gains: Vec::new() }
+        let lanes = lanes.min(most.unwrap_or(lanes)).max(1);
+        let lane = (LANE.0 * evaluator.hinges() as f64).min(LANE.1);
+        Self { threads, lanes, lane, gains: Vec::new() }
     }
 
     /// What a move of a chain gained; negative infinity if it came to nothing.
@@ -131,7 +136,7 @@ impl Forecast {
             let used = |guesses: &Vec<Guess>| -> f64 {
                 guesses.iter().filter(|guess| !guess.is_free).take(room).map(|guess| guess.chance).sum()
             };
-            let gain = chains.iter().map(used).sum::<f64>() / (1.0 + LANE * (lanes - 1) as f64);
+            let gain = chains.iter().map(used).sum::<f64>() / (1.0 + self.lane * (lanes - 1) as f64);
             if gain > most {
                 (best, most) = (room, gain);
             }
@@ -155,7 +160,7 @@ mod tests {
 
     use super::{Forecast, Guess, Outlook};
 
-    const FORECAST: Forecast = Forecast { threads: 2, lanes: 16, gains: Vec::new() };
+    const FORECAST: Forecast = Forecast { threads: 2, lanes: 16, lane: 0.2, gains: Vec::new() };
 
     /// The futures of one of several chains that all accept so often.
     fn futures(acceptance: f64, chains: usize) -> Vec<Guess> {
@@ -176,6 +181,10 @@ mod tests {
         assert_eq!(cut(0.0, 1), 32);
         assert_eq!(cut(1.0, 1), 32);
         assert!(cut(0.5, 1) < 32);
+        // And the more lanes cost, the less.
+        let mut dear = vec![futures(0.5, 1)];
+        Forecast { lane: 0.5, ..FORECAST }.cut(&mut dear);
+        assert!(dear[0].len() < cut(0.5, 1), "{}", dear[0].len());
         // Many chains fill the lanes with moves that surely come to pass.
         assert_eq!(cut(0.5, 32), 1);
         assert_eq!(cut(0.5, 100), 1);

@@ -144,6 +144,17 @@ pub(crate) fn m8() -> Assembly {
     body.0
 }
 
+/// An actuator that carries two others, which can reach it and each other: limbs that share a part of their
+/// paths. 18 elements, 15 hinges.
+pub(crate) fn fork() -> Assembly {
+    let mut body = Builder::default();
+    let core = body.add(cube(Vector3::new(0.0, 0.1, 0.0)));
+    let trunk = body.actuator(core, Vector3::x(), Vector3::z());
+    let end = body.block(trunk, Vector3::x(), HALF_LENGTH);
+    body.limbs([end, end], Vector3::z(), Vector3::y(), false);
+    body.0
+}
+
 /// A row of cubes with an actuator and a foot on either side of each: 13 elements
 /// and 10 hinges a pair.
 pub(crate) fn millipede(pairs: usize) -> Assembly {
