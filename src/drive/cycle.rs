@@ -1,6 +1,6 @@
 //! What actuators are asked for over one period: what hardware plays over and over.
 
-use grammar_lang::eval::{EvalError, Valves, evaluate, evaluate_number};
+use grammar_lang::eval::{EvalError, Valves, evaluate, evaluate_number, evaluate_over};
 
 use super::{Drive, DriveScope, Driven};
 use crate::design::PartId;
@@ -67,7 +67,16 @@ impl Drive<'_> {
         // Cells are strained as far as they are asked to be.
         let unlimited = (f64::NEG_INFINITY, f64::INFINITY);
         let (low, high) = actuator.map_or(unlimited, |a| a.bend);
-        let mut bends = Vec::with_capacity(times.size_hint().0);
+        // An actuator cannot bend further than it can.
+        let within = |bend: f64| bend.max(low).min(high);
+        let times: Vec<f64> = times.collect();
+        if actuation.moving.is_empty()
+            && let Some(mut bends) = evaluate_over(&actuation.drive, &scope, &locals, &times)
+        {
+            bends.iter_mut().for_each(|bend| *bend = within(*bend));
+            return Ok(bends);
+        }
+        let mut bends = Vec::with_capacity(times.len());
         for time in times {
             scope.time = time;
             locals.truncate(fixed);
@@ -76,8 +85,7 @@ impl Drive<'_> {
                 locals.push(value);
             }
             let bend = evaluate_number(&actuation.drive, &scope, &mut locals)?;
-            // An actuator cannot bend further than it can.
-            bends.push(bend.max(low).min(high));
+            bends.push(within(bend));
         }
         Ok(bends)
     }

@@ -48,6 +48,29 @@ impl Curve {
             fold(rest, place, self.weighted.iter())
         }
     }
+
+    /// The values at several places, each as [`at`](Self::at) gives it: side by side, as one waits for another
+    /// in a sum only.
+    pub(super) fn over(&self, places: &mut [f64]) {
+        const SIDE: usize = 8;
+        let (chunks, rest) = places.as_chunks_mut::<SIDE>();
+        for chunk in chunks {
+            let (mut sums, mut scales) = ([0.0; SIDE], [1.0; SIDE]);
+            let near = chunk.map(|p| if (0.0..=1.0).contains(&p) { p } else { p - libm::floor(p) });
+            let low = near.map(|p| p <= 0.5);
+            let large: [f64; SIDE] = std::array::from_fn(|n| if low[n] { 1.0 - near[n] } else { near[n] });
+            let ratio: [f64; SIDE] =
+                std::array::from_fn(|n| (if low[n] { near[n] } else { 1.0 - near[n] }) / large[n]);
+            for (i, (forth, back)) in self.weighted.iter().zip(self.weighted.iter().rev()).enumerate() {
+                for n in 0..SIDE {
+                    sums[n] = sums[n] * ratio[n] + if low[n] { back } else { forth };
+                    scales[n] *= if i > 0 { large[n] } else { 1.0 };
+                }
+            }
+            *chunk = std::array::from_fn(|n| sums[n] * scales[n]);
+        }
+        rest.iter_mut().for_each(|place| *place = self.at(*place));
+    }
 }
 
 /// Horner's scheme on the ratio of a place's distances from the two ends, which is at most one.
@@ -81,6 +104,19 @@ mod tests {
         fn agrees_with_de_casteljau(points in proptest::collection::vec(-2.5f64..2.5, 2..20), u in 0.0f64..1.0) {
             let curve = Curve::bezier(&points).unwrap();
             proptest::prop_assert!((curve.at(u) - reference(&points, u)).abs() < 1e-9);
+        }
+
+        #[test]
+        fn many_at_once_are_as_one_by_one(
+            points in proptest::collection::vec(-2.5f64..2.5, 2..20),
+            places in proptest::collection::vec(-2.0f64..3.0, 0..30),
+        ) {
+            let curve = Curve::bezier(&points).unwrap();
+            let mut all = places.clone();
+            curve.over(&mut all);
+            for (value, place) in all.iter().zip(places) {
+                proptest::prop_assert_eq!(value.to_bits(), curve.at(place).to_bits());
+            }
         }
     }
 

@@ -2,12 +2,14 @@
 
 mod call;
 mod curve;
+mod over;
 mod value;
 mod valves;
 
 use std::sync::Arc;
 
 pub use curve::Curve;
+pub use over::evaluate_over;
 pub use value::{Domain, KindValue, Reference, Value};
 pub use valves::{Valve, Valves};
 
