@@ -96,3 +96,71 @@ impl Course {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::{Curve, evaluate_number};
+    use super::*;
+    use crate::ir::Ty;
+    use crate::source::Span;
+
+    /// What knows only the time.
+    struct At(f64);
+
+    impl Scope for At {
+        fn outer(&self) -> Option<&dyn Scope> {
+            None
+        }
+        fn word(&self, word: Word) -> Option<Value> {
+            (word == Word::Time).then_some(Value::Number(self.0))
+        }
+    }
+
+    fn expr(kind: ExprKind) -> Expr {
+        Expr { kind, ty: Ty::NUMBER, span: Span::default() }
+    }
+
+    fn time() -> Expr {
+        expr(ExprKind::Word(Word::Time))
+    }
+
+    fn binary(a: Expr, operator: Operator, b: Expr) -> Expr {
+        expr(ExprKind::Binary(Box::new(a), operator, Box::new(b)))
+    }
+
+    fn call(function: Function, argument: Expr) -> Expr {
+        expr(ExprKind::Call(function, vec![argument]))
+    }
+
+    #[test]
+    fn all_moments_at_once_are_as_one_by_one() {
+        let curve = Curve::bezier(&[0.3, -1.2, 2.0, 0.9, 0.3]).unwrap();
+        let locals = vec![Value::Number(3.7), Value::Curve(Arc::new(curve))];
+        let local = |slot| expr(ExprKind::Local(slot));
+        let place = || call(Function::Fraction, binary(time(), Operator::Divide, local(0)));
+        let swing = expr(ExprKind::Apply(Box::new(local(1)), Box::new(place())));
+        let wave = binary(local(0), Operator::Multiply, call(Function::Sin, place()));
+        let other = expr(ExprKind::Negate(Box::new(call(Function::Cos, time()))));
+        let sum = binary(binary(swing, Operator::Add, wave), Operator::Subtract, other);
+        let times: Vec<f64> = (0..101).map(|n| f64::from(n) / 7.0).collect();
+        for expr in [sum, local(0), place()] {
+            let all = evaluate_over(&expr, &At(0.0), &locals, &times).expect("plain arithmetic");
+            assert_eq!(all.len(), times.len());
+            for (value, time) in all.iter().zip(&times) {
+                let one = evaluate_number(&expr, &At(*time), &mut locals.clone()).unwrap();
+                assert_eq!(value.to_bits(), one.to_bits());
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_no_value_somewhere_is_left_to_one_by_one() {
+        let one = || expr(ExprKind::Number(1.0));
+        let divided = binary(one(), Operator::Divide, binary(time(), Operator::Subtract, one()));
+        assert!(evaluate_over(&divided, &At(0.0), &[], &[0.0, 2.0]).is_some());
+        assert!(evaluate_over(&divided, &At(0.0), &[], &[0.0, 1.0]).is_none());
+        assert!(evaluate_over(&call(Function::Ln, time()), &At(0.0), &[], &[1.0]).is_none());
+    }
+}

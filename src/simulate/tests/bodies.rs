@@ -145,7 +145,7 @@ pub(crate) fn m8() -> Assembly {
 }
 
 /// An actuator that carries two others, which can reach it and each other: limbs that share a part of their
-/// paths. 18 elements, 15 hinges.
+/// paths. 19 elements, 15 hinges.
 pub(crate) fn fork() -> Assembly {
     let mut body = Builder::default();
     let core = body.add(cube(Vector3::new(0.0, 0.1, 0.0)));
