@@ -1,10 +1,11 @@
 //! Energy bookkeeping: what the servos have not put in must not be there.
 
 use super::joints::Joints;
-use super::kinematics::{Frame, State};
+use super::kinematics::{Frame, State, Velocity};
+use super::momentum::Momenta;
 use super::scalar::Scalar;
 use super::tree::{LENGTH, Tree};
-use super::vector::{V3, add, apply_sym, apply_transposed, dot};
+use super::vector::{V3, add, dot, scale};
 use crate::simulate::Settings;
 
 /// Energy that may come from nowhere, as a height in cm to which it lifts the
@@ -41,16 +42,9 @@ impl<S: Scalar> Ledger<S> {
 
     /// How much energy has come from nowhere since the balance was lowest, erg.
     #[inline(always)]
-    pub(super) fn gain(
-        &mut self,
-        tree: &Tree<S>,
-        state: &State<S>,
-        frames: &[Frame<S>],
-        gravity: V3<S>,
-        joints: &Joints<S>,
-    ) -> S {
-        let mut balance = energy(tree, state, frames, gravity);
-        for body in 1..tree.links.len() {
+    pub(super) fn gain(&mut self, energy: S, joints: &Joints<S>, bodies: usize) -> S {
+        let mut balance = energy;
+        for body in 1..bodies {
             balance -= joints.work(body);
         }
         self.lowest = self.lowest.min(balance);
@@ -59,17 +53,23 @@ impl<S: Scalar> Ledger<S> {
     }
 }
 
-/// Kinetic energy of all bodies plus their potential energy, erg.
+/// Kinetic energy of all bodies plus their potential energy in the middle of the last step, erg.
+/// `moves` are their velocities at the beginning of the step, the frames hold those at its end.
 #[inline(always)]
-pub(super) fn energy<S: Scalar>(tree: &Tree<S>, state: &State<S>, frames: &[Frame<S>], gravity: V3<S>) -> S {
+pub(super) fn energy<S: Scalar>(
+    tree: &Tree<S>,
+    (moves, frames): (&[Velocity<S>], &[Frame<S>]),
+    momenta: &Momenta<S>,
+    (state, gravity, step): (&State<S>, V3<S>, S),
+) -> S {
     let mut sum = S::zero(tree.kit);
     let half = sum.like(0.5);
-    for (frame, link) in frames.iter().zip(&tree.links) {
-        let spin = apply_transposed(&frame.rotation, frame.spin);
-        let turning = dot(spin, apply_sym(&link.inertia, spin));
-        let moving = dot(frame.velocity, frame.velocity) * link.mass;
-        let place = add(state.position, frame.centre);
-        sum += half * (turning + moving) - dot(gravity, place) * link.mass;
+    for (body, link) in tree.links.iter().enumerate() {
+        let carried = &momenta.bodies[body];
+        let spin = scale(add(moves[body].spin, frames[body].spin), half);
+        sum += half * (dot(spin, carried.spin) + dot(carried.velocity, carried.velocity) * link.mass);
     }
-    sum
+    // Weight times the height of the centre of mass, half a step ago.
+    let weight = scale(gravity, momenta.mass);
+    sum - dot(weight, state.centre) + dot(gravity, momenta.linear) * (half * step)
 }

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::kinematics::{Frame, State};
 use super::scalar::{Mask, Scalar};
 use super::tree::LENGTH;
-use super::vector::{V3, add, apply, constant, length, scale};
+use super::vector::{V3, add, apply, constant, cross, length, scale, sub};
 use crate::design::assembly::Shape;
 use crate::simulate::lowering::Lowered;
 
@@ -27,6 +27,8 @@ pub(super) struct Candidate<S: Scalar> {
     pub(super) body: usize,
     /// The point relative to the root's centre.
     pub(super) point: V3<S>,
+    /// The velocity with which it moves against the centre of the body.
+    pub(super) moving: V3<S>,
     /// The lanes.
     pub(super) lanes: S::Mask,
     /// Its height above the ground; negative below.
@@ -135,15 +137,17 @@ impl<S: Scalar> Foot<S> {
         low: S::Mask,
         found: &mut impl FnMut(Candidate<S>),
     ) {
-        let mut offers = Offers { foot: self, centre, height, margin, found };
+        let moving = cross(frame.spin, sub(centre, frame.centre));
+        let mut offers = Offers { foot: self, centre, moving, height, margin, found };
+        let fixed = |way| (way, cross(frame.spin, way));
         match &self.sole {
             Sole::Ball(radius) => {
                 let zero = radius.like(0.0);
-                offers.add(0, [zero, -*radius, zero], low);
+                offers.add(0, ([zero, -*radius, zero], [zero; 3]), low);
             }
             Sole::Corners(corners) => {
                 for (slot, &corner) in corners.iter().enumerate() {
-                    offers.add(slot, apply(&frame.rotation, corner), low);
+                    offers.add(slot, fixed(apply(&frame.rotation, corner)), low);
                 }
             }
             Sole::Cylinder { axis, half_length, radius, fan } => {
@@ -165,12 +169,17 @@ impl<S: Scalar> Foot<S> {
                     if tilted.any() {
                         let k = *radius / across;
                         let down = [axis[1] * axis[0] * k, -(level * k), axis[1] * axis[2] * k];
-                        offers.add(end, add(middle, down), tilted);
+                        // The point follows the axis, not the rim.
+                        let nods = cross(frame.spin, axis);
+                        let swing = add(scale(axis, nods[1]), scale(nods, axis[1]));
+                        let sinks = scale(down, axis[1] * nods[1] / level);
+                        let moving = add(scale(nods, side), add(scale(swing, k), sinks));
+                        offers.add(end, (add(middle, down), moving), tilted);
                     }
                     if upright.any() {
                         for (place, &rim) in fan.iter().enumerate() {
                             let slot = 2 + end * FAN + place;
-                            offers.add(slot, add(middle, apply(&frame.rotation, rim)), upright);
+                            offers.add(slot, fixed(add(middle, apply(&frame.rotation, rim))), upright);
                         }
                     }
                 }
@@ -183,21 +192,25 @@ impl<S: Scalar> Foot<S> {
 struct Offers<'a, S, F> {
     foot: &'a Foot<S>,
     centre: V3<S>,
+    /// The velocity with which the centre of the foot moves against that of the body.
+    moving: V3<S>,
     height: S,
     margin: S,
     found: &'a mut F,
 }
 
 impl<S: Scalar, F: FnMut(Candidate<S>)> Offers<'_, S, F> {
-    /// A point that lies some way from the centre, if it is low enough in some of the lanes.
+    /// A point that lies some way from the centre, against which it moves, if it is low enough in
+    /// some of the lanes.
     #[inline(always)]
-    fn add(&mut self, slot: usize, way: V3<S>, lanes: S::Mask) {
+    fn add(&mut self, slot: usize, (way, moving): (V3<S>, V3<S>), lanes: S::Mask) {
         let gap = self.height + way[1];
         let lanes = lanes & gap.less(self.margin);
         if lanes.any() {
             let Foot { body, friction, slot: first, .. } = *self.foot;
             let point = add(self.centre, way);
-            (self.found)(Candidate { body, point, lanes, gap, friction, slot: first + slot });
+            let moving = add(self.moving, moving);
+            (self.found)(Candidate { body, point, moving, lanes, gap, friction, slot: first + slot });
         }
     }
 }

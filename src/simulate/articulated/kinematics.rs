@@ -9,7 +9,9 @@ use super::vector::{M3, Quat, V3, add, apply, cross, matrix, null, product, rota
 pub(super) struct State<S> {
     /// Centre of the root in the world, cm.
     pub(super) position: V3<S>,
-    /// What rounding has so far cut off the position (Kahan's summation):
+    /// Centre of mass of the whole in the world, cm.
+    pub(super) centre: V3<S>,
+    /// What rounding has so far cut off that (Kahan's summation):
     /// a slow robot far from the origin moves by less than a rounding per step.
     pub(super) lost: V3<S>,
     /// Rotation of the root.
@@ -26,6 +28,7 @@ impl<S: Scalar> State<S> {
         let kit = tree.kit;
         Self {
             position,
+            centre: position,
             lost: null(kit),
             rotation: [1.0, 0.0, 0.0, 0.0].map(|value| S::of(kit, value)),
             angles: vec![S::zero(kit); tree.links.len()],
@@ -36,22 +39,17 @@ impl<S: Scalar> State<S> {
     /// Becomes a copy of another state of the same tree, without allocating.
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.position = other.position;
+        self.centre = other.centre;
         self.lost = other.lost;
         self.rotation = other.rotation;
         self.angles.copy_from_slice(&other.angles);
         self.speeds.copy_from_slice(&other.speeds);
     }
 
-    /// Moves on for a time with the present velocities.
+    /// Turns the root and the hinges for a time with the present velocities.
     #[inline(always)]
-    pub(super) fn advance(&mut self, step: S) {
+    pub(super) fn turn(&mut self, step: S) {
         let v = &self.speeds;
-        for axis in 0..3 {
-            let small = v[3 + axis] * step - self.lost[axis];
-            let sum = self.position[axis] + small;
-            self.lost[axis] = (sum - self.position[axis]) - small;
-            self.position[axis] = sum;
-        }
         self.rotation = turned(self.rotation, scale([v[0], v[1], v[2]], step));
         for body in 1..self.angles.len() {
             self.angles[body] += v[dof_of(body)] * step;

@@ -22,6 +22,7 @@ mod inertia;
 mod joints;
 mod kinematics;
 mod lanes;
+mod momentum;
 mod pgs;
 mod rows;
 mod scalar;

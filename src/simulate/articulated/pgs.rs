@@ -86,7 +86,8 @@ pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S], open: S::Mask, u
             continue;
         }
         let change = normal - before[0];
-        let sliding = [a + contact.response[3] * change, b + contact.response[4] * change];
+        let [slip, aside] = contact.slip;
+        let sliding = [a + slip + contact.response[3] * change, b + aside + contact.response[4] * change];
         let friction = rub(contact, sliding, contact.friction * normal, touching);
         let after = pick::<S>(touching, [normal, friction[0], friction[1]], [zero; 3]);
         let after = pick::<S>(open, after, before);

@@ -20,8 +20,12 @@ pub(super) struct Contact<S> {
     pub(super) count: usize,
     /// The slots that remember its impulse from step to step, by lane.
     pub(super) slots: [u32; MOST_LANES],
+    /// Where it is, relative to the root's centre.
+    pub(super) point: V3<S>,
     /// See [`Touch::allowance`].
     pub(super) allowance: S,
+    /// See [`Touch::slip`].
+    pub(super) slip: [S; 2],
     /// Friction coefficient.
     pub(super) friction: S,
     /// Impulses.
@@ -48,8 +52,10 @@ impl<S: Scalar> Contact<S> {
 /// All contacts of one step. Emptied, never freed.
 #[derive(Clone, Debug)]
 pub(super) struct Rows<S> {
-    /// The contacts.
+    /// The contacts, those with the ground first.
     pub(super) contacts: Vec<Contact<S>>,
+    /// How many of them are with the ground.
+    pub(super) grounded: usize,
     /// Their columns, W.
     pub(super) columns: Vec<V3<S>>,
     /// The degree of freedom of each column.
@@ -64,6 +70,7 @@ impl<S: Scalar> Rows<S> {
         let longest = (0..tree.links.len()).map(|body| tree.path(body).len()).max().unwrap_or(ROOT);
         Self {
             contacts: Vec::with_capacity(contacts),
+            grounded: 0,
             columns: Vec::with_capacity(contacts * longest),
             dofs: Vec::with_capacity(contacts * longest),
             scratch: vec![null(tree.kit); tree.dofs()],
@@ -87,6 +94,7 @@ impl<S: Scalar> Rows<S> {
                 self.push_ground(tree, frames, factor, limb.tip, touch);
             }
         }
+        self.grounded = self.contacts.len();
         for pair in &touches.pairs {
             self.push_pair(tree, frames, factor, pair);
         }
@@ -208,7 +216,9 @@ impl<S: Scalar> Rows<S> {
             start,
             count: self.columns.len() - start,
             slots: touch.slots,
+            point: touch.point,
             allowance: touch.allowance,
+            slip: touch.slip,
             friction: touch.friction,
             impulse: null(zero.kit()),
             response: sum,

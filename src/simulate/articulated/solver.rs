@@ -1,19 +1,20 @@
 //! One time step of a tree.
 
-use super::bias::{Wrench, bias};
+use super::bias::{Drift, Wrench, carry, drift, drift_at, gather};
 use super::collide::{Collisions, reaches};
-use super::energy::Ledger;
+use super::energy::{Ledger, energy};
 use super::factor::Factor;
 use super::ground::{Ground, top_speed};
 use super::inertia::{Composite, mass_matrix, turn_inertias};
 use super::joints::Joints;
 use super::kinematics::{Frame, State, Velocity, move_on, place};
+use super::momentum::Momenta;
 use super::pgs::{self, Unrest};
 use super::rows::Rows;
 use super::scalar::{Mask, Scalar, lanes_of};
 use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
-use super::vector::{Sym, V3, add, apply, constant, copy_lane, cross, dot, null};
+use super::vector::{Sym, V3, add, apply, constant, copy_lane, cross, dot, null, scale, sub};
 use crate::simulate::lowering::Lowered;
 use crate::simulate::{Invalid, Settings};
 
@@ -61,6 +62,8 @@ pub(super) struct Solver<S: Scalar> {
     tops: Vec<S>,
     inertias: Vec<Sym<S>>,
     composites: Vec<Composite<S>>,
+    drifts: Vec<Drift<S>>,
+    pub(super) momenta: Momenta<S>,
     wrenches: Vec<Wrench<S>>,
     /// The mass matrix.
     h: Vec<S>,
@@ -92,9 +95,12 @@ impl<S: Scalar> Solver<S> {
         let tree = Tree::new(kit, lowered);
         let of = |value: f64| S::of(kit, value);
         let centre = lowered.bodies[0].centre * LENGTH;
-        let state = State::new(&tree, constant(kit, centre.into()));
+        let mut state = State::new(&tree, constant(kit, centre.into()));
         let mut frames = vec![Frame::null(kit); tree.links.len()];
         place(&tree, &state, &mut frames);
+        let mut momenta = Momenta::new(&tree);
+        momenta.settle(&tree, &frames);
+        state.centre = add(state.position, momenta.centre);
         let ground = Ground::new(kit, lowered, settings.ground_friction);
         let collisions = settings.self_collision.then(|| Collisions::new(kit, lowered));
         let slots = ground.slots + collisions.as_ref().map_or(0, Collisions::slots);
@@ -120,6 +126,8 @@ impl<S: Scalar> Solver<S> {
             tops: vec![of(0.0); bodies],
             inertias: vec![[of(0.0); 6]; bodies],
             composites: vec![Composite::null(kit); bodies],
+            drifts: vec![Drift::null(kit); bodies],
+            momenta,
             wrenches: vec![Wrench::null(kit); bodies],
             h: vec![of(0.0); tree.entries],
             factor: Factor::new(&tree),
@@ -144,6 +152,19 @@ impl<S: Scalar> Solver<S> {
         }
     }
 
+    /// Begins anew with the speeds and places of the state.
+    #[cfg(test)]
+    pub(super) fn begin(&mut self) {
+        let Self { tree, state, frames, inertias, ahead, momenta, .. } = self;
+        place(tree, state, frames);
+        turn_inertias(tree, frames, inertias);
+        move_on(tree, frames, &state.speeds, ahead);
+        self.drifts.fill(Drift::null(tree.kit));
+        carry(inertias, ahead, (&self.drifts, S::zero(tree.kit)), momenta);
+        momenta.settle(tree, frames);
+        state.centre = add(state.position, momenta.centre);
+    }
+
     /// Back to the state at rest, bit for bit.
     pub(super) fn reset(&mut self) {
         self.state.copy_from(&self.start);
@@ -158,6 +179,8 @@ impl<S: Scalar> Solver<S> {
             collisions.reset();
         }
         place(&self.tree, &self.state, &mut self.frames);
+        self.momenta.reset();
+        self.momenta.settle(&self.tree, &self.frames);
     }
 
     /// Moves on by one step. The frames always belong to the state.
@@ -189,22 +212,23 @@ impl<S: Scalar> Solver<S> {
             }
         }
         self.joints.tally(&self.next);
-        self.state.speeds.copy_from_slice(&self.next);
-        self.state.advance(self.step);
-        place(&self.tree, &self.state, &mut self.frames);
+        self.move_on();
         self.check();
     }
 
     /// Fills H and the impulses of all forces but the servos'.
     #[inline(always)]
     fn assemble(&mut self) {
-        let Self { tree, state, frames, inertias, h, impulses, .. } = self;
+        let Self { tree, state, frames, inertias, h, impulses, drifts, momenta, wrenches, .. } = self;
         turn_inertias(tree, frames, inertias);
         mass_matrix(tree, frames, inertias, &mut self.composites, h);
-        bias(tree, &state.speeds, self.gravity, frames, inertias, &mut self.wrenches, impulses);
-        for impulse in impulses.iter_mut() {
-            *impulse *= self.step;
-        }
+        drift(tree, &state.speeds, frames, inertias, drifts);
+        let half = self.step * self.step.like(0.5);
+        // The first step begins at rest, half a step after the middle of one that was not.
+        let time = if self.age == 0 { half } else { self.step };
+        let fall = scale(self.gravity, time);
+        gather(tree, frames, inertias, (drifts, half), (momenta, fall), wrenches, impulses);
+        momenta.fall(fall);
         if self.anchored {
             for dof in 0..ROOT {
                 h[tree.rows[dof] + dof] += S::of(tree.kit, 1e20);
@@ -227,11 +251,31 @@ impl<S: Scalar> Solver<S> {
         joints.collect(tree, state, factor, free, self.step);
     }
 
+    /// Takes over the speeds that were found, and moves on with them.
+    #[inline(always)]
+    fn move_on(&mut self) {
+        let Self { tree, state, frames, inertias, drifts, momenta, ahead, .. } = self;
+        state.speeds.copy_from_slice(&self.next);
+        move_on(tree, frames, &state.speeds, ahead);
+        carry(inertias, ahead, (drifts, self.step * self.step.like(0.5)), momenta);
+        for contact in &self.rows.contacts[..self.rows.grounded] {
+            let [up, x, z] = contact.impulse;
+            momenta.push(contact.point, [x, up, z]);
+        }
+        if self.anchored {
+            momenta.settle(tree, frames);
+        }
+        state.turn(self.step);
+        place(tree, state, frames);
+        momenta.advance(frames, state, self.step);
+    }
+
     /// Finds the points that may touch within the step.
     #[inline(always)]
     fn touch(&mut self) {
-        let Self { tree, frames, touches, .. } = self;
+        let Self { tree, frames, touches, drifts, .. } = self;
         let step = self.step;
+        let half = step * step.like(0.5);
         touches.clear();
         move_on(tree, frames, &self.free, &mut self.ahead);
         for (body, top) in self.tops.iter_mut().enumerate() {
@@ -252,8 +296,11 @@ impl<S: Scalar> Solver<S> {
                 |body| still + tops[body] * step,
                 #[inline(always)]
                 |c| {
-                    let allowance = allowance(c.gap, step);
-                    touches.add(c.lanes & going, c.body, c.slot, c.point, allowance, c.friction);
+                    let frame = &frames[c.body];
+                    let arm = sub(c.point, frame.centre);
+                    let [x, y, z] = scale(drift_at(&drifts[c.body], frame, arm, c.moving), half);
+                    let allowance = allowance(c.gap, step) + y;
+                    touches.add(c.lanes & going, c.body, c.slot, c.point, (allowance, [x, z]), c.friction);
                 },
             );
         }
@@ -343,13 +390,21 @@ impl<S: Scalar> Solver<S> {
         }
         self.age += 1;
         if self.age.is_multiple_of(AUDIT) {
-            let gained = self.ledger.gain(&self.tree, &self.state, &self.frames, self.gravity, &self.joints);
+            let energy = self.energy();
+            let gained = self.ledger.gain(energy, &self.joints, self.frames.len());
             fine = fine & gained.at_most(self.ledger.allowed);
         }
         let doubtful = self.going & !fine;
         if doubtful.any() {
             self.examine(doubtful);
         }
+    }
+
+    /// Kinetic and potential energy in the middle of the last step, erg.
+    #[inline(always)]
+    pub(super) fn energy(&self) -> S {
+        let moves = (self.ahead.as_slice(), self.frames.as_slice());
+        energy(&self.tree, moves, &self.momenta, (&self.state, self.gravity, self.step))
     }
 
     #[cold]

@@ -1,5 +1,7 @@
 //! Truth tests on the tree itself, where gravity may tilt and the root be held.
 
+mod conservation;
+
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::scalar::Scalar;
@@ -55,8 +57,7 @@ fn a_free_body_falls_as_galileo_says() {
     for _ in 0..120 {
         solver.advance();
     }
-    // Semi-implicit Euler: g t^2 / 2 and half a step's speed more.
-    let expected = 981.0 * 0.5 * 0.5 * (0.5 + step);
+    let expected = 981.0 * 0.5 * 0.5 * 0.5;
     let fallen = start - f64::from(solver.state.position[1]);
     assert!((fallen - expected).abs() < 1e-3 * expected, "{fallen} cm, not {expected}");
 }
@@ -69,6 +70,7 @@ fn period(amplitude: f64) -> (f64, f64) {
     // At rest the pendulum lies along x; hanging is minus a quarter turn.
     let hanging = -std::f64::consts::FRAC_PI_2;
     solver.state.angles[1] = hanging + amplitude;
+    solver.begin();
     let (mut crossings, mut before) = (Vec::new(), amplitude);
     for count in 1..8000 {
         solver.advance();
@@ -112,12 +114,12 @@ fn tumbling<S: Scalar<Kit = ()>>(step: f64) -> Solver<S> {
     for (dof, speed) in solver.state.speeds.iter_mut().enumerate() {
         *speed = S::of((), [4.0, -2.0, 3.0][dof % 3]);
     }
-    super::kinematics::place(&solver.tree, &solver.state, &mut solver.frames);
+    solver.begin();
     solver
 }
 
 fn energy_of<S: Scalar>(solver: &Solver<S>) -> f64 {
-    super::energy::energy(&solver.tree, &solver.state, &solver.frames, solver.gravity).lane(0)
+    solver.energy().lane(0)
 }
 
 #[test]
@@ -128,6 +130,7 @@ fn what_cannot_be_ends_the_run() {
         (0..240).for_each(|_| solver.advance());
         assert_eq!(solver.failures, [None], "a body at rest is fine");
         harm(&mut solver);
+        solver.begin();
         (0..16).for_each(|_| solver.advance());
         solver.failures[0]
     };
@@ -194,6 +197,7 @@ fn a_free_chain_keeps_its_momenta() {
 fn a_spinning_body_turns_as_fast_as_it_spins() {
     let mut solver = aloft::<f32>(&sled(), &fine(1.0 / 240.0));
     solver.state.speeds[1] = 3.0;
+    solver.begin();
     for _ in 0..240 {
         solver.advance();
     }
@@ -213,6 +217,7 @@ fn a_block_slides_as_far_as_friction_says() {
         // Across the tangents, to see that the cone is round.
         let speed = 100.0_f64;
         (solver.state.speeds[3], solver.state.speeds[5]) = (60.0, 80.0);
+        solver.begin();
         for _ in 0..720 {
             solver.advance();
         }

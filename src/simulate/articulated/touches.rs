@@ -25,6 +25,9 @@ pub(super) struct Touch<S> {
     /// Velocity along the normal at which the gap closes in this step is
     /// minus this; negative where the surfaces are to be pushed apart.
     pub(super) allowance: S,
+    /// Velocities along the two tangents with which the point slides for all that, in the mean over the
+    /// step, if it does not at its beginning.
+    pub(super) slip: [S; 2],
     /// Friction coefficient.
     pub(super) friction: S,
     /// How many degrees of freedom of the path move the point; zero in a lane
@@ -42,7 +45,7 @@ impl<S: Scalar> Touch<S> {
         let zero = S::zero(kit);
         let point = null(kit);
         let slots = [NO_SLOT; MOST_LANES];
-        Self { point, allowance: zero, friction: zero, depth: zero, deepest: 0, slots }
+        Self { point, allowance: zero, slip: [zero; 2], friction: zero, depth: zero, deepest: 0, slots }
     }
 
     /// Takes over the contact of one lane.
@@ -50,12 +53,13 @@ impl<S: Scalar> Touch<S> {
     fn set(
         &mut self,
         lane: usize,
-        (point, allowance, friction): (&V3<S>, &S, &S),
+        (point, allowance, slip, friction): (&V3<S>, &S, &[S; 2], &S),
         depth: usize,
         slot: usize,
     ) {
         copy_lane(&mut self.point, lane, point);
         self.allowance.copy_lane(lane, allowance);
+        self.slip.iter_mut().zip(slip).for_each(|(own, slip)| own.copy_lane(lane, slip));
         self.friction.copy_lane(lane, friction);
         self.depth.set_lane(lane, depth as f64);
         self.deepest = self.deepest.max(depth);
@@ -147,7 +151,7 @@ impl<S: Scalar> Touches<S> {
         body: usize,
         slot: usize,
         point: V3<S>,
-        allowance: S,
+        (allowance, slip): (S, [S; 2]),
         friction: S,
     ) {
         let (limb, depth) = self.places[body];
@@ -159,7 +163,7 @@ impl<S: Scalar> Touches<S> {
                 limb.touches.push(Touch::null(self.kit));
             }
             let touch = &mut limb.touches[place];
-            touch.set(lane, (&point, &allowance, &friction), depth, slot);
+            touch.set(lane, (&point, &allowance, &slip, &friction), depth, slot);
         }
     }
 
@@ -182,15 +186,15 @@ impl<S: Scalar> Touches<S> {
             let later = self.pairs.iter().skip(self.last[lane]).position(|pair| pair.limbs == limbs);
             let place = later.map_or(self.pairs.len(), |later| self.last[lane] + later);
             self.last[lane] = place + 1;
+            let zero = S::zero(self.kit);
             if place == self.pairs.len() {
-                let zero = S::zero(self.kit);
                 let touch = Touch::null(self.kit);
                 let tips = (self.limbs[first].tip, self.limbs[second].tip);
                 let normal = null(self.kit);
                 self.pairs.push(Pair { touch, limbs, tips, depth: zero, deepest: 0, normal, side: zero });
             }
             let pair = &mut self.pairs[place];
-            pair.touch.set(lane, (&point, &allowance, &friction), depth, slot);
+            pair.touch.set(lane, (&point, &allowance, &[zero; 2], &friction), depth, slot);
             copy_lane(&mut pair.normal, lane, &normal);
             pair.depth.set_lane(lane, other as f64);
             pair.deepest = pair.deepest.max(other);

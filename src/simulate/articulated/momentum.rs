@@ -1,0 +1,126 @@
+//! The momentum of each body and of the whole.
+//!
+//! What a body carries over a step is that of its motion in the middle of it. The momenta of
+//! the whole are kept beside: only gravity and the impulses of the ground change them,
+//! and the centre of mass moves with them, so that no error of the hinges can move a body.
+
+use super::kinematics::{Frame, State};
+use super::scalar::Scalar;
+use super::tree::Tree;
+use super::vector::{V3, add, cross, null, scale, sub};
+
+/// What a body carries over a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Momentum<S> {
+    /// Velocity of the centre of mass, cm/s.
+    pub(super) velocity: V3<S>,
+    /// Angular momentum about it, g cm^2/s.
+    pub(super) spin: V3<S>,
+}
+
+/// The momenta of all bodies and of the whole.
+#[derive(Clone, Debug)]
+pub(super) struct Momenta<S> {
+    /// By body.
+    pub(super) bodies: Vec<Momentum<S>>,
+    /// Momentum of the whole, g cm/s.
+    pub(super) linear: V3<S>,
+    /// Its angular momentum about the centre of mass, g cm^2/s.
+    pub(super) angular: V3<S>,
+    /// The centre of mass relative to that of the root, cm.
+    pub(super) centre: V3<S>,
+    /// Mass of the whole, g.
+    pub(super) mass: S,
+    shares: Vec<S>,
+}
+
+impl<S: Scalar> Momenta<S> {
+    /// At rest.
+    pub(super) fn new(tree: &Tree<S>) -> Self {
+        let zero = null(tree.kit);
+        let mass: f64 = tree.links.iter().map(|link| link.mass.lane(0)).sum();
+        let share = |mine: S| S::of(tree.kit, mine.lane(0) / mass);
+        Self {
+            bodies: vec![Momentum { velocity: zero, spin: zero }; tree.links.len()],
+            linear: zero,
+            angular: zero,
+            centre: zero,
+            mass: S::of(tree.kit, mass),
+            shares: tree.links.iter().map(|link| share(link.mass)).collect(),
+        }
+    }
+
+    /// Back to rest.
+    pub(super) fn reset(&mut self) {
+        let zero = null(self.mass.kit());
+        self.bodies.fill(Momentum { velocity: zero, spin: zero });
+        (self.linear, self.angular, self.centre) = (zero, zero, zero);
+    }
+
+    /// The sums over the bodies: momentum, and angular momentum about the root's centre.
+    #[inline(always)]
+    fn sums(&self, tree: &Tree<S>, frames: &[Frame<S>]) -> (V3<S>, V3<S>) {
+        let zero = null(tree.kit);
+        let (mut linear, mut angular) = (zero, zero);
+        for ((body, link), frame) in self.bodies.iter().zip(&tree.links).zip(frames) {
+            let own = scale(body.velocity, link.mass);
+            linear = add(linear, own);
+            angular = add(angular, add(body.spin, cross(frame.centre, own)));
+        }
+        (linear, angular)
+    }
+
+    /// What the whole has beyond the sums over the bodies where they are now: momentum, and
+    /// angular momentum about the root's centre.
+    #[inline(always)]
+    pub(super) fn excess(&self, tree: &Tree<S>, frames: &[Frame<S>]) -> (V3<S>, V3<S>) {
+        let (linear, angular) = self.sums(tree, frames);
+        let whole = add(self.angular, cross(self.centre, self.linear));
+        (sub(self.linear, linear), sub(whole, angular))
+    }
+
+    /// Makes the momenta of the whole those of its bodies.
+    pub(super) fn settle(&mut self, tree: &Tree<S>, frames: &[Frame<S>]) {
+        let (linear, angular) = self.sums(tree, frames);
+        self.centre = self.locate(frames);
+        self.linear = linear;
+        self.angular = sub(angular, cross(self.centre, linear));
+    }
+
+    /// The centre of mass relative to that of the root.
+    #[inline(always)]
+    pub(super) fn locate(&self, frames: &[Frame<S>]) -> V3<S> {
+        let mut sum = null(self.mass.kit());
+        for (frame, &share) in frames.iter().zip(&self.shares) {
+            sum = add(sum, scale(frame.centre, share));
+        }
+        sum
+    }
+
+    /// Gravity changes the velocity of everything.
+    #[inline(always)]
+    pub(super) fn fall(&mut self, change: V3<S>) {
+        self.linear = add(self.linear, scale(change, self.mass));
+    }
+
+    /// An impulse acts on the whole at a point relative to the root's centre.
+    #[inline(always)]
+    pub(super) fn push(&mut self, point: V3<S>, impulse: V3<S>) {
+        self.linear = add(self.linear, impulse);
+        self.angular = add(self.angular, cross(sub(point, self.centre), impulse));
+    }
+
+    /// Moves the centre of mass for a time, and the root to where the frames at its end say that it is.
+    #[inline(always)]
+    pub(super) fn advance(&mut self, frames: &[Frame<S>], state: &mut State<S>, step: S) {
+        let rate = step / self.mass;
+        for axis in 0..3 {
+            let small = self.linear[axis] * rate - state.lost[axis];
+            let sum = state.centre[axis] + small;
+            state.lost[axis] = (sum - state.centre[axis]) - small;
+            state.centre[axis] = sum;
+        }
+        self.centre = self.locate(frames);
+        state.position = sub(state.centre, self.centre);
+    }
+}
