@@ -1,11 +1,12 @@
 //! Energy bookkeeping: what the servos have not put in must not be there.
 
 use super::joints::Joints;
-use super::kinematics::{Frame, State, Velocity};
+use super::kinematics::State;
 use super::momentum::Momenta;
 use super::scalar::Scalar;
+use super::stride::Way;
 use super::tree::{LENGTH, Tree};
-use super::vector::{V3, add, dot, scale};
+use super::vector::{V3, dot, scale};
 use crate::simulate::Settings;
 
 /// Energy that may come from nowhere, as a height in cm to which it lifts the
@@ -54,22 +55,17 @@ impl<S: Scalar> Ledger<S> {
 }
 
 /// Kinetic energy of all bodies plus their potential energy in the middle of the last step, erg.
-/// `moves` are their velocities at the beginning of the step, the frames hold those at its end.
 #[inline(always)]
 pub(super) fn energy<S: Scalar>(
-    tree: &Tree<S>,
-    (moves, frames): (&[Velocity<S>], &[Frame<S>]),
+    ways: &[Way<S>],
     momenta: &Momenta<S>,
     (state, gravity, step): (&State<S>, V3<S>, S),
 ) -> S {
-    let mut sum = S::zero(tree.kit);
-    let half = sum.like(0.5);
-    for (body, link) in tree.links.iter().enumerate() {
-        let carried = &momenta.bodies[body];
-        let spin = scale(add(moves[body].spin, frames[body].spin), half);
-        sum += half * (dot(spin, carried.spin) + dot(carried.velocity, carried.velocity) * link.mass);
+    let mut sum = step.like(0.0);
+    for way in ways {
+        sum += way.energy();
     }
     // Weight times the height of the centre of mass, half a step ago.
     let weight = scale(gravity, momenta.mass);
-    sum - dot(weight, state.centre) + dot(gravity, momenta.linear) * (half * step)
+    sum - dot(weight, state.centre) + dot(gravity, momenta.linear) * (step * step.like(0.5))
 }

@@ -13,7 +13,6 @@
 //! solver for each number of lanes that the processor does well.
 
 mod angle;
-mod bias;
 mod collide;
 mod energy;
 mod factor;
@@ -27,6 +26,7 @@ mod pgs;
 mod rows;
 mod scalar;
 mod solver;
+mod stride;
 #[cfg(test)]
 mod tests;
 mod touches;

@@ -4,10 +4,11 @@
 //! the whole are kept beside: only gravity and the impulses of the ground change them,
 //! and the centre of mass moves with them, so that no error of the hinges can move a body.
 
-use super::kinematics::{Frame, State};
+use super::kinematics::{Frame, State, Velocity};
 use super::scalar::Scalar;
-use super::tree::Tree;
-use super::vector::{V3, add, cross, null, scale, sub};
+use super::stride::Stride;
+use super::tree::{Tree, dof_of};
+use super::vector::{Sym, V3, add, apply_sym, cross, dot, null, scale, sub};
 
 /// What a body carries over a step.
 #[derive(Clone, Copy, Debug)]
@@ -122,5 +123,71 @@ impl<S: Scalar> Momenta<S> {
         }
         self.centre = self.locate(frames);
         state.position = sub(state.centre, self.centre);
+    }
+}
+
+/// Impulse on a body and all that hangs on it, and its moment about the hinge.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Wrench<S> {
+    linear: V3<S>,
+    angular: V3<S>,
+}
+
+impl<S: Scalar> Wrench<S> {
+    /// Nothing.
+    pub(super) fn null(kit: S::Kit) -> Self {
+        Self { linear: null(kit), angular: null(kit) }
+    }
+}
+
+/// Fills `impulses` with what each degree of freedom has to gain in a step, beside what servos and
+/// contacts give: the momentum that the bodies have had over the last step, less that which the
+/// present speeds would mean in this step, plus the `fall`, the change of velocity by gravity.
+#[inline(always)]
+pub(super) fn gather<S: Scalar>(
+    tree: &Tree<S>,
+    (frames, inertias): (&[Frame<S>], &[Sym<S>]),
+    strides: &[Stride<S>],
+    (momenta, fall): (&Momenta<S>, V3<S>),
+    wrenches: &mut [Wrench<S>],
+    impulses: &mut [S],
+) {
+    for (body, link) in tree.links.iter().enumerate() {
+        let (frame, stride, carried) = (&frames[body], &strides[body], &momenta.bodies[body]);
+        let change = sub(add(sub(carried.velocity, frame.velocity), fall), stride.shift);
+        let linear = scale(change, link.mass);
+        let spin = sub(carried.spin, apply_sym(&inertias[body], frame.spin));
+        let angular = sub(spin, stride.spin);
+        let arm = sub(frame.centre, frame.hinge);
+        wrenches[body] = Wrench { linear, angular: add(angular, cross(arm, linear)) };
+    }
+    for body in (1..tree.links.len()).rev() {
+        let parent = tree.links[body].parent;
+        let own = wrenches[body];
+        impulses[dof_of(body)] = dot(frames[body].axis, own.angular);
+        let arm = sub(frames[body].hinge, frames[parent].hinge);
+        let carrier = &mut wrenches[parent];
+        carrier.linear = add(carrier.linear, own.linear);
+        carrier.angular = add(carrier.angular, add(own.angular, cross(arm, own.linear)));
+    }
+    let excess = momenta.excess(tree, frames);
+    for axis in 0..3 {
+        impulses[axis] = wrenches[0].angular[axis] + excess.1[axis];
+        impulses[3 + axis] = wrenches[0].linear[axis] + excess.0[axis];
+    }
+}
+
+/// What every body carries over a step: what its velocities at the beginning mean, and its stride.
+#[inline(always)]
+pub(super) fn carry<S: Scalar>(
+    inertias: &[Sym<S>],
+    moves: &[Velocity<S>],
+    strides: &[Stride<S>],
+    momenta: &mut Momenta<S>,
+) {
+    for (body, carried) in momenta.bodies.iter_mut().enumerate() {
+        let (own, stride) = (&moves[body], &strides[body]);
+        carried.velocity = add(own.velocity, stride.shift);
+        carried.spin = add(apply_sym(&inertias[body], own.spin), stride.spin);
     }
 }

@@ -1,6 +1,5 @@
 //! One time step of a tree.
 
-use super::bias::{Drift, Wrench, carry, drift, drift_at, gather};
 use super::collide::{Collisions, reaches};
 use super::energy::{Ledger, energy};
 use super::factor::Factor;
@@ -8,13 +7,14 @@ use super::ground::{Ground, top_speed};
 use super::inertia::{Composite, mass_matrix, turn_inertias};
 use super::joints::Joints;
 use super::kinematics::{Frame, State, Velocity, move_on, place};
-use super::momentum::Momenta;
+use super::momentum::{Momenta, Wrench, carry, gather};
 use super::pgs::{self, Unrest};
 use super::rows::Rows;
 use super::scalar::{Mask, Scalar, lanes_of};
+use super::stride::{Stride, Way, stride};
 use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
-use super::vector::{Sym, V3, add, apply, constant, copy_lane, cross, dot, null, scale, sub};
+use super::vector::{Sym, V3, add, apply, constant, copy_lane, cross, dot, null, pick, scale, sub};
 use crate::simulate::lowering::Lowered;
 use crate::simulate::{Invalid, Settings};
 
@@ -62,7 +62,11 @@ pub(super) struct Solver<S: Scalar> {
     tops: Vec<S>,
     inertias: Vec<Sym<S>>,
     composites: Vec<Composite<S>>,
-    drifts: Vec<Drift<S>>,
+    /// The strides that the step is solved with.
+    strides: Vec<Stride<S>>,
+    /// Those of the speeds that were found.
+    found: Vec<Stride<S>>,
+    ways: Vec<Way<S>>,
     pub(super) momenta: Momenta<S>,
     wrenches: Vec<Wrench<S>>,
     /// The mass matrix.
@@ -82,6 +86,14 @@ pub(super) struct Solver<S: Scalar> {
     pub(super) failures: Vec<Option<Invalid>>,
     /// The lanes where nothing has gone wrong.
     going: S::Mask,
+    /// What gravity changes velocities by in this step, cm/s.
+    fall: V3<S>,
+    passes: usize,
+    pub(super) count: usize,
+    off: S,
+    shrink: f64,
+    cap: f64,
+    care: S,
     impulses: Vec<S>,
     y: Vec<S>,
     free: Vec<S>,
@@ -126,7 +138,9 @@ impl<S: Scalar> Solver<S> {
             tops: vec![of(0.0); bodies],
             inertias: vec![[of(0.0); 6]; bodies],
             composites: vec![Composite::null(kit); bodies],
-            drifts: vec![Drift::null(kit); bodies],
+            strides: vec![Stride::null(kit); bodies],
+            found: vec![Stride::null(kit); bodies],
+            ways: vec![Way::null(kit); bodies],
             momenta,
             wrenches: vec![Wrench::null(kit); bodies],
             h: vec![of(0.0); tree.entries],
@@ -140,6 +154,13 @@ impl<S: Scalar> Solver<S> {
             ledger: Ledger::new(&tree, settings),
             failures: vec![None; S::LANES],
             going: S::mask(kit, true),
+            fall: null(kit),
+            count: 0,
+            off: of(0.0),
+            shrink: std::env::var("SHRINK").ok().and_then(|v| v.parse().ok()).unwrap_or(0.25),
+            cap: std::env::var("CAP").ok().and_then(|v| v.parse().ok()).unwrap_or(1e30),
+            passes: std::env::var("PASSES").ok().and_then(|v| v.parse().ok()).unwrap_or(4),
+            care: of(std::env::var("CARE").ok().and_then(|v| v.parse::<f64>().ok()).unwrap_or(1e-6)),
             impulses: dofs.clone(),
             y: dofs.clone(),
             next: dofs.clone(),
@@ -159,8 +180,10 @@ impl<S: Scalar> Solver<S> {
         place(tree, state, frames);
         turn_inertias(tree, frames, inertias);
         move_on(tree, frames, &state.speeds, ahead);
-        self.drifts.fill(Drift::null(tree.kit));
-        carry(inertias, ahead, (&self.drifts, S::zero(tree.kit)), momenta);
+        self.strides.fill(Stride::null(tree.kit));
+        carry(inertias, ahead, &self.strides, momenta);
+        stride(tree, (frames, inertias), (&state.speeds, ahead), self.step, &mut self.ways, &mut self.strides);
+        self.age = 0;
         momenta.settle(tree, frames);
         state.centre = add(state.position, momenta.centre);
     }
@@ -180,6 +203,7 @@ impl<S: Scalar> Solver<S> {
         }
         place(&self.tree, &self.state, &mut self.frames);
         self.momenta.reset();
+        self.strides.fill(Stride::null(self.tree.kit));
         self.momenta.settle(&self.tree, &self.frames);
     }
 
@@ -197,7 +221,10 @@ impl<S: Scalar> Solver<S> {
         self.assemble();
         // The lanes whose step is not solved yet.
         let mut live = self.going;
-        for pass in 0..PASSES {
+        self.off = self.step.like(f64::INFINITY);
+        for pass in 0..self.passes {
+            self.count += 1;
+            self.gather();
             self.release();
             if pass == 0 {
                 self.touch();
@@ -206,9 +233,15 @@ impl<S: Scalar> Solver<S> {
             for (next, &found) in self.next.iter_mut().zip(&self.free) {
                 *next = S::pick(live, found, *next);
             }
-            live = self.joints.review(&self.free, pass == 0, live);
-            if !live.any() {
+            let review = self.joints.review(&self.free, pass == 0, live);
+            live = review | (live & self.measure());
+            if !live.any() || pass + 1 == self.passes {
                 break;
+            }
+            for (stride, found) in self.strides.iter_mut().zip(&self.found) {
+                stride.shift = pick::<S>(live, found.shift, stride.shift);
+                stride.turn = pick::<S>(live, found.turn, stride.turn);
+                stride.spin = pick::<S>(live, found.spin, stride.spin);
             }
         }
         self.joints.tally(&self.next);
@@ -216,25 +249,49 @@ impl<S: Scalar> Solver<S> {
         self.check();
     }
 
-    /// Fills H and the impulses of all forces but the servos'.
+    /// Fills H.
     #[inline(always)]
     fn assemble(&mut self) {
-        let Self { tree, state, frames, inertias, h, impulses, drifts, momenta, wrenches, .. } = self;
+        let Self { tree, state, frames, inertias, h, .. } = self;
         turn_inertias(tree, frames, inertias);
         mass_matrix(tree, frames, inertias, &mut self.composites, h);
-        drift(tree, &state.speeds, frames, inertias, drifts);
-        let half = self.step * self.step.like(0.5);
-        // The first step begins at rest, half a step after the middle of one that was not.
-        let time = if self.age == 0 { half } else { self.step };
-        let fall = scale(self.gravity, time);
-        gather(tree, frames, inertias, (drifts, half), (momenta, fall), wrenches, impulses);
-        momenta.fall(fall);
         if self.anchored {
             for dof in 0..ROOT {
                 h[tree.rows[dof] + dof] += S::of(tree.kit, 1e20);
             }
         }
+        // The first step begins at rest, half a step after the middle of one that was not.
+        let time = if self.age == 0 { self.step * self.step.like(0.5) } else { self.step };
+        self.fall = scale(self.gravity, time);
         self.joints.prepare(tree, state, &self.targets, self.step);
+    }
+
+    /// Fills the impulses of all forces but the servos'.
+    #[inline(always)]
+    fn gather(&mut self) {
+        let Self { tree, frames, inertias, strides, momenta, wrenches, impulses, .. } = self;
+        gather(tree, (frames, inertias), strides, (momenta, self.fall), wrenches, impulses);
+    }
+
+    /// Finds the strides of the speeds that were found, and where they are not those that they were found with.
+    #[inline(always)]
+    fn measure(&mut self) -> S::Mask {
+        let Self { tree, frames, inertias, ahead, next, momenta, .. } = self;
+        move_on(tree, frames, next, ahead);
+        stride(tree, (frames, inertias), (next, ahead), self.step, &mut self.ways, &mut self.found);
+        let zero = S::zero(tree.kit);
+        let (mut error, mut whole) = (zero, zero);
+        for (body, link) in tree.links.iter().enumerate() {
+            let (used, found) = (&self.strides[body], &self.found[body]);
+            let shift = sub(found.shift, used.shift);
+            error += dot(shift, shift) * link.mass;
+            let all = ahead[body].velocity;
+            whole += dot(all, all) * link.mass;
+        }
+        let better = error.less(self.off * zero.like(self.shrink));
+        self.off = error;
+        let cap = zero.like(self.cap);
+        (whole * self.care).less(error) & better & error.less(whole * cap)
     }
 
     /// Adds the servos, factorises, and finds y and the speeds as they would
@@ -254,10 +311,11 @@ impl<S: Scalar> Solver<S> {
     /// Takes over the speeds that were found, and moves on with them.
     #[inline(always)]
     fn move_on(&mut self) {
-        let Self { tree, state, frames, inertias, drifts, momenta, ahead, .. } = self;
+        let Self { tree, state, frames, inertias, strides, momenta, ahead, .. } = self;
         state.speeds.copy_from_slice(&self.next);
-        move_on(tree, frames, &state.speeds, ahead);
-        carry(inertias, ahead, (drifts, self.step * self.step.like(0.5)), momenta);
+        carry(inertias, ahead, strides, momenta);
+        strides.copy_from_slice(&self.found);
+        momenta.fall(self.fall);
         for contact in &self.rows.contacts[..self.rows.grounded] {
             let [up, x, z] = contact.impulse;
             momenta.push(contact.point, [x, up, z]);
@@ -273,7 +331,7 @@ impl<S: Scalar> Solver<S> {
     /// Finds the points that may touch within the step.
     #[inline(always)]
     fn touch(&mut self) {
-        let Self { tree, frames, touches, drifts, .. } = self;
+        let Self { tree, frames, touches, strides, .. } = self;
         let step = self.step;
         let half = step * step.like(0.5);
         touches.clear();
@@ -298,7 +356,9 @@ impl<S: Scalar> Solver<S> {
                 |c| {
                     let frame = &frames[c.body];
                     let arm = sub(c.point, frame.centre);
-                    let [x, y, z] = scale(drift_at(&drifts[c.body], frame, arm, c.moving), half);
+                    let stride = &strides[c.body];
+                    let around = add(cross(stride.turn, arm), scale(cross(frame.spin, c.moving), half));
+                    let [x, y, z] = add(stride.shift, around);
                     let allowance = allowance(c.gap, step) + y;
                     touches.add(c.lanes & going, c.body, c.slot, c.point, (allowance, [x, z]), c.friction);
                 },
@@ -403,8 +463,7 @@ impl<S: Scalar> Solver<S> {
     /// Kinetic and potential energy in the middle of the last step, erg.
     #[inline(always)]
     pub(super) fn energy(&self) -> S {
-        let moves = (self.ahead.as_slice(), self.frames.as_slice());
-        energy(&self.tree, moves, &self.momenta, (&self.state, self.gravity, self.step))
+        energy(&self.ways, &self.momenta, (&self.state, self.gravity, self.step))
     }
 
     #[cold]

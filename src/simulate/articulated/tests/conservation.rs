@@ -27,7 +27,7 @@ fn whip(step: f64) -> Solver<f32> {
 }
 
 /// The most and least that the energy has changed by, as shares of m g L of the links.
-fn energy_error(mut solver: Solver<f32>, weight_length: f64, duration: f64, step: f64) -> (f64, f64, f64) {
+fn energy_error(mut solver: Solver<f32>, weight_length: f64, duration: f64, step: f64) -> (f64, f64, f64, f64) {
     solver.begin();
     let start = f64::from(solver.energy());
     let (mut low, mut high) = (0.0_f64, 0.0_f64);
@@ -37,7 +37,7 @@ fn energy_error(mut solver: Solver<f32>, weight_length: f64, duration: f64, step
         last = (f64::from(solver.energy()) - start) / weight_length;
         (low, high) = (low.min(last), high.max(last));
     }
-    (low, high, last)
+    (low, high, last, solver.count as f64 / (duration / step))
 }
 
 #[test]

@@ -1,0 +1,130 @@
+//! How far a step takes every body: in a step a hinge turns by its speed times the step, and a limb goes round a
+//! curve, so that its mean velocity is not that which the speeds mean at the beginning.
+//!
+//! With momenta as mass times the way in a step, forces and constraints where the step begins, the scheme is the
+//! variational one of SHAKE (Ryckaert et al. 1977; Leimkuhler and Reich, Simulating Hamiltonian Dynamics, 2004,
+//! section 7.2) in coordinates that obey the constraints; for rotations it is that of Moser and Veselov (1991). It
+//! is of second order, and keeps momenta exactly and energy for ever, but for an error that does not grow.
+
+use super::kinematics::{Frame, Velocity};
+use super::scalar::Scalar;
+use super::tree::{Tree, dof_of};
+use super::vector::{M3, Sym, V3, add, apply, apply_sym, dot, null, product, scale, sub};
+
+/// What the means over a step have beyond that which the speeds mean where it begins.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stride<S> {
+    /// Velocity of the centre of mass, cm/s.
+    pub(super) shift: V3<S>,
+    /// Angular velocity, rad/s.
+    pub(super) turn: V3<S>,
+    /// Angular momentum about the centre, g cm^2/s.
+    pub(super) spin: V3<S>,
+}
+
+impl<S: Scalar> Stride<S> {
+    /// Nothing.
+    pub(super) fn null(kit: S::Kit) -> Self {
+        let zero = null(kit);
+        Self { shift: zero, turn: zero, spin: zero }
+    }
+}
+
+/// A body's way in a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Way<S> {
+    /// Its rotation less one.
+    turn: M3<S>,
+    /// The way of its centre.
+    shift: V3<S>,
+    /// Twice the kinetic energy that it means.
+    energy: S,
+}
+
+impl<S: Scalar> Way<S> {
+    /// None.
+    pub(super) fn null(kit: S::Kit) -> Self {
+        Self { turn: [null(kit); 3], shift: null(kit), energy: S::zero(kit) }
+    }
+
+    /// Kinetic energy over the step, erg.
+    #[inline(always)]
+    pub(super) fn energy(&self) -> S {
+        self.energy * self.energy.like(0.5)
+    }
+}
+
+/// Computes the strides of all bodies with these speeds, of which `moves` are the velocities.
+#[inline(always)]
+pub(super) fn stride<S: Scalar>(
+    tree: &Tree<S>,
+    (frames, inertias): (&[Frame<S>], &[Sym<S>]),
+    (speeds, moves): (&[S], &[Velocity<S>]),
+    step: S,
+    ways: &mut [Way<S>],
+    strides: &mut [Stride<S>],
+) {
+    let rate = step.like(1.0) / step;
+    let half = rate * rate.like(0.5);
+    for (body, link) in tree.links.iter().enumerate() {
+        let (frame, own) = (&frames[body], &moves[body]);
+        let mut way = if body == 0 {
+            let (turn, shift) = (turning(scale(own.spin, step)), scale(own.velocity, step));
+            Way { turn, shift, energy: step }
+        } else {
+            go(&ways[link.parent], &frames[link.parent], frame, speeds[dof_of(body)] * step)
+        };
+        let velocity = scale(way.shift, rate);
+        let turn = scale(axial(&way.turn), half);
+        let momentum = scale(momentum(&inertias[body], &way.turn), rate);
+        way.energy = dot(velocity, velocity) * link.mass + dot(turn, momentum);
+        strides[body] = Stride {
+            shift: sub(velocity, own.velocity),
+            turn: sub(turn, own.spin),
+            spin: sub(momentum, apply_sym(&inertias[body], own.spin)),
+        };
+        ways[body] = way;
+    }
+}
+
+/// The way of a body whose hinge turns by an angle.
+#[inline(always)]
+fn go<S: Scalar>(carrier: &Way<S>, parent: &Frame<S>, own: &Frame<S>, angle: S) -> Way<S> {
+    let about = turning(scale(own.axis, angle));
+    let both = product(&carrier.turn, &about);
+    let turn = [0, 1, 2].map(|row| add(add(carrier.turn[row], about[row]), both[row]));
+    let hinge = add(carrier.shift, apply(&carrier.turn, sub(own.hinge, parent.centre)));
+    Way { turn, shift: add(hinge, apply(&turn, sub(own.centre, own.hinge))), energy: angle }
+}
+
+/// Twice the vector of a matrix's antisymmetric part.
+#[inline(always)]
+fn axial<S: Scalar>(m: &M3<S>) -> V3<S> {
+    [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]]
+}
+
+/// The angular momentum, times the step, of a body that turns by a rotation less one.
+#[inline(always)]
+fn momentum<S: Scalar>(inertia: &Sym<S>, turn: &M3<S>) -> V3<S> {
+    let [xx, yy, zz, xy, xz, yz] = *inertia;
+    let half = (xx + yy + zz) * xx.like(0.5);
+    let second_moments = [[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]];
+    axial(&product(turn, &second_moments))
+}
+
+/// The rotation by a vector, less one: by series that are exact to rounding for the angles of a step.
+#[inline(always)]
+fn turning<S: Scalar>(r: V3<S>) -> M3<S> {
+    let k = |value: f64| r[0].like(value);
+    let square = dot(r, r);
+    // sin(r) / r and (1 - cos(r)) / r^2.
+    let sine = k(1.0) - square * (k(1.0 / 6.0) - square * (k(1.0 / 120.0) - square * k(1.0 / 5040.0)));
+    let rest = k(0.5) - square * (k(1.0 / 24.0) - square * (k(1.0 / 720.0) - square * k(1.0 / 40320.0)));
+    let [u, t] = [scale(r, sine), scale(r, rest)];
+    let none = square * rest;
+    [
+        [t[0] * r[0] - none, t[0] * r[1] - u[2], t[0] * r[2] + u[1]],
+        [t[1] * r[0] + u[2], t[1] * r[1] - none, t[1] * r[2] - u[0]],
+        [t[2] * r[0] - u[1], t[2] * r[1] + u[0], t[2] * r[2] - none],
+    ]
+}
