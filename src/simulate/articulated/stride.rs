@@ -9,7 +9,7 @@
 use super::kinematics::{Frame, Velocity};
 use super::scalar::Scalar;
 use super::tree::{Tree, dof_of};
-use super::vector::{M3, Sym, V3, add, apply, apply_sym, dot, null, product, scale, sub};
+use super::vector::{M3, Sym, V3, add, apply, apply_sym, dot, null, pick, product, scale, sub};
 
 /// What the means over a step have beyond that which the speeds mean where it begins.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +27,14 @@ impl<S: Scalar> Stride<S> {
     pub(super) fn null(kit: S::Kit) -> Self {
         let zero = null(kit);
         Self { shift: zero, turn: zero, spin: zero }
+    }
+
+    /// Takes over another one in some lanes.
+    #[inline(always)]
+    pub(super) fn take(&mut self, lanes: S::Mask, other: &Self) {
+        self.shift = pick::<S>(lanes, other.shift, self.shift);
+        self.turn = pick::<S>(lanes, other.turn, self.turn);
+        self.spin = pick::<S>(lanes, other.spin, self.spin);
     }
 }
 

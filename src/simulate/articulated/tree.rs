@@ -36,6 +36,8 @@ pub(super) struct Link<S> {
     pub(super) mass: S,
     /// Inertia about the centre, own frame.
     pub(super) inertia: Sym<S>,
+    /// One over the mean of its principal values.
+    pub(super) lightness: S,
     /// Servo stiffness and damping.
     pub(super) stiffness: S,
     /// Servo damping.
@@ -140,6 +142,7 @@ fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body) -> Link<S> {
         to_hinge: null(kit),
         to_centre: null(kit),
         mass: of(body.mass * MASS),
+        lightness: of(3.0 / m.trace()),
         inertia: [m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(of),
         stiffness: of(0.0),
         damping: of(0.0),
