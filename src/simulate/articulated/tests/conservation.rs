@@ -93,3 +93,101 @@ fn report_ice() {
         }
     }
 }
+
+/// How far a block of a shape slides in two seconds on a slope with a friction of 0.8.
+fn creep(tangent: f64, half: Vector3<f64>, heading: f64, change: impl Fn(&mut Settings)) -> (f64, f64) {
+    let body = element(Shape::Box { half }, Isometry3::identity());
+    let assembly = Assembly { elements: vec![body], ..Assembly::default() };
+    let mut set = fine(1.0 / 240.0);
+    change(&mut set);
+    let mut solver = solver::<f32>(&assembly, &set);
+    let (s, c) = libm::sincos(libm::atan(tangent));
+    let (z, x) = libm::sincos(heading);
+    solver.gravity = [(981.0 * s * x) as f32, (-981.0 * c) as f32, (981.0 * s * z) as f32];
+    let start = solver.state.position;
+    let mut early = 0.0;
+    let steps = (2.0 / set.step) as usize;
+    for step in 0..steps {
+        solver.advance();
+        let [x, _, z] = [0, 1, 2].map(|i| f64::from(solver.state.position[i] - start[i]));
+        if step == steps / 4 { early = x.hypot(z); }
+    }
+    let [x, _, z] = [0, 1, 2].map(|i| f64::from(solver.state.position[i] - start[i]));
+    (early * 1e4, x.hypot(z) * 1e4)
+}
+
+#[test]
+#[ignore = "prints measurements"]
+fn report_creep() {
+    for half in [Vector3::new(0.03, 0.01, 0.03), Vector3::repeat(0.015), Vector3::new(0.01, 0.01, 0.02)] {
+        for heading in [0.0, 0.3, 0.6435] {
+            for (name, iterations, tolerance) in [("std", 10, 2e-3), ("test", 8, 1e-3), ("tight", 100, 1e-4), ("exact", 2000, 1e-7)] {
+                let f = |s: &mut Settings| { s.iterations = iterations; s.tolerance = tolerance; };
+                let a = creep(0.8 * 0.999, half, heading, f);
+                let (s, c) = libm::sincos(libm::atan(0.808));
+                let law = 0.5 * 981.0 * (s - 0.8 * c) * 4.0 * 1e4;
+                let b = creep(0.808, half, heading, f).1 / law;
+                println!("creep {half:?} {heading} {name}: {a:.2?} um, above {b:.4}");
+            }
+        }
+    }
+}
+
+/// A light core between two heavy feet, on an arm each.
+fn bridge() -> Assembly {
+    let mut body = Builder::default();
+    let core = body.add(cube(Vector3::new(0.0, 0.05, 0.0)));
+    for (actuator, side) in [(0, 1.0), (1, -1.0)] {
+        let (mut last, mut at) = (core, Vector3::new(0.0, 0.05, 0.015 * side));
+        let way = Vector3::z() * side;
+        for _ in 0..5 {
+            let turn = nalgebra::UnitQuaternion::rotation_between(&Vector3::x(), &way).unwrap();
+            let pose = Isometry3::from_parts((at + way * 0.008).into(), turn);
+            let child = body.add(element(Shape::Cylinder { radius: 0.01, half_length: 0.008 }, pose));
+            body.join(last, child, JointKind::Hinge(hinge(at, Vector3::x() * side, actuator)));
+            at += way * 0.016;
+            last = child;
+        }
+        let mut foot = cube(at + Vector3::new(0.0, -0.02, 0.03 * side));
+        foot.shape = Shape::Box { half: Vector3::new(0.05, 0.03, 0.03) };
+        foot.mass = 1.0;
+        let foot = body.add(foot);
+        body.join(last, foot, JointKind::Rigid);
+    }
+    body.0.actuators = 2;
+    body.0
+}
+
+#[test]
+#[ignore = "prints measurements"]
+fn report_planted() {
+    let body = bridge();
+    for rate in [120.0, 240.0, 480.0, 960.0] {
+        for size in [0.05, 0.2, 0.4] {
+            let set = Settings { step: 1.0 / rate, ground_friction: 2.0, ..settings() };
+            let lowered = Lowered::new(&body, &set).unwrap();
+            let mut solver = Solver::<f32>::new((), &lowered, &set);
+            let feet: Vec<usize> = [6, 12].map(|e: usize| lowered.pieces[e].body).to_vec();
+            let drive = Targets { interval: 0.02, actuators: 2, angles: (0..=1000).flat_map(|i| { let a = size * libm::sin(f64::from(i) * 0.02 * 5.0); [a, a * 0.7] }).collect() };
+            let mut servos = lowered.servos.clone();
+            let place = |solver: &Solver<f32>| feet.iter().map(|&f| [0, 1, 2].map(|i| f64::from(solver.state.position[i] + solver.frames[f].centre[i]))).collect::<Vec<_>>();
+            let mut start = place(&solver);
+            let mut most = 0.0_f64;
+            let mut core = 0.0_f64;
+            for step in 1..=(20.0 * rate) as usize {
+                for (place, servo) in servos.iter_mut().enumerate() {
+                    servo.follow(&drive, step as f64 * set.step, set.step);
+                    solver.targets[place] = servo.target as f32;
+                }
+                solver.advance();
+                if step == rate as usize { start = place(&solver); }
+                for (a, b) in place(&solver).iter().zip(&start) {
+                    most = most.max(((a[0] - b[0]).powi(2) + (a[2] - b[2]).powi(2)).sqrt());
+                }
+                core = core.max(f64::from(solver.state.position[1]));
+            }
+            let end: Vec<f64> = place(&solver).iter().zip(&start).map(|(a, b)| (a[0] - b[0]).hypot(a[2] - b[2]) * 1e4).collect();
+            println!("planted {rate} {size}: most {:.2} um, end {end:.2?} core {core} {:?}", most * 1e4, solver.failures);
+        }
+    }
+}
