@@ -28,6 +28,7 @@ mod observed;
 mod report;
 mod resume;
 mod rig;
+mod rods;
 mod search;
 mod support;
 mod tutorial;

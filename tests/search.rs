@@ -287,7 +287,7 @@ fn giving_up_what_cannot_come_to_enough_changes_nothing() {
         let rules = paced(limit);
         let go = |gives_up, jobs| {
             let limits =
-                Limits { seed: 2, jobs, max_evaluations: Some(140), lanes: None, gives_up, deadline: None };
+                Limits { seed: 2, jobs, max_evaluations: Some(200), lanes: None, gives_up, deadline: None };
             let mut log = Log::default();
             let model = simulate::model("articulated").unwrap();
             let flag = AtomicBool::new(false);

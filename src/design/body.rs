@@ -86,32 +86,39 @@ impl Body {
             return (first, first);
         }
         let Some(actuator) = rules.actuators.get(&part.kind) else { return (first, first) };
-        let ir::Shape::Cylinder(_, length) = actuator.segment else { return (first, first) };
+        let ir::Shape::Cylinder(radius, length) = actuator.segment else { return (first, first) };
         let count = segments(part);
+        let hinges = cuts(length, count);
+        let starts = || std::iter::once(0.0).chain(hinges.iter().copied());
+        let ends = || hinges.iter().copied().chain([length * count as f64]);
+        let spans: Vec<(f64, f64)> = starts().zip(ends()).collect();
         let by_tip = part.held_by.is_some() && part.holding == 1;
         // The segment that is the i-th from the holder, counted from the base.
         let segment = |i: usize| if by_tip { count - 1 - i } else { i };
         for i in 0..count {
-            let centre = Isometry3::translation(length * (segment(i) as f64 + 0.5), 0.0, 0.0);
-            push(shape_of(actuator.segment), part.pose * centre, actuator.mass, actuator.friction);
+            let (start, end) = spans[segment(i)];
+            let centre = Isometry3::translation((start + end) / 2.0, 0.0, 0.0);
+            let shape = Shape::Cylinder { radius, half_length: (end - start) / 2.0 };
+            let mass = actuator.mass * (end - start) / length;
+            push(shape, part.pose * centre, mass, actuator.friction);
         }
-        let hinges = count.saturating_sub(1).max(1) as f64;
+        let shares = hinges.len().max(1) as f64;
         // Held by its tip it bends the same way: each base-side segment turns against its parent.
         let side = if by_tip { -Vector3::z() } else { Vector3::z() };
         let axis = UnitVector3::new_normalize(part.pose.rotation * side);
         for i in 1..count {
-            let place = segment(i).max(segment(i - 1));
+            let place = segment(i).min(segment(i - 1));
             let hinge = Hinge {
-                anchor: part.pose * Point3::new(length * place as f64, 0.0, 0.0),
+                anchor: part.pose * Point3::new(hinges[place], 0.0, 0.0),
                 axis,
                 actuator: self.actuators.len(),
-                share: 1.0 / hinges,
-                limits: (actuator.bend.0 / hinges, actuator.bend.1 / hinges),
+                share: 1.0 / shares,
+                limits: (actuator.bend.0 / shares, actuator.bend.1 / shares),
                 stiffness: actuator.stiffness,
                 damping: actuator.damping,
                 torque: actuator.torque,
-                bending_rate: actuator.bending_speed.most() / hinges,
-                relaxing_rate: actuator.relaxing_speed.most() / hinges,
+                bending_rate: actuator.bending_speed.most() / shares,
+                relaxing_rate: actuator.relaxing_speed.most() / shares,
             };
             self.assembly.joints.push(Joint {
                 parent: first + i - 1,
@@ -123,6 +130,17 @@ impl Body {
         let last = first + count.saturating_sub(1);
         if by_tip { (last, first) } else { (first, last) }
     }
+}
+
+/// Where an actuator of so many segments, of a length in the mean, has its hinges: distances from its base.
+///
+/// Each hinge stands for an equal share of the length, in the middle of it, so that the row bends as an elastic
+/// rod does, with an error of second order in the number of hinges. The segments at both ends are
+/// therefore half as long as those between hinges.
+fn cuts(length: f64, count: usize) -> Vec<f64> {
+    let hinges = count.saturating_sub(1);
+    let share = length * count as f64 / hinges.max(1) as f64;
+    (0..hinges).map(|hinge| share * (hinge as f64 + 0.5)).collect()
 }
 
 /// How an element lies in its part: a disk is a cylinder that stands.

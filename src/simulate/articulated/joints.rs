@@ -66,7 +66,17 @@ impl<S: Scalar> Drive<S> {
     fn null(kit: S::Kit) -> Self {
         let zero = S::zero(kit);
         let none = (zero, zero);
-        Self { drive: zero, before: zero, target: zero, yielding: zero, most: zero, strained: zero, given: zero, work: none, hold: none }
+        Self {
+            drive: zero,
+            before: zero,
+            target: zero,
+            yielding: zero,
+            most: zero,
+            strained: zero,
+            given: zero,
+            work: none,
+            hold: none,
+        }
     }
 
     /// Where the servo is not at its limit.

@@ -14,7 +14,7 @@ use super::scalar::{Mask, Scalar, lanes_of};
 use super::stride::{Stride, Way, stride};
 use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
-use super::vector::{Sym, V3, add, apply, constant, copy_lane, cross, dot, null, pick, scale, sub};
+use super::vector::{Sym, V3, add, apply, constant, copy_lane, cross, dot, null, scale, sub};
 use crate::simulate::lowering::Lowered;
 use crate::simulate::{Invalid, Settings};
 
@@ -187,7 +187,14 @@ impl<S: Scalar> Solver<S> {
         move_on(tree, frames, &state.speeds, ahead);
         self.strides.fill(Stride::null(tree.kit));
         carry(inertias, ahead, &self.strides, momenta);
-        stride(tree, (frames, inertias), (&state.speeds, ahead), self.step, &mut self.ways, &mut self.strides);
+        stride(
+            tree,
+            (frames, inertias),
+            (&state.speeds, ahead),
+            self.step,
+            &mut self.ways,
+            &mut self.strides,
+        );
         self.age = 0;
         momenta.settle(tree, frames);
         state.centre = add(state.position, momenta.centre);
@@ -298,7 +305,9 @@ impl<S: Scalar> Solver<S> {
     /// changed, and finds y and the speeds as they would be without contacts.
     #[inline(always)]
     fn release(&mut self, servos_changed: bool) {
-        let Self { tree, state, frames, inertias, strides, momenta, wrenches, factor, joints, y, free, .. } = self;
+        let Self {
+            tree, state, frames, inertias, strides, momenta, wrenches, factor, joints, y, free, ..
+        } = self;
         gather(tree, (frames, inertias), strides, (momenta, self.fall), wrenches, free);
         joints.push(state, free);
         if servos_changed {

@@ -245,7 +245,7 @@ fn sweeps_that_end_early_lead_to_the_same_motion() {
     let [close, once] = [(1e-3, 1000), (1e9, 1000)].map(|(t, n)| (end(t, n) - truth).norm());
     assert!(close < 1e-3 && once > 2.0 * close, "{close} m, after one sweep a step {once} m");
     // One sweep in a step is what a tolerance that nothing exceeds leaves.
-    assert_eq!(end(1e9, 1000), end(0.0, 1));
+    assert_eq!(end(1e9, 1000), end(1e9, 1));
 }
 
 #[test]
@@ -256,8 +256,8 @@ fn halving_the_step_converges() {
         place(&run("articulated", &body, &settings, &drive), 0, 1.5)
     };
     let truth = end(7680.0);
-    let errors = [240.0, 480.0, 960.0].map(|rate| (end(rate) - truth).norm());
-    assert!(errors[0] < 1e-3, "{errors:?} m");
+    let errors = [60.0, 240.0, 960.0].map(|rate| (end(rate) - truth).norm());
+    assert!(errors[1] < 1e-4 && errors[2] < 1e-4, "{errors:?} m");
     assert!(errors[2] < errors[0], "{errors:?} m");
 }
 

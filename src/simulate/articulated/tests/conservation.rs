@@ -1,16 +1,14 @@
 //! What must not change when nothing acts: momentum, energy, the place of a standing foot.
 
-use nalgebra::{Isometry3, Translation3, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
 use super::{aloft, chain, fine, loose, solver};
 use crate::design::assembly::{Assembly, JointKind, Shape};
-use crate::simulate::articulated::scalar::Scalar;
 use crate::simulate::articulated::solver::Solver;
-use crate::simulate::articulated::vector::{add, apply, cross};
 use crate::simulate::lowering::Lowered;
 use crate::simulate::tests::bodies::{Builder, cube, element, fork, gait, hinge, m2, m4, m8};
-use crate::simulate::{Settings, Targets};
 use crate::simulate::tests::settings;
+use crate::simulate::{Settings, Targets};
 
 /// A pendulum of two limp links on a root that is held.
 fn double_pendulum(step: f64) -> Solver<f32> {
@@ -27,7 +25,12 @@ fn whip(step: f64) -> Solver<f32> {
 }
 
 /// The most and least that the energy has changed by, as shares of m g L of the links.
-fn energy_error(mut solver: Solver<f32>, weight_length: f64, duration: f64, step: f64) -> (f64, f64, f64, f64) {
+fn energy_error(
+    mut solver: Solver<f32>,
+    weight_length: f64,
+    duration: f64,
+    step: f64,
+) -> (f64, f64, f64, f64) {
     solver.begin();
     let start = f64::from(solver.energy());
     let (mut low, mut high) = (0.0_f64, 0.0_f64);
@@ -52,7 +55,7 @@ fn report_limp() {
         s.anchored = true;
         let mgl = f64::from(s.tree.links[1].mass) * 5.0 * 981.0 * 20.0;
         let b = energy_error(s, mgl, 10.0, step);
-        let mut t = super::tumbling::<f32>(step);
+        let t = super::tumbling::<f32>(step);
         let start = f64::from(t.energy());
         let c = energy_error(t, start, 10.0, step);
         println!("{rate}: double {a:.4?} whip {b:.4?} tumble {c:.4?}");
@@ -74,7 +77,11 @@ fn slide(body: &Assembly, drive: &Targets, settings: &Settings) -> (f64, [f64; 3
     }
     let end = solver.state.centre;
     let way = [0, 1, 2].map(|i| f64::from(end[i] - start[i]));
-    (solver.ledger.gained as f64 / solver.ledger.allowed as f64, way, solver.passes as f64 / (settings.duration / settings.step))
+    (
+        solver.ledger.gained as f64 / solver.ledger.allowed as f64,
+        way,
+        solver.passes as f64 / (settings.duration / settings.step),
+    )
 }
 
 #[test]
@@ -110,7 +117,9 @@ fn creep(tangent: f64, half: Vector3<f64>, heading: f64, change: impl Fn(&mut Se
     for step in 0..steps {
         solver.advance();
         let [x, _, z] = [0, 1, 2].map(|i| f64::from(solver.state.position[i] - start[i]));
-        if step == steps / 4 { early = x.hypot(z); }
+        if step == steps / 4 {
+            early = x.hypot(z);
+        }
     }
     let [x, _, z] = [0, 1, 2].map(|i| f64::from(solver.state.position[i] - start[i]));
     (early * 1e4, x.hypot(z) * 1e4)
@@ -121,8 +130,13 @@ fn creep(tangent: f64, half: Vector3<f64>, heading: f64, change: impl Fn(&mut Se
 fn report_creep() {
     for half in [Vector3::new(0.03, 0.01, 0.03), Vector3::repeat(0.015), Vector3::new(0.01, 0.01, 0.02)] {
         for heading in [0.0, 0.3, 0.6435] {
-            for (name, iterations, tolerance) in [("std", 10, 2e-3), ("test", 8, 1e-3), ("tight", 100, 1e-4), ("exact", 2000, 1e-7)] {
-                let f = |s: &mut Settings| { s.iterations = iterations; s.tolerance = tolerance; };
+            for (name, iterations, tolerance) in
+                [("std", 10, 2e-3), ("test", 8, 1e-3), ("tight", 100, 1e-4), ("exact", 2000, 1e-7)]
+            {
+                let f = |s: &mut Settings| {
+                    s.iterations = iterations;
+                    s.tolerance = tolerance;
+                };
                 let a = creep(0.8 * 0.999, half, heading, f);
                 let (s, c) = libm::sincos(libm::atan(0.808));
                 let law = 0.5 * 981.0 * (s - 0.8 * c) * 4.0 * 1e4;
@@ -168,9 +182,24 @@ fn report_planted() {
             let lowered = Lowered::new(&body, &set).unwrap();
             let mut solver = Solver::<f32>::new((), &lowered, &set);
             let feet: Vec<usize> = [6, 12].map(|e: usize| lowered.pieces[e].body).to_vec();
-            let drive = Targets { interval: 0.02, actuators: 2, angles: (0..=1000).flat_map(|i| { let a = size * libm::sin(f64::from(i) * 0.02 * 5.0); [a, a * 0.7] }).collect() };
+            let drive = Targets {
+                interval: 0.02,
+                actuators: 2,
+                angles: (0..=1000)
+                    .flat_map(|i| {
+                        let a = size * libm::sin(f64::from(i) * 0.02 * 5.0);
+                        [a, a * 0.7]
+                    })
+                    .collect(),
+            };
             let mut servos = lowered.servos.clone();
-            let place = |solver: &Solver<f32>| feet.iter().map(|&f| [0, 1, 2].map(|i| f64::from(solver.state.position[i] + solver.frames[f].centre[i]))).collect::<Vec<_>>();
+            let place = |solver: &Solver<f32>| {
+                feet.iter()
+                    .map(|&f| {
+                        [0, 1, 2].map(|i| f64::from(solver.state.position[i] + solver.frames[f].centre[i]))
+                    })
+                    .collect::<Vec<_>>()
+            };
             let mut start = place(&solver);
             let mut most = 0.0_f64;
             let mut core = 0.0_f64;
@@ -180,14 +209,24 @@ fn report_planted() {
                     solver.targets[place] = servo.target as f32;
                 }
                 solver.advance();
-                if step == rate as usize { start = place(&solver); }
+                if step == rate as usize {
+                    start = place(&solver);
+                }
                 for (a, b) in place(&solver).iter().zip(&start) {
                     most = most.max(((a[0] - b[0]).powi(2) + (a[2] - b[2]).powi(2)).sqrt());
                 }
                 core = core.max(f64::from(solver.state.position[1]));
             }
-            let end: Vec<f64> = place(&solver).iter().zip(&start).map(|(a, b)| (a[0] - b[0]).hypot(a[2] - b[2]) * 1e4).collect();
-            println!("planted {rate} {size}: most {:.2} um, end {end:.2?} core {core} {:?}", most * 1e4, solver.failures);
+            let end: Vec<f64> = place(&solver)
+                .iter()
+                .zip(&start)
+                .map(|(a, b)| (a[0] - b[0]).hypot(a[2] - b[2]) * 1e4)
+                .collect();
+            println!(
+                "planted {rate} {size}: most {:.2} um, end {end:.2?} core {core} {:?}",
+                most * 1e4,
+                solver.failures
+            );
         }
     }
 }
