@@ -137,9 +137,7 @@ impl Eval {
             output::note(&format!("the saved value is {}", describe::quantity(design.value, &design.unit)));
         }
         if same && value.to_bits() != design.value.to_bits() {
-            return Err(Fault::input(
-                "the value is not the saved one: the design was made by another version of sgc, or changed",
-            ));
+            return Err(Fault::input(design.other_value()));
         }
         Ok(exit::DONE)
     }

@@ -21,7 +21,7 @@ pub fn scene(
 ) -> Result<Scene, String> {
     let mut replayed = judge::replay(rules, design, &design.solver, judge::Precision::Model)?;
     if replayed.value.map(f64::to_bits) != Some(design.value.to_bits()) {
-        return Err("simulated again it has another value than the saved one: it was changed, or made by another version".to_owned());
+        return Err(design.other_value());
     }
     let saved = design.task(task)?;
     let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or("it has no task")?;

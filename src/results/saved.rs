@@ -201,6 +201,20 @@ impl SavedDesign {
         }
     }
 
+    /// Says why its value does not come out again: the program is another one, or the design was changed.
+    #[must_use]
+    pub fn other_value(&self) -> String {
+        let own = env!("CARGO_PKG_VERSION");
+        if self.sgc == own {
+            return "simulated again the design has another value than the saved one: it was changed".to_owned();
+        }
+        format!(
+            "the design was saved by sgc {}, and simulated by this one, {own}, it has another value: \
+             use sgc {} for it, or search again",
+            self.sgc, self.sgc
+        )
+    }
+
     /// The task of a name; the first, if none is named.
     ///
     /// # Errors
