@@ -206,7 +206,8 @@ impl SavedDesign {
     pub fn other_value(&self) -> String {
         let own = env!("CARGO_PKG_VERSION");
         if self.sgc == own {
-            return "simulated again the design has another value than the saved one: it was changed".to_owned();
+            return "simulated again the design has another value than the saved one: it was changed"
+                .to_owned();
         }
         format!(
             "the design was saved by sgc {}, and simulated by this one, {own}, it has another value: \

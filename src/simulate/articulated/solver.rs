@@ -1,7 +1,7 @@
 //! One time step of a tree.
 
 use super::collide::{Collisions, reaches};
-use super::energy::{Ledger, energy};
+use super::energy::{Ledger, doubt, energy};
 use super::factor::Factor;
 use super::ground::{Ground, top_speed};
 use super::inertia::{Composite, mass_matrix, turn_inertias};
@@ -38,10 +38,12 @@ const AUDIT: u32 = 8;
 const PASSES: usize = 6;
 /// Strides that differ from those that the step was solved with by no more than this share of all
 /// velocities, squared, are left as they are: what is missing comes with the next step.
-const SETTLED: f64 = 1e-7;
-/// A pass that does not bring the strides nearer by this, squared, is the last: hinges turn so far in a step that
-/// another would not come nearer either. What remains dissipates.
-const NEARER: f64 = 0.25;
+const SETTLED: f64 = 1e-9;
+/// Where they differ by more than this at first, squared, the next ones are not foreseen as going on as they did.
+const WILD: f64 = 1e-4;
+/// A pass that does not bring the strides nearer by this, squared, is the last: limbs turn so far in a step that
+/// further ones may lead away. What is missing comes late, which takes energy and gives next to none.
+const NEARER: f64 = 0.1;
 
 /// A tree, its surroundings and all room that a step needs.
 #[derive(Clone, Debug)]
@@ -73,10 +75,12 @@ pub(super) struct Solver<S: Scalar> {
     tops: Vec<S>,
     inertias: Vec<Sym<S>>,
     composites: Vec<Composite<S>>,
-    /// The strides that the step is solved with.
+    /// The strides that the step is solved with: foreseen, then found.
     strides: Vec<Stride<S>>,
     /// Those of the speeds that were found.
     found: Vec<Stride<S>>,
+    /// Those of the last step.
+    before: Vec<Stride<S>>,
     ways: Vec<Way<S>>,
     pub(super) momenta: Momenta<S>,
     wrenches: Vec<Wrench<S>>,
@@ -99,6 +103,8 @@ pub(super) struct Solver<S: Scalar> {
     going: S::Mask,
     /// What gravity changes velocities by in this step, cm/s.
     fall: V3<S>,
+    /// The lanes where they were off by much in the first.
+    wild: S::Mask,
     /// By how much the strides were off in the last pass, as an energy.
     off: S,
     /// Passes since the last reset.
@@ -149,6 +155,7 @@ impl<S: Scalar> Solver<S> {
             composites: vec![Composite::null(kit); bodies],
             strides: vec![Stride::null(kit); bodies],
             found: vec![Stride::null(kit); bodies],
+            before: vec![Stride::null(kit); bodies],
             ways: vec![Way::null(kit); bodies],
             momenta,
             wrenches: vec![Wrench::null(kit); bodies],
@@ -165,6 +172,7 @@ impl<S: Scalar> Solver<S> {
             going: S::mask(kit, true),
             fall: null(kit),
             off: of(0.0),
+            wild: S::mask(kit, false),
             #[cfg(test)]
             passes: 0,
             y: dofs.clone(),
@@ -216,6 +224,7 @@ impl<S: Scalar> Solver<S> {
         place(&self.tree, &self.state, &mut self.frames);
         self.momenta.reset();
         self.strides.fill(Stride::null(self.tree.kit));
+        self.before.fill(Stride::null(self.tree.kit));
         self.momenta.settle(&self.tree, &self.frames);
     }
 
@@ -294,9 +303,12 @@ impl<S: Scalar> Solver<S> {
             let (used, found) = (&self.strides[body], &self.found[body]);
             let (shift, spin) = (sub(found.shift, used.shift), sub(found.spin, used.spin));
             error += dot(shift, shift) * link.mass + dot(spin, spin) * link.lightness;
-            whole += self.ways[body].energy();
+            whole += self.ways[body].energy(link.mass);
         }
+        let first = zero.like(1e36).less(self.off);
         let nearer = error.less(self.off * zero.like(NEARER));
+        let wild = (whole * zero.like(2.0 * WILD)).less(error);
+        self.wild = (first & wild) | (!first & self.wild);
         self.off = S::pick(changed, zero.like(f64::INFINITY), error);
         nearer & (whole * zero.like(2.0 * SETTLED)).less(error)
     }
@@ -326,7 +338,10 @@ impl<S: Scalar> Solver<S> {
         let Self { tree, state, frames, inertias, strides, momenta, ahead, .. } = self;
         state.speeds.copy_from_slice(&self.next);
         carry(inertias, ahead, strides, momenta);
-        strides.copy_from_slice(&self.found);
+        for ((stride, &found), before) in strides.iter_mut().zip(&self.found).zip(&mut self.before) {
+            *stride = found.beyond(before, self.wild);
+            *before = found;
+        }
         momenta.fall(self.fall);
         for contact in &self.rows.contacts[..self.rows.grounded] {
             let [up, x, z] = contact.impulse;
@@ -466,7 +481,7 @@ impl<S: Scalar> Solver<S> {
         }
         self.age += 1;
         if self.age.is_multiple_of(AUDIT) {
-            let energy = self.energy();
+            let energy = (self.energy(), doubt(&self.tree, &self.ahead, &self.frames));
             let gained = self.ledger.gain(energy, &self.joints, self.frames.len());
             fine = fine & gained.at_most(self.ledger.allowed);
         }
@@ -479,7 +494,7 @@ impl<S: Scalar> Solver<S> {
     /// Kinetic and potential energy in the middle of the last step, erg.
     #[inline(always)]
     pub(super) fn energy(&self) -> S {
-        energy(&self.ways, &self.momenta, (&self.state, self.gravity, self.step))
+        energy(&self.tree, &self.ways, &self.momenta, (&self.state, self.gravity, self.step))
     }
 
     #[cold]

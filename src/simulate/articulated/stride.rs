@@ -29,6 +29,17 @@ impl<S: Scalar> Stride<S> {
         Self { shift: zero, turn: zero, spin: zero }
     }
 
+    /// What comes after this one if it came after another: the same again in lanes that are wild.
+    #[inline(always)]
+    pub(super) fn beyond(&self, before: &Self, wild: S::Mask) -> Self {
+        let on = |now, before| add(now, pick::<S>(wild, sub(now, now), sub(now, before)));
+        Self {
+            shift: on(self.shift, before.shift),
+            turn: on(self.turn, before.turn),
+            spin: on(self.spin, before.spin),
+        }
+    }
+
     /// Takes over another one in some lanes.
     #[inline(always)]
     pub(super) fn take(&mut self, lanes: S::Mask, other: &Self) {
@@ -45,20 +56,25 @@ pub(super) struct Way<S> {
     turn: M3<S>,
     /// The way of its centre.
     shift: V3<S>,
-    /// Twice the kinetic energy that it means.
-    energy: S,
+    /// Mean velocity of the centre.
+    pub(super) velocity: V3<S>,
+    /// Mean angular velocity.
+    pub(super) spin: V3<S>,
+    /// Angular momentum about the centre.
+    pub(super) momentum: V3<S>,
 }
 
 impl<S: Scalar> Way<S> {
     /// None.
     pub(super) fn null(kit: S::Kit) -> Self {
-        Self { turn: [null(kit); 3], shift: null(kit), energy: S::zero(kit) }
+        let zero = null(kit);
+        Self { turn: [zero; 3], shift: zero, velocity: zero, spin: zero, momentum: zero }
     }
 
-    /// Kinetic energy over the step, erg.
+    /// Kinetic energy over the step of a body of a mass, erg.
     #[inline(always)]
-    pub(super) fn energy(&self) -> S {
-        self.energy * self.energy.like(0.5)
+    pub(super) fn energy(&self, mass: S) -> S {
+        (dot(self.velocity, self.velocity) * mass + dot(self.spin, self.momentum)) * mass.like(0.5)
     }
 }
 
@@ -78,18 +94,17 @@ pub(super) fn stride<S: Scalar>(
         let (frame, own) = (&frames[body], &moves[body]);
         let mut way = if body == 0 {
             let (turn, shift) = (turning(scale(own.spin, step)), scale(own.velocity, step));
-            Way { turn, shift, energy: step }
+            Way { turn, shift, ..Way::null(tree.kit) }
         } else {
             go(&ways[link.parent], &frames[link.parent], frame, speeds[dof_of(body)] * step)
         };
-        let velocity = scale(way.shift, rate);
-        let turn = scale(axial(&way.turn), half);
-        let momentum = scale(momentum(&inertias[body], &way.turn), rate);
-        way.energy = dot(velocity, velocity) * link.mass + dot(turn, momentum);
+        way.velocity = scale(way.shift, rate);
+        way.spin = scale(axial(&way.turn), half);
+        way.momentum = scale(momentum(&inertias[body], &way.turn), rate);
         strides[body] = Stride {
-            shift: sub(velocity, own.velocity),
-            turn: sub(turn, own.spin),
-            spin: sub(momentum, apply_sym(&inertias[body], own.spin)),
+            shift: sub(way.velocity, own.velocity),
+            turn: sub(way.spin, own.spin),
+            spin: sub(way.momentum, apply_sym(&inertias[body], own.spin)),
         };
         ways[body] = way;
     }
@@ -102,7 +117,8 @@ fn go<S: Scalar>(carrier: &Way<S>, parent: &Frame<S>, own: &Frame<S>, angle: S) 
     let both = product(&carrier.turn, &about);
     let turn = [0, 1, 2].map(|row| add(add(carrier.turn[row], about[row]), both[row]));
     let hinge = add(carrier.shift, apply(&carrier.turn, sub(own.hinge, parent.centre)));
-    Way { turn, shift: add(hinge, apply(&turn, sub(own.centre, own.hinge))), energy: angle }
+    let shift = add(hinge, apply(&turn, sub(own.centre, own.hinge)));
+    Way { turn, shift, ..Way::null(angle.kit()) }
 }
 
 /// Twice the vector of a matrix's antisymmetric part.
