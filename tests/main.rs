@@ -19,6 +19,7 @@ mod fuzz;
 mod gaits;
 mod grammars;
 mod hostile;
+mod ice;
 mod lattice;
 mod library;
 mod mending;

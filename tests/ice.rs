@@ -1,0 +1,112 @@
+//! What a search finds on a floor without friction: nobody gets away from where it began.
+
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+
+use nalgebra::Vector3;
+use sgc::derive::Derivation;
+use sgc::design::assembly::Assembly;
+use sgc::search::{Best, Limits, Observer, Row};
+use sgc::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop, Targets, Unfit, Watch, model};
+
+use crate::support::{compile_texts, is_long, texts};
+
+/// The furthest that the centre of mass of any body got from where it began, along the ground, m.
+static FURTHEST: Mutex<f64> = Mutex::new(0.0);
+
+/// The solver of hinges, which looks at every motion. What is to be simulated more finely is not, so that no check
+/// of a best design hides what the search could live on.
+struct Witness;
+
+impl Model for Witness {
+    fn name(&self) -> &'static str {
+        "articulated"
+    }
+
+    fn prepare(&self, body: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
+        let coarse = Settings { step: 1.0 / 240.0, iterations: 10, tolerance: 2e-3, ..settings.clone() };
+        let inner = model("articulated").unwrap().prepare(body, &coarse)?;
+        let masses = body.elements.iter().map(|element| element.mass).collect();
+        Ok(Box::new(Watched { inner, masses }))
+    }
+}
+
+struct Watched {
+    inner: Box<dyn Simulation>,
+    masses: Vec<f64>,
+}
+
+impl Watched {
+    /// The centre of mass at a frame, m.
+    fn centre(&self, motion: &Motion, frame: usize) -> Vector3<f64> {
+        let place = |element| motion.pose(element, motion.time(frame)).unwrap().translation.vector;
+        let sum: Vector3<f64> =
+            self.masses.iter().enumerate().map(|(element, mass)| place(element) * *mass).sum();
+        sum / self.masses.iter().sum::<f64>()
+    }
+}
+
+impl Simulation for Watched {
+    fn lanes(&self) -> usize {
+        self.inner.lanes()
+    }
+
+    fn run_watched(
+        &mut self,
+        stop: Stop<'_>,
+        drives: &[Targets],
+        watch: &dyn Watch,
+    ) -> Option<Vec<Result<Motion, Invalid>>> {
+        let motions = self.inner.run_watched(stop, drives, watch)?;
+        for motion in motions.iter().flatten() {
+            let start = self.centre(motion, 0);
+            for frame in (0..motion.frames()).step_by(20).chain([motion.frames() - 1]) {
+                let way = self.centre(motion, frame) - start;
+                let mut furthest = FURTHEST.lock().unwrap();
+                *furthest = furthest.max(way.x.hypot(way.z));
+            }
+        }
+        Some(motions)
+    }
+}
+
+struct Nobody;
+
+impl Observer for Nobody {
+    fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
+    fn moved(&mut self, _: &Row) -> Result<(), String> {
+        Ok(())
+    }
+    fn improved(&mut self, _: &Best) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+/// A search on ice, ten seeds of 3000 evaluations each in the profile `long`.
+#[test]
+fn a_search_on_ice_moves_nobody() {
+    let mut texts = texts();
+    let on_ice = texts["std.models"].replace("ground_friction = 0.8", "ground_friction = 0");
+    assert_ne!(on_ice, texts["std.models"]);
+    texts.insert("std.models".into(), on_ice);
+    let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
+    let (seeds, evaluations) = if is_long() { (10, 3000) } else { (2, 120) };
+    for seed in 1..=seeds {
+        let limits = Limits {
+            seed,
+            jobs: 2,
+            max_evaluations: Some(evaluations),
+            lanes: None,
+            gives_up: false,
+            deadline: None,
+        };
+        let stop = AtomicBool::new(false);
+        let outcome =
+            sgc::search::run(&rules, Derivation::begin(&rules), &Witness, &limits, &stop, &mut Nobody)
+                .unwrap();
+        assert_eq!(outcome.evaluations, evaluations);
+        let furthest = *FURTHEST.lock().unwrap();
+        assert!(furthest < 2e-4, "seed {seed}: a centre of mass went {furthest} m");
+        println!("seed {seed}: furthest {furthest:e} m, best {:?}", outcome.best.map(|best| best.value));
+    }
+}
