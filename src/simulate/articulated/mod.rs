@@ -1,12 +1,13 @@
 //! The fast hinge solver: reduced coordinates, direct servos, contacts by
 //! projected Gauss-Seidel.
 //!
-//! A step goes: mass matrix (`inertia`) and bias forces (`bias`); servos as implicit
-//! spring-dampers on its diagonal (`joints`); factorisation along the tree (`factor`);
-//! candidates for contact with the `ground` and between parts (`collide`), gathered
-//! by limb (`touches`); their `rows` in the factorised space; `pgs`; the next
-//! state and the frames of all bodies (`kinematics`); and the books (`energy`). The
-//! order of all sums is fixed, and nothing depends on the platform.
+//! A step goes: mass matrix (`inertia`); servos as implicit spring-dampers on its
+//! diagonal (`joints`); factorisation along the tree (`factor`); what the bodies bring along
+//! from the last step (`momentum`); candidates for contact with the `ground` and between
+//! parts (`collide`), gathered by limb (`touches`); their `rows` in the factorised space;
+//! `pgs`; how far the speeds found take every body (`stride`), and again from the momenta if that is
+//! not as foreseen; the next state and the frames of all bodies (`kinematics`); and the
+//! books (`energy`). The order of all sums is fixed, and nothing depends on the platform.
 //!
 //! All is generic over the numbers (`scalar`): one run, or several in the `lanes`
 //! of a vector, which share the tree and differ only in data. `widths` has a
