@@ -12,7 +12,7 @@ use grammar_lang::source::SourceMap;
 use rayon::prelude::*;
 use sgc::derive::Derivation;
 use sgc::results::saved::Grammar;
-use sgc::search::{Limits, tune_body};
+use sgc::search::{Jobs, Limits, tune_body};
 use sgc::simulate;
 use sgc::world::Files;
 
@@ -39,7 +39,7 @@ fn main() {
             let derivation = Arc::new(Derivation::start(&rules, Some(body)).unwrap());
             let limits = Limits {
                 seed: *seed,
-                jobs: 1,
+                jobs: Jobs::new(1),
                 max_evaluations: Some(most),
                 lanes: None,
                 gives_up: true,

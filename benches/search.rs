@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use cpu_time::ProcessTime;
 use grammar_lang::ir::RuleSet;
 use sgc::derive::Derivation;
-use sgc::search::{Best, Limits, Observer, Row, run};
+use sgc::search::{Best, Jobs, Limits, Observer, Row, run};
 use sgc::simulate;
 use sgc::world::Files;
 
@@ -69,7 +69,14 @@ fn time(rules: &RuleSet, seed: u64, lanes: Option<usize>, most: u64, (value, on)
     let flag = AtomicBool::new(false);
     let begun = ProcessTime::now();
     let mut until = Until { value, begun, found: None, flag: (!on).then_some(&flag) };
-    let limits = Limits { seed, jobs: 1, max_evaluations: Some(most), lanes, gives_up: true, deadline: None };
+    let limits = Limits {
+        seed,
+        jobs: Jobs::new(1),
+        max_evaluations: Some(most),
+        lanes,
+        gives_up: true,
+        deadline: None,
+    };
     let model = simulate::model("articulated").unwrap();
     let first = Derivation::start(rules, rules.from.as_deref()).unwrap();
     let outcome = run(rules, first, model, &limits, &flag, &mut until).unwrap();

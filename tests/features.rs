@@ -9,7 +9,7 @@ use sgc::derive::random::Stream;
 use sgc::derive::{Derivation, check_start, run_example};
 use sgc::design::Body;
 use sgc::drive::Drive;
-use sgc::search::{Best, Limits, Observer, Row};
+use sgc::search::{Best, Jobs, Limits, Observer, Row};
 use sgc::simulate;
 
 use crate::support::{grammar, root};
@@ -422,8 +422,14 @@ impl Observer for Log {
 }
 
 fn search(rules: &RuleSet, jobs: usize, max: u64) -> (Option<Best>, Vec<f64>) {
-    let limits =
-        Limits { seed: 2, jobs, max_evaluations: Some(max), lanes: None, gives_up: true, deadline: None };
+    let limits = Limits {
+        seed: 2,
+        jobs: Jobs::new(jobs),
+        max_evaluations: Some(max),
+        lanes: None,
+        gives_up: true,
+        deadline: None,
+    };
     let model = simulate::model("articulated").unwrap();
     let mut log = Log::default();
     let first = Derivation::start(rules, rules.from.as_deref()).unwrap();

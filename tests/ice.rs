@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::Vector3;
 use sgc::derive::Derivation;
 use sgc::design::assembly::Assembly;
-use sgc::search::{Best, Limits, Observer, Row};
+use sgc::search::{Best, Jobs, Limits, Observer, Row};
 use sgc::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop, Targets, Unfit, Watch, model};
 
 use crate::support::{compile_texts, is_long, texts};
@@ -94,7 +94,7 @@ fn a_search_on_ice_moves_nobody() {
     for seed in 1..=seeds {
         let limits = Limits {
             seed,
-            jobs: 2,
+            jobs: Jobs::new(2),
             max_evaluations: Some(evaluations),
             lanes: None,
             gives_up: false,

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use grammar_lang::ir::RuleSet;
 use sgc::derive::{Derivation, Steps};
-use sgc::search::{Best, End, Limits, Observer, Outcome, Row, State, go_on, run};
+use sgc::search::{Best, End, Jobs, Limits, Observer, Outcome, Row, State, go_on, run};
 use sgc::simulate;
 
 use crate::support::{compile_texts, texts};
@@ -34,8 +34,14 @@ impl Observer for Log {
 }
 
 fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<String>) {
-    let limits =
-        Limits { seed, jobs, max_evaluations: Some(max), lanes: None, gives_up: true, deadline: None };
+    let limits = Limits {
+        seed,
+        jobs: Jobs::new(jobs),
+        max_evaluations: Some(max),
+        lanes: None,
+        gives_up: true,
+        deadline: None,
+    };
     let mut log = Log::default();
     let model = simulate::model("articulated").unwrap();
     let outcome =
@@ -195,7 +201,7 @@ fn in_sittings(
         let deadline = sitting.map(|time| Instant::now() + time);
         let limits = Limits {
             seed,
-            jobs: 1 + sittings % 3,
+            jobs: Jobs::new(1 + sittings % 3),
             max_evaluations: Some(200),
             lanes: None,
             gives_up: true,
@@ -286,8 +292,14 @@ fn giving_up_what_cannot_come_to_enough_changes_nothing() {
     for (limit, are_invalid) in [("20 cm/s", false), ("5 cm/s", true)] {
         let rules = paced(limit);
         let go = |gives_up, jobs| {
-            let limits =
-                Limits { seed: 2, jobs, max_evaluations: Some(200), lanes: None, gives_up, deadline: None };
+            let limits = Limits {
+                seed: 2,
+                jobs: Jobs::new(jobs),
+                max_evaluations: Some(200),
+                lanes: None,
+                gives_up,
+                deadline: None,
+            };
             let mut log = Log::default();
             let model = simulate::model("articulated").unwrap();
             let flag = AtomicBool::new(false);
@@ -354,8 +366,14 @@ fn what_was_foreseen_wrongly_changes_nothing() {
            temperature = if refused >= 2 then 9 + temperature else 0.1 + best / 10 }}"
     ));
     let go = |lanes, jobs| {
-        let limits =
-            Limits { seed: 4, jobs, max_evaluations: Some(500), lanes, gives_up: true, deadline: None };
+        let limits = Limits {
+            seed: 4,
+            jobs: Jobs::new(jobs),
+            max_evaluations: Some(500),
+            lanes,
+            gives_up: true,
+            deadline: None,
+        };
         let mut log = Log::default();
         let model = simulate::model("articulated").unwrap();
         let flag = AtomicBool::new(false);
@@ -394,8 +412,14 @@ fn a_walk_among_equals_says_that_no_temperature_follows() {
     let mut equal = rules.clone();
     let zero = &mut equal.tasks[0].objective.value;
     zero.kind = grammar_lang::ir::ExprKind::Number(0.0);
-    let limits =
-        Limits { seed: 1, jobs: 1, max_evaluations: Some(50), lanes: None, gives_up: true, deadline: None };
+    let limits = Limits {
+        seed: 1,
+        jobs: Jobs::new(1),
+        max_evaluations: Some(50),
+        lanes: None,
+        gives_up: true,
+        deadline: None,
+    };
     let model = simulate::model("articulated").unwrap();
     let flag = AtomicBool::new(false);
     let failure = run(&equal, Derivation::begin(&equal), model, &limits, &flag, &mut Log::default());
@@ -448,8 +472,14 @@ fn bodies_with_fixed_curves_are_checked_only_if_they_would_be_the_best() {
     let text = texts["grammars/morphology.sgr"].replace("for 20 s", "for 2 s");
     texts.insert("grammars/morphology.sgr".into(), text);
     let rules = compile_texts(&texts, "grammars/morphology.sgr").unwrap();
-    let limits =
-        Limits { seed: 1, jobs: 1, max_evaluations: Some(120), lanes: None, gives_up: true, deadline: None };
+    let limits = Limits {
+        seed: 1,
+        jobs: Jobs::new(1),
+        max_evaluations: Some(120),
+        lanes: None,
+        gives_up: true,
+        deadline: None,
+    };
     let model = simulate::model("articulated").unwrap();
     let (flag, mut spent) = (AtomicBool::new(false), Spent::default());
     run(&rules, Derivation::begin(&rules), model, &limits, &flag, &mut spent).unwrap();

@@ -13,6 +13,7 @@ use super::{exit, interrupt};
 use crate::results::folder::{self, RunFolder};
 use crate::results::leftovers;
 use crate::results::series::{self, SeriesFolder};
+use crate::search::Jobs;
 
 /// Go on with a run that was stopped or killed, from its last checkpoint
 ///
@@ -59,7 +60,9 @@ impl Resume {
             run.max_evals = max;
         }
         let live = Live::begin(&self.work, run.folder.path());
-        let ended = Session { run, work: self.work, deadline, told: true, live: live.as_ref() }.go(flag);
+        let jobs = Jobs::new(self.work.jobs());
+        let session = Session { run, work: self.work, jobs, deadline, told: true, live: live.as_ref() };
+        let ended = session.go(flag);
         if let Some(live) = live {
             live.end();
         }

@@ -13,7 +13,7 @@ use super::{interrupt, load};
 use crate::results::folder::{Asked, Reopened, RunFolder, listed};
 use crate::results::saved::Grammar;
 use crate::results::series::{Series, SeriesFolder};
-use crate::search::State;
+use crate::search::{Jobs, State};
 use crate::simulate;
 
 /// Evaluations of a run that was not told how many: about two minutes on two cores.
@@ -116,7 +116,9 @@ impl Run {
             RunFolder::create(&path, self.force, &asked, (&grammar, &rules), &state).map_err(Fault::usage)?;
         let run = Reopened { folder, asked, grammar, rules, sources, state, max_evals };
         let live = Live::begin(&self.work, run.folder.path());
-        let ended = Session { run, work: self.work, deadline, told: true, live: live.as_ref() }.go(flag);
+        let jobs = Jobs::new(self.work.jobs());
+        let session = Session { run, work: self.work, jobs, deadline, told: true, live: live.as_ref() };
+        let ended = session.go(flag);
         if let Some(live) = live {
             live.end();
         }

@@ -16,7 +16,7 @@ use crate::results::folder::{Reopened, RunFolder};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::sittings::Sittings;
 use crate::results::{archive, judge, leftovers};
-use crate::search::{self, Best, End, Failure, Limits, Observer, Outcome, Row, State};
+use crate::search::{self, Best, End, Failure, Jobs, Limits, Observer, Outcome, Row, State};
 use crate::simulate::{self, Stop};
 
 /// How the work is done; the result does not depend on it.
@@ -64,6 +64,7 @@ pub(super) fn duration(text: &str) -> Result<(String, Duration), String> {
 pub(super) struct Session<'a> {
     pub(super) run: Reopened,
     pub(super) work: Work,
+    pub(super) jobs: Jobs,
     pub(super) deadline: Option<Instant>,
     /// Whether it tells people what it does.
     pub(super) told: bool,
@@ -84,16 +85,17 @@ pub(super) struct Ended {
 
 impl Session<'_> {
     pub(super) fn go(self, flag: &AtomicBool) -> Result<Ended, Fault> {
-        let Self { run, work, deadline, told, live } = self;
+        let Self { run, work, jobs, deadline, told, live } = self;
         let Reopened { folder, asked, grammar, rules, sources, state, max_evals } = run;
         let started = Instant::now();
         let model = simulate::model(&asked.solver).ok_or_else(|| Fault::usage("unknown solver"))?;
         if !folder.is_replacing() {
             interrupt::saved();
         }
+        let threads = jobs.now();
         let limits = Limits {
             seed: asked.seed,
-            jobs: work.jobs(),
+            jobs,
             max_evaluations: max_evals,
             lanes: None,
             gives_up: true,
@@ -104,7 +106,7 @@ impl Session<'_> {
         let before = state.spent();
         let mut progress = Progress::new(before, max_evals, deadline, &unit, quiet);
         progress.moved(state.moves(), state.best().map(|best| best.value), 0.0);
-        let sittings = Sittings::begin(folder.path(), before, work.jobs());
+        let sittings = Sittings::begin(folder.path(), before, threads);
         let mut keeper = Keeper {
             rules: &rules,
             grammar,

@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
-use std::sync::mpsc;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, mpsc};
 use std::time::Instant;
 
 use super::exit;
@@ -14,6 +14,7 @@ use super::session::{Ended, Session, Work};
 use crate::results::describe;
 use crate::results::folder::{RunFolder, clear, finished};
 use crate::results::series::{SeriesFolder, table};
+use crate::search::Jobs;
 use crate::simulate::Stop;
 
 /// How several runs go on.
@@ -47,35 +48,37 @@ impl Several<'_> {
             output::note(&complete);
         }
         let (mut is_early, mut worst) = (false, exit::DONE);
-        let mut free = self.work.jobs();
+        let all = self.work.jobs();
         let mut under_way = 0;
+        // As many runs as there are threads; fewer share what there is, also when others have ended.
+        let sharers = Arc::new(AtomicUsize::new(all.min(waiting.len())));
         std::thread::scope(|scope| {
             let (send, ended) = mpsc::channel();
             loop {
-                while free > 0
+                while under_way < all
                     && !stop.is_asked()
                     && let Some(seed) = waiting.pop_front()
                 {
-                    // As many runs as there are threads; fewer share what there is.
-                    let threads = (free / (waiting.len() + 1)).max(1);
-                    (free, under_way) = (free - threads, under_way + 1);
+                    under_way += 1;
+                    let jobs = Jobs::shared(all, Arc::clone(&sharers));
                     let (send, path, several, live) =
                         (send.clone(), self.folder.run(seed), &self, live.as_ref());
                     scope.spawn(move || {
                         // The others go on if one breaks down.
-                        let outcome = catch_unwind(AssertUnwindSafe(|| several.one(&path, threads, live)));
+                        let outcome = catch_unwind(AssertUnwindSafe(|| several.one(&path, jobs, live)));
                         let outcome = outcome.unwrap_or_else(|_| {
                             Err(Fault { code: exit::BUG, message: "a bug in sgc ended it".to_owned() })
                         });
                         // The receiver lives as long as runs are under way.
-                        let _ = send.send((seed, threads, outcome));
+                        let _ = send.send((seed, outcome));
                     });
                 }
                 if under_way == 0 {
                     break;
                 }
-                let Ok((seed, threads, outcome)) = ended.recv() else { break };
-                (free, under_way) = (free + threads, under_way - 1);
+                let Ok((seed, outcome)) = ended.recv() else { break };
+                under_way -= 1;
+                sharers.store((under_way + waiting.len()).clamp(1, all), Ordering::Relaxed);
                 match outcome {
                     Ok(ended) => {
                         is_early |= ended.is_early;
@@ -116,13 +119,13 @@ impl Several<'_> {
         })
     }
 
-    fn one(&self, path: &Path, threads: usize, live: Option<&Live>) -> Result<Ended, Fault> {
+    fn one(&self, path: &Path, jobs: Jobs, live: Option<&Live>) -> Result<Ended, Fault> {
         let mut run = RunFolder::reopen(path).map_err(Fault::usage)?;
         if let Some(max) = self.max_evals {
             run.max_evals = max;
         }
-        let work = Work { jobs: u16::try_from(threads).ok(), ..self.work.clone() };
-        Session { run, work, deadline: self.deadline, told: false, live }.go(self.flag)
+        let work = self.work.clone();
+        Session { run, work, jobs, deadline: self.deadline, told: false, live }.go(self.flag)
     }
 }
 

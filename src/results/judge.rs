@@ -7,7 +7,7 @@ use grammar_lang::ir::{Expr, RuleSet, Task};
 use indexmap::IndexMap;
 
 use super::describe;
-use super::saved::{Check, Grammar, SavedDesign, SavedTask};
+use super::saved::{Check, Grammar, Measured, SavedDesign, SavedTask};
 use crate::derive::Derivation;
 use crate::design::Body;
 use crate::design::assembly::{Assembly, JointKind};
@@ -20,6 +20,10 @@ use crate::simulate::{self, Invalid, Motion, Settings, Stop};
 const HALF_STEP: &str = "half the step, finer contacts";
 /// What keeps its value at half the step may still live on an error that is slow to show.
 const EIGHTH: &str = "an eighth of the step, finer contacts";
+/// Nothing carries a body away on a floor without friction, but errors of the solver do.
+const ICE: &str = "a floor of ice";
+/// A centre of mass that stays this near on ice, m, has stayed: rounding is a hundredth of it.
+const STAYS: f64 = 2e-4;
 const RAPIER: &str = "rapier";
 /// By how much friction, masses and motors are moved, one after the other.
 const SHIFTS: [(&str, Shift); 6] = [
@@ -148,6 +152,8 @@ struct Trial<'a> {
 enum Shift {
     /// Friction of the parts with the ground and each other.
     Friction(f64),
+    /// No friction at all.
+    Ice,
     /// The masses of all parts.
     Mass(f64),
     /// Largest torque, stiffness and damping of the servos.
@@ -157,6 +163,7 @@ enum Shift {
 impl Shift {
     fn apply(self, assembly: &mut Assembly, settings: &mut Settings) {
         match self {
+            Self::Ice => Self::Friction(0.0).apply(assembly, settings),
             Self::Friction(factor) => {
                 settings.ground_friction *= factor;
                 assembly.elements.iter_mut().for_each(|element| element.friction *= factor);
@@ -423,7 +430,8 @@ pub fn save(
         let replayed = replay_task(rules, &saved, (&best.derivation, &body), trial)?;
         saved.terms = replayed.score.map(|s| s.terms).unwrap_or_default();
         if let Some(half) = tune.half_step {
-            saved.checks.push(Check { name: HALF_STEP.to_owned(), value: Some(half) });
+            let (name, value) = (HALF_STEP.to_owned(), Some(half));
+            saved.checks.push(Check { name, value, measured: Measured::Value });
         }
         design.tasks.push(saved);
     }
@@ -444,6 +452,7 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Res
     let mut trials = vec![
         (HALF_STEP, Trial { precision: Precision::Finer, ..plain }),
         (EIGHTH, Trial { precision: Precision::Finest, ..plain }),
+        (ICE, Trial { shift: Some(Shift::Ice), ..plain }),
     ];
     if solver != RAPIER {
         trials.push((RAPIER, Trial { solver: RAPIER, ..plain }));
@@ -458,8 +467,13 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Res
                 if replayed.is_err() && stop.is_asked() {
                     return Err("stopped before all cross-checks were made".to_owned());
                 }
-                let value = replayed.ok().and_then(|r| r.score).map(|score| score.value);
-                saved.checks.push(Check { name: name.to_owned(), value });
+                let measured =
+                    if trial.shift == Some(Shift::Ice) { Measured::Drift } else { Measured::Value };
+                let value = replayed.ok().and_then(|replayed| match measured {
+                    Measured::Value => Some(replayed.score?.value),
+                    Measured::Drift => Some(replayed.motion.ok()?.drift(&body.assembly)),
+                });
+                saved.checks.push(Check { name: name.to_owned(), value, measured });
             }
         }
     }
@@ -469,8 +483,24 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Res
 /// Whether a cross-check confirms the value of a task.
 #[must_use]
 pub fn confirmed(rules: &RuleSet, saved: &SavedTask, check: &Check) -> bool {
-    let task = rules.tasks.get(&saved.name);
-    task.zip(check.value).is_some_and(|(task, other)| keeps(rules, task, saved.value, other))
+    let Some((task, other)) = rules.tasks.get(&saved.name).zip(check.value) else { return false };
+    match check.measured {
+        Measured::Value => keeps(rules, task, saved.value, other),
+        Measured::Drift => other <= STAYS,
+    }
+}
+
+/// What a cross-check came to, in words.
+#[must_use]
+pub fn outcome(saved: &SavedTask, check: &Check) -> String {
+    match (check.value, check.measured) {
+        (None, _) => "not a valid motion".to_owned(),
+        (Some(value), Measured::Value) => describe::quantity(value, &saved.unit),
+        (Some(drift), Measured::Drift) if drift <= STAYS => "it gets nowhere, as it should".to_owned(),
+        (Some(drift), Measured::Drift) => {
+            format!("its centre of mass goes {} astray", describe::quantity(100.0 * drift, "cm"))
+        }
+    }
 }
 
 /// What a broken preference adds to the value.
@@ -482,12 +512,17 @@ pub fn signed(rules: &RuleSet, weight: f64) -> f64 {
 /// What was observed, in words: a line.
 #[must_use]
 pub fn observed(rules: &RuleSet, name: &str, value: Option<&Observed>) -> String {
-    let text = match value {
+    format!("  observed {name} {}\n", observed_value(rules, name, value))
+}
+
+/// The value of what was observed, in words.
+#[must_use]
+pub fn observed_value(rules: &RuleSet, name: &str, value: Option<&Observed>) -> String {
+    match value {
         Some(Observed::Number(x)) => describe::term(rules, &rules.objective.unit, name, *x),
         Some(other) => other.to_string(),
         None => "has no value".to_owned(),
-    };
-    format!("  observed {name} {text}\n")
+    }
 }
 
 /// The value, tasks, terms and checks of a design in words.
@@ -512,8 +547,7 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
             out.push_str(&format!("  {name} {}\n", describe::term(rules, &saved.unit, name, *value)));
         }
         for check in &saved.checks {
-            let text =
-                check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, &saved.unit));
+            let text = outcome(saved, check);
             let kept = confirmed(rules, saved, check);
             let doubt = if kept { "" } else { "   (less than a best should keep: see docs/physics.md)" };
             out.push_str(&format!("  with {}: {text}{doubt}\n", check.name));

@@ -71,7 +71,7 @@ pub fn scene(
         .iter()
         .map(|check| Check {
             name: check.name.clone(),
-            text: check.value.map_or("not a valid motion".to_owned(), |v| describe::quantity(v, unit)),
+            text: judge::outcome(saved, check),
             ok: judge::confirmed(rules, saved, check),
         })
         .collect();
@@ -86,6 +86,9 @@ pub fn scene(
             )
         }))
         .collect();
+    let observed = replayed.observed.iter().map(|(name, value)| {
+        (format!("observed: {name}"), judge::observed_value(rules, name, value.as_ref()))
+    });
     let shown =
         if saved.name == RuleSet::ONLY_TASK { String::new() } else { format!(", task {}", saved.name) };
     Ok(Scene {
@@ -106,6 +109,7 @@ pub fn scene(
         terms: values
             .into_iter()
             .chain(saved.terms.iter().map(|(name, v)| (name.clone(), describe::term(rules, unit, name, *v))))
+            .chain(observed)
             .collect(),
         elements,
         motion,

@@ -37,8 +37,28 @@ pub struct Grammar {
 pub struct Check {
     /// What was changed.
     pub name: String,
-    /// The value then; none if the evaluation was invalid.
+    /// What was measured then; none if the evaluation was invalid.
     pub value: Option<f64>,
+    /// What that is.
+    #[serde(default, skip_serializing_if = "Measured::is_value")]
+    pub measured: Measured,
+}
+
+/// What a cross-check measures.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measured {
+    /// The value of the task, in its unit.
+    #[default]
+    Value,
+    /// How far the centre of mass gets from where it began, along the ground, m.
+    Drift,
+}
+
+impl Measured {
+    fn is_value(&self) -> bool {
+        *self == Self::Value
+    }
 }
 
 /// A design with its drive, derivation and score.

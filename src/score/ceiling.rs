@@ -139,7 +139,9 @@ impl Limits<'_> {
                 self.rules.terms.get(name).is_none_or(|term| self.asks_the_future(&term.value))
             }
             // What is added up over the whole motion.
-            ExprKind::Attribute(_, name) => name == "work",
+            ExprKind::Attribute(_, name) => {
+                matches!(name.as_str(), "work" | "path" | "slid" | "touching" | "sliding")
+            }
             _ => false,
         })
     }

@@ -3,7 +3,7 @@
 pub mod ceiling;
 mod observed;
 
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
@@ -14,7 +14,7 @@ pub use observed::{Observed, observe};
 use crate::derive::{Derivation, DesignScope};
 use crate::design::Body;
 use crate::drive::Drive;
-use crate::simulate::Motion;
+use crate::simulate::{Motion, Sliding};
 
 /// The value of an objective with its terms.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,13 +103,15 @@ struct MotionScope<'a> {
     period: f64,
     /// Terms that have been evaluated: several may build on one that runs over all elements and moments.
     terms: RefCell<BTreeMap<String, Value>>,
+    /// How each element went over the ground, once that is asked.
+    sliding: OnceCell<Vec<Sliding>>,
 }
 
 impl<'a> MotionScope<'a> {
     fn new(rules: &'a RuleSet, recording: Recording<'a>) -> Result<Self, EvalError> {
         let period = recording.drive.period(recording.parameters)?;
         let design = DesignScope::new(rules, recording.derivation);
-        Ok(Self { design, recording, period, terms: RefCell::default() })
+        Ok(Self { design, recording, period, terms: RefCell::default(), sliding: OnceCell::new() })
     }
 
     /// The element that stands for a thing: itself, or the first one of a part.
@@ -157,6 +159,15 @@ impl Scope for MotionScope<'_> {
         match (of, name) {
             (Value::Reference(Reference::Element(element)), "size") => {
                 motion.size(*element as usize).map(Value::Number)
+            }
+            (Value::Reference(Reference::Element(element)), "path" | "slid" | "touching" | "sliding") => {
+                let own = self.sliding.get_or_init(|| motion.sliding()).get(*element as usize)?;
+                Some(Value::Number(match name {
+                    "path" => own.path,
+                    "slid" => own.slid,
+                    "touching" => own.touching,
+                    _ => own.sliding,
+                }))
             }
             (Value::Reference(Reference::Element(element)), "part") => {
                 let part = body.parts_of_elements.get(*element as usize)?;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use grammar_lang::ir::{RuleSet, Task};
 
 use super::cache::Cache;
+use super::crew::Crew;
 use super::inner::{Pace, Tuner};
 use super::state::{Body, Tune, Tuning};
 use super::tally::{Missing, Tally};
@@ -19,7 +20,7 @@ pub(super) struct Tasks<'a> {
     pub(super) rules: &'a RuleSet,
     pub(super) model: &'a dyn Model,
     pub(super) cache: &'a Cache,
-    pub(super) pool: &'a rayon::ThreadPool,
+    pub(super) crew: &'a Crew,
     pub(super) derivation: Arc<Derivation>,
     pub(super) seed: u64,
     /// Names their streams of random numbers, together with the name of the task.
@@ -74,7 +75,7 @@ impl<'a> Tasks<'a> {
                 none.insert(Tuner::new(
                     (self.rules, task),
                     (self.model, self.cache),
-                    self.pool,
+                    self.crew,
                     &self.derivation,
                     (self.seed, stream),
                     self.warm.get(body.done),

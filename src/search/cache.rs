@@ -1,8 +1,8 @@
-//! Values of evaluations that were made before, so that they need not be simulated again. They are
+//! Values of evaluations that were made before, on whatever thread, so that they need not be simulated again. They are
 //! counted as if they had been: what is remembered changes nothing but speed.
 
-use std::cell::RefCell;
 use std::collections::BTreeMap;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use sha2::{Digest, Sha256};
 
@@ -20,7 +20,7 @@ pub(super) type Subject = [u8; 16];
 /// Values by what was evaluated.
 #[derive(Debug, Default)]
 pub(super) struct Cache {
-    values: RefCell<BTreeMap<Key, Evaluated>>,
+    values: Mutex<BTreeMap<Key, Evaluated>>,
 }
 
 /// What names an evaluation.
@@ -37,7 +37,17 @@ pub(super) fn subject(derivation: &Derivation, task: &str, is_fine: bool) -> Sub
     short(hasher)
 }
 
+/// The name of something of a subject.
+pub(super) fn named(subject: &Subject, of: &[u8]) -> Subject {
+    short(Sha256::new_with_prefix(subject).chain_update(of))
+}
+
 impl Cache {
+    fn lock(&self) -> MutexGuard<'_, BTreeMap<Key, Evaluated>> {
+        // What is kept is kept whole.
+        self.values.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     /// The name of an evaluation.
     pub(super) fn key(subject: &Subject, parameters: &[f64]) -> Key {
         let mut hasher = Sha256::new_with_prefix(subject);
@@ -47,23 +57,28 @@ impl Cache {
         short(hasher)
     }
 
-    /// A value that is known.
-    pub(super) fn get(&self, key: &Key) -> Option<Evaluated> {
-        self.values.borrow().get(key).cloned()
+    /// A value that is known; of one that was given up it is enough that it stays below what is needed.
+    pub(super) fn get(&self, key: &Key, needed: f64) -> Option<Evaluated> {
+        let is_enough = |known: &&Evaluated| !is_given_up(known) || known.ceiling < needed;
+        self.lock().get(key).filter(is_enough).cloned()
     }
 
     /// Remembers a value.
     pub(super) fn keep(&self, key: Key, value: &Evaluated) {
-        // What was given up for one chain may be of use to another.
-        if matches!(value.value, Err(Missing::Motion(Invalid::GivenUp))) {
+        let mut values = self.lock();
+        // What was given up for one chain may have been of use to another.
+        if is_given_up(value) && values.contains_key(&key) {
             return;
         }
-        let mut values = self.values.borrow_mut();
         if values.len() >= MOST {
             values.clear();
         }
         values.insert(key, value.clone());
     }
+}
+
+fn is_given_up(value: &Evaluated) -> bool {
+    matches!(value.value, Err(Missing::Motion(Invalid::GivenUp)))
 }
 
 fn short(hasher: Sha256) -> [u8; 16] {

@@ -9,6 +9,7 @@ use rayon::prelude::*;
 
 use super::Failure;
 use super::cache::{self, Cache, Key, Subject};
+use super::crew::Crew;
 use super::tally::Missing;
 use crate::derive::Derivation;
 use crate::design::Body;
@@ -43,8 +44,10 @@ pub(super) struct Evaluator<'r> {
     subjects: (Subject, Subject),
     /// The actuation of the body.
     pub(super) drive: Drive<'r>,
-    pool: &'r rayon::ThreadPool,
-    /// One simulation for each thread.
+    model: &'r dyn Model,
+    settings: Settings,
+    crew: &'r Crew,
+    /// One simulation for each thread that has been needed; at least one.
     workers: Vec<Box<dyn Simulation>>,
     /// The simulation at half the step.
     fine: Box<dyn Simulation>,
@@ -79,7 +82,7 @@ pub fn settings(model: &ir::Model) -> Settings {
 }
 
 impl<'r> Evaluator<'r> {
-    /// Prepares a body for all threads of a pool.
+    /// Prepares a body.
     ///
     /// # Errors
     ///
@@ -87,16 +90,14 @@ impl<'r> Evaluator<'r> {
     pub(super) fn new(
         rules: &'r RuleSet,
         task: &'r Task,
-        (model, cache): (&dyn Model, &'r Cache),
+        (model, cache): (&'r dyn Model, &'r Cache),
         derivation: Arc<Derivation>,
-        pool: &'r rayon::ThreadPool,
+        crew: &'r Crew,
     ) -> Result<Self, Failure> {
         let body = Body::new(&derivation.design, rules);
         let drive = Drive::new(rules, task, Arc::clone(&derivation), &body)?;
         let full = settings(&task.model);
-        let workers = (0..pool.current_num_threads().max(1))
-            .map(|_| model.prepare(&body.assembly, &full))
-            .collect::<Result<Vec<_>, _>>()?;
+        let workers = vec![model.prepare(&body.assembly, &full)?];
         let fine = model.prepare(&body.assembly, &full.finer())?;
         let name = rules.tasks.iter().find(|(_, t)| std::ptr::eq(*t, task)).map_or("", |(name, _)| name);
         let subjects = (cache::subject(&derivation, name, false), cache::subject(&derivation, name, true));
@@ -111,7 +112,9 @@ impl<'r> Evaluator<'r> {
             cache,
             subjects,
             drive,
-            pool,
+            model,
+            settings: full,
+            crew,
             workers,
             fine,
             observes,
@@ -119,9 +122,9 @@ impl<'r> Evaluator<'r> {
         })
     }
 
-    /// How many evaluations go on at once at most: threads, and lanes of each.
+    /// How many evaluations can go on at once now: threads, and lanes of each.
     pub(super) fn room(&self) -> (usize, usize) {
-        (self.workers.len(), self.workers.iter().map(|worker| worker.lanes()).min().unwrap_or(1))
+        (self.crew.threads(), self.workers.iter().map(|worker| worker.lanes()).min().unwrap_or(1))
     }
 
     /// How many hinges the body has.
@@ -147,8 +150,11 @@ impl<'r> Evaluator<'r> {
         let keys: Vec<Key> = batch.iter().map(|(one, _)| Cache::key(&self.subjects.0, one)).collect();
         // One that was no best of an earlier body may be one of this.
         let is_enough = |known: &Evaluated| known.observed.is_some() || !self.is_observed(&known.value);
-        let mut values: Vec<Option<Evaluated>> =
-            keys.iter().map(|key| self.cache.get(key).filter(is_enough)).collect();
+        let mut values: Vec<Option<Evaluated>> = keys
+            .iter()
+            .zip(batch)
+            .map(|(key, (_, need))| self.cache.get(key, *need).filter(is_enough))
+            .collect();
         let open: Vec<usize> = (0..batch.len()).filter(|&i| values[i].is_none()).collect();
         if !open.is_empty() {
             // What is asked for twice is simulated once, for the lesser need.
@@ -173,7 +179,8 @@ impl<'r> Evaluator<'r> {
 
     /// The value of parameters that were evaluated before.
     pub(super) fn known(&self, parameters: &Parameters) -> Option<Valued> {
-        self.cache.get(&Cache::key(&self.subjects.0, parameters)).map(|known| known.value)
+        let key = Cache::key(&self.subjects.0, parameters);
+        self.cache.get(&key, f64::NEG_INFINITY).map(|known| known.value)
     }
 
     /// Whether a motion of this value is observed.
@@ -183,14 +190,20 @@ impl<'r> Evaluator<'r> {
     }
 
     fn simulate(&mut self, stop: Stop<'_>, batch: &[(Parameters, f64)]) -> Option<Vec<Evaluated>> {
-        let Self { rules, task, derivation, body, drive, pool, workers, observes, observed_above, .. } = self;
+        let threads = self.crew.threads().min(batch.len());
+        while self.workers.len() < threads {
+            // What could be prepared once can be prepared again.
+            let Ok(worker) = self.model.prepare(&self.body.assembly, &self.settings) else { break };
+            self.workers.push(worker);
+        }
+        let Self { rules, task, derivation, body, drive, crew, workers, observes, observed_above, .. } = self;
         let observed_above = observes.then_some(*observed_above);
         let one = Judging { rules, task, derivation, body, drive, observed_above };
-        let share = batch.len().div_ceil(workers.len()).max(1);
+        let share = batch.len().div_ceil(threads.clamp(1, workers.len())).max(1);
         if let ([worker, ..], true) = (workers.as_mut_slice(), batch.len() <= share) {
             return one.values(stop, worker.as_mut(), batch);
         }
-        let parts: Option<Vec<_>> = pool.install(|| {
+        let parts: Option<Vec<_>> = crew.run(|| {
             workers
                 .par_iter_mut()
                 .zip(batch.par_chunks(share))
@@ -203,7 +216,7 @@ impl<'r> Evaluator<'r> {
     /// The value at half the step; none if it was asked to stop before that was known.
     pub(super) fn at_half_step(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Valued> {
         let key = Cache::key(&self.subjects.1, parameters);
-        if let Some(known) = self.cache.get(&key) {
+        if let Some(known) = self.cache.get(&key, f64::NEG_INFINITY) {
             return Some(known.value);
         }
         let Self { rules, task, derivation, body, drive, fine, .. } = self;
@@ -212,6 +225,21 @@ impl<'r> Evaluator<'r> {
         let value = judging.values(stop, fine.as_mut(), &[one])?.into_iter().next()?;
         self.cache.keep(key, &value);
         Some(value.value)
+    }
+
+    /// Works out the values of several at half the step, side by side, so that they are known when they are asked for.
+    pub(super) fn prepare_half_steps(&mut self, stop: Stop<'_>, likely: &[Parameters]) {
+        let unknown = |one: &&Parameters| {
+            self.cache.get(&Cache::key(&self.subjects.1, one), f64::NEG_INFINITY).is_none()
+        };
+        let batch: Vec<_> =
+            likely.iter().filter(unknown).map(|one| (one.clone(), f64::NEG_INFINITY)).collect();
+        let Self { rules, task, derivation, body, drive, fine, .. } = self;
+        let judging = Judging { rules, task, derivation, body, drive, observed_above: None };
+        let values = judging.values(stop, fine.as_mut(), &batch);
+        for ((one, _), value) in batch.iter().zip(values.into_iter().flatten()) {
+            self.cache.keep(Cache::key(&self.subjects.1, one), &value);
+        }
     }
 
     /// What an archive's descriptors say of a motion, in their order; none if it was asked to stop.

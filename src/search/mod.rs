@@ -11,7 +11,9 @@
 
 mod body;
 mod cache;
+mod crew;
 mod evaluator;
+mod gains;
 mod inner;
 mod outer;
 mod schedule;
@@ -24,6 +26,7 @@ use std::sync::atomic::AtomicBool;
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{RuleSet, Task};
 
+pub use crew::Jobs;
 pub use evaluator::{settings, solver};
 pub use outer::{Observer, Outcome, Row, go_on, run, tune_body};
 pub use state::{Best, State, Tune};
@@ -39,8 +42,8 @@ const MOST_IDLE_MOVES: usize = 1000;
 pub struct Limits {
     /// The seed of every random stream.
     pub seed: u64,
-    /// How many threads evaluate.
-    pub jobs: usize,
+    /// The threads that evaluate.
+    pub jobs: Jobs,
     /// How many evaluations each thread makes side by side at most, if not as many as the solver can. It changes
     /// nothing but speed.
     pub lanes: Option<usize>,
@@ -150,6 +153,11 @@ impl<'a> Bounds<'a> {
             gives_up: limits.gives_up,
             stop: Stop::new(flag, limits.deadline),
         }
+    }
+
+    /// The same, as long as a flag is not set and whatever is spent: for work that may be in vain.
+    fn ahead(self, flag: &AtomicBool) -> Bounds<'_> {
+        Bounds { max_evaluations: None, stop: self.stop.by(flag), lanes: self.lanes, gives_up: self.gives_up }
     }
 
     /// Why nothing more may be spent after so many evaluations, if so.

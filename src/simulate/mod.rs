@@ -18,6 +18,7 @@ pub mod rapier;
 mod run;
 mod schedule;
 mod servo;
+mod sliding;
 mod stop;
 #[cfg(test)]
 mod tests;
@@ -26,6 +27,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::assembly::Assembly;
 pub use motion::{Motion, Targets};
+pub use sliding::Sliding;
 pub use stop::Stop;
 
 /// The numbers of a simulation, in SI units; a grammar's `model` gives them.

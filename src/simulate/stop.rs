@@ -23,6 +23,12 @@ impl<'a> Stop<'a> {
         Self { flag, deadline }
     }
 
+    /// Asked for by another flag, or when the same time has come.
+    #[must_use]
+    pub fn by(self, flag: &AtomicBool) -> Stop<'_> {
+        Stop { flag, deadline: self.deadline }
+    }
+
     /// Whether the flag is set.
     #[must_use]
     pub fn is_interrupted(&self) -> bool {

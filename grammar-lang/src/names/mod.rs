@@ -116,6 +116,15 @@ impl Program {
         self.taking_part.iter().filter_map(|d| Some((*d, self.item(*d)?)))
     }
 
+    /// The declarations that say what is observed: the grammar's own, then those of the modules that it uses.
+    #[must_use]
+    pub fn observing(&self) -> Vec<Declaration> {
+        let observes = |(_, item): &(Declaration, &Item)| matches!(item.kind, ItemKind::Observe(_));
+        let own = self.entries().filter(observes).map(|(declaration, _)| declaration);
+        let used = self.items().filter(|(d, _)| !self.own.contains(&d.module)).filter(observes);
+        own.chain(used.map(|(declaration, _)| declaration)).collect()
+    }
+
     /// Whether an unknown name in a module is the echo of another error.
     #[must_use]
     pub fn is_lost(&self, module: usize, name: &str) -> bool {

@@ -3,7 +3,7 @@
 use super::Checker;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::Ty;
-use crate::names::Declaration;
+use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{ItemKind, Name};
 
@@ -41,21 +41,27 @@ impl Checker<'_> {
         terms
     }
 
-    /// All that takes part in the grammar.
+    /// What the grammar observes, then what the modules observe that it uses, unless it uses the name for
+    /// something else.
     pub(super) fn all_observed(&mut self) -> Vec<Name> {
         let program = self.program;
-        let lists: Vec<(Declaration, &[Name])> = program
-            .entries()
-            .filter_map(|(declaration, item)| match &item.kind {
-                ItemKind::Observe(names) => Some((declaration, names.as_slice())),
-                _ => None,
-            })
-            .collect();
         let mut all: Vec<Name> = Vec::new();
-        for (_, names) in lists {
-            for name in self.observed(names) {
+        for declaration in program.observing() {
+            let Some(ItemKind::Observe(names)) = program.item(declaration).map(|item| &item.kind) else {
+                continue;
+            };
+            let is_own = program.own.contains(&declaration.module);
+            let taken = |name: &Name| {
+                program.items().any(|(other, item)| {
+                    let meant = program.lookup(name.span, &name.text).map(|(meant, _)| meant);
+                    declared(item).is_some_and(|own| own.text == name.text) && meant != Some(other)
+                })
+            };
+            let names: Vec<Name> = names.iter().filter(|name| is_own || !taken(name)).cloned().collect();
+            for name in self.observed(&names) {
                 match all.iter().find(|n| n.text == name.text) {
-                    Some(first) => self.observed_twice(&name, first.span),
+                    Some(first) if is_own => self.observed_twice(&name, first.span),
+                    Some(_) => {}
                     None => all.push(name),
                 }
             }

@@ -58,7 +58,8 @@ pub(super) fn motion_attribute(of: &Ty, name: &str) -> Option<Ty> {
         }
         (Ty::Element | Ty::Part | Ty::Actuator, "rotation") => track(Ty::Rotation),
         (Ty::Element, "lowest") => track(Ty::Quantity(Dimension::LENGTH)),
-        (Ty::Element, "size") => Some(Ty::Quantity(Dimension::LENGTH)),
+        (Ty::Element, "size" | "path" | "slid") => Some(Ty::Quantity(Dimension::LENGTH)),
+        (Ty::Element, "touching" | "sliding") => Some(Ty::Quantity(Dimension::TIME)),
         (Ty::Element, "part") => Some(Ty::Part),
         (Ty::Element, "cell") => Some(Ty::Cell),
         (Ty::Actuator, "work") => Dimension::named("Energy").map(Ty::Quantity),
@@ -67,8 +68,9 @@ pub(super) fn motion_attribute(of: &Ty, name: &str) -> Option<Ty> {
 }
 
 /// The names that [`motion_attribute`] knows.
-pub(super) const MOTION_ATTRIBUTES: &[&str] =
-    &["position", "rotation", "lowest", "size", "part", "cell", "work"];
+pub(super) const MOTION_ATTRIBUTES: &[&str] = &[
+    "position", "rotation", "lowest", "size", "path", "slid", "touching", "sliding", "part", "cell", "work",
+];
 
 /// What a function takes: how people write it, and how many arguments.
 pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusive<usize>) {

@@ -2,6 +2,7 @@
 
 use grammar_lang::ir::Schedule;
 
+use super::super::gains::least_gain;
 use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange, neighbours};
 use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
@@ -195,7 +196,7 @@ impl Tuner<'_> {
             chain.number += 1;
             let fitness = chain.fitness.unwrap_or(f64::NEG_INFINITY);
             let accepted = sound && accepts(fitness, new, chain.standing.temperature, *drawn);
-            self.forecast.learn(*turn, if sound { new - fitness } else { f64::NEG_INFINITY });
+            self.forecast.gains.learn(*turn, if sound { new - fitness } else { f64::NEG_INFINITY });
             chain.standing.note(accepted);
             if accepted {
                 (chain.current, chain.fitness) = (parameters.clone(), Some(new));
@@ -210,11 +211,6 @@ impl Tuner<'_> {
         }
         Ok(true)
     }
-}
-
-/// What a candidate must gain to be accepted, by the random number that decides on it; never more than nothing.
-pub(super) fn least_gain(temperature: f64, drawn: f64) -> f64 {
-    if temperature > 0.0 { temperature * libm::log(drawn) } else { 0.0 }
 }
 
 /// The fitness that a candidate needs to be accepted, a little less for rounding. It is never more than that

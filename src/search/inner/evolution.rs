@@ -51,6 +51,7 @@ impl Tuner<'_> {
         let Some(values) = self.evaluator.evaluate(self.bounds.stop, &candidates) else {
             return self.stopped();
         };
+        self.prepare_checks(tuning, &candidates, &values);
         // A generation is made whole or not at all.
         let (mut now, mut counted) = (tuning.clone(), *spent);
         let mut samples = Vec::with_capacity(points.len());

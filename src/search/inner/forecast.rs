@@ -6,26 +6,25 @@
 //! Journal of Computational and Graphical Statistics 15, 2006, "prefetching"). Then the chain
 //! walks through them as far as they reach. Nothing here changes what is found, only how soon.
 
-use std::collections::VecDeque;
-
 use super::super::evaluator::Evaluator;
+use super::super::gains::Gains;
 
 /// What each lane after the first adds to the time of a simulation with one, for each hinge of the body and at
 /// most: the larger it is, the more differently the runs touch the ground and themselves.
 const LANE: (f64, f64) = (0.01, 0.5);
-/// So many moves of late say what the next ones may gain.
-const LATE: usize = 40;
 /// So many guesses at most for each simulation: a row of moves that are known may be as long as its iteration.
 const GUESSES: usize = 8;
 
-/// What the moves of each chain gained of late.
+/// What is worth trying at once.
 #[derive(Clone, Debug)]
 pub(super) struct Forecast {
-    threads: usize,
+    /// How many threads there are now.
+    pub(super) threads: usize,
     lanes: usize,
     /// What each lane after the first adds to the time of a simulation with one.
     lane: f64,
-    gains: Vec<VecDeque<f64>>,
+    /// What the moves of each chain gained of late.
+    pub(super) gains: Gains,
 }
 
 /// A move that may come to pass.
@@ -59,28 +58,7 @@ impl Forecast {
         let (threads, lanes) = evaluator.room();
         let lanes = lanes.min(most.unwrap_or(lanes)).max(1);
         let lane = (LANE.0 * evaluator.hinges() as f64).min(LANE.1);
-        Self { threads, lanes, lane, gains: Vec::new() }
-    }
-
-    /// What a move of a chain gained; negative infinity if it came to nothing.
-    pub(super) fn learn(&mut self, chain: usize, gain: f64) {
-        if self.gains.len() <= chain {
-            self.gains.resize(chain + 1, VecDeque::new());
-        }
-        let gains = &mut self.gains[chain];
-        if gains.len() == LATE {
-            gains.pop_front();
-        }
-        gains.push_back(gain);
-    }
-
-    /// How likely the next move of a chain is to gain at least so much.
-    pub(super) fn chance(&self, chain: usize, least: f64) -> f64 {
-        let gains = self.gains.get(chain);
-        let (all, enough) =
-            gains.map_or((0, 0), |gains| (gains.len(), gains.iter().filter(|&&gain| gain >= least).count()));
-        // As if there had been one more that is half enough.
-        (enough as f64 + 0.5) / (all as f64 + 1.0)
+        Self { threads, lanes, lane, gains: Gains::NONE }
     }
 
     /// How many simulations each of several chains can have at once.
@@ -158,9 +136,9 @@ impl Forecast {
 mod tests {
     use std::convert::Infallible;
 
-    use super::{Forecast, Guess, Outlook};
+    use super::{Forecast, Gains, Guess, Outlook};
 
-    const FORECAST: Forecast = Forecast { threads: 2, lanes: 16, lane: 0.2, gains: Vec::new() };
+    const FORECAST: Forecast = Forecast { threads: 2, lanes: 16, lane: 0.2, gains: Gains::NONE };
 
     /// The futures of one of several chains that all accept so often.
     fn futures(acceptance: f64, chains: usize) -> Vec<Guess> {
@@ -221,21 +199,5 @@ mod tests {
         let outlook = |_, _| Ok::<_, Infallible>(Some(Outlook { acceptance: 0.5, is_free: true }));
         let Ok(guesses) = FORECAST.likeliest(1, outlook);
         assert_eq!(guesses.len(), 32 * 8);
-    }
-
-    #[test]
-    fn gains_of_late_say_what_is_likely() {
-        let mut forecast = FORECAST;
-        assert_eq!(forecast.chance(3, 1.0), 0.5);
-        for gain in [-1.0, -2.0, f64::NEG_INFINITY, 5.0] {
-            forecast.learn(3, gain);
-        }
-        assert_eq!(forecast.chance(3, -1.5), 2.5 / 5.0);
-        for _ in 0..100 {
-            forecast.learn(3, 0.0);
-        }
-        assert!(forecast.chance(3, -1e-9) > 0.98 && forecast.chance(3, 1e-9) < 0.02);
-        // Another chain knows nothing of it.
-        assert_eq!(forecast.chance(0, 0.0), 0.5);
     }
 }

@@ -2,10 +2,10 @@
 
 use grammar_lang::ir::Schedule;
 
+use super::super::gains::least_gain;
 use super::super::schedule::Stand;
 use super::super::state::{Chains, Tuning};
 use super::super::{Failure, accepts};
-use super::annealing::least_gain;
 use super::forecast::{Guess, Outlook};
 use super::{Tuner, best};
 use crate::drive::Parameters;
@@ -62,7 +62,7 @@ impl Tuner<'_> {
                     f64::from(u8::from(accepts(before, new, temperature, drawn)))
                 }
                 _ if is_same => 1.0,
-                _ => self.forecast.chance(number, least_gain(temperature, drawn)),
+                _ => self.forecast.gains.chance(number, least_gain(temperature, drawn)),
             };
             let is_free = known.is_some() || candidates.iter().any(|other| other.parameters == parameters);
             candidates.push(Candidate { parameters, drawn, fitness: known });

@@ -10,6 +10,7 @@ use std::sync::Arc;
 use grammar_lang::ir::{RuleSet, Schedule, Task};
 
 use super::cache::Cache;
+use super::crew::Crew;
 use super::evaluator::{Evaluated, Evaluator};
 use super::schedule::Course;
 use super::state::{Curves, Tune, Tuning};
@@ -53,14 +54,14 @@ pub(super) struct Tuner<'a> {
 impl<'a> Tuner<'a> {
     pub(super) fn new(
         (rules, task): (&'a RuleSet, &'a Task),
-        (model, cache): (&dyn Model, &'a Cache),
-        pool: &'a rayon::ThreadPool,
+        (model, cache): (&'a dyn Model, &'a Cache),
+        crew: &'a Crew,
         derivation: &Arc<Derivation>,
         (seed, name): (u64, String),
         warm: Option<&Parameters>,
         (bounds, known): (Bounds<'a>, f64),
     ) -> Result<Self, Failure> {
-        let evaluator = Evaluator::new(rules, task, (model, cache), Arc::clone(derivation), pool)?;
+        let evaluator = Evaluator::new(rules, task, (model, cache), Arc::clone(derivation), crew)?;
         let forecast = Forecast::new(&evaluator, bounds.lanes);
         let warm = warm.filter(|warm| evaluator.drive.fits(warm)).cloned();
         let derivation = Arc::clone(derivation);
@@ -93,6 +94,7 @@ impl<'a> Tuner<'a> {
     /// Goes on by a batch of evaluations. Moves are made whole or not at all, so that the state is
     /// sound whenever this returns.
     pub(super) fn advance(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
+        self.forecast.threads = self.evaluator.room().0;
         // What is no better than the best so far will not become it.
         self.evaluator.observed_above = best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value));
         let Some(mut curves) = tuning.loops.take() else { return self.begin(tuning, spent) };
@@ -164,9 +166,7 @@ impl<'a> Tuner<'a> {
             return Ok(Some(true));
         }
         let mut half_step = None;
-        // Where more is better, a value that is not positive has nothing to lose.
-        let can_lose = self.is_actuated() && (fitness > 0.0 || !self.task.objective.maximize);
-        if can_lose && (self.schedule().is_some() || fitness > self.known) {
+        if self.can_lose(fitness) && (self.schedule().is_some() || fitness > self.known) {
             let Some(half) = self.evaluator.at_half_step(self.bounds.stop, candidate) else {
                 return Ok(None);
             };
@@ -186,6 +186,29 @@ impl<'a> Tuner<'a> {
             observed: observed.unwrap_or_default(),
         });
         Ok(Some(true))
+    }
+
+    /// Makes the checks side by side that a batch will ask for, as far as can be foreseen: of all that are better than
+    /// those before them.
+    fn prepare_checks(&mut self, tuning: &Tuning, candidates: &[Parameters], values: &[Evaluated]) {
+        let mut least = best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value));
+        let mut likely = Vec::new();
+        for (candidate, evaluated) in candidates.iter().zip(values) {
+            let fitness = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |value| self.fitness(*value));
+            if fitness > least && self.can_lose(fitness) {
+                least = fitness;
+                likely.push(candidate.clone());
+            }
+        }
+        if likely.len() > 1 {
+            self.evaluator.prepare_half_steps(self.bounds.stop, &likely);
+        }
+    }
+
+    /// Whether a best of this fitness could lose something: where more is better, a value that is not positive has
+    /// nothing to lose.
+    fn can_lose(&self, fitness: f64) -> bool {
+        self.is_actuated() && (fitness > 0.0 || !self.task.objective.maximize)
     }
 
     /// Whether anything in the body moves by itself.

@@ -68,8 +68,8 @@ impl Bodies<'_> {
         let Some(tune) = body.tunes.first().filter(|_| body.tunes.len() == self.rules.tasks.len()) else {
             return Ok(Described::Nothing);
         };
-        let model = (self.model, &self.cache);
-        let mut evaluator = Evaluator::new(self.rules, task, model, Arc::clone(derivation), self.pool)?;
+        let model = (self.model, self.cache);
+        let mut evaluator = Evaluator::new(self.rules, task, model, Arc::clone(derivation), self.crew)?;
         let described: Vec<_> = archive.values().map(|descriptor| &descriptor.value).collect();
         let Bounds { stop, .. } = self.bounds;
         let Some(values) = evaluator.describe(stop, &tune.parameters, &described) else {

@@ -1,7 +1,9 @@
 //! The outer loop: the search for bodies by rule applications.
 
+mod ahead;
 mod annealing;
 mod archive;
+mod prospect;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -10,6 +12,8 @@ use grammar_lang::ir::RuleSet;
 
 use super::body::{Tasks, inherited};
 use super::cache::Cache;
+use super::crew::Crew;
+use super::gains::Gains;
 use super::inner::Pace;
 use super::schedule::Iteration;
 use super::state::{Best, Body, Place, State, Trial, Tune};
@@ -19,6 +23,7 @@ use crate::derive::random::Stream;
 use crate::derive::{Blocked, Derivation};
 use crate::score::Observed;
 use crate::simulate::Model;
+use ahead::{Ahead, Found, Home, Order};
 
 /// One outer move, for the record.
 #[derive(Clone, Debug)]
@@ -130,14 +135,49 @@ enum Described {
 struct Bodies<'a> {
     rules: &'a RuleSet,
     model: &'a dyn Model,
-    pool: &'a rayon::ThreadPool,
+    crew: &'a Crew,
+    cache: &'a Cache,
+    /// Those who tune what may come; none where it is only supposed.
+    ahead: Option<&'a Ahead<'a>>,
     seed: u64,
     bounds: Bounds<'a>,
     observer: &'a mut dyn Observer,
-    cache: Cache,
     state: State,
+    /// What bodies gained on those before them.
+    gains: Gains,
+    costs: Costs,
     /// A new best whose curves are not tuned to the end, once the search has been stopped.
     unfinished: Option<Best>,
+}
+
+/// What bodies cost in evaluations.
+#[derive(Clone, Copy, Debug, Default)]
+struct Costs {
+    /// How many were spent when the body at hand was begun.
+    begun: u64,
+    /// Those of all bodies since the search began or went on, but for those that took one only.
+    all: u64,
+    bodies: u64,
+}
+
+impl Costs {
+    /// What a body costs in the mean; zero as long as that is not known.
+    fn typical(self) -> u64 {
+        self.all.checked_div(self.bodies).unwrap_or(0)
+    }
+
+    /// Ends a body, when so many are spent.
+    fn end(&mut self, spent: u64) {
+        let cost = spent - self.begun;
+        if cost > 1 {
+            (self.all, self.bodies) = (self.all + cost, self.bodies + 1);
+        }
+    }
+}
+
+/// The name of the streams of random numbers for the curves of a body.
+fn curves(number: usize) -> String {
+    format!("curves {number}")
 }
 
 /// Runs the search that a rule set asks for, from a first design. `stop` may be set from
@@ -170,13 +210,33 @@ pub fn go_on(
     stop: &AtomicBool,
     observer: &mut dyn Observer,
 ) -> Result<Outcome, Failure> {
-    let pool = threads(limits)?;
+    let crew = Crew::new(&limits.jobs)?;
     let bounds = Bounds::new(limits, stop);
     let seed = limits.seed;
     let cache = Cache::default();
-    let mut search =
-        Bodies { rules, model, pool: &pool, seed, bounds, observer, cache, state, unfinished: None };
-    let end = search.go()?;
+    let ahead = Ahead::new(&limits.jobs, &crew);
+    let mut search = Bodies {
+        rules,
+        model,
+        crew: &crew,
+        cache: &cache,
+        ahead: Some(&ahead),
+        seed,
+        bounds,
+        observer,
+        state,
+        gains: Gains::NONE,
+        costs: Costs::default(),
+        unfinished: None,
+    };
+    let end = std::thread::scope(|scope| {
+        let _home = Home(&ahead);
+        for number in 0..ahead.helpers() {
+            let (ahead, of) = (&ahead, ahead::Search { rules, model, cache: &cache, seed, bounds });
+            scope.spawn(move || ahead.help(number, of));
+        }
+        search.go()
+    })?;
     let State { spent, moves, bodies, tally, best, trial, .. } = search.state;
     // The one that was being tuned, if the search was stopped.
     let bodies = bodies + usize::from(trial.is_some());
@@ -196,13 +256,13 @@ pub fn tune_body(
     limits: &Limits,
     stop: &AtomicBool,
 ) -> Result<Outcome, Failure> {
-    let pool = threads(limits)?;
+    let crew = Crew::new(&limits.jobs)?;
     let cache = Cache::default();
     let mut tasks = Tasks {
         rules,
         model,
         cache: &cache,
-        pool: &pool,
+        crew: &crew,
         derivation: Arc::clone(derivation),
         seed: limits.seed,
         name: "body".to_owned(),
@@ -226,13 +286,6 @@ pub fn tune_body(
     let best =
         found.map(|(tasks, value)| Best { derivation: Arc::clone(derivation), tasks, value, found_at: 0 });
     Ok(Outcome { best, evaluations: spent, moves: 0, bodies: 1, tally, end })
-}
-
-fn threads(limits: &Limits) -> Result<rayon::ThreadPool, Failure> {
-    rayon::ThreadPoolBuilder::new()
-        .num_threads(limits.jobs.max(1))
-        .build()
-        .map_err(|e| Failure::Threads(format!("cannot start {} threads: {e}", limits.jobs)))
 }
 
 impl Bodies<'_> {
@@ -351,23 +404,27 @@ impl Bodies<'_> {
     /// Tunes the body that is being tried, and judges it.
     fn try_body(&mut self) -> Result<Option<End>, Failure> {
         let Some(trial) = &self.state.trial else { return Ok(None) };
-        // An archive has a best for each kind of design, and of several tasks none knows what the rest are worth.
-        let one_best = self.rules.search.outer.archive.is_none() && self.rules.tasks.len() == 1;
-        let best = self.state.best.as_ref().map(|best| best.value).filter(|_| one_best);
+        let known = self.known();
+        if let Some(ahead) = self.ahead {
+            ahead.take_over(&Order::of(self.state.moves, trial, known).key);
+        }
+        self.costs.begun = self.state.spent;
         let mut tasks = Tasks {
-            known: self.fitness(best),
+            known,
             rules: self.rules,
             model: self.model,
-            cache: &self.cache,
-            pool: self.pool,
+            cache: self.cache,
+            crew: self.crew,
             derivation: Arc::clone(&trial.derivation),
             seed: self.seed,
-            name: format!("curves {}", self.state.moves),
+            name: curves(self.state.moves),
             warm: trial.warm.clone(),
             bounds: self.bounds,
             tuner: None,
         };
+        let mut planned = None;
         let cut = loop {
+            self.look_ahead(&mut planned);
             let State { trial: Some(trial), spent, .. } = &mut self.state else { return Ok(None) };
             match tasks.advance(&mut trial.body, spent)? {
                 Pace::Done => break None,
@@ -388,19 +445,43 @@ impl Bodies<'_> {
             Described::Nothing => None,
         };
         let Some(trial) = self.state.trial.take() else { return Ok(cut) };
+        self.costs.end(self.state.spent);
         self.judge(trial, cell, cut.is_some())?;
         Ok(cut)
+    }
+
+    /// What a body that is not tuned must exceed to be of use, where more is better: the best of the run. An archive
+    /// has a best for each kind of design, and of several tasks none knows what the rest are worth.
+    fn known(&self) -> f64 {
+        let one_best = self.rules.search.outer.archive.is_none() && self.rules.tasks.len() == 1;
+        self.fitness(self.state.best.as_ref().map(|best| best.value).filter(|_| one_best))
     }
 
     /// Accepts a body or not, and keeps the best.
     fn judge(
         &mut self,
-        trial: Trial<Arc<Derivation>>,
+        mut trial: Trial<Arc<Derivation>>,
         cell: Option<Vec<usize>>,
         is_cut: bool,
     ) -> Result<(), Failure> {
-        let Trial { derivation, chain, rule, blocked, drawn, body, .. } = trial;
-        let (found, tally) = body.found(self.rules, &derivation);
+        let (found, tally) = std::mem::take(&mut trial.body).found(self.rules, &trial.derivation);
+        if let Some(chain) = self.state.chains.get(trial.chain) {
+            let gain = self.fitness(found.as_ref().map(|(_, value)| *value)) - self.fitness(chain.at.value);
+            // From nothing to nothing is no gain.
+            self.gains.learn(trial.chain, if gain.is_nan() { f64::NEG_INFINITY } else { gain });
+        }
+        self.settle(trial, (found, tally), cell, is_cut)
+    }
+
+    /// Does with a body what its value asks for.
+    fn settle(
+        &mut self,
+        trial: Trial<Arc<Derivation>>,
+        (found, tally): (Found, Tally),
+        cell: Option<Vec<usize>>,
+        is_cut: bool,
+    ) -> Result<(), Failure> {
+        let Trial { derivation, chain, rule, blocked, drawn, .. } = trial;
         let value = found.as_ref().map(|(_, value)| *value);
         let first = self.state.moves == 0;
         self.state.bodies += 1;

@@ -4,12 +4,6 @@ use super::super::{Declaration, Loader};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::syntax::ast::{Item, ItemKind, Name};
 
-/// The declarations of the grammar that say what is observed.
-fn places(loader: &Loader<'_>) -> Vec<Declaration> {
-    let observes = |(_, item): &(Declaration, &Item)| matches!(item.kind, ItemKind::Observe(_));
-    loader.program.entries().filter(observes).map(|(declaration, _)| declaration).collect()
-}
-
 fn observed<'l>(loader: &'l mut Loader<'_>, declaration: Declaration) -> Option<&'l mut Vec<Name>> {
     match &mut loader.program.item_mut(declaration)?.kind {
         ItemKind::Observe(names) => Some(names),
@@ -19,7 +13,7 @@ fn observed<'l>(loader: &'l mut Loader<'_>, declaration: Declaration) -> Option<
 
 /// Observes some terms no more.
 pub(super) fn drop(loader: &mut Loader<'_>, names: &[Name]) {
-    let places = places(loader);
+    let places = loader.program.observing();
     for name in names {
         let mut known = Vec::new();
         let mut is_there = false;
@@ -47,7 +41,7 @@ pub(super) fn drop(loader: &mut Loader<'_>, names: &[Name]) {
 
 /// Observes the terms of an item, and no others.
 pub(super) fn replace(loader: &mut Loader<'_>, module: usize, item: &Item) {
-    let places = places(loader);
+    let places = loader.program.observing();
     if places.is_empty() {
         loader.errors.push(
             Diagnostic::new(Code::NOTHING_TO_CHANGE, item.span, "the base has no `observe` to replace")

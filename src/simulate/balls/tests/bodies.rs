@@ -1,6 +1,8 @@
-//! Lattices: stiffness, convergence, bending, energy.
+//! Lattices: stiffness, convergence, bending, energy, momenta.
 
-use super::{gained, idle, lifted, place, ramp, run};
+use nalgebra::Vector3;
+
+use super::{gained, idle, lifted, middle, place, ramp, run};
 use crate::simulate::balls::Balls;
 use crate::simulate::lattice::{Ball, Lattice};
 use crate::simulate::rapier::Rapier;
@@ -134,4 +136,31 @@ fn stiff_and_soft_go_together() {
     let motion = run(&lifted(&body, &settings, 0.0), &settings, &trot(4, 0.2, false));
     let span = |t: f64| (place(&motion, 0, t) - place(&motion, 8, t)).norm();
     assert!((span(3.0) - span(0.0)).abs() < 0.002, "the trunk is {} m long", span(3.0));
+}
+
+/// Recorded at every step, so that a ball's momentum is that of the scheme: its mass times its way. Legs swing, so that
+/// trunk and legs turn against each other.
+#[test]
+fn in_the_air_momenta_are_kept() {
+    let body = quadruped();
+    let settings = Settings { record: 1.0 / 2400.0, gravity: 0.0, ..lattice_settings(3.0) };
+    let lattice = lifted(&body, &settings, 0.1);
+    assert!(lattice.balls.iter().all(|ball| ball.mass == lattice.balls[0].mass));
+    let motion = run(&lattice, &settings, &trot(body.actuators, 0.2, false));
+    let at = |frame: usize| -> Vec<Vector3<f64>> {
+        (0..motion.bodies).map(|ball| place(&motion, ball, motion.time(frame))).collect()
+    };
+    let start = middle(&motion, 0.0);
+    let (mut most, mut turns) = (0.0_f64, Vec::new());
+    for frame in (0..motion.frames() - 1).step_by(101) {
+        let (t, before, after) = (motion.time(frame), at(frame), at(frame + 1));
+        let (from, to) = (middle(&motion, t), middle(&motion, motion.time(frame + 1)));
+        assert!((from - start).norm() < 1e-6, "{t} s: off by {} m", from - start);
+        let turn = |(a, b): (&Vector3<f64>, &Vector3<f64>)| (a - from).cross(&(b - to - (a - from)));
+        turns.push((t, before.iter().zip(&after).map(turn).sum::<Vector3<f64>>()));
+        most = most.max(before.iter().zip(&after).map(|pair| turn(pair).norm()).sum());
+    }
+    for (t, turn) in turns {
+        assert!(turn.norm() < 2e-3 * most, "{t} s: it turns by {turn} of {most} m^2 in a step");
+    }
 }

@@ -1,0 +1,237 @@
+//! Tunes bodies that are likely to come, on threads that have nothing else to do.
+//!
+//! Whether a body is accepted is known only when its curves are tuned, but what the next body would be in either
+//! case is known at once. While one thread tunes the body at hand, others tune those. What they evaluate is
+//! remembered ([`Cache`]), and when the search comes to such a body it finds its evaluations made. What turns out
+//! not to be needed is neither counted nor used: nothing here changes what is found, only how soon.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use grammar_lang::ir::RuleSet;
+
+use super::super::Bounds;
+use super::super::body::Tasks;
+use super::super::cache::{self, Cache, Subject};
+use super::super::crew::{Crew, Jobs};
+use super::super::inner::Pace;
+use super::super::state::{Body, Trial, Tune};
+use crate::derive::Derivation;
+use crate::drive::Parameters;
+use crate::simulate::Model;
+
+/// Helpers look this often whether there are more threads now.
+const LOOK: Duration = Duration::from_millis(200);
+
+/// Names a body that may come: the number of its move, and what it is.
+pub(super) type Key = (usize, Subject);
+
+/// What was found for a body: its curves and its value; none if no evaluation was valid.
+pub(super) type Found = Option<(Vec<Tune>, f64)>;
+
+/// A body that is worth tuning.
+#[derive(Clone)]
+pub(super) struct Order {
+    pub(super) key: Key,
+    derivation: Arc<Derivation>,
+    warm: Vec<Parameters>,
+    /// The best of the run, where more is better.
+    known: f64,
+}
+
+impl Order {
+    /// The body that is tried as a move of a number.
+    pub(super) fn of(number: usize, trial: &Trial<Arc<Derivation>>, known: f64) -> Self {
+        let Trial { derivation, warm, .. } = trial;
+        let mut bits = Vec::new();
+        warm.iter().flatten().for_each(|x| bits.extend(x.to_bits().to_le_bytes()));
+        let of = cache::subject(derivation, "", false);
+        let key = if bits.is_empty() { of } else { cache::named(&of, &bits) };
+        Self { key: (number, key), derivation: Arc::clone(derivation), warm: warm.clone(), known }
+    }
+}
+
+/// What helpers need to know of a search; it does not change.
+#[derive(Clone, Copy)]
+pub(super) struct Search<'a> {
+    pub(super) rules: &'a RuleSet,
+    pub(super) model: &'a dyn Model,
+    pub(super) cache: &'a Cache,
+    pub(super) seed: u64,
+    pub(super) bounds: Bounds<'a>,
+}
+
+/// The helpers of a search.
+pub(super) struct Ahead<'a> {
+    crew: &'a Crew,
+    jobs: Jobs,
+    helpers: Vec<Helper>,
+    shared: Mutex<Shared>,
+    changed: Condvar,
+}
+
+/// How one of them is told to leave its work.
+#[derive(Default)]
+struct Helper {
+    /// At once: it is in vain.
+    recalled: AtomicBool,
+    /// After a batch of evaluations: the search is there.
+    relieved: AtomicBool,
+}
+
+#[derive(Default)]
+struct Shared {
+    /// Those that nobody has begun, the likeliest first.
+    wanted: VecDeque<Order>,
+    /// What each helper is at.
+    active: Vec<Option<Key>>,
+    done: BTreeMap<Key, Found>,
+    /// How often any of these changed.
+    changes: u64,
+    is_over: bool,
+}
+
+impl<'a> Ahead<'a> {
+    /// As many helpers as there may be threads beside that of the search.
+    pub(super) fn new(jobs: &Jobs, crew: &'a Crew) -> Self {
+        let helpers: Vec<Helper> = (1..jobs.most()).map(|_| Helper::default()).collect();
+        let shared = Shared { active: vec![None; helpers.len()], ..Shared::default() };
+        Self { crew, jobs: jobs.clone(), helpers, shared: Mutex::new(shared), changed: Condvar::new() }
+    }
+
+    /// How many helpers there are at most.
+    pub(super) fn helpers(&self) -> usize {
+        self.helpers.len()
+    }
+
+    fn lock(&self) -> MutexGuard<'_, Shared> {
+        // Whoever breaks down breaks down between two changes.
+        self.shared.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Tells everybody of a change.
+    fn change(&self, shared: &mut Shared) {
+        shared.changes += 1;
+        self.crew.miss(shared.active.iter().flatten().count());
+        self.changed.notify_all();
+    }
+
+    /// How often anything changed: as long as it is the same, there is nothing new to plan.
+    pub(super) fn changes(&self) -> u64 {
+        self.lock().changes
+    }
+
+    /// What is known of a body.
+    pub(super) fn found(&self, key: &Key) -> Option<Found> {
+        self.lock().done.get(key).cloned()
+    }
+
+    /// Says what is worth tuning, the likeliest first, after the move of a number. Helpers that are at anything else leave it.
+    pub(super) fn want(&self, now: usize, orders: Vec<Order>) {
+        let mut shared = self.lock();
+        for (helper, at) in self.helpers.iter().zip(&shared.active) {
+            if at.is_some_and(|at| orders.iter().all(|order| order.key != at)) {
+                helper.recalled.store(true, Ordering::Relaxed);
+            }
+        }
+        let Shared { wanted, active, done, .. } = &mut *shared;
+        done.retain(|(number, _), _| *number >= now);
+        *wanted = orders
+            .into_iter()
+            .filter(|order| !active.contains(&Some(order.key)) && !done.contains_key(&order.key))
+            .collect();
+        // Not a change that asks for another plan.
+        self.changed.notify_all();
+    }
+
+    /// Takes a body over that the search has come to: what a helper has of it by then, the search finds made.
+    pub(super) fn take_over(&self, key: &Key) {
+        let mut shared = self.lock();
+        shared.wanted.retain(|order| order.key != *key);
+        while let Some(place) = shared.active.iter().position(|at| *at == Some(*key)) {
+            self.helpers[place].relieved.store(true, Ordering::Relaxed);
+            shared = self.changed.wait(shared).unwrap_or_else(PoisonError::into_inner);
+        }
+    }
+
+    /// Sends all helpers home.
+    pub(super) fn end(&self) {
+        self.helpers.iter().for_each(|helper| helper.recalled.store(true, Ordering::Relaxed));
+        let mut shared = self.lock();
+        shared.is_over = true;
+        self.change(&mut shared);
+    }
+
+    /// What a helper does until it is sent home.
+    pub(super) fn help(&self, number: usize, search: Search<'_>) {
+        let own = &self.helpers[number];
+        let alone = Crew::alone();
+        let mut shared = self.lock();
+        while !shared.is_over {
+            let is_free = shared.active.iter().flatten().count() + 1 < self.jobs.now();
+            let Some(order) = is_free.then(|| shared.wanted.pop_front()).flatten() else {
+                let waited = self.changed.wait_timeout(shared, LOOK);
+                shared = waited.unwrap_or_else(PoisonError::into_inner).0;
+                continue;
+            };
+            shared.active[number] = Some(order.key);
+            own.recalled.store(false, Ordering::Relaxed);
+            own.relieved.store(false, Ordering::Relaxed);
+            self.change(&mut shared);
+            drop(shared);
+            let key = order.key;
+            // What breaks down here breaks down where the search comes to it.
+            let found = catch_unwind(AssertUnwindSafe(|| own.tune(order, search, &alone))).unwrap_or(None);
+            shared = self.lock();
+            shared.active[number] = None;
+            if let Some(found) = found {
+                shared.done.insert(key, found);
+            }
+            self.change(&mut shared);
+        }
+    }
+}
+
+impl Helper {
+    /// Tunes a body; what came of it, if that was not stopped.
+    fn tune(&self, order: Order, search: Search<'_>, alone: &Crew) -> Option<Found> {
+        let Search { rules, model, cache, seed, bounds } = search;
+        let Order { key: (number, _), derivation, warm, known } = order;
+        let mut tasks = Tasks {
+            rules,
+            model,
+            cache,
+            crew: alone,
+            derivation: Arc::clone(&derivation),
+            seed,
+            name: super::curves(number),
+            warm,
+            bounds: bounds.ahead(&self.recalled),
+            known,
+            tuner: None,
+        };
+        // It is not the first: what has no value counts as such.
+        let (mut body, mut spent) = (Body::default(), 2);
+        loop {
+            match tasks.advance(&mut body, &mut spent) {
+                Ok(Pace::More) if self.relieved.load(Ordering::Relaxed) => return None,
+                Ok(Pace::More) => {}
+                Ok(Pace::Done) => return Some(body.found(rules, &derivation).0),
+                // The search itself will come to the same error, if it comes there.
+                Ok(Pace::Cut(_)) | Err(_) => return None,
+            }
+        }
+    }
+}
+
+/// Sends the helpers home, however the search ends.
+pub(super) struct Home<'a, 'b>(pub(super) &'a Ahead<'b>);
+
+impl Drop for Home<'_, '_> {
+    fn drop(&mut self) {
+        self.0.end();
+    }
+}

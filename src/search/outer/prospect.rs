@@ -1,0 +1,170 @@
+//! Which bodies are likely to come, whatever becomes of the one at hand.
+
+use std::sync::Arc;
+
+use super::super::gains::least_gain;
+use super::super::state::{State, Trial};
+use super::super::tally::Tally;
+use super::super::{Failure, accepts};
+use super::ahead::{Found, Order};
+use super::{Best, Bodies, Observer, Row};
+use crate::derive::Derivation;
+
+/// Bodies to have in store for each helper: it goes on by itself while the search is at a batch of evaluations.
+const STORE: usize = 2;
+/// So many bodies are looked at for each that is wanted.
+const LOOKS: usize = 8;
+/// What comes less often than this is not worth a thought.
+const LEAST: f64 = 0.02;
+/// How likely a body is no new elite of an archive.
+const NO_ELITE: f64 = 0.7;
+/// So many moves that can do nothing are followed.
+const IDLE: usize = 50;
+
+/// Sees nothing: what is supposed is told to nobody.
+struct Nobody;
+
+impl Observer for Nobody {
+    fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
+    fn moved(&mut self, _: &Row) -> Result<(), String> {
+        Ok(())
+    }
+    fn improved(&mut self, _: &Best) -> Result<(), String> {
+        Ok(())
+    }
+}
+
+impl<'a> Bodies<'a> {
+    /// Lets the helpers know what is worth tuning, if anything has changed; `since` says what was known before, and
+    /// whether it was sure that the body at hand will be accepted.
+    pub(super) fn look_ahead(&self, since: &mut Option<(u64, bool)>) {
+        let Some(ahead) = self.ahead.filter(|ahead| ahead.helpers() > 0) else { return };
+        let sure = self.state.trial.as_ref().is_some_and(|trial| self.is_sure(&self.state, trial));
+        let now = Some((ahead.changes(), sure));
+        if *since == now {
+            return;
+        }
+        *since = now;
+        ahead.want(self.state.moves, self.prospects(STORE * ahead.helpers()));
+    }
+
+    /// The likeliest bodies to come, at most so many.
+    fn prospects(&self, most: usize) -> Vec<Order> {
+        let mut orders: Vec<Order> = Vec::new();
+        let mut open = vec![(1.0, self.state.clone())];
+        for _ in 0..LOOKS * most {
+            let likelier = |(a, x): &(usize, &(f64, State)), (b, y): &(usize, &(f64, State))| {
+                x.0.total_cmp(&y.0).then(b.cmp(a))
+            };
+            let Some((place, _)) = open.iter().enumerate().max_by(likelier) else { break };
+            let (chance, state) = open.remove(place);
+            let Some(trial) = &state.trial else { continue };
+            let order = Order::of(state.moves, trial, self.known());
+            let is_at_hand = state.moves == self.state.moves;
+            let found = self.ahead.and_then(|ahead| ahead.found(&order.key)).filter(|_| !is_at_hand);
+            let is_done = found.is_some();
+            let outcomes = match found {
+                Some(found) => vec![(1.0, found)],
+                None => self.outcomes(&state, trial, is_at_hand),
+            };
+            let is_new = orders.iter().all(|other| other.key != order.key);
+            if !is_at_hand && !is_done && is_new {
+                orders.push(order);
+                if orders.len() == most {
+                    break;
+                }
+            }
+            for (share, found) in outcomes {
+                if chance * share >= LEAST
+                    && let Some(next) = self.supposed(state.clone(), found)
+                    && self.is_affordable(&next)
+                {
+                    open.push((chance * share, next));
+                }
+            }
+        }
+        orders
+    }
+
+    /// Whether the evaluations are likely to last until the body that a state tries.
+    fn is_affordable(&self, state: &State) -> bool {
+        let Some(most) = self.bounds.max_evaluations else { return true };
+        let before = state.moves.saturating_sub(self.state.moves) as u64;
+        self.costs.begun + before * self.costs.typical() < most
+    }
+
+    /// What may become of the body that a state tries, and how likely that is.
+    fn outcomes(&self, state: &State, trial: &Trial<Arc<Derivation>>, is_at_hand: bool) -> Vec<(f64, Found)> {
+        let outer = &self.rules.search.outer;
+        if state.moves == 0 {
+            return vec![(1.0, None)];
+        }
+        if outer.archive.is_some() {
+            return vec![(NO_ELITE, None)];
+        }
+        if outer.walk.is_some() && state.course.deviation.is_none() {
+            return vec![(1.0, Some((Vec::new(), 0.0)))];
+        }
+        let (least, current, now) = self.standing(state, trial);
+        let sure = is_at_hand && self.is_sure(state, trial);
+        let chance = if sure { 1.0 } else { self.gains.chance(trial.chain, least - current) };
+        // As if it came to just enough, or to what it has come to so far.
+        let fitness = if is_at_hand && now > least { now } else { least.max(f64::MIN) };
+        let value = if self.rules.objective.maximize { fitness } else { -fitness };
+        let is_warm = self.rules.search.inner.as_ref().is_some_and(|inner| inner.warm);
+        let accepted = (chance, Some((Vec::new(), value)));
+        let refused = (1.0 - chance, None);
+        // What inherits curves is not known before they are.
+        let outcomes = if is_warm { vec![refused] } else { vec![accepted, refused] };
+        outcomes.into_iter().filter(|(chance, _)| *chance >= LEAST).collect()
+    }
+
+    /// What the body that a state tries needs to be accepted, what its chain has, and what it has come to so far.
+    fn standing(&self, state: &State, trial: &Trial<Arc<Derivation>>) -> (f64, f64, f64) {
+        let Some(chain) = state.chains.get(trial.chain) else {
+            return (f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
+        };
+        let current = self.fitness(chain.at.value);
+        let (_, now) = trial.body.progress();
+        (current + least_gain(chain.standing.temperature, trial.drawn), current, self.fitness(now))
+    }
+
+    /// Whether the body at hand will be accepted whatever comes: its best is good enough already.
+    fn is_sure(&self, state: &State, trial: &Trial<Arc<Derivation>>) -> bool {
+        let Some(chain) = state.chains.get(trial.chain).filter(|_| self.rules.tasks.len() == 1) else {
+            return false;
+        };
+        let (_, current, now) = self.standing(state, trial);
+        now.is_finite() && accepts(current, now, chain.standing.temperature, trial.drawn)
+    }
+
+    /// The state at the next body, if this is what is found for the one at hand.
+    fn supposed(&self, state: State, found: Found) -> Option<State> {
+        let mut nobody = Nobody;
+        let mut search = Bodies {
+            rules: self.rules,
+            model: self.model,
+            crew: self.crew,
+            cache: self.cache,
+            ahead: None,
+            seed: self.seed,
+            bounds: self.bounds,
+            observer: &mut nobody,
+            state,
+            gains: self.gains.clone(),
+            costs: self.costs,
+            unfinished: None,
+        };
+        let trial = search.state.trial.take()?;
+        let judged: Result<(), Failure> = search.settle(trial, (found, Tally::default()), None, false);
+        judged.ok()?;
+        for _ in 0..IDLE {
+            match search.next_move() {
+                Ok(None) if search.state.trial.is_some() => return Some(search.state),
+                Ok(None) => {}
+                Ok(Some(_)) | Err(_) => return None,
+            }
+        }
+        None
+    }
+}
