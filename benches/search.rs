@@ -5,10 +5,14 @@
 //!
 //! `cargo bench --bench search -- 750 10` (evaluations, seeds; names of bodies after them leave out the others,
 //! and `lanes` the other searches)
+//!
+//! `cargo bench --bench search -- threads 4000 3` (evaluations, seeds) tells how much sooner searches end with a second
+//! thread, by the clock: for bodies and curves together, and for the curves of one body.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
 
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use grammar_lang::ir::RuleSet;
@@ -87,15 +91,60 @@ fn time(rules: &RuleSet, seed: u64, lanes: Option<usize>, most: u64, (value, on)
 
 /// `bodies` with one of its bodies and a search.
 fn rules(body: &str, search: &str) -> RuleSet {
+    variant("benches/bodies/bodies.sgr", search, &format!(" from {body}"))
+}
+
+/// A grammar with another search.
+fn variant(of: &str, search: &str, from: &str) -> RuleSet {
     let text = format!(
-        "use std.search {{ {search} }}\nvariant timed of \"{}/benches/bodies/bodies.sgr\" {{\n  \
-         replace search {search} from {body}\n}}\n",
+        "use std.search {{ {search} }}\nvariant timed of \"{}/{of}\" {{\n  replace search {search}{from}\n}}\n",
         env!("CARGO_MANIFEST_DIR")
     );
     let mut sources = grammar_lang::source::SourceMap::default();
     let entry = sources.add(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/timed.sgr"), text);
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
     compiled.ruleset.expect("the grammar of the bodies is sound")
+}
+
+/// How long a search takes by the clock with so many threads, in s, and what it finds.
+fn wall(rules: &RuleSet, seed: u64, jobs: usize, most: u64) -> (f64, Option<u64>, u64) {
+    let flag = AtomicBool::new(false);
+    let mut until = Until { value: f64::INFINITY, begun: ProcessTime::now(), found: None, flag: None };
+    let jobs = Jobs::new(jobs);
+    let limits =
+        Limits { seed, jobs, max_evaluations: Some(most), lanes: None, gives_up: true, deadline: None };
+    let first = Derivation::start(rules, rules.from.as_deref()).unwrap();
+    let begun = Instant::now();
+    let outcome =
+        run(rules, first, simulate::model("articulated").unwrap(), &limits, &flag, &mut until).unwrap();
+    (begun.elapsed().as_secs_f64(), outcome.best.map(|best| best.value.to_bits()), outcome.evaluations)
+}
+
+/// One thread against two, in turns.
+fn threads(most: u64, seeds: u64) {
+    let codesign = "grammars/codesign.sgr";
+    let searches = [
+        ("bodies and curves, annealing", variant(codesign, "nested_annealing", "")),
+        ("bodies and curves, CMA-ES", variant(codesign, "nested_evolution", "")),
+        (
+            "bodies alone, annealing",
+            variant("grammars/experiments/morphology_only.sgr", "plain_annealing", ""),
+        ),
+        ("curves of four actuators, annealing", rules("four", "gait_annealing")),
+        ("curves of four actuators, CMA-ES", rules("four", "gait_evolution")),
+    ];
+    println!("seconds with one thread, with two, and how much sooner two are; {most} evaluations");
+    for (what, rules) in &searches {
+        let gains = (1..=seeds).map(|seed| {
+            let (one, two) = (wall(rules, seed, 1, most), wall(rules, seed, 2, most));
+            assert_eq!((one.1, one.2), (two.1, two.2), "the same search");
+            println!("{what}, seed {seed}: {:6.1} {:6.1}  {:.2}", one.0, two.0, one.0 / two.0);
+            one.0 / two.0
+        });
+        let gains: Vec<f64> = gains.collect();
+        let mean = (gains.iter().map(|gain| gain.ln()).sum::<f64>() / gains.len() as f64).exp();
+        println!("{what}: {mean:.2} (geometric mean), {:.2} (median)", median(gains));
+    }
 }
 
 fn median(mut values: Vec<f64>) -> f64 {
@@ -107,6 +156,9 @@ fn median(mut values: Vec<f64>) -> f64 {
 fn main() {
     let mut numbers = std::env::args().filter_map(|a| a.parse::<u64>().ok());
     let words: Vec<String> = std::env::args().skip(1).collect();
+    if words.iter().any(|word| word == "threads") {
+        return threads(numbers.next().unwrap_or(4000), numbers.next().unwrap_or(3));
+    }
     let bodies: Vec<&str> = BODIES.into_iter().filter(|body| words.iter().any(|word| word == body)).collect();
     let bodies = if bodies.is_empty() { BODIES.to_vec() } else { bodies };
     let methods = if words.iter().any(|word| word == OTHERS[0].0) { &OTHERS[..1] } else { &OTHERS[..] };

@@ -62,7 +62,7 @@ fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
     let design: serde_json::Value = serde_json::from_str(&best(&one)).unwrap();
     let checks = design["tasks"][0]["checks"].as_array().unwrap();
     let values: std::collections::BTreeSet<_> = checks.iter().map(|c| c["value"].to_string()).collect();
-    assert_eq!((checks.len(), values.len()), (9, 9), "{checks:#?}");
+    assert_eq!((checks.len(), values.len()), (10, 10), "{checks:#?}");
     assert_eq!(best(&one), best(&two), "the same design with one thread and with two");
     let output = sgc(&["eval", &one.to_string_lossy()]);
     assert_eq!(code(&output), 0, "{}", errors(&output));

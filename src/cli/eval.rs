@@ -146,10 +146,13 @@ impl Eval {
     fn score(&self, rules: &RuleSet, design: &SavedDesign, motion: &Path) -> Result<u8, Fault> {
         let text = load::read(motion)?.text;
         let task = self.task.as_deref();
-        let score = judge::score_of(rules, design, task, &text)
+        let (score, observed) = judge::score_of(rules, design, task, &text)
             .map_err(|e| Fault::input(format!("{}: {e}", motion.display())))?;
         let unit = design.task(task).map_or("", |saved| saved.unit.as_str());
         output::data(&format!("value {}\n", describe::quantity(score.value, unit)))?;
+        for (name, value) in rules.observed.iter().zip(&observed) {
+            output::data(&judge::observed(rules, name, value.as_ref()))?;
+        }
         for (name, value) in &score.terms {
             output::data(&format!("  {name} {}\n", describe::term(rules, unit, name, *value)))?;
         }

@@ -270,9 +270,15 @@ impl<'a> Driven<'a> {
         (derivation, body): (&Arc<Derivation>, &Body),
         motion: &Motion,
     ) -> Result<Score, String> {
-        let recording =
-            Recording { derivation, body, motion, drive: &self.drive, parameters: &self.parameters };
-        score(rules, self.task, recording).map_err(|e| e.reason)
+        score(rules, self.task, self.recording((derivation, body), motion)).map_err(|e| e.reason)
+    }
+
+    fn recording<'m>(
+        &'m self,
+        (derivation, body): (&'m Arc<Derivation>, &'m Body),
+        motion: &'m Motion,
+    ) -> Recording<'m> {
+        Recording { derivation, body, motion, drive: &self.drive, parameters: &self.parameters }
     }
 }
 
@@ -289,8 +295,7 @@ impl Driven<'_> {
         else {
             return Ok(None);
         };
-        let recording =
-            Recording { derivation, body, motion, drive: &self.drive, parameters: &self.parameters };
+        let recording = self.recording((derivation, body), motion);
         let speeds = score::quantities(rules, recording, &[wanted]).map_err(|e| e.reason)?;
         Ok(speeds.first().map(|speed| (name.clone(), *speed)))
     }
@@ -372,7 +377,8 @@ pub fn setup(
 }
 
 /// Scores a motion that another program has made of a design (see
-/// [`simulate::export::read_motion`]) by a task, the first if none is named.
+/// [`simulate::export::read_motion`]) by a task, the first if none is named; with what is observed of it in
+/// the first task.
 ///
 /// # Errors
 ///
@@ -382,11 +388,15 @@ pub fn score_of(
     design: &SavedDesign,
     task: Option<&str>,
     motion: &str,
-) -> Result<Score, String> {
+) -> Result<(Score, Vec<Option<Observed>>), String> {
     let (derivation, body) = body_of(rules, design)?;
-    let driven = Driven::new(rules, design.task(task)?, (&derivation, &body), Precision::Model)?;
+    let saved = design.task(task)?;
+    let driven = Driven::new(rules, saved, (&derivation, &body), Precision::Model)?;
     let motion = simulate::export::read_motion(motion, &body.assembly, driven.settings.duration)?;
-    driven.score(rules, (&derivation, &body), &motion)
+    let score = driven.score(rules, (&derivation, &body), &motion)?;
+    let is_first = design.tasks.first().is_some_and(|first| first.name == saved.name);
+    let recording = driven.recording((&derivation, &body), &motion);
+    Ok((score, if is_first { score::observe(rules, recording) } else { Vec::new() }))
 }
 
 fn task_of<'r>(rules: &'r RuleSet, saved: &SavedTask) -> Result<&'r Task, String> {

@@ -168,3 +168,75 @@ impl<'a> Bodies<'a> {
         None
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use grammar_lang::source::SourceMap;
+
+    use super::super::{Costs, Crew, Gains};
+    use super::*;
+    use crate::search::{Bounds, Jobs, Limits, cache::Cache};
+    use crate::simulate;
+    use crate::world::Files;
+
+    #[test]
+    fn the_next_body_is_among_the_likeliest() {
+        let text = "variant quick of \"grammars/codesign.sgr\" {
+            set nested_annealing.inner.iterations = 2
+            set nested_annealing.outer.stop = false
+            replace simulate hinge_model for 1 s
+        }";
+        let mut sources = SourceMap::default();
+        let entry = sources.add(
+            concat!(env!("CARGO_MANIFEST_DIR"), "/quick.sgr"),
+            format!("use std.models {{ hinge_model }}\n{text}"),
+        );
+        let rules = grammar_lang::compile(&Files, &mut sources, entry, &[], None).ruleset.unwrap();
+        let limits = Limits {
+            seed: 5,
+            jobs: Jobs::new(2),
+            max_evaluations: Some(600),
+            lanes: None,
+            gives_up: true,
+            deadline: None,
+        };
+        let (crew, cache, flag) = (Crew::alone(), Cache::default(), AtomicBool::new(false));
+        let (mut expected, mut hits, mut bodies): (Vec<Order>, usize, usize) = (Vec::new(), 0, 0);
+        let mut nobody = Nobody;
+        let mut search = Bodies {
+            rules: &rules,
+            model: simulate::model("articulated").unwrap(),
+            crew: &crew,
+            cache: &cache,
+            // Nobody helps: what is wanted is looked at only.
+            ahead: None,
+            seed: limits.seed,
+            bounds: Bounds::new(&limits, &flag),
+            observer: &mut nobody,
+            state: State::begin(Derivation::begin(&rules)),
+            gains: Gains::NONE,
+            costs: Costs::default(),
+            unfinished: None,
+        };
+        loop {
+            let end = if let Some(trial) = &search.state.trial {
+                let own = Order::of(search.state.moves, trial, search.known());
+                bodies += 1;
+                hits += usize::from(expected.iter().any(|order| order.key == own.key));
+                expected = search.prospects(2);
+                search.try_body().unwrap()
+            } else {
+                search.next_move().unwrap()
+            };
+            if end.is_some() {
+                break;
+            }
+        }
+        assert!(bodies > 15, "{bodies} bodies");
+        // All but the first, some that come after a surprise, and those for which the evaluations do not last.
+        assert!(4 * hits > 3 * bodies, "{hits} of {bodies} bodies were expected");
+        assert!(hits < bodies, "the first cannot be");
+    }
+}
