@@ -1,13 +1,13 @@
 """How far sgc's own solver agrees with MuJoCo and with itself at finer steps.
 
-    python agreement.py DESIGN|RUN|FOLDER... [--solref TIME DAMPING] [--law N] [--csv FILE]
+    python agreement.py DESIGN|RUN|FOLDER... [--solref TIME DAMPING] [--csv FILE]
 
 Every design is simulated by sgc at the step of its search, at a half and a quarter of it and
 at 1/1920 s, by rapier, and by MuJoCo at 1000 and 2000 Hz with contacts as stiff as these steps
 allow, and at 1000 Hz with MuJoCo's default contacts (soft), or those that --solref says. As
 MuJoCo's contacts lift off the ground while they slide (sliding.py shows it), `coulomb` is a
-third method: MuJoCo's bodies and shapes with Coulomb's law itself (coulomb.py), at 1000 Hz. All
-motions are scored by the design's own objective.
+third method: MuJoCo's bodies and shapes with Coulomb's law itself (coulomb.py), at 1000 Hz; `hull` is the same
+where points between others carry nothing. All motions are scored by the design's own objective.
 
   early  the greatest distance in mm between where sgc at 1/1920 s and MuJoCo at 2000 Hz have an
          element in the first 0.5 s, before chance has had its say
@@ -83,7 +83,7 @@ def rapier(design):
     return value(design, "--solver", "rapier")
 
 
-def measure(name, design, soft, whole):
+def measure(name, design, soft):
     """One row of the table."""
     model, _ = in_mujoco.load(design, REFERENCE)
     step = mujoco.MjModel.from_xml_string(call("export", design, "--to", "mjcf")).opt.timestep
@@ -104,16 +104,17 @@ def measure(name, design, soft, whole):
                 row["early"] = early(times, apart)
                 late = times[apart[:, 0] > 0.005]
                 row["same"] = float(late[0]) if len(late) else float("inf")
-    row["law"] = row["coulomb"] = float("nan")
-    if whole:
-        model, drive = in_mujoco.load(design, 1 / 2000)
-        rows = coulomb.simulate(model, drive[:1000])
-        row["law"] = early(*distance(fine, (np.arange(len(rows)) / in_mujoco.ROWS, rows[:, :, :3])))
-        row["coulomb"] = score(design, in_mujoco.motion(coulomb.simulate(*in_mujoco.load(design, 1 / 1000))))
+    model, drive = in_mujoco.load(design, 1 / 2000)
+    rows = coulomb.simulate(model, drive[:1000])
+    row["law"] = early(*distance(fine, (np.arange(len(rows)) / in_mujoco.ROWS, rows[:, :, :3])))
+    for column, hull in (("coulomb", False), ("hull", True)):
+        model, drive = in_mujoco.load(design, 1 / 1000)
+        rows = coulomb.simulate(model, drive, coulomb.Stepper(model, hull=hull))
+        row[column] = score(design, in_mujoco.motion(rows))
     row["ratio"] = row["mj1000"] / row["sgc"] if row["sgc"] else float("nan")
     row["steady"] = close(row["sgc"], row["half"], 0.05, 0) and close(row["sgc"], row["quarter"], 0.05, 0)
     row["mujoco"] = close(row["sgc"], row["mj1000"], 0.1) or close(row["sgc"], row["mj2000"], 0.1)
-    row["exact"] = close(row["sgc"], row["coulomb"], 0.1)
+    row["exact"], row["outer"] = (close(row["sgc"], row[column], 0.1) for column in ("coulomb", "hull"))
     return row
 
 
@@ -135,12 +136,17 @@ def summary(rows):
     steady = [row for row in rows if row["steady"]]
     print(f"\nvalues that change by less than 5 % when the step is halved twice: {len(steady)} of {len(rows)}")
     others = [row for row in rows if not row["steady"]]
-    for what, key in (("MuJoCo at 1000 or 2000 Hz", "mujoco"), ("Coulomb's law", "exact")):
-        tried = [[row for row in some if key != "exact" or np.isfinite(row["coulomb"])] for some in (steady, others)]
-        counts = [f"{sum(row[key] for row in some)} of {len(some)}" for some in tried]
+    for what, key in (
+        ("MuJoCo at 1000 or 2000 Hz", "mujoco"),
+        ("Coulomb's law", "exact"),
+        ("Coulomb's law at outer points", "outer"),
+    ):
+        counts = [f"{sum(row[key] for row in some)} of {len(some)}" for some in (steady, others)]
         print(f"of these, within 10 % (or 0.1) of {what}: {counts[0]}; of the others: {counts[1]}")
     itself = [sum(close(row["mj1000"], row["mj2000"], 0.1) for row in some) for some in (steady, others)]
-    print(f"MuJoCo within 10 % of itself at 1000 and 2000 Hz: {itself[0]} of {len(steady)}; {itself[1]} of {len(others)}")
+    print(
+        f"MuJoCo within 10 % of itself at 1000 and 2000 Hz: {itself[0]} of {len(steady)}; {itself[1]} of {len(others)}"
+    )
     early = [f"{np.nanmedian(of(key)):.2f} ({np.nanmax(of(key)):.2f})" for key in ("early", "law", "step")]
     print(f"early differences in mm, median (most): from MuJoCo {early[0]}; from Coulomb's law {early[1]}; ", end="")
     print(f"of the search step {early[2]}")
@@ -166,14 +172,11 @@ def main():
     parser.add_argument(
         "--solref", nargs=2, type=float, metavar=("TIME", "DAMPING"), default=(0.02, 1), help="soft contacts [0.02 1]"
     )
-    parser.add_argument(
-        "--law", type=int, default=1000, metavar="N", help="only N designs by Coulomb's law, which is slow"
-    )
     parser.add_argument("--csv", metavar="FILE", help="write the table there, too")
     options = parser.parse_args()
     rows = []
     for name, design in designs(options.paths):
-        row = measure(name, design, options.solref, len(rows) < options.law)
+        row = measure(name, design, options.solref)
         if not rows:
             print(" ".join(f"{key:>{max(8, len(key))}}" if key != "design" else f"{key:<14}" for key in row))
         rows.append(row)
