@@ -24,7 +24,8 @@ const HALF: f64 = 0.01;
 fn rules(edit: &str) -> RuleSet {
     let mut texts = texts();
     let text = "use std.gaits { airborne, alternation, bounce, gait, roll, still_below }
-        variant seen of \"./morphology.sgr\" { add observe gait, airborne, bounce, roll, alternation EDIT }";
+        variant seen of \"./morphology.sgr\" {
+          drop observe slid, sliding add observe gait, airborne, bounce, roll, alternation EDIT }";
     texts.insert("grammars/seen.sgr".to_owned(), text.replace("EDIT", edit));
     compile_texts(&texts, "grammars/seen.sgr").unwrap()
 }

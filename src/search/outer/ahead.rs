@@ -21,7 +21,7 @@ use super::super::inner::Pace;
 use super::super::state::{Body, Trial, Tune};
 use crate::derive::Derivation;
 use crate::drive::Parameters;
-use crate::simulate::Model;
+use crate::simulate::{Model, Stop};
 
 /// Helpers look this often whether there are more threads now.
 const LOOK: Duration = Duration::from_millis(200);
@@ -148,20 +148,28 @@ impl<'a> Ahead<'a> {
     }
 
     /// Takes a body over that the search has come to: what a helper has of it by then, the search finds made.
-    pub(super) fn take_over(&self, key: &Key) {
+    pub(super) fn take_over(&self, key: &Key, stop: Stop<'_>) {
         let mut shared = self.lock();
         shared.wanted.retain(|order| order.key != *key);
         while let Some(place) = shared.active.iter().position(|at| *at == Some(*key)) {
             self.helpers[place].relieved.store(true, Ordering::Relaxed);
-            shared = self.changed.wait(shared).unwrap_or_else(PoisonError::into_inner);
+            if stop.is_asked() {
+                self.recall();
+            }
+            shared = self.changed.wait_timeout(shared, LOOK).unwrap_or_else(PoisonError::into_inner).0;
         }
+    }
+
+    fn recall(&self) {
+        self.helpers.iter().for_each(|helper| helper.recalled.store(true, Ordering::Relaxed));
     }
 
     /// Sends all helpers home.
     pub(super) fn end(&self) {
-        self.helpers.iter().for_each(|helper| helper.recalled.store(true, Ordering::Relaxed));
         let mut shared = self.lock();
         shared.is_over = true;
+        // Nobody begins anything after this.
+        self.recall();
         self.change(&mut shared);
     }
 

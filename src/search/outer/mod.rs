@@ -406,7 +406,7 @@ impl Bodies<'_> {
         let Some(trial) = &self.state.trial else { return Ok(None) };
         let known = self.known();
         if let Some(ahead) = self.ahead {
-            ahead.take_over(&Order::of(self.state.moves, trial, known).key);
+            ahead.take_over(&Order::of(self.state.moves, trial, known).key, self.bounds.stop);
         }
         self.costs.begun = self.state.spent;
         let mut tasks = Tasks {

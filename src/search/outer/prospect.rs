@@ -108,8 +108,9 @@ impl<'a> Bodies<'a> {
         let (least, current, now) = self.standing(state, trial);
         let sure = is_at_hand && self.is_sure(state, trial);
         let chance = if sure { 1.0 } else { self.gains.chance(trial.chain, least - current) };
-        // As if it came to just enough, or to what it has come to so far.
-        let fitness = if is_at_hand && now > least { now } else { least.max(f64::MIN) };
+        // As if it came to a little more than it needs, or to what it has come to so far.
+        let enough = (least + 1e-6 * (1.0 + least.abs())).max(f64::MIN);
+        let fitness = if is_at_hand { now.max(enough) } else { enough };
         let value = if self.rules.objective.maximize { fitness } else { -fitness };
         let is_warm = self.rules.search.inner.as_ref().is_some_and(|inner| inner.warm);
         let accepted = (chance, Some((Vec::new(), value)));
