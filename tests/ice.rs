@@ -24,7 +24,7 @@ impl Model for Witness {
     }
 
     fn prepare(&self, body: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
-        let coarse = Settings { step: 1.0 / 120.0, iterations: 10, tolerance: 2e-3, ..settings.clone() };
+        let coarse = Settings { step: 1.0 / 240.0, iterations: 10, tolerance: 2e-3, ..settings.clone() };
         let inner = model("articulated").unwrap().prepare(body, &coarse)?;
         let masses = body.elements.iter().map(|element| element.mass).collect();
         Ok(Box::new(Watched { inner, masses }))

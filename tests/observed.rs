@@ -133,7 +133,7 @@ fn variants_add_drop_and_replace_what_is_observed() {
     assert_eq!(compiled(""), ["fall", "energy", "clearance", "slid", "sliding"]);
     assert_eq!(compiled("drop observe clearance, fall, sliding"), ["energy", "slid"]);
     assert_eq!(compiled("replace observe clearance"), ["clearance"]);
-    let edits = "drop observe fall, slid add observe travel, sliding";
+    let edits = "drop observe fall, slid add observe travel";
     assert_eq!(compiled(edits), ["energy", "clearance", "travel", "sliding"]);
 }
 
