@@ -405,8 +405,11 @@ impl Bodies<'_> {
     fn try_body(&mut self) -> Result<Option<End>, Failure> {
         let Some(trial) = &self.state.trial else { return Ok(None) };
         let known = self.known();
+        let mut is_done = false;
         if let Some(ahead) = self.ahead {
-            ahead.take_over(&Order::of(self.state.moves, trial, known).key, self.bounds.stop);
+            let key = Order::of(self.state.moves, trial, known).key;
+            ahead.take_over(&key, self.bounds.stop);
+            is_done = ahead.found(&key).is_some();
         }
         self.costs.begun = self.state.spent;
         let mut tasks = Tasks {
@@ -424,7 +427,10 @@ impl Bodies<'_> {
         };
         let mut planned = None;
         let cut = loop {
-            self.look_ahead(&mut planned);
+            // What is done takes no time, and whoever began the next body now would be in the way.
+            if !is_done {
+                self.look_ahead(&mut planned);
+            }
             let State { trial: Some(trial), spent, .. } = &mut self.state else { return Ok(None) };
             match tasks.advance(&mut trial.body, spent)? {
                 Pace::Done => break None,
