@@ -142,7 +142,7 @@ fn threads(most: u64, seeds: u64) {
             one.0 / two.0
         });
         let gains: Vec<f64> = gains.collect();
-        let mean = (gains.iter().map(|gain| gain.ln()).sum::<f64>() / gains.len() as f64).exp();
+        let mean = libm::exp(gains.iter().map(|gain| libm::log(*gain)).sum::<f64>() / gains.len() as f64);
         println!("{what}: {mean:.2} (geometric mean), {:.2} (median)", median(gains));
     }
 }

@@ -133,7 +133,7 @@ mod tests {
             (Shape::Cylinder { radius: 0.01, half_length: 0.03 }, across),
         ];
         for (shape, turned) in round {
-            let rolling = moved(shape.clone(), |t| at(0.01 * TAU * t, 0.01) * (roll(t) * turned));
+            let rolling = moved(shape, |t| at(0.01 * TAU * t, 0.01) * (roll(t) * turned));
             close(rolling.path, 0.02 * TAU);
             close(rolling.touching, 2.0);
             close(rolling.sliding, 0.0);
