@@ -24,6 +24,7 @@ mod kinematics;
 mod lanes;
 mod momentum;
 mod pgs;
+mod places;
 mod rows;
 mod scalar;
 mod solver;

@@ -32,7 +32,7 @@ fn push<S: Scalar>(columns: &[V3<S>], dofs: &[u32], y: &mut [S], by: V3<S>) {
 /// Applies the impulses that the contacts start with.
 #[inline(always)]
 pub(super) fn warm_start<S: Scalar>(rows: &Rows<S>, y: &mut [S]) {
-    for contact in &rows.contacts {
+    for contact in rows.contacts.iter() {
         let normal = contact.impulse[0];
         if normal.like(0.0).less(normal).any() {
             let span = contact.start..contact.start + contact.count;
@@ -63,10 +63,16 @@ impl<S: Scalar> Unrest<S> {
         self.whole += whole;
     }
 
+    /// A share, squared, of what all rows give.
+    #[inline(always)]
+    pub(super) fn share(&self, share: S) -> S {
+        self.whole * share
+    }
+
     /// Where a row has changed by more than a share, squared, of what all rows give.
     #[inline(always)]
     pub(super) fn exceeds(&self, share: S) -> S::Mask {
-        (self.whole * share).less(self.change)
+        self.share(share).less(self.change)
     }
 }
 
@@ -74,7 +80,7 @@ impl<S: Scalar> Unrest<S> {
 #[inline(always)]
 pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S], open: S::Mask, unrest: &mut Unrest<S>) {
     let Rows { contacts, columns, dofs, .. } = rows;
-    for contact in contacts {
+    for contact in contacts.iter_mut() {
         let span = contact.start..contact.start + contact.count;
         let (columns, dofs) = (&columns[span.clone()], &dofs[span]);
         let [n, a, b] = velocities(columns, dofs, y);

@@ -6,8 +6,9 @@
 
 use super::factor::Factor;
 use super::kinematics::Frame;
+use super::places::Places;
 use super::scalar::{Mask, Scalar};
-use super::touches::{MOST_LANES, Pair, Touch, Touches, hinges_on};
+use super::touches::{MOST_LANES, Pair, Touch, Touches};
 use super::tree::{ROOT, Tree};
 use super::vector::{V3, cross, dot, null, pick, sub};
 
@@ -53,15 +54,17 @@ impl<S: Scalar> Contact<S> {
 #[derive(Clone, Debug)]
 pub(super) struct Rows<S> {
     /// The contacts, those with the ground first.
-    pub(super) contacts: Vec<Contact<S>>,
+    pub(super) contacts: Places<Contact<S>>,
     /// How many of them are with the ground.
     pub(super) grounded: usize,
     /// Their columns, W.
-    pub(super) columns: Vec<V3<S>>,
+    pub(super) columns: Places<V3<S>>,
     /// The degree of freedom of each column.
     pub(super) dofs: Vec<u32>,
-    /// Full-length room for eliminating rows that have two paths.
+    /// Room for eliminating a row: by depth on its path, or by degree of freedom where there are two paths.
     scratch: Vec<V3<S>>,
+    /// Where the rows of the degrees of freedom on a path begin in the factor.
+    starts: Vec<usize>,
 }
 
 impl<S: Scalar> Rows<S> {
@@ -69,11 +72,12 @@ impl<S: Scalar> Rows<S> {
     pub(super) fn new(tree: &Tree<S>, contacts: usize) -> Self {
         let longest = (0..tree.links.len()).map(|body| tree.path(body).len()).max().unwrap_or(ROOT);
         Self {
-            contacts: Vec::with_capacity(contacts),
+            contacts: Places::new(contacts),
             grounded: 0,
-            columns: Vec::with_capacity(contacts * longest),
+            columns: Places::new(contacts * longest),
             dofs: Vec::with_capacity(contacts * longest),
             scratch: vec![null(tree.kit); tree.dofs()],
+            starts: Vec::with_capacity(longest),
         }
     }
 
@@ -89,13 +93,15 @@ impl<S: Scalar> Rows<S> {
         self.contacts.clear();
         self.columns.clear();
         self.dofs.clear();
-        for limb in &touches.limbs {
-            for touch in &limb.touches {
+        for limb in touches.limbs.iter().filter(|limb| !limb.touches.is_empty()) {
+            self.starts.clear();
+            self.starts.extend(tree.path(limb.tip).iter().map(|&dof| tree.rows[dof as usize]));
+            for touch in limb.touches.iter() {
                 self.push_ground(tree, frames, factor, limb.tip, touch);
             }
         }
         self.grounded = self.contacts.len();
-        for pair in &touches.pairs {
+        for pair in touches.pairs.iter() {
             self.push_pair(tree, frames, factor, pair);
         }
     }
@@ -112,40 +118,40 @@ impl<S: Scalar> Rows<S> {
         touch: &Touch<S>,
     ) {
         let path = &tree.path(tip)[..touch.deepest];
-        let start = self.columns.len();
+        let (start, length) = (self.columns.len(), path.len());
         let [x, y, z] = touch.point;
         let zero = S::zero(tree.kit);
         let one = S::pick(zero.less(touch.depth), zero.like(1.0), zero);
-        // Turns about x, y, z move the point by e cross p; shifts by e.
-        self.columns.extend_from_slice(&[
-            [-z, zero, y],
-            [zero, z, -x],
-            [x, -y, zero],
-            [zero, one, zero],
-            [one, zero, zero],
-            [zero, zero, one],
-        ]);
-        for (place, frame) in hinges_on(path, frames).enumerate() {
-            // Only hinges before the body move its point.
-            let moves = zero.like((place + ROOT) as f64).less(touch.depth);
-            let way = cross(frame.axis, sub(touch.point, frame.hinge));
-            self.columns.push([
-                S::pick(moves, way[1], zero),
-                S::pick(moves, way[0], zero),
-                S::pick(moves, way[2], zero),
-            ]);
-        }
+        let columns = self.columns.more(length, null(tree.kit));
         self.dofs.extend_from_slice(path);
-        let columns = &mut self.columns[start..];
-        for depth in (0..path.len()).rev() {
-            let dof = path[depth] as usize;
-            let own = columns[depth];
-            for (column, &entry) in columns[..depth].iter_mut().zip(factor.row(tree, dof, depth)) {
-                subtract(column, own, entry);
+        let mut response = [zero; 6];
+        // From the tip to the root, each entry gathers what those after it take from it: one store for each.
+        for depth in (0..length).rev() {
+            let mut own = match depth {
+                // Turns about x, y, z move the point by e cross p; shifts by e.
+                0 => [-z, zero, y],
+                1 => [zero, z, -x],
+                2 => [x, -y, zero],
+                3 => [zero, one, zero],
+                4 => [one, zero, zero],
+                5 => [zero, zero, one],
+                _ => {
+                    let frame = &frames[path[depth] as usize + 1 - ROOT];
+                    // Only hinges before the body move its point.
+                    let moves = zero.like(depth as f64).less(touch.depth);
+                    let [x, y, z] = cross(frame.axis, sub(touch.point, frame.hinge));
+                    pick::<S>(moves, [y, x, z], [zero; 3])
+                }
+            };
+            let later = self.starts[..length].iter().zip(&self.scratch);
+            for (&row, &column) in later.skip(depth + 1).rev() {
+                subtract(&mut own, column, factor.rows[row + depth]);
             }
-            columns[depth] = scaled(own, factor.inverse[dof]);
+            self.scratch[depth] = own;
+            columns[depth] = scaled(own, factor.inverse[path[depth] as usize]);
+            add_products(&mut response, columns[depth]);
         }
-        self.finish(start, touch);
+        self.finish(start, touch, response);
     }
 
     /// Adds a contact between two bodies.
@@ -182,30 +188,29 @@ impl<S: Scalar> Rows<S> {
                 self.scratch[dof] = pick::<S>(with_one | with_two, row, null(tree.kit));
             }
         }
-        for place in start..self.dofs.len() {
-            let dof = self.dofs[place] as usize;
+        let dofs = &self.dofs[start..];
+        let columns = self.columns.more(dofs.len(), null(tree.kit));
+        let mut response = [zero; 6];
+        for (place, &dof) in dofs.iter().enumerate() {
+            let dof = dof as usize;
             let own = self.scratch[dof];
             let path = tree.path_to(dof);
             let last = path.len() - 1;
             for (&other, &entry) in path[..last].iter().zip(factor.row(tree, dof, last)) {
                 subtract(&mut self.scratch[other as usize], own, entry);
             }
-            self.columns.push(scaled(own, factor.inverse[dof]));
+            columns[place] = scaled(own, factor.inverse[dof]);
+            add_products(&mut response, columns[place]);
         }
-        self.finish(start, touch);
+        self.finish(start, touch, response);
     }
 
+    /// Adds the contact of the columns from `start` on, which has this response.
     #[inline(always)]
-    fn finish(&mut self, start: usize, touch: &Touch<S>) {
+    fn finish(&mut self, start: usize, touch: &Touch<S>, response: [S; 6]) {
         let zero = touch.depth.like(0.0);
-        let mut sum = [zero; 6];
-        for w in &self.columns[start..] {
-            for (entry, (i, j)) in [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
-                sum[entry] += w[i] * w[j];
-            }
-        }
         let k = |value: f64| zero.like(value);
-        let [nn, aa, bb, _, _, ab] = sum;
+        let [nn, aa, bb, _, _, ab] = response;
         let spread = ((aa - bb) * (aa - bb) * k(0.25) + ab * ab).sqrt();
         let largest = (aa + bb) * k(0.5) + spread;
         let determinant = aa * bb - ab * ab;
@@ -221,7 +226,7 @@ impl<S: Scalar> Rows<S> {
             slip: touch.slip,
             friction: touch.friction,
             impulse: null(zero.kit()),
-            response: sum,
+            response,
             yielding: S::pick(here, k(1.0) / nn, zero),
             slowest: S::pick(here, k(1.0) / largest, zero),
             determinant: S::pick(regular, k(1.0) / determinant, zero),
@@ -234,6 +239,13 @@ fn subtract<S: Scalar>(column: &mut V3<S>, own: V3<S>, factor: S) {
     for (entry, value) in column.iter_mut().zip(own) {
         *entry -= factor * value;
     }
+}
+
+/// Adds the products of a column's entries, in the order of [`Contact::response`].
+#[inline(always)]
+fn add_products<S: Scalar>(sum: &mut [S; 6], [n, a, b]: V3<S>) {
+    let products = [n * n, a * a, b * b, n * a, n * b, a * b];
+    sum.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
 }
 
 #[inline(always)]

@@ -37,7 +37,8 @@ const AUDIT: u32 = 8;
 /// Times a step is solved at most while servos come to or leave their limits, and strides settle.
 const PASSES: usize = 6;
 /// Strides that differ from those that the step was solved with by no more than this share of all
-/// velocities, squared, are left as they are: what is missing comes with the next step.
+/// velocities, squared, and by what the contacts may be off, are left as they are: what is missing comes with the
+/// next step.
 const SETTLED: f64 = 1e-9;
 /// Where they differ by more than this at first, squared, the next ones are not foreseen as going on as they did.
 const WILD: f64 = 1e-4;
@@ -107,6 +108,8 @@ pub(super) struct Solver<S: Scalar> {
     wild: S::Mask,
     /// By how much the strides were off in the last pass, as an energy.
     off: S,
+    /// By how much the contacts may be off, likewise.
+    slack: S,
     /// Passes since the last reset.
     #[cfg(test)]
     pub(super) passes: usize,
@@ -172,6 +175,7 @@ impl<S: Scalar> Solver<S> {
             going: S::mask(kit, true),
             fall: null(kit),
             off: of(0.0),
+            slack: of(0.0),
             wild: S::mask(kit, false),
             #[cfg(test)]
             passes: 0,
@@ -310,7 +314,7 @@ impl<S: Scalar> Solver<S> {
         let wild = (whole * zero.like(2.0 * WILD)).less(error);
         self.wild = (first & wild) | (!first & self.wild);
         self.off = S::pick(changed, zero.like(f64::INFINITY), error);
-        nearer & (whole * zero.like(2.0 * SETTLED)).less(error)
+        nearer & (whole * zero.like(2.0 * SETTLED) + self.slack).less(error)
     }
 
     /// Adds up all impulses but those of contacts, adds the servos to H and factorises it, if they have
@@ -414,7 +418,7 @@ impl<S: Scalar> Solver<S> {
         if servos_changed {
             rows.fill(tree, frames, factor, &self.touches);
         }
-        for contact in &mut rows.contacts {
+        for contact in rows.contacts.iter_mut() {
             for (lane, slot) in used(&contact.slots, S::LANES) {
                 copy_lane(&mut contact.impulse, lane, &self.memory[slot]);
             }
@@ -429,6 +433,7 @@ impl<S: Scalar> Solver<S> {
             let mut unrest = Unrest::new(tree.kit);
             joints.sweep(y, open, &mut unrest);
             pgs::sweep(rows, y, open, &mut unrest);
+            self.slack = S::pick(open, unrest.share(tolerance), self.slack);
             open = open & unrest.exceeds(tolerance);
             if !open.any() {
                 break;
@@ -450,7 +455,7 @@ impl<S: Scalar> Solver<S> {
             }
         }
         let live = live.bits();
-        for contact in &self.rows.contacts {
+        for contact in self.rows.contacts.iter() {
             for (lane, slot) in used(&contact.slots, S::LANES) {
                 if live >> lane & 1 == 0 {
                     continue;

@@ -32,11 +32,10 @@ impl<S: Scalar> Stride<S> {
     /// What comes after this one if it came after another: the same again in lanes that are wild.
     #[inline(always)]
     pub(super) fn beyond(&self, before: &Self, wild: S::Mask) -> Self {
-        let on = |now, before| add(now, pick::<S>(wild, sub(now, now), sub(now, before)));
         Self {
-            shift: on(self.shift, before.shift),
-            turn: on(self.turn, before.turn),
-            spin: on(self.spin, before.spin),
+            shift: onwards::<S>(wild, self.shift, before.shift),
+            turn: onwards::<S>(wild, self.turn, before.turn),
+            spin: onwards::<S>(wild, self.spin, before.spin),
         }
     }
 
@@ -47,6 +46,12 @@ impl<S: Scalar> Stride<S> {
         self.turn = pick::<S>(lanes, other.turn, self.turn);
         self.spin = pick::<S>(lanes, other.spin, self.spin);
     }
+}
+
+/// What comes after a vector if it came after another: the same again where it is wild.
+#[inline(always)]
+fn onwards<S: Scalar>(wild: S::Mask, now: V3<S>, before: V3<S>) -> V3<S> {
+    add(now, pick::<S>(wild, null(now[0].kit()), sub(now, before)))
 }
 
 /// A body's way in a step.
@@ -115,7 +120,10 @@ pub(super) fn stride<S: Scalar>(
 fn go<S: Scalar>(carrier: &Way<S>, parent: &Frame<S>, own: &Frame<S>, angle: S) -> Way<S> {
     let about = turning(scale(own.axis, angle));
     let both = product(&carrier.turn, &about);
-    let turn = [0, 1, 2].map(|row| add(add(carrier.turn[row], about[row]), both[row]));
+    let mut turn = both;
+    for (row, (first, second)) in turn.iter_mut().zip(carrier.turn.iter().zip(&about)) {
+        *row = add(add(*first, *second), *row);
+    }
     let hinge = add(carrier.shift, apply(&carrier.turn, sub(own.hinge, parent.centre)));
     let shift = add(hinge, apply(&turn, sub(own.centre, own.hinge)));
     Way { turn, shift, ..Way::null(angle.kit()) }

@@ -7,7 +7,7 @@
 //! but all on the path to its tip, and so share their degrees of freedom. Contacts
 //! between bodies are gathered by the two limbs that they are on.
 
-use super::kinematics::Frame;
+use super::places::Places;
 use super::scalar::{Mask, Scalar, lanes_of};
 use super::tree::{ROOT, Tree};
 use super::vector::{V3, copy_lane, null};
@@ -92,7 +92,7 @@ pub(super) struct Limb<S> {
     /// The body at the end of the path.
     pub(super) tip: usize,
     /// The contacts.
-    pub(super) touches: Vec<Touch<S>>,
+    pub(super) touches: Places<Touch<S>>,
     /// How many of them each lane has.
     counts: [usize; MOST_LANES],
 }
@@ -106,7 +106,7 @@ pub(super) struct Touches<S: Scalar> {
     /// The limb and the depth of each body.
     places: Vec<(usize, usize)>,
     /// Contacts between bodies.
-    pub(super) pairs: Vec<Pair<S>>,
+    pub(super) pairs: Places<Pair<S>>,
     /// For each lane, the place in them after its last one.
     last: [usize; MOST_LANES],
 }
@@ -114,7 +114,7 @@ pub(super) struct Touches<S: Scalar> {
 impl<S: Scalar> Touches<S> {
     /// Room for the contacts of a tree.
     pub(super) fn new(tree: &Tree<S>) -> Self {
-        let limb = |tip| Limb { tip, touches: Vec::with_capacity(16), counts: [0; MOST_LANES] };
+        let limb = |tip| Limb { tip, touches: Places::new(16), counts: [0; MOST_LANES] };
         let bodies = tree.links.len();
         let (mut limbs, mut places) = (vec![limb(0)], vec![(0, ROOT); bodies]);
         // Children have higher numbers: a body that no limb has reached is a tip.
@@ -129,7 +129,7 @@ impl<S: Scalar> Touches<S> {
             }
             limbs.push(limb(tip));
         }
-        Self { kit: tree.kit, limbs, places, pairs: Vec::with_capacity(bodies), last: [0; MOST_LANES] }
+        Self { kit: tree.kit, limbs, places, pairs: Places::new(bodies), last: [0; MOST_LANES] }
     }
 
     /// Forgets the contacts of the last step.
@@ -201,13 +201,4 @@ impl<S: Scalar> Touches<S> {
             pair.side.set_lane(lane, side);
         }
     }
-}
-
-/// The frames of the bodies on a path, without those of the root's degrees of freedom.
-#[inline(always)]
-pub(super) fn hinges_on<'a, S>(
-    path: &'a [u32],
-    frames: &'a [Frame<S>],
-) -> impl Iterator<Item = &'a Frame<S>> {
-    path[ROOT..].iter().map(|&dof| &frames[dof as usize + 1 - ROOT])
 }
