@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, mpsc};
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc;
 use std::time::Instant;
 
 use super::exit;
@@ -14,7 +14,7 @@ use super::session::{Ended, Session, Work};
 use crate::results::describe;
 use crate::results::folder::{RunFolder, clear, finished};
 use crate::results::series::{SeriesFolder, table};
-use crate::search::Jobs;
+use crate::search::{Jobs, Threads};
 use crate::simulate::Stop;
 
 /// How several runs go on.
@@ -51,7 +51,8 @@ impl Several<'_> {
         let all = self.work.jobs();
         let mut under_way = 0;
         // As many runs as there are threads; fewer share what there is, also when others have ended.
-        let sharers = Arc::new(AtomicUsize::new(all.min(waiting.len())));
+        let threads = Threads::new(all);
+        let mut shares: Vec<Jobs> = (0..all.min(waiting.len())).map(|_| threads.share()).collect();
         std::thread::scope(|scope| {
             let (send, ended) = mpsc::channel();
             loop {
@@ -60,7 +61,7 @@ impl Several<'_> {
                     && let Some(seed) = waiting.pop_front()
                 {
                     under_way += 1;
-                    let jobs = Jobs::shared(all, Arc::clone(&sharers));
+                    let jobs = shares.pop().unwrap_or_else(|| threads.share());
                     let (send, path, several, live) =
                         (send.clone(), self.folder.run(seed), &self, live.as_ref());
                     scope.spawn(move || {
@@ -78,7 +79,6 @@ impl Several<'_> {
                 }
                 let Ok((seed, outcome)) = ended.recv() else { break };
                 under_way -= 1;
-                sharers.store((under_way + waiting.len()).clamp(1, all), Ordering::Relaxed);
                 match outcome {
                     Ok(ended) => {
                         is_early |= ended.is_early;

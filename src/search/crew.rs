@@ -1,40 +1,90 @@
 //! The threads that work for one search, and how many of them there are now.
 
-use std::sync::Arc;
+use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use super::Failure;
 
-/// How many threads a search may use. Of several runs that share them, each gets more when others have ended.
+/// Threads that several searches share: each gets more when others have ended.
 #[derive(Clone, Debug)]
-pub struct Jobs {
+pub struct Threads(Arc<Table>);
+
+#[derive(Debug)]
+struct Table {
+    /// How many threads there are.
     all: usize,
-    /// How many searches share them.
-    sharers: Arc<AtomicUsize>,
+    seats: Mutex<Seats>,
 }
+
+#[derive(Debug, Default)]
+struct Seats {
+    /// How many have ever been taken.
+    taken: usize,
+    /// Those of searches that have not ended.
+    held: BTreeSet<usize>,
+}
+
+impl Table {
+    fn seats(&self) -> MutexGuard<'_, Seats> {
+        // Every change is whole.
+        self.seats.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Threads {
+    /// So many threads; at least one.
+    #[must_use]
+    pub fn new(all: usize) -> Self {
+        Self(Arc::new(Table { all: all.max(1), seats: Mutex::default() }))
+    }
+
+    /// The share of one more search, until it and all its clones are dropped.
+    #[must_use]
+    pub fn share(&self) -> Jobs {
+        let mut seats = self.0.seats();
+        let number = seats.taken;
+        seats.taken += 1;
+        seats.held.insert(number);
+        Jobs(Arc::new(Seat { table: Arc::clone(&self.0), number }))
+    }
+}
+
+#[derive(Debug)]
+struct Seat {
+    table: Arc<Table>,
+    number: usize,
+}
+
+impl Drop for Seat {
+    fn drop(&mut self) {
+        self.table.seats().held.remove(&self.number);
+    }
+}
+
+/// How many threads a search may use.
+#[derive(Clone, Debug)]
+pub struct Jobs(Arc<Seat>);
 
 impl Jobs {
     /// So many threads, for one search.
     #[must_use]
     pub fn new(all: usize) -> Self {
-        Self::shared(all, Arc::new(AtomicUsize::new(1)))
-    }
-
-    /// So many threads for as many searches as a number says that somebody else keeps.
-    #[must_use]
-    pub fn shared(all: usize, sharers: Arc<AtomicUsize>) -> Self {
-        Self { all: all.max(1), sharers }
+        Threads::new(all).share()
     }
 
     /// How many a search may use in the end.
     pub(super) fn most(&self) -> usize {
-        self.all
+        self.0.table.all
     }
 
-    /// How many a search may use now; at least one.
+    /// How many a search may use now; at least one. Those that do not divide evenly go to the first searches.
     #[must_use]
     pub fn now(&self) -> usize {
-        (self.all / self.sharers.load(Ordering::Relaxed).max(1)).max(1)
+        let Seat { table, number } = &*self.0;
+        let seats = table.seats();
+        let (sharers, before) = (seats.held.len().max(1), seats.held.range(..number).count());
+        (table.all / sharers + usize::from(before < table.all % sharers)).max(1)
     }
 }
 
@@ -80,5 +130,31 @@ impl Crew {
             Some(pool) => pool.install(work),
             None => work(),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Jobs, Threads};
+
+    #[test]
+    fn searches_share_all_threads() {
+        let threads = Threads::new(5);
+        let mut shares: Vec<Jobs> = (0..3).map(|_| threads.share()).collect();
+        let now = |shares: &[Jobs]| shares.iter().map(Jobs::now).collect::<Vec<_>>();
+        assert_eq!(now(&shares), [2, 2, 1]);
+        let clone = shares[0].clone();
+        shares.remove(0);
+        assert_eq!(now(&shares), [2, 1], "a clone holds its share");
+        drop(clone);
+        assert_eq!(now(&shares), [3, 2]);
+        shares.push(threads.share());
+        assert_eq!(now(&shares), [2, 2, 1]);
+        shares.truncate(1);
+        assert_eq!(now(&shares), [5]);
+        // More searches than threads have one each.
+        shares.extend((0..9).map(|_| threads.share()));
+        assert!(now(&shares).iter().all(|&jobs| jobs == 1));
+        assert_eq!(Jobs::new(0).now(), 1);
     }
 }

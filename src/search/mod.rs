@@ -26,7 +26,7 @@ use std::sync::atomic::AtomicBool;
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{RuleSet, Task};
 
-pub use crew::Jobs;
+pub use crew::{Jobs, Threads};
 pub use evaluator::{settings, solver};
 pub use outer::{Observer, Outcome, Row, go_on, run, tune_body};
 pub use state::{Best, State, Tune};
