@@ -8,9 +8,9 @@ use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::source::Source;
 
 use super::output::{self, Fault};
+use super::replace::Replace;
 use super::{exit, load};
 use crate::document;
-use crate::results::whole::write_whole;
 use crate::world::{Files, LIBRARY};
 
 /// Write a page of documentation from the `##` comments of a grammar or module
@@ -22,6 +22,8 @@ pub(super) struct Doc {
     /// Where to write the page, or the folder to write it into [default: beside the file]
     #[arg(long, value_name = "DIR|PAGE.html")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: Replace,
 }
 
 /// The texts of the standard library that a name means.
@@ -74,7 +76,7 @@ impl Doc {
             _ => ("The standard library".to_owned(), asked, texts),
         };
         let out = self.out(&name)?;
-        write_whole(&out, &document::page(&title, &Files, &texts)).map_err(Fault::usage)?;
+        self.replace.write(&out, &document::page(&title, &Files, &texts), Some(document::MARK))?;
         output::data(&format!("{}\n", out.display()))?;
         output::note("open this page in a browser");
         Ok(exit::DONE)

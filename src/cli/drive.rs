@@ -9,6 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::eval::{design_by, design_file};
 use super::output::{self, Fault};
+use super::replace::Replace;
 use super::{exit, interrupt};
 use crate::hardware::dry_run::{self, Marks};
 use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, Session, State, Status, Wish, picture};
@@ -39,6 +40,8 @@ pub(super) struct Drive {
     /// Where to draw it [default: schedule.svg beside the design]
     #[arg(long, value_name = "FILE", requires = "dry_run")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: Replace,
     /// End an emergency stop or a fault that the board is in, first
     #[arg(long)]
     clear: bool,
@@ -68,6 +71,7 @@ impl Drive {
     fn show(&self, schedule: &Schedule, design: &Path) -> Result<u8, Fault> {
         output::data(&dry_run::text(schedule, 100, Marks::Blocks))?;
         let out = self.out.clone().unwrap_or_else(|| design.with_file_name("schedule.svg"));
+        self.replace.may_write(&out, Some(picture::MARK))?;
         write_whole(&out, &picture::svg(schedule))
             .map_err(|reason| Fault::usage(format!("{reason}; choose another place with --out")))?;
         output::note(&format!("drawn in {}", out.display()));

@@ -9,11 +9,11 @@ use super::eval::design_file;
 use super::exit;
 use super::output::{self, Fault};
 use super::precision::Precision;
+use super::replace::Replace;
 use crate::derive::Derivation;
 use crate::results::beginning::beginning;
 use crate::results::judge;
 use crate::results::saved::SavedDesign;
-use crate::results::whole::write_whole;
 use crate::simulate::{self, export};
 
 /// What a design is written as.
@@ -41,6 +41,8 @@ pub(super) struct Export {
     /// Where to write it [default: standard output]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: Replace,
     /// The task to write [default: the first]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
@@ -61,7 +63,7 @@ impl Export {
             let derivation = Derivation::replay(&rules, &design.derivation).map_err(|(n, reason)| {
                 fault(format!("step {n} of its derivation cannot be applied: {reason}"))
             })?;
-            return self.write(&beginning(&rules, &derivation.design));
+            return self.write(&beginning(&rules, &derivation.design), None);
         }
         let precision = self.precision.asked();
         let setup = judge::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
@@ -76,13 +78,18 @@ impl Export {
                 Ok(export::motion(&setup.motion(solver).map_err(fault)?))
             }
         };
-        self.write(&text.map_err(|unfit| fault(unfit.reason))?)
+        let text = text.map_err(|unfit| fault(unfit.reason))?;
+        let mark = match self.to {
+            Format::Mjcf => export::MODEL_MARK,
+            _ => text.lines().next().unwrap_or_default(),
+        };
+        self.write(&text, Some(mark))
     }
 
-    fn write(&self, text: &str) -> Result<u8, Fault> {
+    fn write(&self, text: &str, mark: Option<&str>) -> Result<u8, Fault> {
         match &self.out {
             Some(out) => {
-                write_whole(out, text).map_err(Fault::usage)?;
+                self.replace.write(out, text, mark)?;
                 output::data(&format!("{}\n", out.display()))?;
             }
             None => output::data(text)?,

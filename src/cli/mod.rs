@@ -21,6 +21,7 @@ mod novelty;
 mod output;
 mod precision;
 mod progress;
+mod replace;
 mod report;
 mod resume;
 mod run;

@@ -7,8 +7,8 @@ use clap::Args;
 use super::eval::design_file;
 use super::exit;
 use super::output::{self, Fault};
+use super::replace::Replace;
 use crate::results::saved::SavedDesign;
-use crate::results::whole::write_whole;
 use crate::results::{picture, view};
 
 /// Write a page that shows a saved design moving; it opens offline in any browser
@@ -20,6 +20,8 @@ pub(super) struct View {
     /// Where to write the page [default: view.html beside the design, or in the current folder if nothing can be written there]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    replace: Replace,
     /// The task to show [default: the first]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
@@ -35,10 +37,15 @@ impl View {
         let scene = picture::scene((&rules, &sources), &design, self.task.as_deref()).map_err(fault)?;
         let page = view::page(&scene);
         let out = match self.out {
-            Some(out) => write_whole(&out, &page).map(|()| out),
-            None => beside(&path, &format!("{}-{}", design.grammar.name, design.seed), &page),
+            Some(out) => {
+                self.replace.write(&out, &page, Some(view::MARK))?;
+                out
+            }
+            None => {
+                let name = format!("{}-{}", design.grammar.name, design.seed);
+                beside(&path, &name, &page, self.replace)?
+            }
         };
-        let out = out.map_err(Fault::usage)?;
         output::data(&format!("{}\n", out.display()))?;
         output::note("open this page in a browser");
         Ok(exit::DONE)
@@ -46,11 +53,14 @@ impl View {
 }
 
 /// Writes the page beside the design; where nothing can be written, into the current folder.
-fn beside(design: &Path, name: &str, page: &str) -> Result<PathBuf, String> {
+fn beside(design: &Path, name: &str, page: &str, replace: Replace) -> Result<PathBuf, Fault> {
     let out = design.with_file_name("view.html");
-    let Err(reason) = write_whole(&out, page) else { return Ok(out) };
+    replace.may_write(&out, Some(view::MARK))?;
+    let Err(Fault { code, message }) = replace.write(&out, page, Some(view::MARK)) else { return Ok(out) };
     let here = PathBuf::from(format!("{name}.view.html"));
-    write_whole(&here, page).map_err(|_| format!("{reason}; choose another place with --out"))?;
-    output::note(&format!("{reason}; the page is in the current folder instead"));
+    replace
+        .write(&here, page, Some(view::MARK))
+        .map_err(|_| Fault { code, message: format!("{message}; choose another place with --out") })?;
+    output::note(&format!("{message}; the page is in the current folder instead"));
     Ok(here)
 }

@@ -11,7 +11,7 @@ mod tests;
 mod xml;
 
 pub use drive::drive;
-pub use mjcf::mjcf;
+pub use mjcf::{MODEL_MARK, mjcf};
 pub use motion::{motion, read_motion};
 
 /// A number as short as it can be and still be read back exactly.
