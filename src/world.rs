@@ -6,6 +6,8 @@ use std::path::{Component, Path, PathBuf};
 
 use grammar_lang::source::{Source, World};
 
+use crate::reading;
+
 /// The standard library: module name and text.
 pub const LIBRARY: &[(&str, &str)] = &[
     ("std.actuation", include_str!("../std-rules/actuation.sgr")),
@@ -104,9 +106,9 @@ fn beside(from: &str, module: &str) -> PathBuf {
 ///
 /// # Errors
 ///
-/// The system's reason.
+/// The system's reason, or that it is a device or too long.
 pub fn read_text(path: &Path) -> Result<String, String> {
-    let bytes = std::fs::read(path).map_err(|e| e.to_string())?;
+    let bytes = reading::named(path).map_err(|e| e.to_string())?;
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
@@ -115,7 +117,6 @@ fn unreadable(error: &std::io::Error) -> String {
     match error.kind() {
         ErrorKind::NotFound => "there is no such file".to_owned(),
         ErrorKind::PermissionDenied => "it is there, but may not be read".to_owned(),
-        ErrorKind::IsADirectory => "this is a folder, not a file".to_owned(),
         _ => error.to_string(),
     }
 }
@@ -142,7 +143,7 @@ impl World for Folder {
             return Err("the standard library imports no files".to_owned());
         }
         let path = beside(from, module);
-        let bytes = std::fs::read(self.path.join(&path)).map_err(|e| unreadable(&e))?;
+        let bytes = reading::imported(&self.path.join(&path)).map_err(|e| unreadable(&e))?;
         let text = String::from_utf8_lossy(&bytes).into_owned();
         Ok(Source { name: path.to_string_lossy().into_owned(), text })
     }

@@ -1,7 +1,6 @@
 //! Reads a grammar for a command.
 
 use std::collections::BTreeSet;
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use grammar_lang::diagnostics::Diagnostic;
@@ -13,6 +12,7 @@ use grammar_lang::types::Idle;
 use super::exit;
 use super::output::{self, Fault};
 use crate::derive::check_begun;
+use crate::reading;
 pub(super) use crate::results::describe::no_value;
 use crate::world::{Files, read_text};
 
@@ -47,8 +47,7 @@ pub(super) struct Text {
 pub(super) fn read(path: &Path) -> Result<Text, Fault> {
     let fault = |e: String| Fault::usage(format!("cannot read {}: {e}", path.display()));
     let (name, text) = if path == Path::new("-") {
-        let mut bytes = Vec::new();
-        std::io::stdin().lock().read_to_end(&mut bytes).map_err(|e| fault(e.to_string()))?;
+        let bytes = reading::bounded(std::io::stdin().lock()).map_err(|e| fault(e.to_string()))?;
         (STDIN.to_owned(), String::from_utf8_lossy(&bytes).into_owned())
     } else {
         (path.to_string_lossy().into_owned(), read_text(path).map_err(fault)?)

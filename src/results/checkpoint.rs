@@ -8,6 +8,7 @@ use sha2::{Digest, Sha256};
 use super::evals::Mark;
 use super::saved::hex;
 use crate::derive::Steps;
+use crate::reading;
 use crate::search::State;
 
 const FORMAT: &str = "sgc checkpoint";
@@ -67,7 +68,7 @@ impl Checkpoint {
     /// A sentence that says what is wrong with it.
     pub(super) fn read(path: &Path, run: &str) -> Result<Self, String> {
         let damaged = |why: &dyn std::fmt::Display| format!("{} is damaged: {why}", path.display());
-        let bytes = std::fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+        let bytes = reading::own(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
         let value: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| damaged(&e))?;
         let field = |name: &str| value.get(name).and_then(serde_json::Value::as_str).unwrap_or("");
         if field("format") != FORMAT {

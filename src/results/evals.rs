@@ -10,6 +10,8 @@ use sha2::{Digest, Sha256};
 use super::saved::hex;
 use crate::search::Row;
 
+use crate::reading;
+
 const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,chain";
 
 /// The table, to which rows are added.
@@ -44,7 +46,7 @@ impl Evals {
 
     /// The table as it was when it was marked: rows that were added later are cut off.
     pub(super) fn reopen(path: &Path, mark: &Mark, observed: &[String]) -> Result<Self, String> {
-        let bytes = fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+        let bytes = reading::own(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
         let counted = usize::try_from(mark.bytes).ok().and_then(|length| bytes.get(..length));
         let Some(counted) = counted.filter(|counted| hex(&Sha256::digest(counted)) == mark.sha256) else {
             return Err(format!(

@@ -22,6 +22,8 @@ use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder,
 use crate::score::Observed;
 use crate::search::{Best, Outcome, Row, State};
 
+use crate::reading;
+
 pub(super) const RUN: &str = "run.toml";
 const SOURCES: &str = "sources";
 pub(super) const EVALS: &str = "evals.csv";
@@ -154,7 +156,7 @@ pub fn is_run(path: &Path) -> bool {
 /// A sentence: the result cannot be read.
 pub fn finished(path: &Path) -> Result<Option<Finished>, String> {
     let path = path.join(RESULT);
-    match fs::read(&path) {
+    match reading::own(&path) {
         Ok(bytes) => serde_json::from_slice(&bytes)
             .map(Some)
             .map_err(|e| format!("{} is damaged: {e}", path.display())),

@@ -490,14 +490,48 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Res
     Ok(design)
 }
 
+/// What a cross-check says of the value of a task.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// It holds there.
+    Confirmed,
+    /// It is not worth as much there as a best should be.
+    Worse,
+    /// It is worth so much more there that the value itself is no measure of it.
+    Better,
+    /// There is nothing to compare, or the robot goes where nothing can go.
+    Refuted,
+}
+
+impl Verdict {
+    /// What is said beside the value; nothing where it holds.
+    #[must_use]
+    pub fn remark(self) -> &'static str {
+        match self {
+            Self::Confirmed => "",
+            Self::Better => "   (so much more that it is in doubt: see docs/physics.md)",
+            Self::Worse | Self::Refuted => "   (less than a best should keep: see docs/physics.md)",
+        }
+    }
+}
+
+/// What a cross-check says of the value of a task. Both must be as good as the share of the other that the search asks for.
+#[must_use]
+pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
+    let Some((task, other)) = rules.tasks.get(&saved.name).zip(check.value) else { return Verdict::Refuted };
+    match check.measured {
+        Measured::Drift if other <= STAYS => Verdict::Confirmed,
+        Measured::Drift => Verdict::Refuted,
+        Measured::Value if !keeps(rules, task, saved.value, other) => Verdict::Worse,
+        Measured::Value if !keeps(rules, task, other, saved.value) => Verdict::Better,
+        Measured::Value => Verdict::Confirmed,
+    }
+}
+
 /// Whether a cross-check confirms the value of a task.
 #[must_use]
 pub fn confirmed(rules: &RuleSet, saved: &SavedTask, check: &Check) -> bool {
-    let Some((task, other)) = rules.tasks.get(&saved.name).zip(check.value) else { return false };
-    match check.measured {
-        Measured::Value => keeps(rules, task, saved.value, other),
-        Measured::Drift => other <= STAYS,
-    }
+    verdict(rules, saved, check) == Verdict::Confirmed
 }
 
 /// What a cross-check came to, in words.
@@ -558,9 +592,8 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
         }
         for check in &saved.checks {
             let text = outcome(saved, check);
-            let kept = confirmed(rules, saved, check);
-            let doubt = if kept { "" } else { "   (less than a best should keep: see docs/physics.md)" };
-            out.push_str(&format!("  with {}: {text}{doubt}\n", check.name));
+            let remark = verdict(rules, saved, check).remark();
+            out.push_str(&format!("  with {}: {text}{remark}\n", check.name));
         }
     }
     out

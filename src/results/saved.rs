@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::derive::{Derivation, Step};
+use crate::reading;
 use crate::score::Observed;
 use crate::world::Frozen;
 
@@ -255,7 +256,13 @@ impl SavedDesign {
     ///
     /// A sentence that says what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, String> {
-        let bytes = std::fs::read(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+        let bytes = reading::named(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+        if path.extension().is_some_and(|extension| extension == "sgr") {
+            return Err(format!(
+                "{} is a grammar, not a saved design: `sgc run` grows designs from it, into a folder that this command reads",
+                path.display()
+            ));
+        }
         let value: serde_json::Value = serde_json::from_slice(&bytes)
             .map_err(|e| format!("{} is not a saved design: {e}", path.display()))?;
         if value.get("format").and_then(|f| f.as_str()) != Some(FORMAT) {

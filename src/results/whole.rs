@@ -6,6 +6,8 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use crate::reading;
+
 /// How the names of files begin that are not written to their end.
 const UNFINISHED: &str = ".tmp";
 
@@ -190,7 +192,8 @@ pub(super) fn is_locked(path: &Path) -> bool {
 
 /// Reads a text.
 pub(super) fn read(path: &Path) -> Result<String, String> {
-    fs::read_to_string(path).map_err(|e| format!("cannot read {}: {e}", path.display()))
+    let text = reading::own(path).and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other));
+    text.map_err(|e| format!("cannot read {}: {e}", path.display()))
 }
 
 #[cfg(test)]

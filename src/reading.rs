@@ -1,0 +1,104 @@
+//! Reading of what others wrote: never without bound, and never from a device.
+
+use std::fs::{self, FileType};
+use std::io::{Error, ErrorKind, Read, Result};
+use std::path::Path;
+
+/// So many bytes are read of anything.
+pub const LONGEST: u64 = 64 << 20;
+
+/// What is no file to be read, in words.
+fn oddity(kind: FileType, may_be_pipe: bool) -> Option<&'static str> {
+    if kind.is_file() {
+        return None;
+    }
+    if kind.is_dir() {
+        return Some("this is a folder, not a file");
+    }
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::FileTypeExt;
+        if kind.is_char_device() || kind.is_block_device() {
+            return Some("this is a device, not a file");
+        }
+        if kind.is_fifo() {
+            return (!may_be_pipe).then_some("this is a pipe, not a file");
+        }
+    }
+    Some("this is no file")
+}
+
+/// All that comes, if that is no more than [`LONGEST`].
+///
+/// # Errors
+///
+/// The system's, or that there is more.
+pub fn bounded(reader: impl Read) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    reader.take(LONGEST + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > LONGEST {
+        return Err(Error::new(ErrorKind::FileTooLarge, "it is larger than 64 MB"));
+    }
+    Ok(bytes)
+}
+
+fn open(path: &Path, may_be_pipe: bool) -> Result<fs::File> {
+    // Asked before it is opened: to open a pipe waits for somebody who writes.
+    if let Some(oddity) = oddity(fs::metadata(path)?.file_type(), may_be_pipe) {
+        return Err(Error::new(ErrorKind::InvalidInput, oddity));
+    }
+    fs::File::open(path)
+}
+
+/// What a path holds that somebody named: a file, or a pipe that another program writes to.
+///
+/// # Errors
+///
+/// The system's; or it is a device, a folder, or larger than [`LONGEST`].
+pub fn named(path: &Path) -> Result<Vec<u8>> {
+    bounded(open(path, true)?)
+}
+
+/// What a file holds that another file named.
+///
+/// # Errors
+///
+/// The system's; or it is no regular file, or larger than [`LONGEST`].
+pub fn imported(path: &Path) -> Result<Vec<u8>> {
+    bounded(open(path, false)?)
+}
+
+/// What a file of a run's folder holds, however long it has become.
+///
+/// # Errors
+///
+/// The system's; or it is no regular file.
+pub fn own(path: &Path) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    open(path, false)?.read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_too_long_is_not_read_to_its_end() {
+        assert_eq!(bounded(&b"grammar"[..]).unwrap(), b"grammar");
+        assert_eq!(bounded(std::io::repeat(0)).unwrap_err().kind(), ErrorKind::FileTooLarge);
+        let most = bounded(std::io::repeat(0).take(LONGEST)).unwrap();
+        assert_eq!(most.len() as u64, LONGEST);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn devices_are_refused() {
+        let reason = |read: Result<Vec<u8>>| read.unwrap_err().to_string();
+        for device in ["/dev/zero", "/dev/null"] {
+            assert!(reason(named(Path::new(device))).contains("device"), "{device}");
+            assert!(reason(imported(Path::new(device))).contains("device"), "{device}");
+        }
+        assert!(reason(named(Path::new("/dev"))).contains("folder"));
+    }
+}
