@@ -150,6 +150,10 @@ pub const UNKNOWN_HERE: &str = "this is not known at this stage";
 
 /// How many values a binder may run over.
 const MOST: usize = 100_000;
+/// So many combinations of values are gone through in one evaluation, of all its aggregates together.
+const COMBINATIONS: u64 = 10_000_000;
+/// And so many operations, for each combination that may be gone through.
+const OPERATIONS: u64 = 20;
 
 /// Evaluates an expression. `locals` holds the values of local slots; binders
 /// of aggregates extend it while they run.
@@ -159,7 +163,7 @@ const MOST: usize = 100_000;
 /// [`EvalError`] where a value does not exist: an aggregate over nothing, an
 /// index beyond a list, a number that is not finite.
 pub fn evaluate(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Result<Value, EvalError> {
-    Evaluation { scope, locals }.value(expr)
+    Evaluation { scope, locals, left: COMBINATIONS * OPERATIONS }.value(expr)
 }
 
 /// The same for an expression that is a number, SI.
@@ -168,12 +172,14 @@ pub fn evaluate(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Resu
 ///
 /// [`EvalError`] where the value does not exist, or is no number.
 pub fn evaluate_number(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Result<f64, EvalError> {
-    Evaluation { scope, locals }.number(expr)
+    Evaluation { scope, locals, left: COMBINATIONS * OPERATIONS }.number(expr)
 }
 
 struct Evaluation<'a> {
     scope: &'a dyn Scope,
     locals: &'a mut Vec<Value>,
+    /// How many operations may still be done: no expression is worked out for ever.
+    left: u64,
 }
 
 type Result_ = Result<Value, EvalError>;
@@ -204,9 +210,27 @@ fn calculate(expr: &Expr, x: f64, operator: Operator, y: f64) -> Result<f64, Eva
 }
 
 impl Evaluation<'_> {
+    /// Counts operations.
+    fn spend(&mut self, expr: &Expr, operations: u64) -> Result<(), EvalError> {
+        match self.left.checked_sub(operations) {
+            Some(left) => {
+                self.left = left;
+                Ok(())
+            }
+            None => fail(
+                expr,
+                format!(
+                    "working this out takes more than {COMBINATIONS} combinations of values, or {} operations: run over fewer values",
+                    COMBINATIONS * OPERATIONS
+                ),
+            ),
+        }
+    }
+
     /// A number. Curves are evaluated at every moment of a motion, and most of them are arithmetic: it is done
     /// here without values in between.
     fn number(&mut self, expr: &Expr) -> Result<f64, EvalError> {
+        self.spend(expr, 1)?;
         let x = match &expr.kind {
             ExprKind::Number(x) => *x,
             ExprKind::Local(slot) => match self.locals.get(*slot) {
@@ -246,6 +270,7 @@ impl Evaluation<'_> {
     }
 
     fn raw(&mut self, expr: &Expr) -> Result_ {
+        self.spend(expr, 1)?;
         let known = |value: Option<Value>| value.ok_or_else(|| missing(expr));
         Ok(match &expr.kind {
             ExprKind::Number(x) => Value::Number(*x),
@@ -277,7 +302,9 @@ impl Evaluation<'_> {
                     return Ok(known);
                 }
                 let term = scope.term(name).ok_or_else(|| missing(expr))?;
-                let value = evaluate(term, scope, &mut Vec::new())?;
+                let mut inner = Evaluation { scope, locals: &mut Vec::new(), left: self.left };
+                let value = inner.value(term)?;
+                self.left = inner.left;
                 scope.remember(name, &value);
                 value
             }
@@ -519,6 +546,7 @@ impl Evaluation<'_> {
     ) -> Result<(), EvalError> {
         let ExprKind::Aggregate { how, condition, body, .. } = &expr.kind else { return Err(missing(expr)) };
         let Some((binder, rest)) = binders.split_first() else {
+            self.spend(expr, OPERATIONS)?;
             if let Some(condition) = condition
                 && !self.bool(condition)?
             {

@@ -5,10 +5,13 @@ use crate::source::{FileId, Span};
 
 /// Walks over text outside comments and quotes.
 pub(super) fn bare(text: &str) -> impl Iterator<Item = (usize, char)> {
-    let mut quoted = false;
-    let mut comment = false;
+    let (mut quoted, mut escaped, mut comment) = (false, false, false);
     text.char_indices().filter(move |(_, c)| {
+        // In quotes, a backslash takes the next character as it is, even the end of a line.
+        let is_taken = std::mem::take(&mut escaped);
         match c {
+            _ if is_taken => {}
+            '\\' if quoted => escaped = true,
             '\n' => (quoted, comment) = (false, false),
             '"' if !comment => quoted = !quoted,
             '#' if !quoted => comment = true,

@@ -5,6 +5,7 @@ use pest::iterators::Pair;
 use pest_derive::Parser;
 
 use super::ast::Module;
+use super::braces::bare;
 use super::lower::Lowering;
 use super::{recover, strange};
 use crate::diagnostics::{Code, Diagnostic};
@@ -142,26 +143,15 @@ fn refuse(text: &str, file: FileId) -> Option<Diagnostic> {
     }
     let mut depth = 0usize;
     let blocks = Blocks::new(text);
-    let mut quoted = false;
-    let mut comment = false;
     let mut prefixes = 0usize;
-    for (place, c) in text.char_indices() {
+    for (place, c) in bare(text) {
         match c {
-            '\n' => {
-                (quoted, comment) = (false, false);
-                if blocks.end_before(place + 1) {
-                    depth = 0;
-                }
-            }
-            _ if comment => {}
-            '"' => quoted = !quoted,
-            _ if quoted => {}
-            '#' => comment = true,
+            '\n' if blocks.end_before(place + 1) => depth = 0,
             '(' | '[' | '{' => depth += 1,
             ')' | ']' | '}' => depth = depth.saturating_sub(1),
             _ => {}
         }
-        // Chains of `-` or `not` recurse as brackets do.
+        // Chains of `-` recurse as brackets do.
         prefixes = match c {
             '-' => prefixes + 1,
             c if c.is_whitespace() => prefixes,

@@ -264,8 +264,15 @@ impl Checker<'_> {
             self.circle(function.declaration, span);
             return unknown;
         }
-        if self.open_functions.len() >= super::DEEPEST {
-            self.too_large(span);
+        if self.open_functions.is_empty() {
+            self.calls = 0;
+        }
+        self.calls += 1;
+        // Each call within a call is written out: two of them in each of a row of functions double with every one.
+        if self.open_functions.len() >= super::DEEPEST || self.calls == super::MOST_CALLS {
+            self.too_large(&function.name.text, span);
+        }
+        if self.open_functions.len() >= super::DEEPEST || self.calls >= super::MOST_CALLS {
             return unknown;
         }
         // The body sees its parameters and the names of its own text, not the locals of the caller.
@@ -292,8 +299,13 @@ impl Checker<'_> {
         if self.open_functions.is_empty() {
             self.blame_the_call(known, &function.name.text, span);
         }
-        if super::nodes(&body) > super::LARGEST {
-            self.too_large(span);
+        let size = super::nodes(&body);
+        if size > super::LARGEST {
+            // Told once: whoever calls this is too large, too.
+            if self.calls < super::MOST_CALLS {
+                self.too_large(&function.name.text, span);
+                self.calls = super::MOST_CALLS;
+            }
             return unknown;
         }
         let ty = body.ty.clone();
@@ -321,14 +333,18 @@ impl Checker<'_> {
         }
     }
 
-    fn too_large(&mut self, span: Span) {
+    fn too_large(&mut self, function: &str, span: Span) {
+        let message = format!(
+            "`{function}` is too large when all functions in it are written out: more than {} calls or {} operations, or {} \
+             functions deep",
+            super::MOST_CALLS,
+            super::LARGEST,
+            super::DEEPEST
+        );
         self.report(
-            Diagnostic::new(
-                Code::TOO_DEEP,
-                span,
-                "this is too large when all functions in it are written out",
-            )
-            .label("too many functions within functions"),
+            Diagnostic::new(Code::TOO_DEEP, span, message)
+                .label("too many functions within functions")
+                .help("call a function once, and give what it gives as an argument to another"),
         );
     }
 

@@ -68,6 +68,11 @@ impl Values<'_> {
     }
 }
 
+/// The longest step of hinges, s.
+const LONGEST_STEP: f64 = 1.0 / 60.0;
+/// A motion of fewer steps has no value that could be believed.
+const FEWEST_STEPS: f64 = 100.0;
+
 impl Checker<'_> {
     pub(super) fn values<'b>(
         &mut self,
@@ -634,6 +639,33 @@ impl Checker<'_> {
         }
     }
 
+    /// Refuses steps that no value can come of.
+    fn check_step(
+        &mut self,
+        from: &Values<'_>,
+        (step, control, duration): (Option<f64>, Option<f64>, Option<f64>),
+        balls: bool,
+    ) -> Option<()> {
+        let (Some(step), Some((_, tree))) = (step, from.values.get("step")) else { return Some(()) };
+        let steps = duration.map_or(f64::INFINITY, |duration| duration / step);
+        let is_above = |most: f64| step > most * (1.0 + 1e-9);
+        let (what, label, help) = if !balls && is_above(LONGEST_STEP) {
+            let what = "a step of hinges must be at most 1/60 s: longer ones have no truth in them";
+            (what, "too long".to_owned(), "write for example `step = 1 s / 240`")
+        } else if control.is_some_and(is_above) {
+            let what = "`step` must not be longer than `control`, the time between two samples of a curve";
+            let label = format!("longer than {} s", control.unwrap_or_default());
+            (what, label, "write for example `step = 1 s / 240` and `control = 1 s / 60`")
+        } else if steps * (1.0 + 1e-9) < FEWEST_STEPS {
+            let what = "a motion of fewer than 100 steps is too coarse to have a value";
+            (what, format!("{steps:.0} steps"), "write a shorter `step`, or simulate for a longer time")
+        } else {
+            return Some(());
+        };
+        self.report(Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, what).label(label).help(help));
+        None
+    }
+
     pub(super) fn model(&mut self, block: &Block, duration: Option<f64>, damaged: bool) -> Option<ir::Model> {
         let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a model", MODEL);
@@ -691,6 +723,7 @@ impl Checker<'_> {
                 return None;
             }
         }
+        self.check_step(&from, (step, control, duration), balls)?;
         Some(ir::Model {
             name: block.name.text.clone(),
             method: method?,

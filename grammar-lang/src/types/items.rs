@@ -160,6 +160,7 @@ impl Checker<'_> {
             }
             self.open_functions.push(declaration);
             self.open.push(declaration);
+            self.calls = 0;
             self.infer(value, &mut cx);
             self.open.pop();
             self.open_functions.pop();

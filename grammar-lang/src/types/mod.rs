@@ -66,6 +66,8 @@ const DEEPEST: usize = 100;
 
 /// How many pieces a constant that is no number may have.
 const LARGEST: usize = 10_000;
+/// How many calls of functions may be written out within one.
+const MOST_CALLS: usize = 10_000;
 
 /// The names of all ports that parts of a program have.
 fn port_names(program: &Program) -> IndexSet<String> {
@@ -122,6 +124,7 @@ pub fn check(program: &Program, sources: &SourceMap, overrides: &[(String, Strin
         faulty: IndexSet::new(),
         open_constants: 0,
         open_functions: Vec::new(),
+        calls: 0,
         constants: Constants::default(),
         guesses: std::cell::Cell::new(GUESSES),
         idle: Idle::default(),
@@ -185,6 +188,8 @@ struct Checker<'a> {
     open_constants: usize,
     /// Functions whose bodies are being checked, outermost first.
     open_functions: Vec<Declaration>,
+    /// How many calls have been written out within the outermost one.
+    calls: usize,
     constants: Constants,
     /// How many more names misspelt ones may be compared with.
     guesses: std::cell::Cell<usize>,
