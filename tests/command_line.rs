@@ -22,6 +22,10 @@ fn errors(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
+fn printed(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
 /// A grammar whose search takes a moment: a short motion and few evaluations.
 fn quick_grammar(folder: &Path) -> String {
     let text =
@@ -489,4 +493,99 @@ fn what_none_of_several_grammars_uses_is_told_once() {
     let lines: Vec<&str> = told.lines().collect();
     assert_eq!(lines.len(), 1, "{told}");
     assert!(lines[0].contains("7:13: warning[W0701] nothing uses `nobody`"), "{told}");
+}
+
+/// A saved design of a short search.
+fn quick_run(folder: &Path) -> std::path::PathBuf {
+    let out = folder.join("run");
+    let output = sgc(&[
+        "run",
+        &quick_grammar(folder),
+        "--max-evals",
+        "60",
+        "--quiet",
+        "--out",
+        &out.to_string_lossy(),
+    ]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    out
+}
+
+#[test]
+fn what_others_wrote_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let (run, mine) = (run.to_string_lossy().into_owned(), folder.path().join("mine.html"));
+    let to = mine.to_string_lossy().into_owned();
+    for command in [
+        &["view", &run][..],
+        &["export", &run, "--to", "mjcf"],
+        &["export", &run, "--to", "drive"],
+        &["export", &run, "--to", "begin"],
+        &["export", &run, "--to", "motion"],
+        &["doc", "grammars/codesign.sgr"],
+    ] {
+        let with = |more: &[&str]| sgc(&[command, &["--out", &to], more].concat());
+        std::fs::write(&mine, "grammar mine\n").unwrap();
+        let refused = with(&[]);
+        assert_eq!(code(&refused), 2, "{command:?}");
+        assert!(errors(&refused).contains("--force"), "{}", errors(&refused));
+        assert_eq!(std::fs::read_to_string(&mine).unwrap(), "grammar mine\n", "{command:?}");
+        let forced = with(&["--force"]);
+        assert_eq!(code(&forced), 0, "{command:?}: {}", errors(&forced));
+        // What the command wrote itself it replaces; but the `begin` of a grammar may have been edited.
+        let again = with(&[]);
+        let expected = if command.contains(&"begin") { 2 } else { 0 };
+        assert_eq!(code(&again), expected, "{command:?}: {}", errors(&again));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_are_not_read_and_pipes_are() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["check", "view", "eval"] {
+        let output = sgc(&[command, "/dev/zero"]);
+        assert_eq!(code(&output), 2, "{command}");
+        assert!(errors(&output).contains("device"), "{}", errors(&output));
+    }
+    let importing = folder.path().join("importing.sgr");
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("zero.sgr")).unwrap();
+    std::fs::write(&importing, "use \"./zero.sgr\" { cube }\ngrammar importing\n").unwrap();
+    let output = sgc(&["check", &importing.to_string_lossy()]);
+    assert_eq!(code(&output), 1);
+    assert!(printed(&output).contains("device"), "{}", printed(&output));
+    let piped = |path: &str, text: &[u8]| {
+        let mut check = Command::new(env!("CARGO_BIN_EXE_sgc"))
+            .args(["check", path])
+            .current_dir(root())
+            .stdin(std::process::Stdio::piped())
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut to = check.stdin.take().unwrap();
+        // It may stop reading.
+        let _ = std::io::Write::write_all(&mut to, text);
+        drop(to);
+        check.wait_with_output().unwrap()
+    };
+    let text = std::fs::read(root().join("tests/cases/bases/worm.sgr")).unwrap();
+    for path in ["-", "/dev/stdin"] {
+        let output = piped(path, &text);
+        assert_eq!(code(&output), 0, "{path}: {}", errors(&output));
+        let output = piped(path, &vec![b' '; 65 << 20]);
+        assert_eq!(code(&output), 2, "{path}");
+        assert!(errors(&output).contains("larger than 64 MB"), "{path}: {}", errors(&output));
+    }
+}
+
+#[test]
+fn a_parameter_is_given_once_and_a_grammar_is_no_design() {
+    let output = sgc(&["check", "grammars/codesign.sgr", "-p", "max_actuators=4", "-p", "max_actuators=5"]);
+    assert_eq!(code(&output), 1);
+    assert!(printed(&output).contains("`max_actuators` is given twice"), "{}", printed(&output));
+    let output = sgc(&["view", "grammars/codesign.sgr"]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("is a grammar"), "{}", errors(&output));
 }

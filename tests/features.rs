@@ -443,7 +443,7 @@ fn tasks_have_their_own_curves_and_one_value() {
         "{GROW}
         task far {{ maximize travel in cm }}
         task low {{ simulate hinge_model for 0.5 s minimize fall in mm }}
-        maximize far.value - low.value - count(part)
+        maximize far.value / 1 cm - low.value / 1 mm - count(part)
         prefer few : count(part) <= 2 weight 0.5"
     ))
     .unwrap();

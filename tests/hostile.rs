@@ -329,3 +329,44 @@ fn mending_leads_to_no_more_errors_whatever_the_text() {
     }
     assert!(mended_any > 2, "only {mended_any} were mended");
 }
+
+#[test]
+fn rulers_and_quotes_are_no_brackets() {
+    let rest = "\nrequire few : count(part) <= 9 because \"a \\\" is no end, and { [ ( no brackets -- ";
+    let ruler = "-".repeat(3000);
+    let text = sound(&format!("# {ruler}\n{rest}{ruler}\"\n# {}\n", "{".repeat(500)));
+    let found = places(&text);
+    assert!(found.iter().all(|(code, _)| !code.starts_with('E')), "{found:?}");
+}
+
+#[test]
+fn functions_that_double_do_not_hang() {
+    let mut text = "let f0(x : Number) = x + x\n".to_owned();
+    for n in 1..=80 {
+        let _ = writeln!(text, "let f{n}(x : Number) = f{0}(x) + f{0}(x)", n - 1);
+    }
+    let found = soon("functions that double", &sound(&format!("{text}require odd : f80(1) > 2\n")));
+    let told: Vec<_> =
+        found.iter().filter(|d| d.is_error()).map(|d| (d.code.id, d.message.clone())).collect();
+    assert!(!told.is_empty() && told.iter().all(|(code, _)| *code == "E0106"), "{told:?}");
+    assert!(told[0].1.contains("`f") && told[0].1.contains("10000"), "{told:?}");
+    // Twice the same within bounds is fine, and so are many calls beside each other.
+    let calls = vec!["f3(1)"; 90].join(" + ");
+    let found = places(&sound(&format!(
+        "{}require fine : {calls} > 2\n",
+        text.lines().take(4).map(|l| format!("{l}\n")).collect::<String>()
+    )));
+    assert!(found.iter().all(|(code, _)| !code.starts_with('E')), "{found:?}");
+}
+
+#[test]
+fn what_is_run_over_is_counted() {
+    let text = sound(
+        "let many = sum over i in 1 .. 10000, j in 1 .. 10000, k in 1 .. 10000 of i + j + k\nrequire odd : count(part) < many\n",
+    );
+    let found = soon("an aggregate over a million millions", &text);
+    assert!(
+        found.iter().any(|d| d.is_error() && format!("{d:?}").contains("10000000 combinations")),
+        "{found:#?}"
+    );
+}

@@ -103,8 +103,8 @@ fn the_inner_loop_stops_also_where_the_best_is_not_positive() {
     // An objective that is never positive: the stopping rule must still apply.
     let mut texts = texts();
     let text = texts["grammars/codesign.sgr"]
-        .replace("for 20 s", "for 0.1 s")
-        .replace("maximize travel - fall in cm", "maximize 0 cm - 100 * travel - fall in cm");
+        .replace("for 20 s", "for 0.5 s")
+        .replace("maximize travel - fall in cm", "maximize 0 cm - travel - fall in cm");
     texts.insert("grammars/codesign.sgr".into(), text);
     let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
     let (outcome, log) = search(&rules, 2, 2, 6000);
@@ -494,7 +494,7 @@ fn bodies_with_fixed_curves_are_checked_only_if_they_would_be_the_best() {
             others += 1;
         }
     }
-    assert!(checked > 1 && others > 20, "{checked} bests and {others} others");
+    assert!(checked > 1 && others > 15, "{checked} bests and {others} others");
 }
 
 #[test]

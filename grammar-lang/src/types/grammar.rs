@@ -329,7 +329,16 @@ impl<'a> Checker<'a> {
         let program = self.program;
         let known: Vec<&str> =
             self.params.keys().filter_map(|d| Some(declared(program.item(*d)?)?.text.as_str())).collect();
-        for (name, _) in self.overrides {
+        for (place, (name, _)) in self.overrides.iter().enumerate() {
+            let before = self.overrides.get(..place).unwrap_or_default();
+            if before.iter().any(|(other, _)| other == name) {
+                self.report(
+                    Diagnostic::new(Code::DUPLICATE, span, format!("`{name}` is given twice"))
+                        .label("given with `-p`")
+                        .help("give each parameter one value"),
+                );
+                continue;
+            }
             if known.contains(&name.as_str()) {
                 continue;
             }

@@ -1,14 +1,14 @@
 //! What a name in an expression stands for, and where it may be read.
 
 use super::expr::{Context, Local, unknown};
-use super::{Checker, signature};
+use super::{Checker, signature, tasks};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::ir::{Expr, ExprKind, Function, Group, Ty, Word};
+use crate::ir::{Expr, ExprKind, Function, Group, Operator, Ty, Word};
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::{ItemKind, Name};
 use crate::types::stage::{Stage, stages_of};
-use crate::units;
+use crate::units::{self, Unit};
 
 impl Checker<'_> {
     pub(super) fn name(&mut self, name: &str, span: Span, cx: &mut Context) -> Expr {
@@ -227,7 +227,7 @@ impl Checker<'_> {
                 }
                 (values.iter().map(|v| v.text.as_str()).collect(), "value")
             }
-            ItemKind::Task(..) => {
+            ItemKind::Task(_, items) => {
                 self.touched.insert(declaration);
                 if cx.stage != Stage::Outcome {
                     return Some(self.stage_error(
@@ -238,7 +238,14 @@ impl Checker<'_> {
                     ));
                 }
                 if name.text == "value" {
-                    return Some(Expr { kind: ExprKind::Task(head.clone()), ty: Ty::NUMBER, span });
+                    let value = Expr { kind: ExprKind::Task(head.clone()), ty: Ty::NUMBER, span };
+                    let unit = tasks::unit_of(items).and_then(|unit| units::parse(&unit.text).ok());
+                    return Some(match unit {
+                        Some(unit) => in_unit(value, unit),
+                        // What is wanted is missing, which is told there.
+                        None if !tasks::has_objective(items) => Expr { ty: Ty::Unknown, ..value },
+                        None => value,
+                    });
                 }
                 (vec!["value"], "attribute")
             }
@@ -352,4 +359,12 @@ pub(super) fn listed(words: &[&str], join: &str) -> String {
         [head @ .., last] if !head.is_empty() => format!("`{}` {join} `{last}`", head.join("`, `")),
         other => format!("`{}`", other.concat()),
     }
+}
+
+/// A number of a unit as a quantity.
+fn in_unit(value: Expr, unit: Unit) -> Expr {
+    let span = value.span;
+    let one = Expr { kind: ExprKind::Number(unit.factor), ty: Ty::Quantity(unit.dimension), span };
+    let kind = ExprKind::Binary(Box::new(value), Operator::Multiply, Box::new(one));
+    Expr { kind, ty: Ty::Quantity(unit.dimension), span }
 }

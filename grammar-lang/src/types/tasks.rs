@@ -11,6 +11,7 @@ use crate::ir::{self, Expr, ExprKind, RuleSet, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ItemKind, Name};
+use crate::units::{self, Dimension};
 
 /// Which actuation drives which actuator, and where that is said.
 pub(super) type Actuated = IndexMap<String, (String, Span)>;
@@ -18,14 +19,33 @@ pub(super) type Actuated = IndexMap<String, (String, Span)>;
 /// Tasks by name, with the places of what they say about actuators.
 pub(super) type Tasks = IndexMap<String, (ir::Task, Actuated)>;
 
+/// Whether a task says what is wanted.
+pub(super) fn has_objective(items: &[Item]) -> bool {
+    items.iter().any(|item| matches!(item.kind, ItemKind::Objective { .. }))
+}
+
+/// The unit in which a task's value is told, if it has one.
+pub(super) fn unit_of(items: &[Item]) -> Option<&Name> {
+    items.iter().find_map(|item| match &item.kind {
+        ItemKind::Objective { value, .. } => match &value.kind {
+            ast::ExprKind::Convert(_, unit) => Some(unit),
+            _ => None,
+        },
+        _ => None,
+    })
+}
+
 impl<'a> Checker<'a> {
     /// The tasks of a grammar and what is wanted of all together.
     pub(super) fn tasks(&mut self, singles: &Singles<'a>) -> Option<(Tasks, ir::Objective)> {
         let stage = if singles.tasks.is_empty() { Stage::Score } else { Stage::Outcome };
+        let known = self.errors.len();
         let objective = match singles.objective {
             Some((maximize, value, damaged)) => self.objective(maximize, value, stage, damaged),
             None => None,
         };
+        // What is wrong with it may hide which tasks it uses.
+        let sound_objective = self.errors.len() == known;
         let mut tasks = IndexMap::new();
         if singles.tasks.is_empty() {
             let mut objective = objective?;
@@ -51,7 +71,7 @@ impl<'a> Checker<'a> {
             let used = objective.as_ref().is_some_and(|o| {
                 o.value.any(&mut |e| matches!(&e.kind, ExprKind::Task(task) if *task == name.text))
             });
-            if objective.is_some() && !used {
+            if objective.is_some() && sound_objective && !used {
                 self.report(
                     Diagnostic::new(
                         Code::UNUSED,
@@ -165,7 +185,7 @@ impl<'a> Checker<'a> {
                     .label(format!("a {d}"))
                     .help(format!(
                         "write `in {}` after it: temperatures are numbers on this scale",
-                        crate::units::suggest(d)
+                        self.told_in(d)
                     )),
                 );
                 None
@@ -183,6 +203,16 @@ impl<'a> Checker<'a> {
                 None
             }
         }
+    }
+
+    /// A unit for an objective: that of the tasks, where it fits.
+    fn told_in(&self, dimension: Dimension) -> String {
+        let units = self.program.entries().filter_map(|(_, item)| match &item.kind {
+            ItemKind::Task(_, items) => unit_of(items),
+            _ => None,
+        });
+        let fits = |unit: &&Name| units::parse(&unit.text).is_ok_and(|unit| unit.dimension == dimension);
+        units.filter(fits).map(|unit| unit.text.clone()).next().unwrap_or_else(|| units::suggest(dimension))
     }
 
     fn says_what_drives(&self, kind: &str) -> bool {

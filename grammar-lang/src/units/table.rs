@@ -163,7 +163,14 @@ pub fn suggest(dimension: Dimension) -> String {
 /// The SI unit of a dimension for printing values: empty for a bare number.
 #[must_use]
 pub fn display_unit(dimension: Dimension) -> String {
-    if dimension.is_number() { String::new() } else { dimension.si() }
+    // Those that people have a name for; all are of size one.
+    let named = ["N", "Pa", "J", "W", "N*m/rad", "N*m/rad^2", "N*m*s/rad^2"];
+    let is_it = |name: &&str| parse(name).is_ok_and(|unit| unit.dimension == dimension);
+    match named.into_iter().find(is_it) {
+        Some(name) => name.to_owned(),
+        None if dimension.is_number() => String::new(),
+        None => dimension.si(),
+    }
 }
 
 /// A number in SI units with the unit that people would write.
@@ -199,6 +206,16 @@ mod tests {
             assert!(parse(unit).is_ok(), "{unit}");
             assert!(words.iter().all(|w| named(w).is_none()), "{words:?}");
         }
+    }
+
+    #[test]
+    fn energies_are_told_in_joules() {
+        let told = |unit: &str| display_unit(parse(unit).unwrap().dimension);
+        assert_eq!(["mJ", "N*m", "W", "bar", "mN", "cm"].map(told), ["J", "J", "W", "Pa", "N", "m"]);
+        assert_eq!(told("N*m/rad"), "N*m/rad");
+        assert_eq!(told("g/cm^3"), "kg/m^3");
+        assert_eq!(told("%"), "");
+        assert_eq!(parse("J").unwrap().factor, 1.0);
     }
 
     #[test]
