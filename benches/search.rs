@@ -7,7 +7,8 @@
 //! and `lanes` the other searches)
 //!
 //! `cargo bench --bench search -- threads 4000 3` (evaluations, seeds) tells how much sooner searches end with a second
-//! thread, by the clock: for bodies and curves together, and for the curves of one body.
+//! thread, by the clock: for bodies and curves together, and for the curves of one body; words such as `CMA-ES` after
+//! them leave out the searches without one.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
 
@@ -121,7 +122,7 @@ fn wall(rules: &RuleSet, seed: u64, jobs: usize, most: u64) -> (f64, Option<u64>
 }
 
 /// One thread against two, in turns.
-fn threads(most: u64, seeds: u64) {
+fn threads(most: u64, seeds: u64, words: &[String]) {
     let codesign = "grammars/codesign.sgr";
     let searches = [
         ("bodies and curves, annealing", variant(codesign, "nested_annealing", "")),
@@ -134,7 +135,9 @@ fn threads(most: u64, seeds: u64) {
         ("curves of four actuators, CMA-ES", rules("four", "gait_evolution")),
     ];
     println!("seconds with one thread, with two, and how much sooner two are; {most} evaluations");
-    for (what, rules) in &searches {
+    let named = |what: &str| words.iter().any(|word| what.contains(word.as_str()));
+    let all = !searches.iter().any(|(what, _)| named(what));
+    for (what, rules) in searches.iter().filter(|(what, _)| all || named(what)) {
         let gains = (1..=seeds).map(|seed| {
             let (one, two) = (wall(rules, seed, 1, most), wall(rules, seed, 2, most));
             assert_eq!((one.1, one.2), (two.1, two.2), "the same search");
@@ -157,7 +160,7 @@ fn main() {
     let mut numbers = std::env::args().filter_map(|a| a.parse::<u64>().ok());
     let words: Vec<String> = std::env::args().skip(1).collect();
     if words.iter().any(|word| word == "threads") {
-        return threads(numbers.next().unwrap_or(4000), numbers.next().unwrap_or(3));
+        return threads(numbers.next().unwrap_or(4000), numbers.next().unwrap_or(3), &words);
     }
     let bodies: Vec<&str> = BODIES.into_iter().filter(|body| words.iter().any(|word| word == body)).collect();
     let bodies = if bodies.is_empty() { BODIES.to_vec() } else { bodies };
