@@ -59,7 +59,7 @@ fn positions(derivation: &Derivation) -> Vec<[f64; 3]> {
 
 const GROW: &str = "
 begin { place core : cube }
-rule block {
+rule bud {
   match  p : part with free port q
   choose what in { cube, ball }
   attach what to q
@@ -77,9 +77,9 @@ fn radial_symmetry_repeats_an_application_about_its_axis() {
     let rules = rules(&format!(
         "symmetry radial 4 about y {GROW}
         example x {{
-          step a = block(p = core, q = core.front, what = cube)
+          step a = bud(p = core, q = core.front, what = cube)
           step b = leg(p = a, q = a.front, n = 3, turn = 0 deg)
-          step c = block(p = core, q = core.top, what = ball)
+          step c = bud(p = core, q = core.top, what = ball)
           expect count(part) == 10
           expect count(images(a)) == 3 and count(images(c)) == 0
           expect exists i in images(b): i.image == 2 and i.holder.image == 2
@@ -112,8 +112,8 @@ fn replacing_keeps_what_hangs_on_the_part_and_the_side_of_the_core() {
     let toward = rules(&format!(
         "{GROW} {replace}
         example x {{
-          step a = block(p = core, q = core.front, what = cube)
-          step b = block(p = a, q = a.front, what = ball)
+          step a = bud(p = core, q = core.front, what = cube)
+          step b = bud(p = a, q = a.front, what = ball)
           step c = soften(a = core, m = a, b = b)
           expect count(cube) == 1 and count(bender) == 1
           expect b.holder is c and c.holder is core
@@ -124,8 +124,8 @@ fn replacing_keeps_what_hangs_on_the_part_and_the_side_of_the_core() {
     let away = rules(&format!(
         "{GROW} {replace}
         example x {{
-          step a = block(p = core, q = core.left, what = cube)
-          step b = block(p = a, q = a.front, what = ball)
+          step a = bud(p = core, q = core.left, what = cube)
+          step b = bud(p = a, q = a.front, what = ball)
           step c = soften(a = b, m = a, b = core)
           expect b.holder is c and c.holder is core and c.twin is not c
           expect not c.tip.free and not c.base.free
@@ -138,8 +138,8 @@ fn replacing_keeps_what_hangs_on_the_part_and_the_side_of_the_core() {
     let swapped = rules(&format!(
         "{GROW} {replace}
         example x {{
-          step a = block(p = core, q = core.front, what = cube)
-          step b = block(p = a, q = a.top, what = ball)
+          step a = bud(p = core, q = core.front, what = cube)
+          step b = bud(p = a, q = a.top, what = ball)
           step c = swap(m = a)
           expect c is ball and b.holder is c and count(part) == 3
           refuse swap(m = core)
@@ -187,14 +187,14 @@ fn removing_takes_what_hangs_on_the_part_and_its_images() {
           revert s
         }}
         example x {{
-          step a = block(p = core, q = core.left, what = cube)
+          step a = bud(p = core, q = core.left, what = cube)
           step b = leg(p = a, q = a.front, n = 3, turn = 0 deg)
-          step c = block(p = core, q = core.front, what = ball)
+          step c = bud(p = core, q = core.front, what = ball)
           expect count(part) == 6
           step d = prune(p = a.twin)
           expect count(part) == 2
           expect exists p in part: p is ball
-          refuse block(p = a, q = a.top, what = cube)
+          refuse bud(p = a, q = a.top, what = cube)
           step e = undo(s = d)
           expect count(part) == 6
         }}"
@@ -206,7 +206,7 @@ fn removing_takes_what_hangs_on_the_part_and_its_images() {
 fn matches_bind_different_things_and_chains_follow_joints() {
     let rules = rules(&format!(
         "{GROW}
-        rule chain {{
+        rule row {{
           match a - b - c where c is ball
           attach cube to a.bottom
         }}
@@ -225,8 +225,8 @@ fn matches_bind_different_things_and_chains_follow_joints() {
           attach ball to q
         }}
         example x {{
-          step a = block(p = core, q = core.front, what = cube)
-          step b = block(p = a, q = a.front, what = ball)
+          step a = bud(p = core, q = core.front, what = cube)
+          step b = bud(p = a, q = a.front, what = ball)
         }}"
     ));
     let made = example(&rules).unwrap();
@@ -234,7 +234,7 @@ fn matches_bind_different_things_and_chains_follow_joints() {
         let rule = rules.rules.iter().find(|r| r.name == name).unwrap();
         made.matches(&rules, rule).unwrap().len()
     };
-    assert_eq!(count("chain"), 1, "core - cube - ball, and no way back to where it came from");
+    assert_eq!(count("row"), 1, "core - cube - ball, and no way back to where it came from");
     assert_eq!(count("pair"), 1);
     assert_eq!(count("joints"), 2, "cube and ball are held by a front");
     assert_eq!(count("ports"), 2, "both cubes have a free top");
@@ -282,7 +282,7 @@ fn a_choice_may_depend_on_the_size_of_the_design() {
           choose n in 2 .. 2 * count(actuator)
           attach bender(segments = n) to q
         }
-        rule block { match p : cube with free port q attach cube to q weight 1 / count(part) }",
+        rule bud { match p : cube with free port q attach cube to q weight 1 / count(part) }",
     );
     // Without an actuator the domain is empty, and so no leg can ever be added.
     let mut derivation = Derivation::begin(&rules);
@@ -461,7 +461,7 @@ fn a_search_may_start_from_an_example() {
     let rules = compile(&format!(
         "{GROW}
             example x {{
-              step a = block(p = core, q = core.front, what = cube)
+              step a = bud(p = core, q = core.front, what = cube)
               step b = leg(p = a, q = a.left, n = 3, turn = 0 deg)
             }}
             maximize travel - fall in cm"

@@ -102,6 +102,7 @@ codes! {
     VARIANT_CYCLE     "E0209" "variant-cycle" Error;
     NOTHING_TO_CHANGE "E0210" "nothing-to-change" Error;
     DROPPED           "E0211" "dropped-name" Error;
+    BUILT_IN          "E0212" "built-in-name" Error;
     // Types and units
     WRONG_DIMENSION   "E0301" "wrong-dimension" Error;
     MISSING_UNIT      "E0302" "missing-unit" Error;

@@ -1,6 +1,7 @@
 //! Checks a program and lowers it to the typed rule set.
 
 mod actuations;
+mod built_in;
 mod call;
 mod cases;
 mod examples;
@@ -129,6 +130,7 @@ pub fn check(program: &Program, sources: &SourceMap, overrides: &[(String, Strin
         guesses: std::cell::Cell::new(GUESSES),
         idle: Idle::default(),
     };
+    checker.built_in_names();
     let ruleset = checker.grammar();
     Checked { ruleset, found: checker.errors.into_vec(), idle: checker.idle }
 }

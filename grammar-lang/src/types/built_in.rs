@@ -1,0 +1,40 @@
+//! Names that the language has a meaning for already: what a grammar declares by one of them would be read in some
+//! places and not in others.
+
+use super::Checker;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Function, Word};
+use crate::names::declared;
+use crate::syntax::ast::{ItemKind, Name};
+
+/// The first part of the body, wherever no declaration says otherwise.
+const CORE: &str = "core";
+/// Groups of parts that are no reserved words.
+const GROUPS: [&str; 1] = ["block"];
+
+impl Checker<'_> {
+    /// Reports declarations whose names are built in.
+    pub(super) fn built_in_names(&mut self) {
+        let program = self.program;
+        for (_, item) in program.entries() {
+            // What requirements and preferences are called is read nowhere.
+            if matches!(item.kind, ItemKind::Require { .. } | ItemKind::Prefer { .. }) {
+                continue;
+            }
+            if let Some(name) = declared(item).filter(|name| is_built_in(&name.text)) {
+                self.report(built_in(name));
+            }
+        }
+    }
+}
+
+fn is_built_in(name: &str) -> bool {
+    Word::named(name).is_some() || Function::named(name).is_some() || name == CORE || GROUPS.contains(&name)
+}
+
+fn built_in(name: &Name) -> Diagnostic {
+    let text = &name.text;
+    Diagnostic::new(Code::BUILT_IN, name.span, format!("`{text}` means something in the language already"))
+        .label("this name is built in")
+        .help(format!("choose another name, such as `own_{text}`"))
+}
