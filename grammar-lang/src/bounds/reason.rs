@@ -13,6 +13,19 @@ pub struct Never {
     pub reason: &'static str,
 }
 
+/// A port that is asked of a part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Asked {
+    /// Where.
+    pub span: Span,
+    /// The port's name.
+    pub name: String,
+    /// Its number, where several share the name, and where that is said.
+    pub number: Option<(Span, Interval)>,
+    /// What kinds of parts it is asked of.
+    pub kinds: Kinds,
+}
+
 /// An evaluation over everything that an expression may read. It also gathers
 /// what it meets on the way: places without a value, and constant conditions.
 #[derive(Debug)]
@@ -25,13 +38,15 @@ pub struct Reasoning<'f> {
     pub never: Vec<Never>,
     /// The conditions of every `if`, and what is known of them.
     pub conditions: Vec<(Span, Truth)>,
+    /// The ports of parts that are asked for.
+    pub ports: Vec<Asked>,
 }
 
 impl<'f> Reasoning<'f> {
     /// Knows these facts and locals.
     #[must_use]
     pub fn new(facts: &'f Facts<'f>, locals: Vec<Abstract>) -> Self {
-        Self { facts, locals, never: Vec::new(), conditions: Vec::new() }
+        Self { facts, locals, never: Vec::new(), conditions: Vec::new(), ports: Vec::new() }
     }
 
     /// Whether a condition holds.
@@ -64,13 +79,15 @@ impl<'f> Reasoning<'f> {
                 Abstract::Kind(Kinds::of(Group::Kind(name.clone())))
             }
             ExprKind::Term(name) => self.facts.term(name),
-            ExprKind::Port(of, _, number) => {
+            ExprKind::Port(of, name, number) => {
                 let of = self.value(of);
-                if let Some(number) = number {
-                    self.value(number);
-                }
+                let number = number.as_ref().map(|number| (number.span, self.numbers(number)));
                 match of {
-                    Abstract::Part(kinds) => Abstract::Port(kinds),
+                    Abstract::Part(kinds) => {
+                        let (span, name) = (expr.span, name.clone());
+                        self.ports.push(Asked { span, name, number, kinds: kinds.clone() });
+                        Abstract::Port(kinds)
+                    }
                     _ => Abstract::Any,
                 }
             }

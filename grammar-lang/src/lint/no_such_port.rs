@@ -1,11 +1,14 @@
-//! A rule that asks for a port that no part there can have.
+//! A port is asked for that no part there can have.
 
-use crate::bounds::{Abstract, Interval, Truth, conjuncts};
+use std::collections::BTreeSet;
+
+use crate::bounds::{Abstract, Asked, Facts, Interval, Truth, conjuncts};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, Effect, Expr, ExprKind, Operator, Rule};
+use crate::source::Span;
 
 use super::known::Known;
-use super::places::conditions;
+use super::places::{conditions, places};
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let facts = &known.facts;
@@ -16,28 +19,61 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             if facts.are_ports(&kinds, name) == Truth::Never {
                 let ports = facts.ports(&kinds).into_iter().collect::<Vec<_>>();
                 let kinds = facts.names(&kinds).into_iter().collect::<Vec<_>>();
-                findings.push(report(rule, at, name, &kinds, &ports));
+                findings.push(report(&of_rule(rule, name), at.span, name, &kinds, &ports));
             } else if let ExprKind::Port(_, _, Some(number)) = &at.kind {
                 let numbers = facts.port_numbers(&kinds, name);
                 let asked = reasoning.numbers(number);
                 let beyond = numbers.is_some_and(|there| asked.low > there.high || asked.high < there.low);
                 if let (Some(there), true) = (numbers, beyond) {
-                    findings.push(no_such_number(rule, number, name, there));
+                    findings.push(no_such_number(&of_rule(rule, name), number.span, name, there));
                 }
+            }
+        }
+    }
+    // Whatever else is worked out: requirements, preferences, terms, guards, actuations.
+    let mut told: BTreeSet<_> =
+        findings.iter().map(|d| (d.span().file, d.span().start, d.span().end)).collect();
+    for place in places(known) {
+        let mut reasoning = known.reasoning(&place.locals);
+        for expr in place.exprs {
+            reasoning.value(expr);
+        }
+        for asked in &reasoning.ports {
+            let Some(finding) = never_there(facts, asked) else { continue };
+            let span = finding.span();
+            if told.insert((span.file, span.start, span.end)) {
+                findings.push(finding);
             }
         }
     }
 }
 
+/// What is wrong with a port that is asked for, if it is never there.
+fn never_there(facts: &Facts<'_>, asked: &Asked) -> Option<Diagnostic> {
+    let Asked { span, name, number, kinds } = asked;
+    if facts.is_empty(kinds) {
+        return None;
+    }
+    let what = format!("this asks for a port `{name}` that is never there");
+    if facts.are_ports(kinds, name) == Truth::Never {
+        let ports = facts.ports(kinds).into_iter().collect::<Vec<_>>();
+        let kinds = facts.names(kinds).into_iter().collect::<Vec<_>>();
+        return Some(report(&what, *span, name, &kinds, &ports));
+    }
+    let ((place, number), there) = number.as_ref().zip(facts.port_numbers(kinds, name))?;
+    let is_beyond = number.low > there.high || number.high < there.low;
+    is_beyond.then(|| no_such_number(&what, *place, name, there))
+}
+
+fn of_rule(rule: &Rule, name: &str) -> String {
+    format!("the rule `{}` asks for a port `{name}` that is never there", rule.name)
+}
+
 /// A number that no port of this name has.
-fn no_such_number(rule: &Rule, number: &Expr, name: &str, there: Interval) -> Diagnostic {
-    Diagnostic::new(
-        Code::NO_SUCH_PORT,
-        number.span,
-        format!("the rule `{}` asks for a port `{name}` that is never there", rule.name),
-    )
-    .label("no port has this number")
-    .help(format!("`{name}` has the numbers {} .. {}", there.low, there.high))
+fn no_such_number(what: &str, place: Span, name: &str, there: Interval) -> Diagnostic {
+    Diagnostic::new(Code::NO_SUCH_PORT, place, what)
+        .label("no port has this number")
+        .help(format!("`{name}` has the numbers {} .. {}", there.low, there.high))
 }
 
 /// Ports that a rule must find: where each is named, the port or part that it is asked of, its name.
@@ -60,7 +96,7 @@ fn asked(rule: &Rule) -> Vec<(&Expr, &Expr, &str)> {
     found
 }
 
-fn report(rule: &Rule, at: &Expr, name: &str, kinds: &[&str], ports: &[&str]) -> Diagnostic {
+fn report(what: &str, at: Span, name: &str, kinds: &[&str], ports: &[&str]) -> Diagnostic {
     let whose = match kinds {
         [one] => format!("a `{one}` has none"),
         _ => format!("none of {} has one", kinds.join(", ")),
@@ -69,11 +105,5 @@ fn report(rule: &Rule, at: &Expr, name: &str, kinds: &[&str], ports: &[&str]) ->
     // A real port of another kind is no slip of the finger.
     let exists = BLOCK_PORTS.iter().chain(ACTUATOR_PORTS).any(|p| *p == name);
     let help = did_you_mean(name, ports.iter().copied()).filter(|_| !exists).unwrap_or(there);
-    Diagnostic::new(
-        Code::NO_SUCH_PORT,
-        at.span,
-        format!("the rule `{}` asks for a port `{name}` that is never there", rule.name),
-    )
-    .label(whose)
-    .help(help)
+    Diagnostic::new(Code::NO_SUCH_PORT, at, what).label(whose).help(help)
 }
