@@ -589,3 +589,41 @@ fn a_parameter_is_given_once_and_a_grammar_is_no_design() {
     assert_eq!(code(&output), 2);
     assert!(errors(&output).contains("is a grammar"), "{}", errors(&output));
 }
+
+#[test]
+fn a_saved_design_is_what_it_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let text = std::fs::read_to_string(run.join("best.design.json")).unwrap();
+    let design: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let edited = folder.path().join("edited.design.json");
+    let path = edited.to_string_lossy().into_owned();
+    let said = |command: &[&str], edit: &dyn Fn(&mut serde_json::Value)| {
+        let mut design = design.clone();
+        edit(&mut design);
+        std::fs::write(&edited, design.to_string()).unwrap();
+        let output = sgc(command);
+        (code(&output), errors(&output))
+    };
+    assert_eq!(said(&["eval", &path], &|_| {}).0, 0);
+    let term = |design: &mut serde_json::Value| design["tasks"][0]["terms"][0][1] = 0.25.into();
+    let value = |design: &mut serde_json::Value| design["tasks"][0]["value"] = 99.5.into();
+    let observed = |design: &mut serde_json::Value| design["observed"]["slid"] = 0.125.into();
+    for (edit, what) in [
+        (&term as &dyn Fn(&mut serde_json::Value), "the saved term `travel`"),
+        (&value, "the saved value of the task"),
+        (&observed, "observed as `slid`"),
+    ] {
+        for command in ["eval", "view"] {
+            let (code, said) = said(&[command, &path], edit);
+            assert!(code == 1 && said.contains(what), "{command}: {code}, {said}");
+            assert!(!said.contains("exactly"), "{said}");
+        }
+    }
+    // Another body than the one that was saved, also where nothing is simulated.
+    let body = |design: &mut serde_json::Value| design["body"] = "0".repeat(64).into();
+    for command in [&["eval", &path][..], &["view", &path], &["export", &path, "--to", "begin"]] {
+        let (code, said) = said(command, &body);
+        assert!(code != 0 && said.contains("does not lead to the body"), "{command:?}: {code}, {said}");
+    }
+}

@@ -2,9 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
+use grammar_lang::ir::RuleSet;
+use sgc::results::judge::{self, Verdict};
+use sgc::results::saved::{Check, Measured, SavedTask};
 use sgc::world::Frozen;
 
-use crate::support::{read, root, said, sgc, texts};
+use crate::support::{grammar, read, root, said, sgc, texts};
 
 /// A variant of a grammar with short motions, and what else is put into it.
 fn variant(folder: &Path, imports: &str, edits: &str) -> PathBuf {
@@ -149,4 +152,37 @@ fn a_module_observes_nothing_under_a_name_that_is_taken() {
     assert_eq!(compiled(""), ["slid", "sliding"]);
     assert_eq!(compiled("term slid : Length = travel"), ["sliding"]);
     assert_eq!(compiled("term slid : Length = travel\nobserve slid"), ["slid", "sliding"]);
+}
+
+#[test]
+fn checks_doubt_in_both_directions() {
+    let rules = grammar("grammars/codesign.sgr");
+    let saved = SavedTask {
+        name: RuleSet::ONLY_TASK.to_owned(),
+        value: 10.0,
+        unit: "cm".to_owned(),
+        terms: Vec::new(),
+        checks: Vec::new(),
+        drive: Vec::new(),
+    };
+    let verdict = |value, measured| {
+        judge::verdict(&rules, &saved, &Check { name: "elsewhere".to_owned(), value, measured })
+    };
+    // What keeps 80 % confirms; and what the value is 80 % of.
+    for (value, expected) in [
+        (Some(10.0), Verdict::Confirmed),
+        (Some(8.1), Verdict::Confirmed),
+        (Some(7.9), Verdict::Worse),
+        (Some(-30.0), Verdict::Worse),
+        (Some(12.4), Verdict::Confirmed),
+        (Some(12.6), Verdict::Better),
+        (Some(219.0), Verdict::Better),
+        (None, Verdict::Refuted),
+    ] {
+        let verdict = verdict(value, Measured::Value);
+        assert_eq!(verdict, expected, "{value:?}");
+        assert_eq!(verdict.remark().is_empty(), expected == Verdict::Confirmed, "{value:?}");
+    }
+    assert_eq!(verdict(Some(1e-4), Measured::Drift), Verdict::Confirmed);
+    assert_eq!(verdict(Some(3e-4), Measured::Drift), Verdict::Refuted);
 }

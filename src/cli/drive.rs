@@ -13,8 +13,8 @@ use super::replace::Replace;
 use super::{exit, interrupt};
 use crate::hardware::dry_run::{self, Marks};
 use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, Session, State, Status, Wish, picture};
-use crate::results::gait;
 use crate::results::whole::write_whole;
+use crate::results::{gait, judge};
 
 /// Run the gait of a saved design on hardware
 ///
@@ -60,6 +60,10 @@ impl Drive {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design_file(&self.design);
         let (design, rules) = design_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
+        if self.grammar.is_none() {
+            judge::check_body(&rules, &design)
+                .map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
+        }
         let schedule = gait::schedule(&rules, &design, self.task.as_deref(), self.target.as_deref())
             .map_err(|problems| unfit(&path, &problems))?;
         match &self.port {

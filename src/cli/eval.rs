@@ -101,11 +101,9 @@ impl Eval {
         let precision = self.precision.asked();
         let replayed = judge::replay(&rules, &design, solver, precision)
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
-        if same_grammar && replayed.derivation.design.canonical_hash(&rules) != design.body {
-            return Err(Fault::usage(format!(
-                "{}: its derivation does not lead to the body that was saved: it was changed",
-                path.display()
-            )));
+        if same_grammar {
+            judge::check_body(&rules, &design)
+                .map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
         }
         let Some(value) = replayed.value else {
             let why = replayed.tasks.iter().find_map(|task| task.motion.as_ref().err());
@@ -131,13 +129,14 @@ impl Eval {
             output::data(&line)?;
         }
         let same = self.solver.is_none() && precision == judge::Precision::Model && self.grammar.is_none();
-        if same && value.to_bits() == design.value.to_bits() {
+        let checked = judge::check_values(&design, &replayed);
+        if same && checked.is_ok() {
             output::note("exactly the saved value");
         } else {
             output::note(&format!("the saved value is {}", describe::quantity(design.value, &design.unit)));
         }
-        if same && value.to_bits() != design.value.to_bits() {
-            return Err(Fault::input(design.other_value()));
+        if same {
+            checked.map_err(|e| Fault::input(format!("{}: {e}", path.display())))?;
         }
         Ok(exit::DONE)
     }

@@ -59,6 +59,7 @@ impl Export {
         let design = SavedDesign::read(&path).map_err(Fault::usage)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
         let rules = design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
+        judge::check_body(&rules, &design).map_err(fault)?;
         if matches!(self.to, Format::Begin) {
             let derivation = Derivation::replay(&rules, &design.derivation).map_err(|(n, reason)| {
                 fault(format!("step {n} of its derivation cannot be applied: {reason}"))

@@ -20,9 +20,8 @@ pub fn scene(
     task: Option<&str>,
 ) -> Result<Scene, String> {
     let mut replayed = judge::replay(rules, design, &design.solver, judge::Precision::Model)?;
-    if replayed.value.map(f64::to_bits) != Some(design.value.to_bits()) {
-        return Err(design.other_value());
-    }
+    judge::check_body(rules, design)?;
+    judge::check_values(design, &replayed)?;
     let saved = design.task(task)?;
     let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or("it has no task")?;
     let moved = replayed.tasks.swap_remove(place);
