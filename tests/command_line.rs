@@ -620,6 +620,17 @@ fn a_saved_design_is_what_it_says() {
             assert!(!said.contains("exactly"), "{said}");
         }
     }
+    // A choice that no rule makes.
+    let turned = |design: &mut serde_json::Value| {
+        let steps = design["derivation"].as_array_mut().unwrap();
+        let mut locals = steps.iter_mut().flat_map(|step| step["locals"].as_array_mut().unwrap());
+        let number = locals.find(|local| local.get("number").is_some()).expect("a number that was chosen");
+        number["number"] = 1e300.into();
+    };
+    for command in [&["eval", &path][..], &["view", &path], &["export", &path, "--to", "begin"]] {
+        let (code, said) = said(command, &turned);
+        assert!(code != 0 && said.contains("never chooses"), "{command:?}: {code}, {said}");
+    }
     // Another body than the one that was saved, also where nothing is simulated.
     let body = |design: &mut serde_json::Value| design["body"] = "0".repeat(64).into();
     for command in [&["eval", &path][..], &["view", &path], &["export", &path, "--to", "begin"]] {

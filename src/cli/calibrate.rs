@@ -75,7 +75,7 @@ impl Calibrate {
         write_whole(&out, &text).map_err(Fault::usage)?;
         output::data(&calibrate::summary(&findings))?;
         output::note(&format!("wrote {} and {}", out.display(), page.display()));
-        output::note(&format!("next: sgc check {0}, then sgc run {0}", out.display()));
+        output::note(&format!("next: sgc check {0}, then sgc run {0}", output::typed(&out)));
         Ok(exit::DONE)
     }
 

@@ -1,6 +1,7 @@
 //! What goes where: data to standard output, everything else to standard error.
 
 use std::io::{IsTerminal, Write};
+use std::path::Path;
 
 use super::exit;
 
@@ -40,6 +41,16 @@ pub(super) fn note(text: &str) {
     let _ = writeln!(std::io::stderr().lock(), "{text}");
 }
 
+/// A path as it is typed into a shell.
+pub(super) fn typed(path: &Path) -> String {
+    let path = path.to_string_lossy();
+    let is_plain = |c: char| c.is_alphanumeric() || "._-+/:,@%=\\".contains(c);
+    if !path.is_empty() && path.chars().all(is_plain) {
+        return path.into_owned();
+    }
+    if cfg!(windows) { format!("\"{path}\"") } else { format!("'{}'", path.replace('\'', "'\\''")) }
+}
+
 fn colour_wanted() -> bool {
     std::env::var_os("NO_COLOR").is_none_or(|v| v.is_empty())
 }
@@ -52,4 +63,19 @@ pub(super) fn colour_out() -> bool {
 /// Whether standard error may be coloured.
 pub(super) fn colour_err() -> bool {
     colour_wanted() && std::io::stderr().is_terminal()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[cfg(not(windows))]
+    #[test]
+    fn paths_can_be_copied_into_a_shell() {
+        let typed = |path: &str| typed(Path::new(path));
+        assert_eq!(typed("runs/codesign-1"), "runs/codesign-1");
+        assert_eq!(typed("my out/x"), "'my out/x'");
+        assert_eq!(typed("it's $HOME"), r"'it'\''s $HOME'");
+        assert_eq!(typed(""), "''");
+    }
 }

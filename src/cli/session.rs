@@ -131,7 +131,7 @@ impl Session<'_> {
         let outcome = outcome.map_err(|failure| {
             let lost = matches!(failure, Failure::Output(_));
             if lost && !keeper.folder.is_replacing() {
-                let path = path.display();
+                let path = output::typed(&path);
                 output::note(&format!(
                     "what was saved last is intact; once it can be written again, go on with: sgc resume {path}"
                 ));
@@ -246,14 +246,14 @@ impl Ended {
         if self.is_early {
             // Whether anybody still reads makes no difference: all is saved.
             let _ = output::data(&report.unwrap_or_default());
-            output::note(&format!("stopped; go on with: sgc resume {}", path.display()));
+            output::note(&format!("stopped; go on with: sgc resume {}", output::typed(path)));
             return Ok(exit::STOPPED);
         }
         output::data(&report.unwrap_or_default())?;
         if let Some(table) = archive::told(path) {
             output::note(&table);
         }
-        output::note(&format!("look at it: sgc view {}", path.display()));
+        output::note(&format!("look at it: sgc view {}", output::typed(path)));
         for older in leftovers::left(path) {
             let older = older.display();
             output::note(&format!(

@@ -97,7 +97,7 @@ impl Several<'_> {
         }
         let (lines, rules) = self.folder.summary().map_err(Fault::usage)?;
         let written = output::data(&table(&lines));
-        let path = self.folder.path().display();
+        let path = output::typed(self.folder.path());
         if is_early {
             output::note(&format!("stopped; go on with: sgc resume {path}"));
         } else {
@@ -108,7 +108,7 @@ impl Several<'_> {
         let valued = lines.iter().filter_map(|line| Some((line.seed, fitness(line.value?))));
         let best = valued.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
         if let Some((seed, _)) = best {
-            output::note(&format!("look at the best: sgc view {}", self.folder.run(seed).display()));
+            output::note(&format!("look at the best: sgc view {}", output::typed(&self.folder.run(seed))));
         }
         Ok(match worst {
             exit::USAGE.. => worst,

@@ -16,6 +16,7 @@ mod refused;
 mod scope;
 mod start;
 
+use grammar_lang::bounds::{Facts, locals_of};
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::eval::{EvalError, Value, evaluate};
 use grammar_lang::ir::{Rule, RuleSet};
@@ -191,8 +192,12 @@ impl Derivation {
     /// The number of the step (from 1) that cannot be applied, and why.
     pub fn replay(rules: &RuleSet, steps: &[Step]) -> Result<Self, (usize, String)> {
         let mut derivation = Self::begin(rules);
+        let facts = Facts::from(rules, None);
         for (i, step) in steps.iter().enumerate() {
-            derivation.repeat(rules, step).map_err(|reason| (i + 1, reason))?;
+            beyond(&facts, rules, step)
+                .map_or(Ok(()), Err)
+                .and_then(|()| derivation.repeat(rules, step))
+                .map_err(|reason| (i + 1, reason))?;
         }
         match derivation.broken(rules) {
             Ok(None) => Ok(derivation),
@@ -203,4 +208,19 @@ impl Derivation {
             Err(error) => Err((steps.len(), error.reason)),
         }
     }
+}
+/// What a step has chosen that its rule cannot choose in any design, if anything: somebody changed it.
+fn beyond(facts: &Facts<'_>, rules: &RuleSet, step: &Step) -> Option<String> {
+    let rule = rules.rules.iter().find(|rule| rule.name == step.rule)?;
+    let first = rule.locals.len().saturating_sub(rule.choices.len());
+    let known = locals_of(facts, rule);
+    let chosen = rule.choices.iter().zip(step.locals.iter().skip(first)).zip(known.iter().skip(first));
+    for ((choice, recorded), known) in chosen {
+        let (Value::Number(x), within) = (recorded.value(), known.numbers()) else { continue };
+        let slack = 1e-9 * (1.0 + x.abs().min(1e9));
+        if !(x >= within.low - slack && x <= within.high + slack) {
+            return Some(format!("`{}` is {x}, which the rule `{}` never chooses", choice.name, rule.name));
+        }
+    }
+    None
 }
