@@ -4,6 +4,7 @@ use grammar_lang::eval::{KindValue, Reference, Value};
 use grammar_lang::ir::RuleSet;
 use sgc::derive::Derivation;
 use sgc::derive::random::Stream;
+use sgc::results::names::Names;
 use sgc::testing;
 
 use crate::support::{grammar, read, root};
@@ -168,9 +169,11 @@ fn a_design_as_the_begin_of_a_grammar_is_the_same_body() {
         let path = format!("grammars/{path}.sgr");
         let rules = grammar(&path);
         for seed in 0..8 {
-            let design = derive(&rules, seed, 30).design;
-            let text = sgc::results::beginning::beginning(&rules, &design);
-            images += text.matches("# was an image").count();
+            let derivation = derive(&rules, seed, 30);
+            let names = Names::through(&rules, &derivation);
+            let design = derivation.design;
+            let text = sgc::results::beginning::beginning(&rules, &names, &design);
+            images += text.matches(".twin, an image").count();
             // The kinds that the grammar's own parts are called by must be imported to be named.
             let known = read(&path);
             let imports: String = imports
@@ -199,4 +202,59 @@ fn a_design_as_the_begin_of_a_grammar_is_the_same_body() {
         }
     }
     assert!(images > 10, "rules were applied to images, too");
+}
+
+#[test]
+fn every_part_has_one_name_whatever_step_is_spoken_of() {
+    for path in ["codesign", "morphology", "pneumatic", "millipede", "disk"] {
+        let rules = grammar(&format!("grammars/{path}.sgr"));
+        for seed in 0..8 {
+            let derivation = derive(&rules, seed, 30);
+            let (of, through) = (Names::of(&rules, &derivation.design), Names::through(&rules, &derivation));
+            let parts: Vec<u64> = derivation.design.parts.keys().copied().collect();
+            assert_eq!(of.check(&parts), Ok(()));
+            assert_eq!(through.check(&parts), Ok(()));
+            let mut numbers: Vec<(String, usize)> = Vec::new();
+            for (id, part) in &derivation.design.parts {
+                let name = of.get(*id).unwrap();
+                assert_eq!(through.get(*id), Some(name), "{path} {seed}: the story calls it the same");
+                match part.image_of {
+                    Some(original) => {
+                        let original = of.get(original).unwrap();
+                        assert!(name.starts_with(&format!("{original}.twin")), "{name} of {original}");
+                    }
+                    None if derivation.design.placed.values().any(|placed| placed == id) => {}
+                    None => {
+                        let (kind, number) = name.rsplit_once('-').unwrap();
+                        numbers.push((kind.to_owned(), number.parse().unwrap()));
+                    }
+                }
+            }
+            // In the order of making, without gaps.
+            for (i, (kind, number)) in numbers.iter().enumerate() {
+                let before = numbers[..i].iter().filter(|(other, _)| other == kind).count();
+                assert_eq!(*number, before + 1, "{path} {seed}: {numbers:?}");
+            }
+            derivation.retrace(&rules, |_, before, after| {
+                for id in before.parts.keys().chain(after.parts.keys()) {
+                    assert!(through.get(*id).is_some(), "{path} {seed}: part {id} has no name");
+                }
+            });
+        }
+    }
+}
+
+#[test]
+fn names_that_a_file_gives_are_each_of_one_part() {
+    let names = |text: &str| serde_json::from_str::<Names>(text).unwrap();
+    assert_eq!(names(r#"{"0":"core","256":"left leg"}"#).check(&[0, 256]), Ok(()));
+    for (text, says) in [
+        (r#"{"0":"core"}"#, "its part 256 has no name in it"),
+        (r#"{"0":"core","256":"core"}"#, "two of its parts are called `core`"),
+        (r#"{"0":"core","256":" "}"#, "` ` is no name for its part 256"),
+        (r#"{"0":"core","256":"a\u001b[2J"}"#, "is no name for its part 256"),
+    ] {
+        let said = names(text).check(&[0, 256]).unwrap_err();
+        assert!(said.contains(says), "{said}");
+    }
 }

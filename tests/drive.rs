@@ -52,7 +52,10 @@ fn what_a_board_would_play_is_printed_and_drawn() {
         let text = said(&output);
         assert_eq!(output.status.code(), Some(0), "{text}");
         assert!(text.contains(&format!("channels of {kind}, period")) && text.contains(row), "{text}");
-        assert!(text.contains("(in D3, out D4)") || text.contains("(D3)"), "{text}");
+        assert!(
+            text.contains("bender-1.twin (in D3, out D4)") || text.contains("bender-1.twin (D3)"),
+            "{text}"
+        );
         let drawn = std::fs::read_to_string(runs().join(name).join("schedule.svg")).unwrap();
         roxmltree::Document::parse(&drawn).unwrap();
     }
@@ -128,21 +131,78 @@ fn what_does_not_fit_is_refused_before_anything_moves() {
     }
 }
 
+/// Targets that make another motion of the gait are refused, each with its reason; with the flag they are shown.
 #[test]
-fn a_target_that_the_design_was_not_simulated_on_cuts_nothing() {
+fn a_target_that_changes_the_motion_is_refused_or_shown() {
     let folder = tempfile::tempdir().unwrap();
-    let narrow = variant(
-        folder.path(),
-        "tendon.sgr",
-        "set threads.turn = -3 deg .. 3 deg\nreplace simulate hinge_model for 20 s",
-    );
-    let output = run(&["drive", &design("tendon"), "--dry-run", "--grammar", &narrow]);
-    let text = said(&output);
-    assert_eq!(output.status.code(), Some(2), "{text}");
-    assert!(
-        text.contains("it is asked to bend by") && text.contains("simulate the grammar on this target"),
-        "{text}"
-    );
+    let cases = [
+        (
+            "pneumatic",
+            "set valves.shortest = 2200 ms",
+            "`shortest` is 2200 ms (before: 40 ms)",
+            "are left out",
+        ),
+        ("pneumatic", "set bender.bending_speed = 5 deg/s", "`bending_speed` is 5 deg/s", ""),
+        (
+            "tendon",
+            "set threads.turn = -3 deg .. 3 deg",
+            "`turn` is -3 deg .. 3 deg",
+            "it is asked to bend by",
+        ),
+        ("tendon", "set threads.wheel = 2 mm", "`wheel` is 2 mm", "it is asked to bend by"),
+        (
+            "tendon",
+            "set threads.servo_speed = 4 deg/s",
+            "`servo_speed` is 4 deg/s",
+            "it is too slow for its curve",
+        ),
+    ];
+    for (name, edit, contents, cut) in cases {
+        let copy = folder.path().join("best.design.json");
+        std::fs::copy(Path::new(&design(name)).join("best.design.json"), &copy).unwrap();
+        let copy = copy.to_string_lossy();
+        let other = variant(folder.path(), &format!("{name}.sgr"), edit);
+        let refused = run(&["drive", &copy, "--dry-run", "--grammar", &other]);
+        let text = said(&refused);
+        assert_eq!(refused.status.code(), Some(2), "{edit}: {text}");
+        for words in
+            ["would not move as it was simulated", "bender-1: bent by", contents, cut, "--accept-changes"]
+        {
+            assert!(text.contains(words), "{edit}: {words}: {text}");
+        }
+        assert!(!folder.path().join("difference.svg").exists() && refused.stdout.is_empty(), "{text}");
+        let shown = run(&["drive", &copy, "--dry-run", "--grammar", &other, "--accept-changes"]);
+        let text = said(&shown);
+        assert_eq!(shown.status.code(), Some(0), "{edit}: {text}");
+        assert!(text.contains(contents) && text.contains("drawn in") && text.contains("period"), "{text}");
+        let drawn = std::fs::read_to_string(folder.path().join("difference.svg")).unwrap();
+        roxmltree::Document::parse(&drawn).unwrap();
+        std::fs::remove_file(folder.path().join("difference.svg")).unwrap();
+    }
+}
+
+/// Other pins and tables that wind up the same bends are another target, and the same motion.
+#[test]
+fn a_target_that_keeps_the_motion_is_played() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, edit, says) in [
+        ("pneumatic", "set valves.safe = hold", "`safe` is hold (before: vent)"),
+        ("tendon", "set threads.safe = rest", "`safe` is rest"),
+        // A servo that has less to turn comes into the gait sooner.
+        ("tendon", "set threads.wheel = 21 mm", "only the first period, from rest, is another one"),
+    ] {
+        let other = variant(folder.path(), &format!("{name}.sgr"), edit);
+        let out = folder.path().join("drawn.svg");
+        let output =
+            run(&["drive", &design(name), "--dry-run", "--grammar", &other, "--out", &out.to_string_lossy()]);
+        let text = said(&output);
+        assert_eq!(output.status.code(), Some(0), "{edit}: {text}");
+        assert!(text.contains(says) && text.contains("bend as they did"), "{edit}: {text}");
+    }
+    // Nothing is said of the target that was simulated.
+    let out = folder.path().join("drawn.svg");
+    let output = run(&["drive", &design("tendon"), "--dry-run", "--out", &out.to_string_lossy(), "--force"]);
+    assert!(!said(&output).contains("target is another"), "{}", said(&output));
 }
 
 #[test]

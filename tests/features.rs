@@ -9,6 +9,7 @@ use sgc::derive::random::Stream;
 use sgc::derive::{Derivation, check_start, run_example};
 use sgc::design::Body;
 use sgc::drive::Drive;
+use sgc::results::names::Names;
 use sgc::search::{Best, Jobs, Limits, Observer, Row};
 use sgc::simulate;
 
@@ -200,6 +201,25 @@ fn removing_takes_what_hangs_on_the_part_and_its_images() {
         }}"
     ));
     example(&rules).unwrap();
+
+    // What is taken away has a name as long as the story speaks of it, after those that stay.
+    let mut gone = 0;
+    for seed in 0..10 {
+        let mut now = Derivation::begin(&rules);
+        let mut random = Stream::named(seed, "names");
+        for _ in 0..12 {
+            now = now.advance(&rules, &mut random, 1.0).result.unwrap_or(now);
+        }
+        let (kept, all) = (Names::of(&rules, &now.design), Names::through(&rules, &now));
+        now.retrace(&rules, |_, before, after| {
+            for id in before.parts.keys().chain(after.parts.keys()) {
+                gone += usize::from(kept.get(*id).is_none());
+                assert!(all.get(*id).is_some_and(|name| kept.get(*id).is_none_or(|kept| kept == name)));
+            }
+        });
+        assert_eq!(all.check(&[]), Ok(()));
+    }
+    assert!(gone > 0, "nothing was taken away");
 }
 
 #[test]
@@ -336,7 +356,7 @@ fn actuators_of_a_group_share_their_curves() {
     let body = Body::new(&made.design, &rules);
     let drive = Drive::new(&rules, &rules.tasks[0], made, &body).unwrap();
     // One period, a pair of bends for each of two channels, one switch for each of three fingers.
-    assert_eq!(drive.length(), 1 + 2 * 2 + 3, "{:?}", drive.labels());
+    assert_eq!(drive.length(), 1 + 2 * 2 + 3, "{:?}", drive.labels(|id| id.to_string()));
     let parameters = drive.draw(&mut Stream::named(1, "groups"));
     let targets = drive.targets(&parameters).unwrap();
     let row: Vec<f64> = targets.angles.iter().skip(10 * 3).take(3).copied().collect();
@@ -508,7 +528,7 @@ fn a_choice_may_be_a_value_of_an_enumeration_or_a_record() {
     let text = sgc::results::describe::derivation(&rules, &both);
     let first = "grow(p = core, q = left, on = carpet, servo = Servo(tilt = 0 deg, segments = 3), near = [], \
                  edge = vector(10 mm, 0 mm, 20 mm))";
-    let second = "on = sand, servo = Servo(tilt = 90 deg, segments = 6), near = [bender 1]";
+    let second = "on = sand, servo = Servo(tilt = 90 deg, segments = 6), near = [bender-1]";
     assert!(text.contains(first) && text.contains(second), "{text}");
 
     // Steps are repeated with such values, too: the second can be taken back, and the rest stays.

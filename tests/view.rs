@@ -7,6 +7,7 @@ use grammar_lang::source::SourceMap;
 use sgc::derive::{Derivation, Stream};
 use sgc::design::Body;
 use sgc::results::making::making;
+use sgc::results::names::Names;
 use sgc::results::view::Making;
 
 use crate::browser::{chromium, elements, picture, told};
@@ -37,7 +38,8 @@ fn after_every_step_the_pieces_are_the_elements_of_the_design_then() {
             for _ in 0..25 {
                 now = now.advance(&rules, &mut random, 0.0).result.unwrap_or(now);
             }
-            let making = making(&rules, &SourceMap::default(), &now);
+            let names = Names::through(&rules, &now);
+            let making = making((&rules, &SourceMap::default()), &now, &names);
             assert_eq!(making.steps.len(), now.steps.len() + 1);
             let mut designs = vec![Derivation::begin(&rules).design];
             now.retrace(&rules, |_, _, after| designs.push(after.clone()));
@@ -123,7 +125,7 @@ fn a_browser_shows_how_it_was_made() {
     assert!(dom.contains("step 3 of 6"), "the clock tells the step");
     assert_eq!(dom.matches("aria-current=\"step\"").count(), 1);
     let caption = dom.split_once("id=\"caption\"").and_then(|(_, rest)| rest.split_once("</p>")).unwrap().0;
-    for words in ["add_actuator", "Adds a bending actuator", "cube 1", "left", "180 deg", "adds bender"] {
+    for words in ["add_actuator", "Adds a bending actuator", "cube-1", "left", "180 deg", "adds bender"] {
         assert!(caption.contains(words), "{words}: {caption}");
     }
 

@@ -13,6 +13,7 @@ use super::{derive, eval, exit, load};
 use crate::audit::{self, Answer, Observer, Settings};
 use crate::derive::Derivation;
 use crate::results::describe;
+use crate::results::names::Names;
 use crate::results::saved::SavedDesign;
 
 /// How often progress is told where there is no terminal.
@@ -143,7 +144,8 @@ fn steps(rules: &RuleSet, answer: &Answer) -> Vec<String> {
     match answer {
         Answer::Yes(made) => {
             let Derivation { design, steps, .. } = &made.derivation;
-            steps.iter().map(|step| describe::step(rules, design, step)).collect()
+            let names = Names::through(rules, &made.derivation);
+            steps.iter().map(|step| describe::step(rules, (&names, design), step)).collect()
         }
         _ => Vec::new(),
     }

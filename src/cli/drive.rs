@@ -10,11 +10,13 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::eval::{design_by, design_file};
 use super::output::{self, Fault};
 use super::replace::Replace;
-use super::{exit, interrupt};
+use super::{exit, interrupt, load};
+use crate::hardware::compared;
 use crate::hardware::dry_run::{self, Marks};
 use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, Session, State, Status, Wish, picture};
+use crate::results::gait::{self, Gait};
+use crate::results::judge;
 use crate::results::whole::write_whole;
-use crate::results::{gait, judge};
 
 /// Run the gait of a saved design on hardware
 ///
@@ -54,22 +56,66 @@ pub(super) struct Drive {
     /// The variant of that grammar
     #[arg(long, value_name = "NAME", requires = "grammar")]
     variant: Option<String>,
+    /// Go on where the target does not let the actuators bend as they were simulated; what changes is printed, and drawn in
+    /// difference.svg beside the design
+    #[arg(long)]
+    accept_changes: bool,
 }
 
 impl Drive {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design_file(&self.design);
-        let (design, rules) = design_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
-        if self.grammar.is_none() {
-            judge::check_body(&rules, &design)
-                .map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
-        }
-        let schedule = gait::schedule(&rules, &design, self.task.as_deref(), self.target.as_deref())
-            .map_err(|problems| unfit(&path, &problems))?;
+        let (design, rules) = design_by(&path, None, None)?;
+        judge::check_body(&rules, &design).map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
+        let other = match &self.grammar {
+            Some(file) => Some(load::grammar(file, &[], self.variant.as_deref())?.0),
+            None => None,
+        };
+        let asked = (self.task.as_deref(), self.target.as_deref());
+        let gait =
+            gait::gait(&rules, other.as_ref(), &design, asked).map_err(|problems| unfit(&path, &problems))?;
+        self.compare(&gait, &path)?;
         match &self.port {
-            Some(port) if !self.dry_run => self.play(&schedule, port),
-            _ => self.show(&schedule, &path),
+            Some(port) if !self.dry_run => self.play(&gait.schedule, port),
+            _ => self.show(&gait.schedule, &path),
         }
+    }
+
+    /// Says what the target leaves out, and where what would be played is not what was simulated.
+    fn compare(&self, gait: &Gait, design: &Path) -> Result<(), Fault> {
+        for cut in &gait.cut {
+            let also = if gait.changed.is_empty() { "; so it was simulated, too" } else { "" };
+            output::note(&format!("{cut}{also}"));
+        }
+        let mut text: Vec<String> = gait.changed.iter().map(|one| format!("\n  {}", one.told())).collect();
+        text.extend(gait.contents.iter().map(|line| format!("\n  the target: {line}")));
+        if gait.changed.is_empty() {
+            if !text.is_empty() {
+                let same = "the target is another than the one that was simulated, but its actuators bend as they did:";
+                let start = if gait.begins_otherwise {
+                    "\n  only the first period, from rest, is another one"
+                } else {
+                    ""
+                };
+                output::note(&format!("{same}{}{start}", text.concat()));
+            }
+            return Ok(());
+        }
+        let told = format!("on this target the robot would not move as it was simulated:{}", text.concat());
+        if !self.accept_changes {
+            return Err(Fault::usage(format!(
+                "{}: {told}\nsimulate the grammar with this target and search again; or look at what changes with \
+                 --accept-changes --dry-run, and play it with --accept-changes",
+                design.display()
+            )));
+        }
+        output::note(&told);
+        let out = design.with_file_name("difference.svg");
+        self.replace.may_write(&out, Some(picture::MARK))?;
+        write_whole(&out, &compared::svg("Bends, simulated and played", &gait.changed))
+            .map_err(Fault::usage)?;
+        output::note(&format!("drawn in {}", out.display()));
+        Ok(())
     }
 
     fn show(&self, schedule: &Schedule, design: &Path) -> Result<u8, Fault> {

@@ -10,7 +10,6 @@ use super::exit;
 use super::output::{self, Fault};
 use super::precision::Precision;
 use super::replace::Replace;
-use crate::derive::Derivation;
 use crate::results::beginning::beginning;
 use crate::results::judge;
 use crate::results::saved::SavedDesign;
@@ -60,18 +59,18 @@ impl Export {
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
         let rules = design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
         judge::check_body(&rules, &design).map_err(fault)?;
+        let (derivation, body) = judge::body_of(&rules, &design).map_err(fault)?;
+        let names = design.names(&rules, &derivation);
         if matches!(self.to, Format::Begin) {
-            let derivation = Derivation::replay(&rules, &design.derivation).map_err(|(n, reason)| {
-                fault(format!("step {n} of its derivation cannot be applied: {reason}"))
-            })?;
-            return self.write(&beginning(&rules, &derivation.design), None);
+            return self.write(&beginning(&rules, &names, &derivation.design), None);
         }
         let precision = self.precision.asked();
         let setup = judge::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
         let assembly = &setup.body.assembly;
+        let names = names.all(&body.actuators);
         let text = match self.to {
-            Format::Mjcf => export::mjcf(assembly, &setup.settings, &self.title(&design)),
-            Format::Drive => export::drive(assembly, &setup.settings, &setup.targets),
+            Format::Mjcf => export::mjcf(assembly, &setup.settings, (&self.title(&design), &names)),
+            Format::Drive => export::drive(assembly, &setup.settings, &setup.targets, &names),
             // Written already.
             Format::Begin => Ok(String::new()),
             Format::Motion => {

@@ -107,8 +107,8 @@ fn wind(threads: &Tendon, targets: &mut Targets, column: usize) {
     }
 }
 
-/// Keeps a bend to speeds that change with it: away from zero at the first, back at the second.
-fn follow([bending, relaxing]: [&Speed; 2], targets: &mut Targets, column: usize) {
+/// Keeps a bend to speeds that may change with it: away from zero at the first, back at the second.
+pub(super) fn follow([bending, relaxing]: [&Speed; 2], targets: &mut Targets, column: usize) {
     let steps = libm::ceil(targets.interval / FINE).max(1.0);
     let step = targets.interval / steps;
     let mut bend = 0.0;

@@ -4,6 +4,7 @@
 //! one evaluation are a [`Parameters`]: every actuator that is not a mirror image
 //! has its own set, images follow their originals, shared variables are there once.
 
+mod bends;
 mod cycle;
 mod hardware;
 mod mutate;
@@ -19,6 +20,7 @@ use crate::derive::random::Stream;
 use crate::derive::{Derivation, DesignScope};
 use crate::design::{Body, PartId};
 use crate::simulate::Targets;
+pub use bends::Bends;
 pub use cycle::{Asked, Cycle};
 use scope::DriveScope;
 
@@ -53,8 +55,6 @@ struct Field {
 #[derive(Clone, Debug)]
 struct Driven {
     id: PartId,
-    /// The actuator that it is an image of, or itself.
-    original: PartId,
     /// Index of its actuation.
     actuation: usize,
     /// The fields that hold the values of the actuation's variables, in their order.
@@ -135,7 +135,7 @@ impl<'r> Drive<'r> {
                 self.fields.len() - 1
             }));
         }
-        self.actuators.push(Driven { id, original, actuation: index, fields });
+        self.actuators.push(Driven { id, actuation: index, fields });
         Ok(())
     }
 
@@ -155,20 +155,15 @@ impl<'r> Drive<'r> {
         self.actuations.get(field.actuation)?.1.variables.get(field.variable)
     }
 
-    /// What each value is, for people: `period`, `points[2] of actuator 1`.
+    /// What each value is, for people: `period`, `points[2] of bender-1`; `name` tells what they call an actuator.
     #[must_use]
-    pub fn labels(&self) -> Vec<String> {
-        let originals: Vec<PartId> =
-            self.actuators.iter().filter(|a| a.id == a.original).map(|a| a.id).collect();
+    pub fn labels(&self, name: impl Fn(PartId) -> String) -> Vec<String> {
         let mut labels = Vec::with_capacity(self.length);
         for field in &self.fields {
             let Some(variable) = self.variable(field) else { continue };
             let whose = match field.holder {
                 Holder::Body => String::new(),
-                Holder::Actuator(id) => originals
-                    .iter()
-                    .position(|o| *o == id)
-                    .map_or(String::new(), |i| format!(" of actuator {}", i + 1)),
+                Holder::Actuator(id) => format!(" of {}", name(id)),
                 Holder::Group(number) => format!(" of group {number}"),
             };
             match variable.size {
@@ -294,6 +289,14 @@ impl<'r> Drive<'r> {
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn targets(&self, parameters: &[f64]) -> Result<Targets, EvalError> {
+        let mut targets = self.asked(parameters)?;
+        self.on_hardware(parameters, &mut targets)?;
+        Ok(targets)
+    }
+
+    /// The angles that the actuators are asked for over the whole motion, before any hardware limits them; zero where
+    /// valves are.
+    fn asked(&self, parameters: &[f64]) -> Result<Targets, EvalError> {
         let model = &self.task.model;
         let samples = libm::ceil(model.duration / model.control - 1e-9) as usize + 1;
         let count = self.actuators.len();
@@ -309,9 +312,7 @@ impl<'r> Drive<'r> {
                 row[column] = bend;
             }
         }
-        let mut targets = Targets { interval: model.control, actuators: count, angles };
-        self.on_hardware(parameters, &mut targets)?;
-        Ok(targets)
+        Ok(Targets { interval: model.control, actuators: count, angles })
     }
 
     fn kind_of(&self, driven: &Driven) -> Option<&str> {

@@ -26,14 +26,16 @@ pub trait Backend {
     ///
     /// Why they cannot do what is asked for.
     fn outputs(&self, channel: usize, name: &str, asked: &Asked) -> Result<Vec<Channel>, String>;
+    /// What it leaves out of what an actuator is asked for, in words.
+    fn cut(&self, asked: &Asked) -> Option<String>;
 }
 
-/// The back end of a target. One that the design was not simulated on is strict: it refuses what it would have to cut.
+/// The back end of a target.
 #[must_use]
-pub fn backend(target: &Target, strict: bool) -> Box<dyn Backend + '_> {
+pub fn backend(target: &Target) -> Box<dyn Backend + '_> {
     match &target.backend {
-        Declared::Pneumatic(air) => Box::new(Valves { air, strict }),
-        Declared::Tendon(threads) => Box::new(Servos { threads, strict }),
+        Declared::Pneumatic(air) => Box::new(Valves { air }),
+        Declared::Tendon(threads) => Box::new(Servos { threads }),
     }
 }
 
@@ -87,7 +89,6 @@ fn pin(pins: &[String], channel: usize) -> Result<Pin, String> {
 /// Two valves for each actuator.
 struct Valves<'a> {
     air: &'a Pneumatic,
-    strict: bool,
 }
 
 impl Backend for Valves<'_> {
@@ -108,13 +109,6 @@ impl Backend for Valves<'_> {
             );
         };
         let settled = valves.settled(self.air.shortest);
-        if self.strict && settled != *valves {
-            return Err(format!(
-                "a state of its valves is shorter than the {} ms that they need: simulate the grammar on this target, \
-                 and search again",
-                self.air.shortest * 1e3
-            ));
-        }
         let too_long = || "its cycle is too long for a board to count".to_owned();
         let changes = settled.changes.iter().map(|(from, state)| {
             let state = match state {
@@ -133,12 +127,27 @@ impl Backend for Valves<'_> {
         };
         Ok(vec![Channel { name: name.to_owned(), output }])
     }
+
+    fn cut(&self, asked: &Asked) -> Option<String> {
+        let Asked::Valves(valves) = asked else { return None };
+        let settled = valves.settled(self.air.shortest);
+        let least = self.air.shortest * 1e3;
+        match valves.changes.len().saturating_sub(settled.changes.len()) {
+            0 if settled == *valves => None,
+            0 => Some(format!("states of its valves are moved: each holds for {least} ms at least")),
+            1 => Some(format!(
+                "a state of its valves is shorter than the {least} ms that they need, and is left out"
+            )),
+            n => Some(format!(
+                "{n} states of its valves are shorter than the {least} ms that they need, and are left out"
+            )),
+        }
+    }
 }
 
 /// A servo for each actuator, or two.
 struct Servos<'a> {
     threads: &'a Tendon,
-    strict: bool,
 }
 
 impl Servos<'_> {
@@ -176,17 +185,6 @@ impl Backend for Servos<'_> {
                     .to_owned(),
             );
         };
-        let (low, high) = self.threads.reach();
-        let beyond = bends.iter().find(|bend| (self.threads.reachable(**bend) - **bend).abs() > CLOSE);
-        if let (true, Some(bend)) = (self.strict, beyond) {
-            return Err(format!(
-                "it is asked to bend by {:.1} deg, and its servo and its table end at {:.1} and {:.1} deg: simulate the \
-                 grammar on this target, and search again",
-                bend.to_degrees(),
-                low.to_degrees(),
-                high.to_degrees()
-            ));
-        }
         let one = self.servo(pin(&self.threads.servo, channel)?, bends.iter().copied());
         if self.threads.opposite.is_empty() {
             return Ok(vec![Channel { name: name.to_owned(), output: one }]);
@@ -195,6 +193,21 @@ impl Backend for Servos<'_> {
         let other = self.servo(pin(&self.threads.opposite, channel)?, bends.iter().map(|bend| -bend));
         let named = |side: &str, output| Channel { name: format!("{name} {side}"), output };
         Ok(vec![named("+", one), named("-", other)])
+    }
+
+    fn cut(&self, asked: &Asked) -> Option<String> {
+        let Asked::Bends(bends) = asked else { return None };
+        let (low, high) = self.threads.reach();
+        let beyond = |bend: f64| (bend - self.threads.reachable(bend)).abs();
+        let most = bends.iter().copied().max_by(|a, b| beyond(*a).total_cmp(&beyond(*b)))?;
+        (beyond(most) > CLOSE).then(|| {
+            format!(
+                "it is asked to bend by {:.1} deg, and its servo and its table end at {:.1} and {:.1} deg",
+                most.to_degrees(),
+                low.to_degrees(),
+                high.to_degrees()
+            )
+        })
     }
 }
 
@@ -242,39 +255,42 @@ mod tests {
     #[test]
     fn valves_change_when_the_cycle_says_but_for_what_is_too_short() {
         let air = air();
-        let played = made(&Valves { air: &air, strict: false }, &cycle(vec![breathing()])).unwrap();
+        let played = made(&Valves { air: &air }, &cycle(vec![breathing()])).unwrap();
         let Output::Valves { changes, .. } = &played.channels[0].output else { panic!("no valves") };
         use ValveState::{Closed, Inflate, Vent};
         assert_eq!(*changes, [(0, Closed), (500_000, Inflate), (1_020_000, Vent)]);
         assert_eq!((played.period, played.safe), (2_000_000, Safe::Vent));
-        let refused = made(&Valves { air: &air, strict: true }, &cycle(vec![breathing()])).unwrap_err();
-        assert!(refused[0].text.contains("shorter than the 40 ms"), "{}", refused[0].text);
+        let cut = Valves { air: &air }.cut(&breathing()).unwrap();
+        assert!(cut.starts_with("a state of its valves is shorter than the 40 ms"), "{cut}");
+        let fast = Pneumatic { shortest: 0.005, ..air };
+        assert_eq!(Valves { air: &fast }.cut(&breathing()), None);
     }
 
     #[test]
     fn servos_turn_as_the_table_says() {
         let mut threads = threads();
         let asked = cycle(vec![Asked::Bends(vec![-1.0, 0.0, 0.5, 1.4])]);
-        let played = made(&Servos { threads: &threads, strict: false }, &asked).unwrap();
+        let played = made(&Servos { threads: &threads }, &asked).unwrap();
         let Output::Servo { pulses, rest, .. } = &played.channels[0].output else { panic!("no servo") };
         assert_eq!((pulses.as_slice(), *rest), ([1000, 1500, 1750, 2000].as_slice(), 1500));
         threads.opposite = vec!["D4".to_owned()];
-        let played = made(&Servos { threads: &threads, strict: false }, &asked).unwrap();
+        let played = made(&Servos { threads: &threads }, &asked).unwrap();
         let Output::Servo { pulses, .. } = &played.channels[1].output else { panic!("no servo") };
         assert_eq!(pulses.as_slice(), [2000, 1500, 1250, 1000]);
-        let refused = made(&Servos { threads: &threads, strict: true }, &asked).unwrap_err();
-        assert!(refused[0].text.contains("80.2 deg"), "{}", refused[0].text);
+        let servos = Servos { threads: &threads };
+        assert!(servos.cut(&asked.actuators[0].1).unwrap().contains("80.2 deg"));
+        assert_eq!(servos.cut(&Asked::Bends(vec![-1.0, 0.9])), None);
     }
 
     #[test]
     fn what_does_not_fit_together_is_told_at_once() {
         let (air, threads) = (air(), threads());
         let three = cycle(vec![breathing(), Asked::Bends(vec![0.0]), breathing()]);
-        let refused = made(&Valves { air: &air, strict: false }, &three).unwrap_err();
+        let refused = made(&Valves { air: &air }, &three).unwrap_err();
         let texts: Vec<String> = refused.iter().map(ToString::to_string).collect();
         assert!(texts[0].contains("3 actuators, the target has 2 channels"), "{texts:?}");
         assert!(texts[1].contains("`two`: it follows an angle"), "{texts:?}");
-        let refused = made(&Servos { threads: &threads, strict: false }, &cycle(vec![breathing()]));
+        let refused = made(&Servos { threads: &threads }, &cycle(vec![breathing()]));
         assert!(refused.unwrap_err()[0].text.contains("it follows valves"));
     }
 }

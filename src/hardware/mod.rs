@@ -1,10 +1,12 @@
 //! Real hardware: a schedule of valves or servos is loaded into a board and supervised while it runs.
 //!
 //! The board runs the schedule by itself and stops by itself when it no longer hears of the host
-//! (`firmware/PROTOCOL.md`). But for [`backend`], which makes it of what a gait asks of actuators, nothing here knows a
-//! robot or a grammar: the input is a [`Schedule`].
+//! (`firmware/PROTOCOL.md`). But for [`backend`], which makes it of what a gait asks of actuators, and [`contents`],
+//! nothing here knows a robot or a grammar: the input is a [`Schedule`].
 
 pub mod backend;
+pub mod compared;
+pub mod contents;
 pub mod dry_run;
 pub mod error;
 pub mod frame;

@@ -6,9 +6,9 @@ use super::dry_run::{angle, safe_words, word};
 use super::schedule::{Channel, Micros, Output, Schedule, ValveState, seconds};
 use crate::document::escape;
 
-const WIDTH: f64 = 1000.0;
-const LEFT: f64 = 190.0;
-const RIGHT: f64 = WIDTH - 66.0;
+pub(super) const WIDTH: f64 = 1000.0;
+pub(super) const LEFT: f64 = 190.0;
+pub(super) const RIGHT: f64 = WIDTH - 66.0;
 const TOP: f64 = 104.0;
 const BAND: f64 = 26.0;
 const VALVE_ROW: f64 = 42.0;
@@ -17,7 +17,7 @@ const SERVO_ROW: f64 = 118.0;
 /// What stands near the beginning of every drawing.
 pub const MARK: &str = "svg { --page: #ffffff; --ink: #1d2126; --quiet: #5f6670;";
 
-const STYLE: &str = "\
+pub(super) const STYLE: &str = "\
 svg { --page: #ffffff; --ink: #1d2126; --quiet: #5f6670; --faint: #e3e4e2; --track: #f0f1ef; \
 --inflate: #1f6fd1; --vent: #e08a2e; --curve: #1f6fd1; background: var(--page); }
 @media (prefers-color-scheme: dark) { svg { --page: #16181b; --ink: #e4e6e9; --quiet: #9aa2ac; --faint: #2f343a; \
@@ -36,6 +36,7 @@ font-variant-numeric: tabular-nums; }
 .inflate { fill: var(--inflate); }
 .vent { fill: var(--vent); }
 .curve { fill: none; stroke: var(--curve); stroke-width: 2; stroke-linejoin: round; }
+.simulated { stroke: var(--ink); stroke-width: 1.3; stroke-dasharray: 5 4; }
 .area { fill: var(--curve); opacity: 0.12; }
 .on { fill: var(--page); font-size: 11px; text-anchor: middle; }
 ";
@@ -99,7 +100,7 @@ pub fn svg(schedule: &Schedule) -> String {
     out
 }
 
-fn text(out: &mut String, (x, y): (f64, f64), class: &str, words: &str) {
+pub(super) fn text(out: &mut String, (x, y): (f64, f64), class: &str, words: &str) {
     let _ = writeln!(out, "<text class=\"{class}\" x=\"{x:.1}\" y=\"{y:.1}\">{}</text>", escape(words));
 }
 

@@ -1,6 +1,6 @@
 //! A design as the `begin` of a grammar, so that what was found can be edited, kept and started from.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use grammar_lang::eval::evaluate;
@@ -8,21 +8,26 @@ use grammar_lang::ir::RuleSet;
 use grammar_lang::units::{self, Dimension};
 
 use super::describe::{port_name, value};
+use super::names::Names;
 use crate::derive::Recorded;
 use crate::design::{Design, Part, PartId, ends, pose_at};
 
 /// The lines `begin { place ... }` that make a design. Images of a symmetry are left out: `begin` makes
-/// them again. What a grammar's own `begin` has placed keeps its name.
+/// them again. Parts keep their names, written as a grammar can write them: `bender_1` is what is `bender-1` elsewhere.
 #[must_use]
-pub fn beginning(rules: &RuleSet, design: &Design) -> String {
-    let names = names(design);
+pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
+    let names = names(called, design);
     let mut text = String::from("begin {\n");
     for (id, name) in &names {
         if let Some(part) = design.parts.get(id) {
             // What tells an original from its images, a phase for example, is the other way round here.
-            let side =
-                if part.image == 0 || !rules.is_actuator(&part.kind) { "" } else { "   # was an image" };
-            let _ = writeln!(text, "  place {name} : {}{side}", placed(rules, design, &names, part));
+            let side = if part.image == 0 || !rules.is_actuator(&part.kind) {
+                String::new()
+            } else {
+                format!("   # was {}, an image", called.get(*id).unwrap_or_default())
+            };
+            let _ =
+                writeln!(text, "  place {name} : {}{side}", placed(rules, (called, design), &names, part));
         }
     }
     text + "}\n"
@@ -30,8 +35,7 @@ pub fn beginning(rules: &RuleSet, design: &Design) -> String {
 
 /// One part of each that the symmetry repeats, with its name, after what holds it. Which one is no matter: the
 /// part that a rule matched may have been an image.
-fn names(design: &Design) -> Vec<(PartId, String)> {
-    let mut numbers: BTreeMap<&str, usize> = BTreeMap::new();
+fn names(called: &Names, design: &Design) -> Vec<(PartId, String)> {
     let mut known: Vec<(PartId, String)> = Vec::new();
     let mut done: BTreeSet<PartId> = BTreeSet::new();
     loop {
@@ -42,19 +46,23 @@ fn names(design: &Design) -> Vec<(PartId, String)> {
             if !is_held || !done.insert(original) {
                 continue;
             }
-            let given =
-                design.placed.iter().find(|(_, placed)| **placed == *id).map(|(name, _)| name.clone());
-            let name = given.unwrap_or_else(|| {
-                let number = numbers.entry(part.kind.as_str()).or_default();
-                *number += 1;
-                format!("{}{number}", part.kind)
-            });
-            known.push((*id, name));
+            known.push((*id, written(called.get(original).unwrap_or_default(), &part.kind, &known)));
         }
         if known.len() == before {
             return known;
         }
     }
+}
+
+/// A name as a grammar can write it: letters, digits and `_`, and no other part's.
+fn written(name: &str, kind: &str, known: &[(PartId, String)]) -> String {
+    let sign = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    let plain: String = name.chars().map(sign).collect();
+    let plain =
+        if plain.starts_with(|c: char| c.is_ascii_alphabetic()) { plain } else { format!("{kind}_{plain}") };
+    let numbered = (2..).map(|number| format!("{plain}_{number}"));
+    let free = |name: &String| known.iter().all(|(_, other)| other != name);
+    std::iter::once(plain.clone()).chain(numbered).find(free).unwrap_or(plain)
 }
 
 /// The turn by which a part stands as it does: that of an image is measured in a mirrored frame.
@@ -72,7 +80,12 @@ fn turn(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> f64 {
     [part.turn, reflected].into_iter().chain(quarters).find(fits).unwrap_or(part.turn)
 }
 
-fn placed(rules: &RuleSet, design: &Design, names: &[(PartId, String)], part: &Part) -> String {
+fn placed(
+    rules: &RuleSet,
+    (called, design): (&Names, &Design),
+    names: &[(PartId, String)],
+    part: &Part,
+) -> String {
     let mut text = part.kind.clone();
     let declared = rules.actuators.get(&part.kind).map(|actuator| &actuator.params);
     let params: Vec<String> = part
@@ -83,7 +96,8 @@ fn placed(rules: &RuleSet, design: &Design, names: &[(PartId, String)], part: &P
             let default = param.and_then(|param| param.default.as_ref());
             let default = default.and_then(|default| evaluate(default, rules, &mut Vec::new()).ok());
             let differs = default.as_ref() != Some(given);
-            let shown = || value(rules, design, &Recorded::new(given), param.map(|param| &param.ty));
+            let shown =
+                || value(rules, (called, design), &Recorded::new(given), param.map(|param| &param.ty));
             differs.then(|| format!("{name} = {}", shown()))
         })
         .collect();

@@ -9,23 +9,18 @@ use grammar_lang::source::SourceMap;
 use grammar_lang::units::{self, Dimension};
 use indexmap::IndexMap;
 
+use super::names::Names;
 use crate::derive::random::Stream;
 use crate::derive::{Blocked, Derivation, Recorded, Step};
 use crate::design::{Design, Part, PartId, lattice, ports};
 
-/// What people call a part: `core`, or its kind and a number.
-pub(super) fn part_name(design: &Design, id: PartId) -> String {
-    if let Some((name, _)) = design.placed.iter().find(|(_, p)| **p == id) {
-        return name.clone();
-    }
+/// What people call a part: its name, or the place of a cell.
+pub(super) fn part_name((names, design): (&Names, &Design), id: PartId) -> String {
     if let Some([x, y, z]) = lattice::place_of(id) {
         let kind = design.parts.get(&id).map_or("place", |cell| cell.kind.as_str());
         return format!("{kind} ({x}, {y}, {z})");
     }
-    match design.parts.get_full(&id) {
-        Some((index, _, part)) => format!("{} {index}", part.kind),
-        None => "a part that is gone".to_owned(),
-    }
+    names.get(id).unwrap_or("a part that is gone").to_owned()
 }
 
 /// What people call a port: its name, with its number where several share it.
@@ -36,9 +31,14 @@ pub(super) fn port_name(rules: &RuleSet, part: &Part, port: u8) -> Option<String
     Some(if several { format!("{}[{}]", own.name, own.number) } else { own.name.clone() })
 }
 
-pub(super) fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: Option<&Ty>) -> String {
+pub(super) fn value(
+    rules: &RuleSet,
+    (names, design): (&Names, &Design),
+    recorded: &Recorded,
+    ty: Option<&Ty>,
+) -> String {
     let several = |items: &[Recorded], ty: Option<&Ty>| {
-        let items: Vec<String> = items.iter().map(|i| value(rules, design, i, ty)).collect();
+        let items: Vec<String> = items.iter().map(|i| value(rules, (names, design), i, ty)).collect();
         items.join(", ")
     };
     match recorded {
@@ -50,7 +50,7 @@ pub(super) fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: O
             Some(Ty::Record(name, fields)) => {
                 let fields = fields.iter().zip(items);
                 let fields: Vec<String> = fields
-                    .map(|((n, ty), i)| format!("{n} = {}", value(rules, design, i, Some(ty))))
+                    .map(|((n, ty), i)| format!("{n} = {}", value(rules, (names, design), i, Some(ty))))
                     .collect();
                 format!("{name}({})", fields.join(", "))
             }
@@ -87,12 +87,14 @@ pub(super) fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: O
         Recorded::Bool(x) => x.to_string(),
         Recorded::Text(x) | Recorded::Pattern(x) => x.clone(),
         Recorded::Kind(name, _) => name.clone(),
-        Recorded::Reference(Reference::Part(id)) => part_name(design, *id),
+        Recorded::Reference(Reference::Part(id)) => part_name((names, design), *id),
         Recorded::Reference(Reference::Port(id, port)) => {
             let name = design.parts.get(id).and_then(|p| port_name(rules, p, *port));
             name.unwrap_or_else(|| "?".to_owned())
         }
-        Recorded::Reference(Reference::Joint(id)) => format!("the joint of {}", part_name(design, *id)),
+        Recorded::Reference(Reference::Joint(id)) => {
+            format!("the joint of {}", part_name((names, design), *id))
+        }
         Recorded::Reference(Reference::Step(id)) => format!("step {id}"),
         Recorded::Reference(Reference::Element(id)) => format!("element {id}"),
     }
@@ -100,9 +102,9 @@ pub(super) fn value(rules: &RuleSet, design: &Design, recorded: &Recorded, ty: O
 
 /// What a step matched and chose in the design before it: names and values.
 #[must_use]
-pub fn choices(rules: &RuleSet, design: &Design, step: &Step) -> Vec<(String, String)> {
+pub fn choices(rules: &RuleSet, named: (&Names, &Design), step: &Step) -> Vec<(String, String)> {
     let rule = rules.rules.iter().find(|r| r.name == step.rule);
-    let names = rule.map(|r| r.locals.as_slice()).unwrap_or_default();
+    let locals = rule.map(|r| r.locals.as_slice()).unwrap_or_default();
     let item = |name: &String| {
         let choice = rule.and_then(|r| r.choices.iter().find(|c| c.name == *name))?;
         match &choice.domain.ty {
@@ -110,14 +112,14 @@ pub fn choices(rules: &RuleSet, design: &Design, step: &Step) -> Vec<(String, St
             _ => None,
         }
     };
-    let pairs = names.iter().zip(&step.locals);
-    pairs.map(|(name, local)| (name.clone(), value(rules, design, local, item(name)))).collect()
+    let pairs = locals.iter().zip(&step.locals);
+    pairs.map(|(name, local)| (name.clone(), value(rules, named, local, item(name)))).collect()
 }
 
 /// A step as one line: the rule and what it matched and chose.
 #[must_use]
-pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
-    let choices = choices(rules, design, step);
+pub fn step(rules: &RuleSet, named: (&Names, &Design), step: &Step) -> String {
+    let choices = choices(rules, named, step);
     let values: Vec<String> = choices.into_iter().map(|(name, value)| format!("{name} = {value}")).collect();
     format!("{}({})", step.rule, values.join(", "))
 }
@@ -126,15 +128,16 @@ pub fn step(rules: &RuleSet, design: &Design, step: &Step) -> String {
 #[must_use]
 pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     let design = &derivation.design;
+    let names = &Names::through(rules, derivation);
     let mut out = String::from("steps\n");
     let mut number = 0;
     derivation.retrace(rules, |made, before, _| {
         number += 1;
         // Writing to a String never fails.
-        let _ = writeln!(out, "  {number:>2}. {}", step(rules, before, made));
+        let _ = writeln!(out, "  {number:>2}. {}", step(rules, (names, before), made));
     });
     if rules.lattice.is_some() {
-        layers(&mut out, rules, design);
+        layers(&mut out, rules, (names, design));
         let _ = writeln!(out, "body {}", design.canonical_hash(rules));
         return out;
     }
@@ -142,20 +145,25 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     for (index, (id, part)) in design.parts.iter().enumerate() {
         let held = part.held_by.map_or(String::new(), |(holder, port)| {
             let port = design.parts.get(&holder).and_then(|p| port_name(rules, p, port));
-            format!(" on {}.{}", part_name(design, holder), port.unwrap_or_else(|| "?".to_owned()))
+            format!(" on {}.{}", part_name((names, design), holder), port.unwrap_or_else(|| "?".to_owned()))
         });
         let turn = if part.turn == 0.0 {
             String::new()
         } else {
             format!(", turned {} deg", (part.turn.to_degrees() * 1e3).round() / 1e3)
         };
-        let image = part.image_of.map_or(String::new(), |o| format!(", image of {}", part_name(design, o)));
+        let image =
+            part.image_of.map_or(String::new(), |o| format!(", image of {}", part_name((names, design), o)));
         let p = part.pose.translation.vector * 1e3;
         let at = [p.x, p.y, p.z].map(|x| {
             let x = (x * 1e3).round() / 1e3;
             if x == 0.0 { 0.0 } else { x }
         });
-        let _ = writeln!(out, "  {index:>2}. {}{held}{turn}{image}, at {at:?} mm", part_name(design, *id));
+        let _ = writeln!(
+            out,
+            "  {index:>2}. {}{held}{turn}{image}, at {at:?} mm",
+            part_name((names, design), *id)
+        );
     }
     let _ = writeln!(out, "body {}", design.canonical_hash(rules));
     out
@@ -163,7 +171,7 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
 
 /// A lattice as text: its cells seen from above, a square of signs for each layer that has some, the highest first. Cells
 /// that are alike have the same letter.
-fn layers(out: &mut String, rules: &RuleSet, design: &Design) {
+fn layers(out: &mut String, rules: &RuleSet, (names, design): (&Names, &Design)) {
     let Some(lattice) = &rules.lattice else { return };
     let mut kinds: Vec<&IndexMap<String, Value>> = Vec::new();
     for cell in design.parts.values() {
@@ -178,7 +186,7 @@ fn layers(out: &mut String, rules: &RuleSet, design: &Design) {
         let declared = &lattice.cell.params;
         let shown = params.iter().map(|(name, given)| {
             let ty = declared.get(name).map(|param| &param.ty);
-            format!("{name} = {}", value(rules, design, &Recorded::new(given), ty))
+            format!("{name} = {}", value(rules, (names, design), &Recorded::new(given), ty))
         });
         let shown: Vec<String> = shown.collect();
         let _ = writeln!(out, "  {} {}({})", letter(kind).unwrap_or('?'), lattice.kind, shown.join(", "));

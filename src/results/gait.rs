@@ -1,49 +1,61 @@
-//! The gait of a saved design as what a board plays.
+//! The gait of a saved design as what a board plays, compared with what was simulated.
 
 use grammar_lang::ir::RuleSet;
 
-use super::describe::part_name;
-use super::judge::{self, body_of};
+use super::judge;
+use super::names::Names;
 use super::saved::SavedDesign;
+use crate::design::PartId;
+use crate::drive::Bends;
 use crate::hardware::backend::{self, POINTS, backend};
+use crate::hardware::compared::Compared;
+use crate::hardware::contents;
 use crate::hardware::{Limits, Problem, Schedule};
 
-/// The schedule of a design's gait in a task (the first, if none is named) on a target: the one that is named, or the
-/// one that the task is simulated on, or the only one.
+/// Bends that differ by less, in rad, are the same motion: half a degree, as what a board plays is anyway.
+const SAME: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
+/// A gait for a board.
+#[derive(Clone, Debug)]
+pub struct Gait {
+    /// What the board plays.
+    pub schedule: Schedule,
+    /// What the target leaves out of what the actuators are asked for: a sentence for each actuator.
+    pub cut: Vec<String>,
+    /// What the target says otherwise than the one that the design was simulated on, in words.
+    pub contents: Vec<String>,
+    /// The bends of all actuators, simulated and played; empty if they are the same motion, but for the way from rest into it.
+    pub changed: Vec<Compared>,
+    /// Whether the first period, from rest, is another one: it is where the motion is not.
+    pub begins_otherwise: bool,
+}
+
+/// The gait of a design in a task (the first, if none is named) on a target: the one that is named, or the one that the
+/// task is simulated on, or the only one. The target, and how fast and far its actuators bend, are those of `of`, if that
+/// is given, else of the design's own rules; all else is the design's.
 ///
 /// # Errors
 ///
 /// Sentences that say what does not fit.
-pub fn schedule(
+pub fn gait(
     rules: &RuleSet,
+    of: Option<&RuleSet>,
     design: &SavedDesign,
-    task: Option<&str>,
-    target: Option<&str>,
-) -> Result<Schedule, Vec<String>> {
+    (task, target): (Option<&str>, Option<&str>),
+) -> Result<Gait, Vec<String>> {
     let one = |text: String| vec![text];
     let saved = design.task(task).map_err(one)?;
-    let (derivation, body) = body_of(rules, design).map_err(one)?;
-    let (task, drive, parameters) = judge::drive_of(rules, saved, (&derivation, &body)).map_err(one)?;
-    let names = || rules.targets.keys().map(String::as_str).collect::<Vec<_>>();
-    let name = match (target, &task.on, names().as_slice()) {
-        (Some(name), ..) => name,
-        (None, Some(on), _) => on,
-        (None, None, [only]) => only,
-        (None, None, []) => {
-            return Err(one(format!(
-                "the grammar `{}` has no target: declare one with `target NAME on pneumatic for ...`",
-                rules.name
-            )));
-        }
-        (None, None, several) => {
-            return Err(one(format!("which target? say --target with one of: {}", several.join(", "))));
-        }
+    let (derivation, body) = judge::body_of(rules, design).map_err(one)?;
+    let (own, simulated, parameters) = judge::drive_of(rules, saved, (&derivation, &body)).map_err(one)?;
+    let name = target_name(of.unwrap_or(rules), target, own.on.as_deref()).map_err(one)?;
+    let played = on_target(rules, of, &saved.name, &name);
+    let (_, drive, _) = judge::drive_of(&played, saved, (&derivation, &body)).map_err(one)?;
+    let Some(target) = played.targets.get(&name) else {
+        return Err(one(format!("there is no target `{name}`")));
     };
-    let Some(target) = rules.targets.get(name) else {
-        let known = if rules.targets.is_empty() { "none".to_owned() } else { names().join(", ") };
-        return Err(one(format!("the grammar `{}` has no target `{name}`; it has: {known}", rules.name)));
-    };
-    let cycle = drive.cycle(&target.kind, &parameters, POINTS).map_err(|e| one(e.reason))?;
+    let no_value = |e: grammar_lang::eval::EvalError| one(e.reason);
+
+    let cycle = drive.cycle(&target.kind, &parameters, POINTS).map_err(no_value)?;
     let cycle = cycle.ok_or_else(|| {
         one("what the actuators are asked for does not repeat: a board plays one period over and over; give the \
              actuation a `period`, and let it read the time as `t / period` only"
@@ -52,12 +64,115 @@ pub fn schedule(
     if cycle.actuators.is_empty() {
         return Err(one(format!("the design has no `{}` for the target `{name}` to drive", target.kind)));
     }
-    let strict = task.on.as_deref() != Some(name);
-    let names: Vec<String> =
-        cycle.actuators.iter().map(|(id, _)| part_name(&derivation.design, *id)).collect();
+    let driven: Vec<PartId> = cycle.actuators.iter().map(|(id, _)| *id).collect();
+    let called = design.names(rules, &derivation);
+    let names = called.all(&driven);
     let texts = |problems: Vec<Problem>| problems.iter().map(ToString::to_string).collect::<Vec<String>>();
-    let schedule = backend::schedule(&*backend(target, strict), &cycle, &names).map_err(texts)?;
+    let backend = backend(target);
+    let schedule = backend::schedule(&*backend, &cycle, &names).map_err(texts)?;
     // Better told before a board is asked.
     let problems = schedule.check(&Limits::default());
-    if problems.is_empty() { Ok(schedule) } else { Err(texts(problems)) }
+    if !problems.is_empty() {
+        return Err(texts(problems));
+    }
+
+    let bends = drive.bends_over_time(&parameters).map_err(no_value)?;
+    let mut cut: Vec<String> = cycle
+        .actuators
+        .iter()
+        .zip(&names)
+        .filter_map(|((_, asked), name)| Some(format!("{name}: {}", backend.cut(asked)?)))
+        .collect();
+    let period = drive.period(&parameters).map_err(no_value)?;
+    for (id, name) in driven.iter().zip(&names) {
+        if !cut.iter().any(|text| text.starts_with(&format!("{name}: "))) {
+            cut.extend(lagging(&bends, *id, period).map(|text| format!("{name}: {text}")));
+        }
+    }
+    let before = simulated.bends_over_time(&parameters).map_err(no_value)?;
+    let contents = contents::changes(
+        (own.on.as_ref().and_then(|on| rules.targets.get(on)), rules.actuators.get(&target.kind)),
+        (target, played.actuators.get(&target.kind)),
+    );
+    let is_same = |all: &[Compared]| all.iter().all(|one| one.apart() <= SAME);
+    let mut changed = compared((&before, &bends), &called, period);
+    let from_rest = changed.iter().map(|one| Compared { from: 0, ..one.clone() }).collect::<Vec<_>>();
+    let begins_otherwise = !is_same(&from_rest);
+    if is_same(&changed) {
+        changed.clear();
+    }
+    Ok(Gait { schedule, cut, contents, changed, begins_otherwise })
+}
+
+/// The name of the target that is meant.
+fn target_name(rules: &RuleSet, named: Option<&str>, on: Option<&str>) -> Result<String, String> {
+    let names: Vec<&str> = rules.targets.keys().map(String::as_str).collect();
+    let name = match (named, on.filter(|on| rules.targets.contains_key(*on)), names.as_slice()) {
+        (Some(name), ..) | (None, Some(name), _) => name,
+        (None, None, [only]) => only,
+        (None, None, []) => {
+            return Err(format!(
+                "the grammar `{}` has no target: declare one with `target NAME on pneumatic for ...`",
+                rules.name
+            ));
+        }
+        (None, None, several) => {
+            return Err(format!("which target? say --target with one of: {}", several.join(", ")));
+        }
+    };
+    if rules.targets.contains_key(name) {
+        return Ok(name.to_owned());
+    }
+    let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+    Err(format!("the grammar `{}` has no target `{name}`; it has: {known}", rules.name))
+}
+
+/// The rules of a design with the targets of others, and with actuators that bend as theirs do; the task is on the target.
+fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) -> RuleSet {
+    let mut played = rules.clone();
+    if let Some(of) = of {
+        played.targets.clone_from(&of.targets);
+        for (kind, actuator) in &mut played.actuators {
+            if let Some(other) = of.actuators.get(kind) {
+                actuator.bend = other.bend;
+                actuator.bending_speed = other.bending_speed.clone();
+                actuator.relaxing_speed = other.relaxing_speed.clone();
+            }
+        }
+    }
+    if let Some(task) = played.tasks.get_mut(task) {
+        task.on = Some(target.to_owned());
+    }
+    played
+}
+
+/// That an actuator does not follow what it is asked for, once it has come to it, in words.
+fn lagging(bends: &Bends, actuator: PartId, period: f64) -> Option<String> {
+    let column = bends.actuators.iter().position(|id| *id == actuator)?;
+    // The first period begins from rest.
+    let (time, asked, followed) = bends.asked.furthest(&bends.followed, column, period)?;
+    ((asked - followed).abs() > SAME).then(|| {
+        format!(
+            "it is too slow for its curve: bent by {:.1} deg where it is asked for {:.1} deg, at {time:.2} s",
+            followed.to_degrees() + 0.0,
+            asked.to_degrees() + 0.0
+        )
+    })
+}
+
+/// The bends of all actuators, compared after the first period where there is a second.
+fn compared((simulated, played): (&Bends, &Bends), names: &Names, period: f64) -> Vec<Compared> {
+    let samples = simulated.followed.samples();
+    let first = libm::ceil(period / simulated.followed.interval) as usize;
+    let from = if 2 * first < samples { first } else { 0 };
+    let times = || (0..samples).map(|sample| sample as f64 * simulated.followed.interval);
+    let columns = simulated.actuators.iter().enumerate();
+    let all = columns.map(|(column, id)| Compared {
+        name: names.get(*id).unwrap_or_default().to_owned(),
+        interval: simulated.followed.interval,
+        simulated: times().map(|time| simulated.followed.at(column, time)).collect(),
+        played: times().map(|time| played.followed.at(column, time)).collect(),
+        from,
+    });
+    all.collect()
 }

@@ -7,6 +7,7 @@ use grammar_lang::ir::{Expr, RuleSet, Task};
 use indexmap::IndexMap;
 
 use super::describe;
+use super::names::Names;
 use super::saved::{Check, Grammar, Measured, SavedDesign, SavedTask};
 use crate::derive::Derivation;
 use crate::design::Body;
@@ -219,7 +220,7 @@ impl Precision {
 }
 
 /// The body that the steps of a saved design lead to.
-pub(super) fn body_of(rules: &RuleSet, design: &SavedDesign) -> Result<(Arc<Derivation>, Body), String> {
+pub(crate) fn body_of(rules: &RuleSet, design: &SavedDesign) -> Result<(Arc<Derivation>, Body), String> {
     let derivation = Derivation::replay(rules, &design.derivation)
         .map_err(|(n, reason)| format!("step {n} of its derivation cannot be applied: {reason}"))?;
     let body = Body::new(&derivation.design, rules);
@@ -232,11 +233,26 @@ pub(super) fn body_of(rules: &RuleSet, design: &SavedDesign) -> Result<(Arc<Deri
 ///
 /// A sentence: it does not.
 pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), String> {
-    let (derivation, _) = body_of(rules, design)?;
-    if derivation.design.canonical_hash(rules) == design.body {
+    let (derivation, body) = body_of(rules, design)?;
+    if derivation.design.canonical_hash(rules) != design.body {
+        return Err("its derivation does not lead to the body that was saved: it was changed".to_owned());
+    }
+    // Earlier versions wrote no names.
+    if design.own_names.is_empty() {
         return Ok(());
     }
-    Err("its derivation does not lead to the body that was saved: it was changed".to_owned())
+    design.own_names.check(&body.actuators)?;
+    for saved in &design.tasks {
+        let (_, drive, _) = drive_of(rules, saved, (&derivation, &body))?;
+        let labels = drive.labels(|id| design.own_names.get(id).unwrap_or_default().to_owned());
+        let other = saved.drive.iter().zip(&labels).find(|((saved, _), label)| saved != *label);
+        if let Some(((saved, _), label)) = other {
+            return Err(format!(
+                "`{saved}` in its drive is `{label}` by the names of its parts: the file was changed"
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// Checks that a design says of itself what its simulation says: values, terms and what was observed, to the bit.
@@ -293,8 +309,12 @@ pub(super) fn drive_of<'a>(
     let task = task_of(rules, saved)?;
     let drive = Drive::new(rules, task, Arc::clone(derivation), body).map_err(|e| e.reason)?;
     let parameters = saved.parameters();
-    let names: Vec<String> = saved.drive.iter().map(|(name, _)| name.clone()).collect();
-    if names != drive.labels() || !drive.fits(&parameters) {
+    // Whose value it is, is told by its place; earlier versions called actuators otherwise.
+    let variable = |label: &str| label.split(" of ").next().unwrap_or_default().to_owned();
+    let labels = drive.labels(|_| String::new());
+    let same = |((saved, _), label): (&(String, f64), &String)| variable(saved) == variable(label);
+    let fit = saved.drive.len() == labels.len() && saved.drive.iter().zip(&labels).all(same);
+    if !fit || !drive.fits(&parameters) {
         return Err("its drive does not fit the actuation of this grammar".to_owned());
     }
     Ok((task, drive, parameters))
@@ -475,6 +495,8 @@ pub fn save(
     );
     design.penalties = score::penalties(rules, &best.derivation).map_err(|e| e.reason)?;
     design.observed = rules.observed.iter().cloned().zip(best.observed().iter().cloned()).collect();
+    design.own_names = Names::of(rules, &best.derivation.design);
+    let names = design.own_names.clone();
     for ((name, task), tune) in rules.tasks.iter().zip(&best.tasks) {
         let drive = Drive::new(rules, task, Arc::clone(&best.derivation), &body).map_err(|e| e.reason)?;
         let mut saved = SavedTask {
@@ -483,7 +505,11 @@ pub fn save(
             unit: task.objective.unit.clone(),
             terms: Vec::new(),
             checks: Vec::new(),
-            drive: drive.labels().into_iter().zip(tune.parameters.iter().copied()).collect(),
+            drive: drive
+                .labels(|id| names.get(id).unwrap_or_default().to_owned())
+                .into_iter()
+                .zip(tune.parameters.iter().copied())
+                .collect(),
         };
         let trial = Trial { solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
         let replayed = replay_task(rules, &saved, (&best.derivation, &body), trial)?;

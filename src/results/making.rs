@@ -6,6 +6,7 @@ use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
 use super::describe;
+use super::names::Names;
 use super::view::{Look, Made, Making, Piece};
 use crate::derive::{Derivation, Step};
 use crate::design::assembly::Shape;
@@ -16,14 +17,14 @@ use crate::document::about_rule;
 ///
 /// Steps that were taken back are none of its steps, and do not show.
 #[must_use]
-pub fn making(rules: &RuleSet, sources: &SourceMap, derivation: &Derivation) -> Making {
+pub fn making((rules, sources): (&RuleSet, &SourceMap), derivation: &Derivation, names: &Names) -> Making {
     let begin = Derivation::begin(rules).design;
-    let mut making = Making { steps: vec![begun(&begin)], pieces: Vec::new() };
+    let mut making = Making { steps: vec![begun(names, &begin)], pieces: Vec::new() };
     let mut there = BTreeMap::new();
-    follow(rules, (&Design::default(), &begin), &mut making, &mut there);
+    follow(rules, names, (&Design::default(), &begin), &mut making, &mut there);
     derivation.retrace(rules, |step, before, after| {
-        making.steps.push(made(rules, sources, step, (before, after)));
-        follow(rules, (before, after), &mut making, &mut there);
+        making.steps.push(made((rules, sources), names, step, (before, after)));
+        follow(rules, names, (before, after), &mut making, &mut there);
     });
     making
 }
@@ -46,6 +47,7 @@ pub(super) fn look(rules: &RuleSet, part: &Part, shape: Shape) -> Look {
 /// the design are: by their part and their place in it.
 fn follow(
     rules: &RuleSet,
+    names: &Names,
     (before, after): (&Design, &Design),
     making: &mut Making,
     there: &mut BTreeMap<(PartId, usize), usize>,
@@ -60,7 +62,7 @@ fn follow(
         let key = (*id, *place);
         *place += 1;
         let look = look(rules, part, element.shape);
-        let name = describe::part_name(after, *id);
+        let name = describe::part_name((names, after), *id);
         let known = gone.get(&key).copied();
         let piece = known.and_then(|index| making.pieces.get_mut(index)).filter(|piece| piece.look == look);
         let index = match (piece, known) {
@@ -96,31 +98,37 @@ fn is_other(before: &Part, after: &Part) -> bool {
 }
 
 /// The beginning in words.
-fn begun(design: &Design) -> Made {
-    let names: Vec<String> = design.parts.keys().map(|id| describe::part_name(design, *id)).collect();
+fn begun(names: &Names, design: &Design) -> Made {
+    let parts: Vec<String> =
+        design.parts.keys().map(|id| describe::part_name((names, design), *id)).collect();
     Made {
         rule: "begin".to_owned(),
         about: "The design that every derivation starts from".to_owned(),
         choices: Vec::new(),
-        done: format!("places {}", listed(&names, "part")),
+        done: format!("places {}", listed(&parts, "part")),
     }
 }
 
 /// A step in words.
-fn made(rules: &RuleSet, sources: &SourceMap, step: &Step, designs: (&Design, &Design)) -> Made {
+fn made(
+    (rules, sources): (&RuleSet, &SourceMap),
+    names: &Names,
+    step: &Step,
+    designs: (&Design, &Design),
+) -> Made {
     let rule = rules.rules.iter().find(|rule| rule.name == step.rule);
     Made {
         rule: step.rule.clone(),
         about: rule.map_or_else(String::new, |rule| about_rule(sources, rule)),
-        choices: describe::choices(rules, designs.0, step),
-        done: done(designs.0, designs.1),
+        choices: describe::choices(rules, (names, designs.0), step),
+        done: done(names, designs),
     }
 }
 
 /// What a step did to the parts, in words.
-fn done(before: &Design, after: &Design) -> String {
-    let old = |id: PartId| describe::part_name(before, id);
-    let new = |id: PartId| describe::part_name(after, id);
+fn done(names: &Names, (before, after): (&Design, &Design)) -> String {
+    let old = |id: PartId| describe::part_name((names, before), id);
+    let new = |id: PartId| describe::part_name((names, after), id);
     let mut said = Vec::new();
     let mut say = |verb: &str, names: Vec<String>| {
         if !names.is_empty() {

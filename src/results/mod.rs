@@ -10,6 +10,7 @@ pub mod gait;
 pub mod judge;
 pub mod leftovers;
 pub mod making;
+pub mod names;
 pub mod novelty;
 pub mod picture;
 pub mod report;

@@ -26,8 +26,8 @@ pub fn scene(
     let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or("it has no task")?;
     let moved = replayed.tasks.swap_remove(place);
     let motion = moved.motion.map_err(|_| "the motion is not valid")?;
-    let design_of = &replayed.derivation.design;
-    let parts = &design_of.parts;
+    let parts = &replayed.derivation.design.parts;
+    let names = design.names(rules, &replayed.derivation);
     let elements = replayed
         .body
         .assembly
@@ -39,7 +39,11 @@ pub fn scene(
             let swelling = replayed.body.assembly.swellings.iter().find(|s| s.element == index);
             let actuator = swelling.map(|swelling| swelling.actuator);
             let actuator = actuator.or_else(|| replayed.body.actuators.iter().position(|a| a == id));
-            Some(Element { look: look(rules, parts.get(id)?, element.shape), actuator })
+            let mut look = look(rules, parts.get(id)?, element.shape);
+            if !lattice::is_cell(*id) {
+                look.label = names.get(*id)?.to_owned();
+            }
+            Some(Element { look, actuator })
         })
         .collect();
     let targets = &moved.targets;
@@ -48,20 +52,10 @@ pub fn scene(
         .actuators
         .iter()
         .enumerate()
-        .map(|(i, id)| {
-            let image = parts.get(id).and_then(|p| p.image_of);
-            let of = image.and_then(|o| replayed.body.actuators.iter().position(|a| *a == o));
-            Curve {
-                name: match of {
-                    Some(original) => format!("actuator {} (image of {})", i + 1, original + 1),
-                    None if lattice::is_cell(*id) => {
-                        format!("cells as {}", describe::part_name(design_of, *id))
-                    }
-                    None => format!("actuator {}", i + 1),
-                },
-                interval: targets.interval,
-                targets: targets.angles.iter().skip(i).step_by(targets.actuators.max(1)).copied().collect(),
-            }
+        .map(|(i, id)| Curve {
+            name: names.get(*id).unwrap_or_default().to_owned(),
+            interval: targets.interval,
+            targets: targets.angles.iter().skip(i).step_by(targets.actuators.max(1)).copied().collect(),
         })
         .collect();
     let unit = &saved.unit;
@@ -114,7 +108,7 @@ pub fn scene(
         motion,
         curves,
         strain: rules.lattice.is_some(),
-        making: making(rules, sources, &replayed.derivation),
+        making: making((rules, sources), &replayed.derivation, &names),
         checks,
     })
 }

@@ -9,6 +9,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::names::Names;
 use crate::derive::{Derivation, Step};
 use crate::reading;
 use crate::score::Observed;
@@ -86,6 +87,9 @@ pub struct SavedDesign {
     /// What was observed of its motion in the first task, in SI units.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub observed: IndexMap<String, Option<Observed>>,
+    /// What people call its parts: see [`SavedDesign::names`]. Designs of earlier versions say nothing.
+    #[serde(default, rename = "names", skip_serializing_if = "Names::is_empty")]
+    pub own_names: Names,
     /// What it does in each task.
     pub tasks: Vec<SavedTask>,
     /// Hash of the body, whatever its derivation.
@@ -216,6 +220,7 @@ impl SavedDesign {
             unit: unit.to_owned(),
             penalties: Vec::new(),
             observed: IndexMap::new(),
+            own_names: Names::default(),
             tasks: Vec::new(),
             body,
             derivation: derivation.steps.clone(),
@@ -248,6 +253,17 @@ impl SavedDesign {
             let names: Vec<&str> = self.tasks.iter().map(|task| task.name.as_str()).collect();
             format!("it has no task `{name}`; it has: {}", names.join(", "))
         })
+    }
+
+    /// What people call its parts, also those that are gone in the end: as it says, and what it says nothing of as
+    /// [`Names`] have it. `derivation` is the one that its steps lead to.
+    #[must_use]
+    pub fn names(&self, rules: &RuleSet, derivation: &Derivation) -> Names {
+        let names = match &rules.lattice {
+            Some(_) => Names::of(rules, &derivation.design),
+            None => Names::through(rules, derivation),
+        };
+        names.but(&self.own_names)
     }
 
     /// Reads a file.

@@ -31,6 +31,15 @@ impl Targets {
         self.angles.get_mut(sample * self.actuators + actuator)
     }
 
+    /// Where the targets of one actuator are furthest from others from a time in s on: when, and what both are.
+    #[must_use]
+    pub fn furthest(&self, other: &Self, actuator: usize, from: f64) -> Option<(f64, f64, f64)> {
+        let times = (0..self.samples().max(other.samples())).map(|sample| sample as f64 * self.interval);
+        let both = times.filter(|time| *time >= from);
+        both.map(|time| (time, self.at(actuator, time), other.at(actuator, time)))
+            .max_by(|(_, a, b), (_, c, d)| (a - b).abs().total_cmp(&(c - d).abs()))
+    }
+
     /// The target of one actuator at time `t` in rad.
     #[must_use]
     pub fn at(&self, actuator: usize, t: f64) -> f64 {

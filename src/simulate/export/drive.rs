@@ -1,6 +1,6 @@
 //! The targets of the servos over time, as a table.
 
-use super::number;
+use super::{hinge_names, number};
 use crate::design::assembly::Assembly;
 use crate::simulate::lowering::Lowered;
 use crate::simulate::schedule::Schedule;
@@ -9,20 +9,26 @@ use crate::simulate::{Settings, Targets, Unfit};
 
 /// The target of every hinge after rate limiting, in rad, as comma-separated
 /// values: a row for each step, with the time at which that step ends. Hinges
-/// are those of [`super::mjcf`], in its order.
+/// are those of [`super::mjcf`], in its order; `names` are those of the actuators.
 ///
 /// # Errors
 ///
 /// [`Unfit`] when the assembly or its settings cannot be simulated, or the
 /// drive asks for no number.
-pub fn drive(assembly: &Assembly, settings: &Settings, targets: &Targets) -> Result<String, Unfit> {
+pub fn drive(
+    assembly: &Assembly,
+    settings: &Settings,
+    targets: &Targets,
+    names: &[String],
+) -> Result<String, Unfit> {
     let lowered = Lowered::new(assembly, settings)?;
     let hinges = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref());
     let mut servos: Vec<Servo> = hinges.map(Servo::new).collect();
     let Schedule { step, steps, .. } = Schedule::new(settings);
     let mut out = "time".to_owned();
-    for hinge in 0..servos.len() {
-        out.push_str(&format!(",hinge{hinge}"));
+    for hinge in hinge_names(&lowered, names) {
+        out.push(',');
+        out.push_str(&hinge);
     }
     out.push('\n');
     for now in 1..=steps {

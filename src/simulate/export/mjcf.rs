@@ -13,6 +13,7 @@
 
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
+use super::hinge_names;
 use super::xml::{Xml, numbers};
 use crate::design::assembly::{Assembly, Hinge, Shape};
 use crate::simulate::lowering::{Body, Lowered, Piece};
@@ -22,20 +23,25 @@ use crate::simulate::{Settings, Unfit};
 const ABOUT: [&str; 4] = [
     "SI units and radians. The y of sgc is up and is z here: x, y, z there are x, -z, y here.",
     "Bodies are rigidly joined parts; element N is the N-th element of the design.",
-    "Servos: actuator hingeN follows column hingeN of the drive (sgc export, format drive), a row for each step.",
+    "Servos: each follows the column of its name in the drive (sgc export, format drive), a row for each step.",
     "Contacts and limits are as stiff as the time step allows (solref); friction has a round cone (cone, impratio).",
 ];
 
 /// What stands near the beginning of every model.
 pub const MODEL_MARK: &str = ABOUT[0];
 
-/// An assembly as a model of MuJoCo; `title` may be any text.
+/// An assembly as a model of MuJoCo; `title` may be any text, `names` are those of the actuators.
 ///
 /// # Errors
 ///
 /// [`Unfit`] when the assembly or its settings cannot be simulated.
-pub fn mjcf(assembly: &Assembly, settings: &Settings, title: &str) -> Result<String, Unfit> {
+pub fn mjcf(
+    assembly: &Assembly,
+    settings: &Settings,
+    (title, names): (&str, &[String]),
+) -> Result<String, Unfit> {
     let lowered = Lowered::new(assembly, settings)?;
+    let names = hinge_names(&lowered, names);
     let mut xml = Xml::default();
     xml.open("mujoco", &[("model", title.to_owned())]);
     for line in ABOUT {
@@ -72,19 +78,15 @@ pub fn mjcf(assembly: &Assembly, settings: &Settings, title: &str) -> Result<Str
         ("friction", friction(settings.ground_friction)),
     ];
     xml.leaf("geom", &[&ground[..], &collides("1")].concat());
-    bodies(&mut xml, &lowered);
+    bodies(&mut xml, &lowered, &names);
     xml.close();
     contacts(&mut xml, &lowered, settings);
     xml.open("actuator", &[]);
-    for (index, hinge) in hinges(&lowered) {
-        servo(&mut xml, index, hinge);
+    let hinges = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref());
+    for (name, hinge) in names.iter().zip(hinges) {
+        servo(&mut xml, name, hinge);
     }
     Ok(xml.finish())
-}
-
-/// Hinges with their numbers.
-fn hinges(lowered: &Lowered) -> impl Iterator<Item = (usize, &Hinge)> {
-    lowered.bodies.iter().filter_map(|body| body.hinge.as_ref()).enumerate()
 }
 
 /// From here to MuJoCo: a quarter turn about x.
@@ -103,7 +105,8 @@ fn friction(coefficient: f64) -> String {
 }
 
 /// The tree, depth first as it is numbered.
-fn bodies(xml: &mut Xml, lowered: &Lowered) {
+fn bodies(xml: &mut Xml, lowered: &Lowered, hinges: &[String]) {
+    let mut hinges = hinges.iter();
     let mut open: Vec<usize> = Vec::new();
     for (index, body) in lowered.bodies.iter().enumerate() {
         while index > 0 && open.last().is_some_and(|&last| last != body.parent) {
@@ -114,7 +117,7 @@ fn bodies(xml: &mut Xml, lowered: &Lowered) {
         let origin = if index == 0 { Vector3::zeros() } else { lowered.bodies[body.parent].centre };
         let place = ("pos", numbers(&turned(&(body.centre - origin))));
         xml.open("body", &[("name", format!("body{index}")), place]);
-        joint(xml, index, body);
+        joint(xml, body, &mut hinges);
         let inertia = [("pos", "0 0 0".to_owned()), ("mass", numbers(&[body.mass]))];
         let full = ("fullinertia", inertia_of(&body.inertia));
         xml.leaf("inertial", &[&inertia[..], &[full]].concat());
@@ -127,13 +130,13 @@ fn bodies(xml: &mut Xml, lowered: &Lowered) {
     }
 }
 
-fn joint(xml: &mut Xml, body: usize, own: &Body) {
+fn joint<'a>(xml: &mut Xml, own: &Body, names: &mut impl Iterator<Item = &'a String>) {
     let Some(hinge) = &own.hinge else {
         xml.leaf("freejoint", &[("name", "root".into())]);
         return;
     };
     let mut attributes = vec![
-        ("name", format!("hinge{}", body - 1)),
+        ("name", names.next().cloned().unwrap_or_default()),
         ("type", "hinge".to_owned()),
         ("pos", numbers(&turned(&(hinge.anchor.coords - own.centre)))),
         ("axis", numbers(&turned(&hinge.axis))),
@@ -220,10 +223,10 @@ fn other_than_greater(a: f64, b: f64) -> Option<f64> {
     (a != b).then(|| (a * b).sqrt())
 }
 
-fn servo(xml: &mut Xml, index: usize, hinge: &Hinge) {
+fn servo(xml: &mut Xml, name: &str, hinge: &Hinge) {
     let mut attributes = vec![
-        ("name", format!("hinge{index}")),
-        ("joint", format!("hinge{index}")),
+        ("name", name.to_owned()),
+        ("joint", name.to_owned()),
         ("kp", numbers(&[hinge.stiffness])),
         ("kv", numbers(&[hinge.damping])),
     ];

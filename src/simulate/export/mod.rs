@@ -10,9 +10,26 @@ mod motion;
 mod tests;
 mod xml;
 
+use std::collections::BTreeMap;
+
+use super::lowering::Lowered;
 pub use drive::drive;
 pub use mjcf::{MODEL_MARK, mjcf};
 pub use motion::{motion, read_motion};
+
+/// What the hinges of lowered bodies are called, in their order: `bender-1.hinge0`, counted from the end by which the
+/// actuator is held.
+fn hinge_names(lowered: &Lowered, actuators: &[String]) -> Vec<String> {
+    let mut counted: BTreeMap<usize, usize> = BTreeMap::new();
+    let hinges = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref());
+    let named = hinges.map(|hinge| {
+        let number = counted.entry(hinge.actuator).or_default();
+        *number += 1;
+        let actuator = actuators.get(hinge.actuator).map_or("actuator", String::as_str);
+        format!("{actuator}.hinge{}", *number - 1)
+    });
+    named.collect()
+}
 
 /// A number as short as it can be and still be read back exactly.
 fn number(value: f64) -> String {

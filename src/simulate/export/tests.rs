@@ -21,6 +21,11 @@ fn small() -> Assembly {
     body.0
 }
 
+/// More than any of these bodies has.
+fn names() -> Vec<String> {
+    (1..=8).map(|number| format!("bender-{number}")).collect()
+}
+
 fn all<'a>(document: &'a Document<'a>, tag: &'a str) -> impl Iterator<Item = Node<'a, 'a>> {
     document.descendants().filter(move |node| node.has_tag_name(tag))
 }
@@ -32,13 +37,13 @@ fn numbers(node: Node<'_, '_>, attribute: &str) -> Vec<f64> {
 
 #[test]
 fn a_small_model() {
-    insta::assert_snapshot!(mjcf(&small(), &settings(), "small").unwrap());
+    insta::assert_snapshot!(mjcf(&small(), &settings(), ("small", &names())).unwrap());
 }
 
 #[test]
 fn a_title_may_be_any_text() {
     let title = "a<b> & \"c\" 'd' --> é\u{0}\n\u{7f}\u{ffff}]]>";
-    let text = mjcf(&small(), &settings(), title).unwrap();
+    let text = mjcf(&small(), &settings(), (title, &names())).unwrap();
     let document = Document::parse(&text).unwrap();
     assert_eq!(document.root_element().attribute("model"), Some("a<b> & \"c\" 'd' --> é ]]>"));
 }
@@ -47,7 +52,7 @@ fn a_title_may_be_any_text() {
 #[test]
 fn a_model_has_the_mass_and_the_places_of_the_assembly() {
     let assembly = bodies::m8();
-    let text = mjcf(&assembly, &settings(), "m8").unwrap();
+    let text = mjcf(&assembly, &settings(), ("m8", &names())).unwrap();
     let document = Document::parse(&text).unwrap();
     assert_eq!(all(&document, "body").count(), 41);
     assert_eq!(all(&document, "position").count(), 40);
@@ -80,7 +85,7 @@ fn a_model_has_the_mass_and_the_places_of_the_assembly() {
 #[test]
 fn other_frictions_are_paired() {
     let pairs = |assembly: &Assembly, settings: &Settings| {
-        let text = mjcf(assembly, settings, "").unwrap();
+        let text = mjcf(assembly, settings, ("", &names())).unwrap();
         let document = Document::parse(&text).unwrap();
         let inside = |node: &Node<'_, '_>| node.parent().is_some_and(|parent| parent.has_tag_name("contact"));
         all(&document, "pair")
@@ -111,10 +116,10 @@ fn what_has_no_bounds_has_no_ranges() {
     let mut assembly = small();
     let JointKind::Hinge(hinge) = &mut assembly.joints[0].kind else { panic!("a hinge") };
     (hinge.torque, hinge.limits) = (f64::INFINITY, (f64::NEG_INFINITY, f64::INFINITY));
-    let text = mjcf(&assembly, &settings(), "").unwrap();
+    let text = mjcf(&assembly, &settings(), ("", &names())).unwrap();
     assert!(!text.contains("range") && !text.contains("inf"), "{text}");
     let bad = Settings { step: 0.0, ..settings() };
-    assert!(mjcf(&assembly, &bad, "").is_err());
+    assert!(mjcf(&assembly, &bad, ("", &names())).is_err());
 }
 
 /// The targets are those that the servos of the solvers get: rate-limited, whatever the step.
@@ -123,15 +128,15 @@ fn the_drive_is_rate_limited() {
     let targets = crate::simulate::Targets { interval: 1.0, actuators: 1, angles: vec![4.0] };
     for (step, rows) in [(0.125, 8), (0.0625, 16)] {
         let settings = Settings { step, duration: 1.0, ..settings() };
-        let text = drive(&small(), &settings, &targets).unwrap();
+        let text = drive(&small(), &settings, &targets, &names()).unwrap();
         let lines: Vec<&str> = text.lines().collect();
-        assert_eq!((lines[0], lines.len()), ("time,hinge0", rows + 1));
+        assert_eq!((lines[0], lines.len()), ("time,bender-1.hinge0", rows + 1));
         // A fifth of 4 rad, at 3 rad/s.
         assert!(lines.contains(&"0.125,0.375") && lines.contains(&"0.25,0.75"), "{text}");
         assert_eq!(lines[rows], "1,0.8");
     }
     let mad = crate::simulate::Targets { angles: vec![f64::NAN], ..targets };
-    assert!(drive(&small(), &Settings { duration: 1.0, ..settings() }, &mad).is_err());
+    assert!(drive(&small(), &Settings { duration: 1.0, ..settings() }, &mad, &names()).is_err());
 }
 
 /// A motion that was written and read again has every element where it was, to the last bit.

@@ -298,7 +298,7 @@ class Player {
       if (!element) return hide();
       const curve = this.recording.curves[element.actuator];
       const name = this.made ? this.making.name(element, this.steps.step) : element.label;
-      tip.textContent = curve ? `${name}, ${curve.name}` : name;
+      tip.textContent = curve && curve.name !== name ? `${name}, ${curve.name}` : name;
       tip.hidden = false;
       const left = Math.min(event.offsetX + 14, view.clientWidth - tip.offsetWidth - 6);
       tip.style.transform = `translate(${left}px, ${Math.max(event.offsetY - 30, 4)}px)`;
