@@ -279,3 +279,59 @@ fn an_import_that_is_there_but_cannot_be_read_says_so() {
     assert!(text.contains("there is no such file"), "{text}");
     assert!(!text.contains("there is no module"), "{text}");
 }
+
+/// Where it is not certain what was meant, or the line could still not be read, nothing is written.
+#[test]
+fn nothing_is_guessed() {
+    let rule = "rule grow {\n  match p : part\n  attach cube to p.top\n}\n";
+    for text in [
+        // An arrow or a comparison?
+        "let a = 3 => 2\n".to_owned(),
+        // A length or a logarithm?
+        "let a = len(3)\n".to_owned(),
+        rule.replace("attach cube to p.top", "repeat cube"),
+        // Two braces are missing, or one of an inner block: where they belong is the author's to say.
+        "target valves on pneumatic for bender {\n  shortest = 40 ms\n  supply = {\n    pressure = 1 bar\n".to_owned(),
+        "target valves on pneumatic for bender {\n  supply = {\n    pressure = 1 bar\n  shortest = 40 ms\n}\n"
+            .to_owned(),
+        rule.replace("\n}", "").replace("  attach", "attach"),
+        // Minutes, milliseconds? Centimetres, or centimetres per second?
+        "let a : Time = 40\n".to_owned(),
+        "let a : Length = 40 cms\n".to_owned(),
+        // The brace too many may be one that was not opened.
+        rule.replace("{\n  match", "\n  match") + "}\n",
+        // Mended by its first slip, the line could still not be read.
+        "lett a = = = 3\n".to_owned(),
+    ] {
+        let folder = folder(&[("a.sgr", &text)]);
+        let output = sgc(folder.path(), &["check", "--fix", "a.sgr"]);
+        assert_eq!(read(&folder, "a.sgr"), text, "{}{}", out(&output), errors(&output));
+        assert_eq!(output.status.code(), Some(1), "{text}");
+    }
+}
+
+#[test]
+fn a_block_without_its_end_is_closed_where_its_lines_end() {
+    let text = "rule grow {\n  match p : part\n  attach cube to p.top\n\nlet a = 4\n";
+    let folder = folder(&[("a.sgr", text)]);
+    sgc(folder.path(), &["check", "--fix", "a.sgr"]);
+    assert_eq!(read(&folder, "a.sgr"), text.replace("top\n", "top\n}\n"));
+}
+
+#[test]
+fn what_would_be_mended_is_shown_as_a_difference() {
+    let text = "let a = 3\nlet b = 4 degrees\nlet c = nothing_known\n";
+    let folder = folder(&[("a.sgr", text), ("b.sgr", "let a = 3\n")]);
+    let output = sgc(folder.path(), &["check", "--diff", "a.sgr", "b.sgr"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(
+        out(&output),
+        "--- a.sgr\n+++ a.sgr\n@@ -1,3 +1,3 @@\n let a = 3\n-let b = 4 degrees\n+let b = 4 deg\n let c = nothing_known\n"
+    );
+    assert!(errors(&output).contains("unknown unit `degrees`"), "{}", errors(&output));
+    assert_eq!(read(&folder, "a.sgr"), text, "nothing is written");
+    let output = sgc(folder.path(), &["check", "--diff", "b.sgr"]);
+    assert_eq!((output.status.code(), out(&output).as_str()), (Some(0), ""));
+    assert!(errors(&output).contains("nothing would be mended"));
+    assert_eq!(sgc(folder.path(), &["check", "--diff", "--fix", "b.sgr"]).status.code(), Some(2));
+}

@@ -24,6 +24,9 @@ pub(super) struct Check {
     /// for `-`, print the mended text
     #[arg(long)]
     fix: bool,
+    /// Print what --fix would change, and change nothing; findings go to standard error
+    #[arg(long, conflicts_with = "fix")]
+    diff: bool,
     /// Set a parameter of the grammars
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
@@ -69,7 +72,11 @@ impl Check {
                 }
             }
         }
-        let world = if self.fix { mend::mend(&texts, &self.params)? } else { Edited::default() };
+        let world = match (self.fix, self.diff) {
+            (true, _) => mend::mend(&texts, &self.params, mend::Outcome::Written)?,
+            (_, true) => mend::mend(&texts, &self.params, mend::Outcome::Shown)?,
+            _ => Edited::default(),
+        };
         let mut checked = Vec::new();
         for Text { path, name, text } in &texts {
             let text = world.get(name).unwrap_or(text);
@@ -106,9 +113,9 @@ impl Check {
         }
     }
 
-    /// Writes to standard output, unless that is where a mended text goes.
+    /// Writes to standard output, unless that is where a mended text or a difference goes.
     fn write(&self, text: impl Fn(bool) -> String) -> Result<(), Fault> {
-        if self.fix && self.files.iter().any(|f| f.as_os_str() == "-") {
+        if self.diff || self.fix && self.files.iter().any(|f| f.as_os_str() == "-") {
             let text = text(output::colour_err());
             if !text.is_empty() {
                 output::note(text.trim_end());

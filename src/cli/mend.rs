@@ -1,14 +1,15 @@
 //! `sgc check --fix`: mends what can be mended for certain.
 //!
 //! All is tried on copies first. A round applies every fix that is offered and checks again; if that
-//! gives more errors, each fix is tried alone, and those that do harm are left out for good. Only
-//! then is each file written, once and whole.
+//! gives more errors, or a line that was mended still cannot be read, each fix is tried alone, and those that do harm are
+//! left out for good. Only then is each file written, once and whole.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
-use grammar_lang::diagnostics::{Diagnostic, Edit, Together, apply};
+use grammar_lang::diagnostics::{Code, Diagnostic, Edit, Together, apply};
 use grammar_lang::source::SourceMap;
+use similar::TextDiff;
 
 use super::load::{self, STDIN, Text};
 use super::output::{self, Fault};
@@ -26,6 +27,8 @@ struct Offer {
     /// The text as it is.
     text: String,
     edits: Vec<Edit>,
+    /// The lines that it changes, as they are counted afterwards; other fixes add no lines before them.
+    lines: Vec<usize>,
     /// What is told about it: place and message.
     told: String,
     /// The same fix is known by this in the next round, when places have moved.
@@ -36,6 +39,17 @@ struct Offer {
 struct State {
     errors: usize,
     offers: Vec<Offer>,
+    /// The lines that cannot be read, by text, counted from 1.
+    unread: BTreeSet<(PathBuf, usize)>,
+}
+
+impl State {
+    /// Whether fixes that led here did no harm: no more errors than there were, and each of their lines can be read.
+    fn is_sound(&self, errors: usize, offers: &[&Offer]) -> bool {
+        let mut lines =
+            offers.iter().flat_map(|offer| offer.lines.iter().map(|line| (offer.key.clone(), *line)));
+        self.errors <= errors && lines.all(|line| !self.unread.contains(&line))
+    }
 }
 
 struct Session<'a> {
@@ -50,8 +64,21 @@ struct Session<'a> {
     refused: BTreeSet<String>,
 }
 
-/// Mends texts, writes the files that changed, and says so. Gives the world as it is then.
-pub(super) fn mend(texts: &[Text], overrides: &[(String, String)]) -> Result<Edited, Fault> {
+/// What becomes of what was mended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Outcome {
+    /// The files are written.
+    Written,
+    /// The differences are printed, and nothing is written.
+    Shown,
+}
+
+/// Mends texts, writes the files that changed or shows what would change, and says so. Gives the world as it is then.
+pub(super) fn mend(
+    texts: &[Text],
+    overrides: &[(String, String)],
+    outcome: Outcome,
+) -> Result<Edited, Fault> {
     let mut session = Session {
         texts,
         overrides,
@@ -65,20 +92,32 @@ pub(super) fn mend(texts: &[Text], overrides: &[(String, String)]) -> Result<Edi
         let Some(next) = session.round(state) else { break };
         state = next;
     }
-    session.write()?;
+    match outcome {
+        Outcome::Written => session.write()?,
+        Outcome::Shown => {
+            session.show()?;
+            return Ok(Edited::default());
+        }
+    }
     Ok(session.world)
 }
 
 impl Session<'_> {
     /// Checks all texts in a world.
     fn look(&self, world: &Edited) -> State {
-        let mut state = State { errors: 0, offers: Vec::new() };
+        let mut state = State { errors: 0, offers: Vec::new(), unread: BTreeSet::new() };
         for Text { name, text, .. } in self.texts {
             let text = world.get(name).unwrap_or(text);
             for checked in load::check_all(world, name, text, self.overrides) {
                 state.errors += checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count();
                 let offers = checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources));
                 state.offers.extend(offers.filter(|o| !self.refused.contains(&o.mark)));
+                let syntax = [Code::SYNTAX.id, Code::UNCLOSED.id, Code::UNKNOWN_KEYWORD.id];
+                for error in checked.diagnostics.iter().filter(|d| syntax.contains(&d.code.id)) {
+                    let source = checked.sources.get(error.span().file);
+                    let key = source.map_or_else(PathBuf::new, |source| Edited::key(&source.name));
+                    state.unread.insert((key, checked.sources.line_column(error.span()).0));
+                }
             }
         }
         state
@@ -94,9 +133,10 @@ impl Session<'_> {
             return Some(next);
         }
         let (good, bad): (Vec<&Offer>, Vec<&Offer>) =
-            together.into_iter().partition(|o| self.trial(&[*o]).1.errors <= state.errors);
+            together.into_iter().partition(|o| self.trial(&[*o]).1.is_sound(state.errors, &[*o]));
         for offer in bad {
-            output::note(&format!("not mended {}: more errors would be found afterwards", offer.told));
+            let why = "more errors would be found afterwards, or the line could still not be read";
+            output::note(&format!("not mended {}: {why}", offer.told));
             self.refused.insert(offer.mark.clone());
         }
         // Those that do no harm alone may do so together: then the first goes first.
@@ -123,7 +163,7 @@ impl Session<'_> {
             return None;
         }
         let (world, state) = self.trial(offers);
-        if state.errors > errors {
+        if !state.is_sound(errors, offers) {
             return None;
         }
         for offer in offers {
@@ -132,6 +172,21 @@ impl Session<'_> {
         }
         self.world = world;
         Some(state)
+    }
+
+    /// Prints what would change, as a difference that `patch` reads.
+    fn show(&self) -> Result<(), Fault> {
+        for (key, original) in &self.originals {
+            let mended = self.world.at(key).unwrap_or(original);
+            let name = self.texts.iter().find(|text| Edited::key(&text.name) == *key);
+            let name = name.map_or_else(|| key.display().to_string(), |text| text.name.clone());
+            let difference = TextDiff::from_lines(original.as_str(), mended);
+            output::data(&difference.unified_diff().header(&name, &name).to_string())?;
+        }
+        if self.done.is_empty() {
+            output::note("nothing would be mended: no finding has a certain fix");
+        }
+        Ok(())
     }
 
     /// Writes what has changed, each file once and whole.
@@ -172,6 +227,7 @@ fn offer(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<Offer> {
         key: Edited::key(&source.name),
         text: source.text.clone(),
         edits: fix.edits.clone(),
+        lines: fix.edits.iter().map(|edit| sources.line_column(edit.span).0).collect(),
         told: format!("{}:{line}:{column}: {}", source.name, fix.message),
         mark: format!("{}\n{}\n{around}", source.name, fix.message),
     })

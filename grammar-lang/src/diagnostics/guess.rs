@@ -45,8 +45,9 @@ pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str
     nearest(word, candidates).filter(|c| *c != word).map(|c| format!("did you mean `{c}`?"))
 }
 
-/// The word that `word` was certainly meant to be: no other candidate is as near, the two are at
-/// most two slips apart, the word is long enough to be recognised, and it is no sibling of the other.
+/// The word that `word` was certainly meant to be: no other candidate is as near, the two are one slip apart (two in
+/// long words), the word is long enough to be recognised, and it is no sibling of the other. Short words that
+/// differ by another letter are two words: `len` is no `ln`, `bell` no `ball`.
 #[must_use]
 pub fn sure<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
@@ -54,7 +55,25 @@ pub fn sure<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Op
     let near = distance(word, found);
     let farther = |c: &str| !may_be_within(word, c, near) || distance(word, c) > near;
     let alone = candidates.iter().all(|c| *c == found || farther(c));
-    (alone && near <= 2 && word.chars().count() >= 3 && !siblings(word, found)).then_some(found)
+    let (length, other) = (word.chars().count(), found.chars().count());
+    let likely = match length.min(other) {
+        0..=2 => 0,
+        3 if length == other || length < 4 => swapped(word, found),
+        4 if length == other => swapped(word, found),
+        3..=7 => 1,
+        _ => 2,
+    };
+    (alone && near <= likely && !siblings(word, found)).then_some(found)
+}
+
+/// 1 if two words have the same letters, else 0: how many slips a short word may have.
+fn swapped(a: &str, b: &str) -> usize {
+    let sorted = |text: &str| {
+        let mut letters: Vec<char> = text.to_lowercase().chars().collect();
+        letters.sort_unstable();
+        letters
+    };
+    usize::from(sorted(a) == sorted(b))
 }
 
 /// Whether two names are told apart on purpose: by a number, as `leg_1` and `leg_2`, or by an
@@ -87,6 +106,12 @@ mod tests {
         assert_eq!(sure("leg_lenght", ["leg_length"]), Some("leg_length"));
         assert_eq!(sure("p", ["q"]), None, "too short to be recognised");
         assert_eq!(sure("brick", ["cube"]), None);
+        assert_eq!(sure("len", ["ln", "abs"]), None, "another function");
+        assert_eq!(sure("bell", ["ball"]), None, "another word");
+        assert_eq!(sure("blal", ["ball"]), Some("ball"));
+        assert_eq!(sure("balll", ["ball"]), Some("ball"));
+        assert_eq!(sure("lett", ["let", "set"]), Some("let"));
+        assert_eq!(sure("repeat", ["revert", "replace"]), None, "two slips in a short word");
         assert_eq!(nearest("r", ["p", "q"]), None, "another letter is no slip");
         assert_eq!(nearest("P", ["p", "q"]), Some("p"));
         assert_eq!(did_you_mean("mirror", ["mirror"]), None, "a word is no guess for itself");

@@ -44,6 +44,18 @@ pub(super) fn matching_close(text: &str, open: usize) -> Option<usize> {
     None
 }
 
+/// Whether a block that is open at `open` certainly ends with the text: no other block is open, and every line
+/// of it is indented.
+pub(super) fn is_all_within(piece: &str, open: usize) -> bool {
+    let signs = bare(piece).filter(|(i, _)| *i >= open);
+    let depth: i32 = signs.map(|(_, c)| i32::from(c == '{') - i32::from(c == '}')).sum();
+    let indent = |line: &str| line.len() - line.trim_start().len();
+    let opens = piece.get(..open).and_then(|before| before.rsplit('\n').next()).unwrap_or("");
+    let mut lines = piece.get(open..).unwrap_or("").lines().skip(1);
+    let told = |line: &str| !line.trim().is_empty() && !line.trim_start().starts_with('#');
+    depth == 1 && lines.all(|line| !told(line) || indent(line) > indent(opens))
+}
+
 /// Where the last line ends that is more than a comment: comments below it belong to what follows.
 pub(super) fn last_line_end(piece: &str) -> usize {
     let mut end = piece.trim_end().len();

@@ -6,7 +6,9 @@ use pest::iterators::Pair;
 
 use super::ITEM_WORDS;
 use super::ast::{Block, Item, ItemKind, Module};
-use super::braces::{bare, doubled_brace, find_bare, last_line_end, matching_close, two_braces};
+use super::braces::{
+    bare, doubled_brace, find_bare, is_all_within, last_line_end, matching_close, two_braces,
+};
 use super::forms::form;
 use super::lower::Lowering;
 use super::parse::{Rule, SgrParser};
@@ -191,7 +193,10 @@ fn by_clause(
                 .label("expected `}` here")
                 .also(Span::new(file, start + open, start + open + 1), "this `{` is open")
                 .help("add a `}` on a line of its own")
-                .fix(Fix::replace(end, "\n}", "add a `}` on a line of its own")),
+                .fix_if(
+                    is_all_within(piece, open)
+                        .then(|| Fix::replace(end, "\n}", "add a `}` on a line of its own")),
+                ),
         );
     }
     for (from, to) in clauses(piece, open + 1, body_end, words) {
@@ -232,7 +237,8 @@ fn by_clause(
                 .label(format!("`{first}` ended before this"))
                 .help("is there a `}` too many?")
                 .fix_if(
-                    (extra == "}")
+                    // Where something else is wrong, a `{` may be missing before it.
+                    (extra == "}" && errors.len() == found)
                         .then(|| Fix::replace(Span::new(file, from, from + 1), "", "remove a `}` too many")),
                 ),
             );

@@ -98,7 +98,11 @@ impl Stop<'_> {
         let before = if word && !self.before().ends_with([' ', '\t']) { " " } else { "" };
         let after = if word && after.starts_with(char::is_alphanumeric) { " " } else { "" };
         let fix = Fix::replace(self.span(sign.len()), format!("{before}{meant}{after}"), message.clone());
-        Some((message, Some(fix)))
+        // Elsewhere this sign is an arrow.
+        let arrow = *sign == "=>";
+        let message =
+            if arrow { format!("{message} to compare, `->` to say what leads to what") } else { message };
+        Some((message, (!arrow).then_some(fix)))
     }
 
     /// Curly quotes around a text.

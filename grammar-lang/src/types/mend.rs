@@ -15,12 +15,11 @@ fn written(text: &str) -> Option<(&str, &str)> {
     number.contains(|c: char| c.is_ascii_digit()).then_some((number.trim(), unit))
 }
 
-/// The unit that a number of this dimension certainly has if none is written: times are given in
-/// seconds, and an angle of ten and more is one in degrees. Lengths and masses have no such unit.
+/// The unit that a number of this dimension certainly has if none is written: an angle of ten and more is one in
+/// degrees. Lengths, masses and times have no such unit.
 fn usual(want: Dimension, value: f64) -> Option<&'static str> {
     let size = value.abs();
     match want {
-        Dimension::TIME if (0.01..=60.0).contains(&size) => Some("s"),
         Dimension::ANGLE if size >= 10.0 && size.fract() == 0.0 => Some("deg"),
         _ => None,
     }

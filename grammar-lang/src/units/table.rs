@@ -99,11 +99,11 @@ pub fn parse(text: &str) -> Result<Unit, UnitError> {
 /// Units as people write them out or shorten them, and as they are written here.
 const WRITTEN_OUT: &[(&[&str], &str)] = &[
     (&["meter", "meters", "metre", "metres"], "m"),
-    (&["centimeter", "centimeters", "centimetre", "centimetres", "cms"], "cm"),
-    (&["millimeter", "millimeters", "millimetre", "millimetres", "mms"], "mm"),
+    (&["centimeter", "centimeters", "centimetre", "centimetres"], "cm"),
+    (&["millimeter", "millimeters", "millimetre", "millimetres"], "mm"),
     (&["micrometer", "micrometre", "micron", "microns"], "um"),
     (&["gram", "grams", "gramme", "grammes"], "g"),
-    (&["kilogram", "kilograms", "kilo", "kilos", "kgs"], "kg"),
+    (&["kilogram", "kilograms", "kilo", "kilos"], "kg"),
     (&["second", "seconds", "sec", "secs"], "s"),
     (&["millisecond", "milliseconds", "msec", "msecs"], "ms"),
     (&["minute", "minutes", "mins"], "min"),
