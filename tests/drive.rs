@@ -64,7 +64,14 @@ fn what_a_board_would_play_is_printed_and_drawn() {
 #[test]
 fn eval_says_what_to_expect_of_the_robot_when_it_is_built() {
     let text = said(&run(&["eval", &design("tendon")]));
-    assert!(text.contains("speed on `threads`") && text.contains("(as 3 prototypes on tendon)"), "{text}");
+    for words in [
+        "speed on `threads`",
+        "simulated (`settled_speed`)",
+        "(measured over simulated speed of E, F and G on tendon)",
+        "of 3 lay where the others put it",
+    ] {
+        assert!(text.contains(words), "{words}: {text}");
+    }
 }
 
 /// The value of a design when another grammar judges it.

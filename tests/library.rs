@@ -145,9 +145,9 @@ const OTHERS: &[(&str, &str)] = &[
     ),
     (
         "grammars/short.sgr",
-        "use std.objectives { lasting_travel }
+        "use std.objectives { lasting_travel, settled_speed }
         variant short of \"./codesign.sgr\" {
-          replace maximize lasting_travel in cm
+          replace maximize lasting_travel + settled_speed * 1 s in cm
           replace simulate hinge_model for 8 s
         }",
     ),

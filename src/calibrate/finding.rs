@@ -17,8 +17,8 @@ pub struct Figure {
 }
 
 impl Figure {
-    /// A number in SI units and its standard error, to be written in a unit. The last digit is about as large as
-    /// the error; without one, at most three digits are written.
+    /// A number in SI units and how far it may be off, to be written in a unit. The last digit is about as large as
+    /// that; without it, at most three digits are written.
     pub(super) fn of(value: f64, error: Option<f64>, unit: &'static str) -> Self {
         let factor = units::parse(unit).map_or(1.0, |u| u.factor);
         let value = value / factor;
@@ -27,7 +27,10 @@ impl Figure {
         let decimals = |last: f64| (-last).clamp(0.0, 9.0) as usize;
         match error.map(|e| e / factor) {
             Some(error) if error > 0.0 && error.is_finite() => {
-                let last = magnitude(error).clamp(first - 3.0, first - 1.0);
+                // One digit at least, four at most.
+                let last = magnitude(error).clamp(first - 3.0, first);
+                let step = libm::exp10(last);
+                let value = if last > 0.0 { libm::round(value / step) * step } else { value };
                 Self { value, unit, decimals: decimals(last) }
             }
             _ => Self::shortened(value, unit, decimals(first - 2.0)),
@@ -82,6 +85,8 @@ pub struct Table {
     pub to: &'static str,
     /// Its rows; the first column ascends strictly.
     pub rows: Vec<(Figure, Figure)>,
+    /// Where the second column lies nine times of ten, row by row, as far as the points say so.
+    pub within: Vec<Option<(Figure, Figure)>>,
 }
 
 /// What is to be changed in the grammar.
@@ -210,12 +215,18 @@ pub struct Finding {
     pub old: Option<String>,
     /// What it is to say.
     pub change: Change,
+    /// Where the new value lies nine times of ten, if the points say so.
+    pub interval: Option<(Figure, Figure)>,
+    /// How many times the old value the new one is, if both are numbers; of a table, its largest.
+    pub factor: Option<f64>,
     /// How well the points agree.
     pub residual: Option<Residual>,
     /// How many points it rests on.
     pub points: usize,
     /// What else is to be known, in sentences.
     pub notes: Vec<String>,
+    /// What is to be looked at before anything is believed, in sentences.
+    pub warnings: Vec<String>,
     /// What is drawn.
     pub plots: Vec<Plot>,
 }
@@ -229,12 +240,14 @@ mod tests {
         let of = |value, error, unit| Figure::of(value, error, unit).to_string();
         assert_eq!(of(0.008_312_4, Some(0.000_05), "g"), "8.31 g");
         assert_eq!(of(0.008_312_4, Some(0.000_4), "g"), "8.3 g");
-        assert_eq!(of(0.008_312_4, Some(0.1), "g"), "8.3 g", "never less than two digits");
+        assert_eq!(of(0.008_312_4, Some(0.1), "g"), "8 g", "never less than one digit");
+        assert_eq!(of(2.07, Some(0.4), "deg/s"), "120 deg/s", "to tens, as it may be 23 off");
+        assert_eq!(of(95_f64.to_radians(), Some(0.002), "deg/s"), "95.0 deg/s");
         assert_eq!(of(0.008_312_4, Some(1e-9), "g"), "8.312 g", "never more than four");
         assert_eq!(of(0.008_312_4, None, "g"), "8.31 g");
         assert_eq!(of(0.0584, Some(0.002), "N*m/rad"), "0.058 N*m/rad");
         assert_eq!(of(0.618, None, ""), "0.618");
-        assert_eq!(of(0.0, Some(0.1), "mm"), "0.0 mm");
+        assert_eq!(of(0.0, Some(0.1), "mm"), "0 mm");
         assert_eq!(Figure::with_decimals(-0.00001, "mm", 1).to_string(), "0.0 mm");
         assert_eq!(Figure::with_decimals(std::f64::consts::FRAC_PI_2, "deg", 2).digits(true), "90");
     }

@@ -11,12 +11,18 @@ use super::declared;
 use super::finding::{Change, Figure, Finding, Plot, Residual};
 use super::measurements::Section;
 use super::problem::{Problem, listed};
-use super::statistics::mean_and_deviation;
+use super::robust::Centre;
 
 /// What was found of a part.
 struct Slip {
     name: String,
     coefficients: Vec<f64>,
+}
+
+impl Slip {
+    fn centre(&self, section: &Section) -> Centre {
+        Centre::of(&self.coefficients, &format!("{} {}", section.name, self.name))
+    }
 }
 
 /// Fits a section of kind `friction`: the ground, then each further part.
@@ -100,41 +106,33 @@ fn coefficients(section: &Section, model: &Model) -> Result<Vec<f64>, Problem> {
     ))
 }
 
-fn error(coefficients: &[f64]) -> Option<f64> {
-    let (_, deviation) = mean_and_deviation(coefficients);
-    (coefficients.len() > 1 && deviation > 0.0).then(|| deviation / (coefficients.len() as f64).sqrt())
-}
-
 /// What the ground of a model is to be for the first part.
 fn on_ground(section: &Section, slip: &Slip, own: f64, model: &Model) -> (Finding, f64) {
-    let (mean, _) = mean_and_deviation(&slip.coefficients);
-    let ground = mean * mean / own;
-    let value = Figure::of(ground, error(&slip.coefficients).map(|e| 2.0 * mean * e / own), "");
+    let centre = slip.centre(section);
+    let coefficient = Figure::of(centre.value, centre.error(), "");
+    let ground = centre.map(|slips| slips * slips / own);
     let path = format!("{}.ground_friction", model.name);
     let note = format!(
-        "`{}` slips at {} in the mean; a contact takes the geometric mean of its own {own} and the ground's: {}^2 / {own}.",
+        "`{}` slips at {coefficient}; a contact takes the geometric mean of its own {own} and the ground's: {coefficient}^2 / {own}.",
         slip.name,
-        Figure::of(mean, error(&slip.coefficients), ""),
-        Figure::of(mean, error(&slip.coefficients), "")
     );
-    (finding(section, slip, path, model.ground_friction, value, note), ground)
+    (finding(section, slip, path, model.ground_friction, &ground, note), ground.value)
 }
 
 /// What the surface of another part is to be on that ground.
 fn on_part(section: &Section, slip: &Slip, old: f64, ground: f64) -> Finding {
-    let (mean, _) = mean_and_deviation(&slip.coefficients);
-    let value =
-        Figure::of(mean * mean / ground, error(&slip.coefficients).map(|e| 2.0 * mean * e / ground), "");
+    let centre = slip.centre(section);
+    let value = centre.map(|slips| slips * slips / ground);
     let note = format!(
-        "`{}` slips at {} in the mean on this ground; contacts with other parts change, too.",
+        "`{}` slips at {} on this ground; contacts with other parts change, too.",
         slip.name,
-        Figure::of(mean, error(&slip.coefficients), "")
+        Figure::of(centre.value, centre.error(), "")
     );
-    finding(section, slip, format!("{}.friction", slip.name), old, value, note)
+    finding(section, slip, format!("{}.friction", slip.name), old, &value, note)
 }
 
-fn finding(section: &Section, slip: &Slip, path: String, old: f64, value: Figure, note: String) -> Finding {
-    let (mean, _) = mean_and_deviation(&slip.coefficients);
+fn finding(section: &Section, slip: &Slip, path: String, old: f64, value: &Centre, note: String) -> Finding {
+    let mean = slip.centre(section).value;
     let many = slip.coefficients.len();
     let across = |i: usize| i as f64 + 1.0;
     let points = slip.coefficients.iter().enumerate();
@@ -155,10 +153,16 @@ fn finding(section: &Section, slip: &Slip, path: String, old: f64, value: Figure
         source: section.source.clone(),
         quantity: path.clone(),
         old: Some(format!("{old}")),
-        change: Change::Number { path, value },
+        change: Change::Number { path, value: Figure::of(value.value, value.error(), "") },
+        interval: value.figures(""),
+        factor: (old > 0.0).then(|| value.value / old),
         residual: Residual::of(&residuals, "").filter(|_| many > 1),
         points: many,
         notes: vec![note],
+        warnings: value.warnings(&section.name, "measurement", |i| {
+            let coefficient = slip.coefficients.get(i).copied().unwrap_or(0.0);
+            format!("a coefficient of {}", Figure::of(coefficient, None, ""))
+        }),
         plots: if many > 1 { vec![plot] } else { Vec::new() },
     }
 }

@@ -8,7 +8,7 @@ use super::declared::{self, Declared};
 use super::finding::{Change, Figure, Finding, Plot, Residual};
 use super::measurements::Section;
 use super::problem::Problem;
-use super::statistics::mean_and_deviation;
+use super::robust::Centre;
 
 /// Fits a section of kind `mass`: a finding for each part.
 pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Problem>> {
@@ -57,10 +57,10 @@ fn one(section: &Section, rules: &RuleSet, row: usize, name: &str, mass: f64) ->
 
 fn finding(section: &Section, rules: &RuleSet, name: &str, masses: &[f64]) -> Result<Finding, Vec<Problem>> {
     let declared = declared::part(rules, name, &section.place).map_err(|p| vec![p])?;
-    let (mean, deviation) = mean_and_deviation(masses);
     let many = masses.len();
-    let error = (many > 1 && deviation > 0.0).then(|| deviation / (many as f64).sqrt());
-    let value = Figure::of(mean, error, "g");
+    let centre = Centre::of(masses, &format!("{} {name}", section.name));
+    let mean = centre.value;
+    let value = Figure::of(mean, centre.error(), "g");
     let mut notes = Vec::new();
     if matches!(declared, Declared::Actuator(_)) {
         notes.push("Of one segment: what was weighed, divided by its segments.".to_owned());
@@ -84,9 +84,14 @@ fn finding(section: &Section, rules: &RuleSet, name: &str, masses: &[f64]) -> Re
         quantity: format!("{name}.mass"),
         old: Some(shown(declared.mass(), Dimension::MASS)),
         change: Change::Number { path: format!("{name}.mass"), value },
+        interval: centre.figures("g"),
+        factor: Some(mean / declared.mass()),
         residual: Residual::of(&residuals, "g").filter(|_| many > 1),
         points: many,
         notes,
+        warnings: centre.warnings(&section.name, "weighing", |i| {
+            shown(masses.get(i).copied().unwrap_or(0.0), Dimension::MASS)
+        }),
         plots: if many > 1 { vec![plot] } else { Vec::new() },
     })
 }

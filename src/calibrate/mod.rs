@@ -15,6 +15,7 @@ pub mod page;
 mod problem;
 mod prototype;
 pub mod reality;
+mod robust;
 mod speed;
 mod statistics;
 #[cfg(test)]
@@ -56,6 +57,18 @@ pub fn fit(reading: &Reading, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Probl
             Err(found) => problems.extend(found),
         }
     }
+    for finding in &mut findings {
+        if let Some(factor) = finding.factor.filter(|factor| !(0.1..=10.0).contains(factor)) {
+            let times = if factor > 1.0 { factor } else { 1.0 / factor };
+            let times = Figure::of(times, Some(times / 10.0), "");
+            let way = if factor > 1.0 { "times" } else { "times less than" };
+            finding.warnings.push(format!(
+                "`{}` comes to {times} {way} what the grammar says so far ({}): are the units right?",
+                finding.quantity,
+                finding.old.as_deref().unwrap_or("nothing")
+            ));
+        }
+    }
     for finding in findings.iter().filter(|finding| !finding.change.is_finite()) {
         problems.push(Problem::contradiction(
             &finding.place,
@@ -93,7 +106,9 @@ pub fn rename(findings: &mut [Finding], is_taken: &dyn Fn(&str) -> bool) {
 #[must_use]
 pub fn summary(findings: &[Finding]) -> String {
     let mut rows = vec![
-        ["quantity", "so far", "measured", "residual rms", "largest", "points"].map(str::to_owned).to_vec(),
+        ["quantity", "so far", "measured", "nine of ten", "residual rms", "largest", "points"]
+            .map(str::to_owned)
+            .to_vec(),
     ];
     for finding in findings {
         let dash = || "-".to_owned();
@@ -102,6 +117,10 @@ pub fn summary(findings: &[Finding]) -> String {
             finding.quantity.clone(),
             finding.old.clone().unwrap_or_else(dash),
             finding.change.shown(),
+            finding
+                .interval
+                .as_ref()
+                .map_or_else(dash, |(low, high)| format!("{} .. {high}", low.digits(false))),
             residual.map_or_else(dash, |r| r.rms.to_string()),
             residual.map_or_else(dash, |r| r.largest.to_string()),
             finding.points.to_string(),
@@ -109,7 +128,7 @@ pub fn summary(findings: &[Finding]) -> String {
     }
     let width =
         |i: usize| rows.iter().filter_map(|row| row.get(i)).map(|c| c.chars().count()).max().unwrap_or(0);
-    let widths: Vec<usize> = (0..6).map(width).collect();
+    let widths: Vec<usize> = (0..7).map(width).collect();
     let line = |row: &Vec<String>| {
         let cells: Vec<String> =
             row.iter().zip(&widths).map(|(cell, width)| format!("{cell:width$}")).collect();

@@ -57,7 +57,7 @@ fn summary(findings: &[Finding]) -> String {
 
 /// Whether a finding has a section of its own.
 fn is_drawn(finding: &Finding) -> bool {
-    !finding.plots.is_empty() || !finding.notes.is_empty()
+    !(finding.plots.is_empty() && finding.notes.is_empty() && finding.warnings.is_empty())
 }
 
 /// The place of a finding in addresses.
@@ -77,7 +77,8 @@ fn section(finding: &Finding) -> String {
     );
     let old =
         finding.old.as_ref().map_or(String::new(), |old| format!("<small>so far {}</small>", escape(old)));
-    let notes: String = finding.notes.iter().map(|note| format!("<li>{}</li>", plain(note))).collect();
+    let notes = finding.warnings.iter().chain(&finding.notes);
+    let notes: String = notes.map(|note| format!("<li>{}</li>", plain(note))).collect();
     let notes = if notes.is_empty() { notes } else { format!("<ul class=\"notes\">{notes}</ul>\n") };
     let pictures: String = finding
         .plots

@@ -6,7 +6,7 @@ use grammar_lang::ir::{Backend, RuleSet};
 use super::finding::{Change, Figure, Finding, Plot};
 use super::measurements::Section;
 use super::problem::{Problem, listed};
-use super::reality::predict;
+use super::reality::{Built, predict};
 use crate::document::is_name;
 
 /// The kinds of robots that can be built.
@@ -38,9 +38,12 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
                 measured: Figure::as_written(*measured, "m/h"),
                 length,
             },
+            interval: None,
+            factor: None,
             residual: None,
             points: 1,
             notes: Vec::new(),
+            warnings: Vec::new(),
             plots: Vec::new(),
         });
     }
@@ -48,27 +51,44 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
         first.plots.push(plot(section));
     }
     for build in BUILDS.iter().copied() {
-        let built: Vec<(f64, f64)> = (builds.iter().zip(simulated.iter().zip(measured)))
-            .filter(|(own, _)| *own == build)
-            .map(|(_, (s, m))| (*s, *m))
+        let rows = names.iter().zip(builds).zip(simulated.iter().zip(measured)).enumerate();
+        let built: Vec<Built> = rows
+            .filter(|(_, ((_, own), _))| *own == build)
+            .map(|(row, ((name, _), (s, m)))| Built {
+                name: name.clone(),
+                simulated: *s,
+                measured: *m,
+                length: lengths.get(row).copied(),
+            })
             .collect();
         let last = findings
             .iter_mut()
             .rfind(|f| matches!(&f.change, Change::Prototype { build: b, .. } if b == build));
         if let (Some(last), Some(told)) = (last, predict(&built, 1.0)) {
-            let within = told.interval.map_or_else(
+            let within = told.ratio.interval.map_or_else(
                 || "; one prototype does not say how much they differ".to_owned(),
                 |(low, high)| format!(", the next one will with 90 % to {low:.2} .. {high:.2}"),
             );
             last.notes.push(format!(
                 "Of kind {build} {} came to {:.2} of the simulated speed in the mean{within}.",
-                if told.prototypes == 1 {
-                    "the only one".to_owned()
-                } else {
-                    format!("{} robots", told.prototypes)
+                match told.prototypes.len() {
+                    1 => "the only one".to_owned(),
+                    several => format!("{several} robots"),
                 },
-                told.speed
+                told.ratio.speed
             ));
+            if told.constant.is_some() {
+                last.notes.push(
+                    "One speed for all is nearer to them than a share of the simulated speed: `sgc eval` tells both."
+                        .to_owned(),
+                );
+            }
+            if !told.repeated.is_empty() {
+                last.notes.push(format!(
+                    "Not counted, as another robot has the same numbers: {}.",
+                    told.repeated.join(", ")
+                ));
+            }
         }
     }
     Ok(findings)
@@ -134,8 +154,17 @@ fn plot(section: &Section) -> Plot {
         .collect();
     let most = rows.iter().map(|row| row.0).fold(0.0, f64::max);
     let lines = (0..BUILDS.len()).filter_map(|build| {
-        let pairs: Vec<(f64, f64)> = rows.iter().filter(|r| r.2 == build).map(|r| (r.0, r.1)).collect();
-        Some((vec![(0.0, 0.0), (most, predict(&pairs, most)?.speed)], build))
+        let pairs = rows.iter().filter(|r| r.2 == build).enumerate();
+        // Here each point is drawn, and none has a length.
+        let robots: Vec<Built> = pairs
+            .map(|(i, r)| Built {
+                name: i.to_string(),
+                simulated: r.0,
+                measured: r.1,
+                length: Some(i as f64),
+            })
+            .collect();
+        Some((vec![(0.0, 0.0), (most, predict(&robots, most)?.ratio.speed)], build))
     });
     Plot {
         title: "Prototypes: pneumatic in the first colour, tendon in the second".into(),

@@ -11,7 +11,7 @@ use super::kind::Kind;
 use super::measurements::Section;
 use super::monotone::course;
 use super::problem::Problem;
-use super::trajectory::{self, Fit, Run};
+use super::trajectory::{self, Fit, Motion, Run};
 
 /// A run with fewer points is no curve.
 const FEWEST: usize = 5;
@@ -41,7 +41,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     if !problems.is_empty() {
         return Err(problems);
     }
-    let found = trajectory::fit(&runs).ok_or_else(|| {
+    let found = trajectory::fit(&runs, &section.name).ok_or_else(|| {
         vec![Problem::contradiction(&section.place, format!("`{}` does not move", section.name))]
     })?;
     let (field, what, old) = match section.kind {
@@ -49,19 +49,24 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         _ => ("bending_speed", "inflating", &actuator.bending_speed),
     };
     let path = format!("{name}.{field}");
-    let mut rows: Vec<(Figure, Figure)> = found
+    let mut measured: Vec<(Figure, Figure, (Figure, Figure))> = found
         .rows
         .iter()
-        .zip(&found.errors)
-        .map(|((bend, speed), error)| {
+        .zip(&found.within)
+        .map(|((bend, speed), (low, high))| {
             let bend = Figure::with_decimals(sign * bend, "deg", usize::from(bend.to_degrees() < 20.0));
-            (bend, Figure::of(*speed, Some(speed * error), "deg/s"))
+            let error = 0.5 * (high - low);
+            let end = |speed: f64| Figure::of(speed, Some(error / 10.0), "deg/s");
+            (bend, Figure::of(*speed, Some(error), "deg/s"), (end(*low), end(*high)))
         })
         .collect();
     if sign < 0.0 {
-        rows.reverse();
+        measured.reverse();
     }
-    rows.dedup_by(|b, a| a.0.digits(true) == b.0.digits(true));
+    measured.dedup_by(|b, a| a.0.digits(true) == b.0.digits(true));
+    let within: Vec<_> = measured.iter().map(|(.., within)| Some(within.clone())).collect();
+    let rows: Vec<(Figure, Figure)> = measured.into_iter().map(|(bend, speed, _)| (bend, speed)).collect();
+    let mut interval = None;
     let mut notes = Vec::new();
     if curves.len() > 1 {
         notes.push(format!("{} runs, fitted together.", curves.len()));
@@ -69,10 +74,12 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     let change = match rows.as_slice() {
         [(_, only)] => {
             notes.push("The speed is the same at every bend, within the scatter.".to_owned());
+            interval = within.first().cloned().flatten();
             Change::Number { path: path.clone(), value: only.clone() }
         }
         _ => {
-            let table = Table { name: format!("{name}_{what}"), from: "Angle", to: "AngularVelocity", rows };
+            let table =
+                Table { name: format!("{name}_{what}"), from: "Angle", to: "AngularVelocity", rows, within };
             Change::Table { path: Some(path.clone()), table }
         }
     };
@@ -85,11 +92,44 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         quantity: path,
         old: Some(so_far(old)),
         change,
+        interval,
+        factor: Some(found.rows.iter().map(|(_, speed)| *speed).fold(0.0, f64::max) / old.most()),
         residual: Residual::of(&si, "deg"),
         points: si.len(),
         notes,
+        warnings: warnings(section, &curves, &found, actuator.bend),
         plots: plots(&name, section.kind, sign, &found, &runs, &residuals),
     })
+}
+
+/// What is to be looked at: points that are far off, and bends that were not filmed.
+fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: (f64, f64)) -> Vec<String> {
+    let mut out = Vec::new();
+    let all: usize = curves.iter().map(|curve| curve.points.len()).sum();
+    if let Some((run, place)) = found.far.first() {
+        let at = curves.get(*run).and_then(|curve| Some((curve, curve.points.get(*place)?)));
+        let first = at.map_or(String::new(), |(curve, (time, bend))| {
+            format!(": the first in {}, at {time:.2} s and {:.0} deg", called(curve), bend.to_degrees())
+        });
+        out.push(format!(
+            "`{}`: {} of {all} points are far from the fit and hardly count{first}. Look at the page.",
+            section.name,
+            found.far.len()
+        ));
+    }
+    let most = found.motions.iter().map(Motion::most).fold(0.0, f64::max);
+    let needs = bend.0.abs().max(bend.1.abs());
+    // A tenth of the way, the fit itself says.
+    if most < 0.9 * needs {
+        out.push(format!(
+            "`{}`: it was filmed up to a bend of {:.0} deg, and bends by {:.0} deg in the grammar; beyond what was filmed \
+             the last speed is taken.",
+            section.name,
+            most.to_degrees(),
+            needs.to_degrees()
+        ));
+    }
+    out
 }
 
 /// What the grammar says of a speed.

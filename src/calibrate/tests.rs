@@ -414,3 +414,84 @@ proptest! {
         }
     }
 }
+
+fn warnings(text: &str) -> Vec<String> {
+    fitted(text).into_iter().flat_map(|finding| finding.warnings).collect()
+}
+
+#[test]
+fn what_is_to_be_looked_at_first_is_told() {
+    let tip = "[tip]\nkind = \"tip\"\nfor = \"bender\"\n\"arm [mm]\" = 60\n\"force [N]\" = ";
+    let friction = "[mat]\nkind = \"friction\"\nfor = \"cube\"\n\"tilt [deg]\" = ";
+    let mass = "[weighed]\nkind = \"mass\"\nfor = \"cube\"\n";
+    let cases: [(String, &[&str]); 8] = [
+        (format!("{tip}[0.95, 0.99, 0.93]"), &[]),
+        // Three of nine were hooked elsewhere.
+        (
+            format!("{tip}[0.95, 0.96, 0.94, 0.95, 0.955, 0.945, 1.4, 1.41, 1.39]"),
+            &[
+                "point 7 (0.084 N*m/rad), point 8 (0.0846 N*m/rad), point 9 (0.0834 N*m/rad) are far from the others",
+            ],
+        ),
+        (
+            format!("{friction}[31, 32, 80]"),
+            &["measurement 3 (a coefficient of 5.67) is far from the others"],
+        ),
+        // Grams in a column of kilograms, newtons for millinewtons.
+        (
+            format!("{mass}\"mass [kg]\" = [8.3, 8.4, 8.3]"),
+            &["`cube.mass` comes to 1000 times what the grammar says so far (8.3 g): are the units right?"],
+        ),
+        (format!("{tip}[0.0095, 0.0099, 0.0093]"), &["times less than what the grammar says"]),
+        (
+            format!("{THREAD}\"angle [deg]\" = [-60, 0, 90]\n\"thread [mm]\" = [-15, 0, 21]"),
+            &["it was measured from -60 deg to 90 deg, and bends from -90 deg to 90 deg in the grammar"],
+        ),
+        (format!("{THREAD}\"angle [deg]\" = [-90, 0, 90]\n\"thread [mm]\" = [-21, 0, 21]"), &[]),
+        (
+            format!("{THREAD}\"angle [deg]\" = [-90, 0, 90]\n\"thread [m]\" = [-21, 0, 21]"),
+            &["`threads.thread` comes to 1000 times"],
+        ),
+    ];
+    for (text, told) in cases {
+        let found = warnings(&text);
+        assert_eq!(found.len(), told.len(), "{text}: {found:?}");
+        for (found, told) in found.iter().zip(told) {
+            assert!(found.contains(told), "{text}: {found}");
+        }
+    }
+}
+
+/// A film whose times are milliseconds that say they are seconds, and one that stops half way.
+#[test]
+fn films_that_cannot_be_are_told() {
+    let film = |unit: &str, factor: f64, most: f64| {
+        let bend = |i: u32| (f64::from(i) * 5.0 - 10.0).clamp(0.0, most);
+        let list =
+            |of: &dyn Fn(u32) -> f64| (0..30).map(|i| format!("{:.4}", of(i))).collect::<Vec<_>>().join(", ");
+        format!(
+            "[film]\nkind = \"inflate\"\nfor = \"bender\"\n\"time [{unit}]\" = [{}]\n\"angle [deg]\" = [{}]\n",
+            list(&|i| f64::from(i) * 0.02 * factor),
+            list(&bend)
+        )
+    };
+    assert_eq!(warnings(&film("s", 1.0, 90.0)), Vec::<String>::new());
+    let slip = warnings(&film("ms", 1.0, 90.0));
+    assert!(slip.iter().any(|told| told.contains("are the units right?")), "{slip:?}");
+    let short = warnings(&film("s", 1.0, 40.0));
+    assert!(short.iter().any(|told| told.contains("it was filmed up to a bend of 40 deg")), "{short:?}");
+}
+
+#[test]
+fn a_prototype_that_repeats_another_counts_once() {
+    let built = |names: &str, simulated: &str, measured: &str| {
+        format!(
+            "[built]\nkind = \"prototype\"\nbuild = \"tendon\"\nname = [{names}]\n\"simulated [m/h]\" = [{simulated}]\n\
+             \"measured [m/h]\" = [{measured}]\n"
+        )
+    };
+    let notes = |text: &str| fitted(text).into_iter().flat_map(|f| f.notes).collect::<Vec<_>>().join(" ");
+    let once = notes(&built("\"a\", \"b\"", "40, 100", "12, 25"));
+    let twice = notes(&built("\"a\", \"b\", \"c\"", "40, 100, 40", "12, 25, 12"));
+    assert!(twice.starts_with(&once) && twice.ends_with("has the same numbers: c."), "{twice}");
+}

@@ -6,7 +6,9 @@ use super::lines::{at, reduce};
 use super::measurements::{Section, quantity};
 use super::monotone::ascending;
 use super::problem::{Place, Problem};
+use super::robust::quantiles;
 use super::statistics::{mean_and_deviation, slope};
+use crate::derive::random::Stream;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::units::{Dimension, shown};
 
@@ -28,7 +30,8 @@ struct Group {
 
 /// Fits a section of kind `thread`.
 pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Problem>> {
-    let (actuator, _) = declared::actuator(rules, section).map_err(|p| vec![p])?;
+    let (actuator, declared) = declared::actuator(rules, section).map_err(|p| vec![p])?;
+    let declared_bend = declared.bend;
     let target = declared::threads(rules, section, &actuator).map_err(|p| vec![p])?;
     let (angles, lengths) = (section.numbers("angle"), section.numbers("thread"));
     let points: Vec<(f64, f64)> = angles.iter().copied().zip(lengths.iter().copied()).collect();
@@ -59,6 +62,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         (Figure::with_decimals(*angle, "deg", 2), Figure::with_decimals(*length, "mm", 1))
     });
     let rows = distinct(figures);
+    let within = within(section, lengths, &groups, &rows);
     if rows.len() < 2 {
         return Err(vec![Problem::contradiction(
             &section.place,
@@ -86,7 +90,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     };
     let si: Vec<f64> = residuals.iter().map(|r| r * 1e-3).collect();
     let path = target.map(|(name, _)| format!("{name}.thread"));
-    let table = Table { name: format!("{actuator}_thread"), from: "Angle", to: "Length", rows };
+    let table = Table { name: format!("{actuator}_thread"), from: "Angle", to: "Length", rows, within };
     if target.is_none() {
         notes.push(
             "The grammar declares no target on tendon for it, so nothing uses this table yet.".to_owned(),
@@ -99,11 +103,73 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         quantity: path.clone().unwrap_or_else(|| table.name.clone()),
         old: target.map(|(_, threads)| declared::tabulated(&threads.thread, Dimension::LENGTH)),
         change: Change::Table { path, table },
+        interval: None,
+        factor: target.map(|(_, threads)| (high - low) / span(&threads.thread)),
         residual: Residual::of(&si, "mm"),
         points: points.len(),
         notes,
+        warnings: ends_early(section, &groups, declared_bend).into_iter().collect(),
         plots: vec![plot],
     })
+}
+
+/// How much thread a table takes from end to end, m.
+fn span(table: &grammar_lang::ir::Table) -> f64 {
+    let (low, high) = table.range();
+    high - low
+}
+
+/// That bends of the grammar were not measured.
+fn ends_early(section: &Section, groups: &[Group], (least, most): (f64, f64)) -> Option<String> {
+    let (first, last) = (groups.first()?.angle, groups.last()?.angle);
+    (first > least + SAME || last < most - SAME).then(|| {
+        format!(
+            "`{}`: it was measured from {} to {}, and bends from {} to {} in the grammar: the servo stops where the table ends. \
+             Measure further, or narrow the bend.",
+            section.name,
+            shown(first, Dimension::ANGLE),
+            shown(last, Dimension::ANGLE),
+            shown(least, Dimension::ANGLE),
+            shown(most, Dimension::ANGLE)
+        )
+    })
+}
+
+/// Where each row lies nine times of ten, as repeated points of all angles scatter; none without any.
+fn within(
+    section: &Section,
+    lengths: &[f64],
+    groups: &[Group],
+    rows: &[(Figure, Figure)],
+) -> Vec<Option<(Figure, Figure)>> {
+    let off: Vec<f64> = groups
+        .iter()
+        .filter(|group| group.rows.len() > 1)
+        .flat_map(|group| {
+            // So few points of one angle are nearer to their mean than to the truth.
+            let n = group.rows.len() as f64;
+            let wide = (n / (n - 1.0)).sqrt();
+            group.rows.iter().filter_map(move |row| Some(wide * (lengths.get(*row)? - group.length)))
+        })
+        .collect();
+    let mut random = Stream::named(0, &section.name);
+    let mut of_group = |many: usize| {
+        let mut means: Vec<f64> = (0..1000)
+            .map(|_| {
+                let drawn = (0..many).filter_map(|_| off.get(random.below(off.len())).copied());
+                drawn.sum::<f64>() / many.max(1) as f64
+            })
+            .collect();
+        quantiles(&mut means)
+    };
+    rows.iter()
+        .map(|(angle, length)| {
+            let near = |group: &&Group| (group.angle.to_degrees() - angle.value).abs() < 0.01;
+            let (low, high) = of_group(groups.iter().find(near)?.rows.len()).filter(|_| !off.is_empty())?;
+            let end = |off: f64| Figure::with_decimals(length.value * 1e-3 + off, "mm", 1);
+            Some((end(low), end(high)))
+        })
+        .collect()
 }
 
 fn mm(length: f64) -> String {

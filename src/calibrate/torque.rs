@@ -7,6 +7,7 @@ use super::declared;
 use super::finding::{Change, Figure, Finding, Plot, Residual};
 use super::measurements::Section;
 use super::problem::Problem;
+use super::robust::Centre;
 use super::statistics::{mean_and_deviation, slope};
 
 /// A torque that changes by more than this share of its mean over the angles depends on the angle.
@@ -29,7 +30,9 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         return Err(problems);
     }
     let torques: Vec<f64> = forces.iter().zip(arms).map(|(force, arm)| force * arm).collect();
-    let (mean, deviation) = mean_and_deviation(&torques);
+    let (_, deviation) = mean_and_deviation(&torques);
+    let centre = Centre::of(&torques, &section.name);
+    let mean = centre.value;
     let many = torques.len();
     if many < 2 {
         return Err(vec![Problem::unreadable(
@@ -40,9 +43,10 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
             ),
         )]);
     }
-    let value = Figure::of(mean, Some(deviation / (many as f64).sqrt()), "N*m/rad");
+    let value = Figure::of(mean, centre.error(), "N*m/rad");
     let spread = Figure::of(deviation, Some(deviation / 10.0), "N*m/rad");
-    let mut notes = vec![format!("Tip force times arm: the mean, with a standard deviation of {spread}.")];
+    let mut notes =
+        vec![format!("Tip force times arm: the middle of points with a standard deviation of {spread}.")];
     let angles: Vec<f64> = section.numbers("angle").iter().map(|a| a.to_degrees()).collect();
     if let Some(note) = varies(&angles, &torques, mean) {
         notes.push(note);
@@ -70,9 +74,14 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         quantity: format!("{name}.torque"),
         old: Some(shown(actuator.torque, Dimension::named("Torque").unwrap_or_default())),
         change: Change::Number { path: format!("{name}.torque"), value },
+        interval: centre.figures("N*m/rad"),
+        factor: Some(mean / actuator.torque),
         residual: Residual::of(&residuals, "N*m/rad"),
         points: many,
         notes,
+        warnings: centre.warnings(&section.name, "point", |i| {
+            Figure::of(torques.get(i).copied().unwrap_or(0.0), None, "N*m/rad").to_string()
+        }),
         plots: vec![plot],
     })
 }

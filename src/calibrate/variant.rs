@@ -63,8 +63,11 @@ fn origin(finding: &Finding) -> String {
     if let Some(residual) = &finding.residual {
         let _ = write!(out, ", residual {} (rms), {} at most", residual.rms, residual.largest);
     }
+    if let Some((low, high)) = &finding.interval {
+        let _ = write!(out, ", nine times of ten {} .. {high}", low.digits(false));
+    }
     out.push('.');
-    for note in &finding.notes {
+    for note in finding.warnings.iter().chain(&finding.notes) {
         let _ = write!(out, " {note}");
     }
     out
@@ -94,8 +97,12 @@ fn write_table(out: &mut String, table: &Table) {
         table.rows.iter().map(|(x, y)| (x.digits(true), y.digits(false))).collect();
     let wide = |of: fn(&(String, String)) -> &String| rows.iter().map(|row| of(row).len()).max().unwrap_or(0);
     let (first, second) = (wide(|row| &row.0), wide(|row| &row.1));
-    for ((x, y), (from, to)) in rows.iter().zip(&table.rows) {
-        let _ = writeln!(out, "  {x:>first$} {} -> {y:>second$} {},", from.unit, to.unit);
+    for (i, ((x, y), (from, to))) in rows.iter().zip(&table.rows).enumerate() {
+        let within = table.within.get(i).and_then(Option::as_ref);
+        let within = within.map_or(String::new(), |(low, high)| {
+            format!("   # {} .. {}", low.digits(false), high.digits(false))
+        });
+        let _ = writeln!(out, "  {x:>first$} {} -> {y:>second$} {},{within}", from.unit, to.unit);
     }
     out.push_str("}\n");
 }

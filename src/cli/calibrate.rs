@@ -70,6 +70,9 @@ impl Calibrate {
         let file = self.measurements.file_name().unwrap_or_default().to_string_lossy();
         let text = calibrate::variant::text(&variant, &base, &file, &findings);
         accepted(&out, &text)?;
+        for warning in findings.iter().flat_map(|finding| &finding.warnings) {
+            output::note(&format!("warning: {warning}"));
+        }
         write_whole(&page, &calibrate::page::page(&variant, &base, &file, &findings))
             .map_err(Fault::usage)?;
         write_whole(&out, &text).map_err(Fault::usage)?;

@@ -65,7 +65,7 @@ pub(super) struct Drive {
 impl Drive {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design_file(&self.design);
-        let (design, rules) = design_by(&path, None, None)?;
+        let (design, (rules, _)) = design_by(&path, None, None)?;
         judge::check_body(&rules, &design).map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
         let other = match &self.grammar {
             Some(file) => Some(load::grammar(file, &[], self.variant.as_deref())?.0),

@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 use clap::Args;
 
 use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
 
 use super::output::{self, Fault};
 use super::precision::Precision;
 use super::{exit, load};
-use crate::calibrate::reality;
+use crate::calibrate::reality::{self, Built, Estimate, Prediction};
 use crate::results::judge::Replayed;
 use crate::results::saved::SavedDesign;
 use crate::results::{describe, judge};
@@ -41,30 +42,82 @@ pub(super) struct Eval {
 }
 
 /// What the prototypes of its kind of build make of a design's speed, for each task that is simulated on a target.
-fn predictions(rules: &RuleSet, replayed: &Replayed) -> Vec<String> {
+fn predictions(rules: &RuleSet, sources: &SourceMap, replayed: &Replayed) -> Vec<String> {
     let mut lines = Vec::new();
     for (name, simulated) in replayed.tasks.iter().filter_map(|task| task.speed.as_ref()) {
         let Some(target) = rules.targets.get(name) else { continue };
         let simulated = *simulated;
         let kind = target.backend.name();
-        let built = rules.prototypes.values().filter(|p| p.backend == kind);
-        let built: Vec<(f64, f64)> = built.map(|p| (p.simulated, p.measured)).collect();
-        let hourly = |speed: f64| format!("{:.1} m/h", speed * 3600.0);
-        lines.push(format!("speed on `{name}` {} simulated\n", hourly(simulated)));
+        let said = target.speed.as_ref().map_or("", |speed| sources.slice(speed.span));
+        lines.push(format!("speed on `{name}` {} simulated (`{said}`)\n", hourly(simulated)));
+        let built: Vec<Built> = rules
+            .prototypes
+            .iter()
+            .filter(|(_, prototype)| prototype.backend == kind)
+            .map(|(name, p)| Built {
+                name: name.clone(),
+                simulated: p.simulated,
+                measured: p.measured,
+                length: p.length,
+            })
+            .collect();
         let Some(prediction) = reality::predict(&built, simulated) else { continue };
-        let count = prediction.prototypes;
-        let prototypes = if count == 1 { "one prototype".to_owned() } else { format!("{count} prototypes") };
-        lines.push(match prediction.interval {
-            Some((low, high)) => format!(
-                "  to expect, built: {}, nine times of ten {} to {} (as {prototypes} on {kind})\n",
-                hourly(prediction.speed),
-                hourly(low),
+        let names = listed(&prediction.prototypes);
+        lines.push(format!(
+            "  to expect, built: {} (measured over simulated speed of {names} on {kind})\n",
+            expected(&prediction.ratio)
+        ));
+        lines.extend(held(&prediction.ratio, &prediction));
+        if let Some(constant) = &prediction.constant {
+            lines.push(format!("  one speed for all is nearer to these: {}\n", expected(constant)));
+            lines.extend(held(constant, &prediction));
+        }
+        if let Some((low, high)) = prediction.beyond {
+            lines.push(format!(
+                "  {} lies outside of what was built ({} to {} simulated): do not count on it\n",
+                hourly(simulated),
+                digits(low),
                 hourly(high)
-            ),
-            None => format!("  to expect, built: {} (as {prototypes} on {kind})\n", hourly(prediction.speed)),
-        });
+            ));
+        }
+        if !prediction.repeated.is_empty() {
+            let names = listed(&prediction.repeated);
+            lines.push(format!("  not counted, as another has the same numbers: {names}\n"));
+        }
     }
     lines
+}
+
+fn hourly(speed: f64) -> String {
+    format!("{} m/h", digits(speed))
+}
+
+/// A speed in m/h, to two digits or a tenth.
+fn digits(speed: f64) -> String {
+    let hourly = speed * 3600.0;
+    if hourly.abs() < 1.0 { format!("{hourly:.2}") } else { format!("{hourly:.1}") }
+}
+
+/// An estimate in words: `2.9 m/h, nine times of ten 1.0 to 8.4 m/h`.
+fn expected(estimate: &Estimate) -> String {
+    let within = estimate.interval.map_or(String::new(), |(low, high)| {
+        format!(", nine times of ten {} to {}", digits(low), hourly(high))
+    });
+    format!("{}{within}", hourly(estimate.speed))
+}
+
+/// How well the prototypes predict each other, in words.
+fn held(estimate: &Estimate, of: &Prediction) -> Option<String> {
+    let (held, all) = (estimate.held?, of.prototypes.len());
+    Some(format!("    each of them left out in turn, {held} of {all} lay where the others put it\n"))
+}
+
+fn listed(names: &[String]) -> String {
+    match names {
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+        [] => String::new(),
+    }
 }
 
 /// The file that a design or run folder means.
@@ -72,16 +125,19 @@ pub(super) fn design_file(path: &std::path::Path) -> PathBuf {
     if path.is_dir() { path.join("best.design.json") } else { path.to_owned() }
 }
 
-/// A saved design, and the rule set of a grammar, or of the one that made it.
+/// A saved design, and the rule set of a grammar, or of the one that made it, with its texts.
 pub(super) fn design_by(
     path: &Path,
     grammar: Option<&Path>,
     variant: Option<&str>,
-) -> Result<(SavedDesign, RuleSet), Fault> {
+) -> Result<(SavedDesign, (RuleSet, SourceMap)), Fault> {
     let design = SavedDesign::read(path).map_err(Fault::usage)?;
     let rules = match grammar {
-        Some(file) => load::grammar(file, &[], variant)?.0,
-        None => design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?,
+        Some(file) => load::grammar(file, &[], variant)?,
+        None => {
+            let compiled = design.grammar.compile_with_sources();
+            compiled.map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?
+        }
     };
     Ok((design, rules))
 }
@@ -89,7 +145,7 @@ pub(super) fn design_by(
 impl Eval {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design_file(&self.design);
-        let (design, rules) = design_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
+        let (design, (rules, sources)) = design_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
         let other = (rules.name != design.grammar.name).then(|| {
             format!("; it was made by the grammar `{}`, not by `{}`", design.grammar.name, rules.name)
         });
@@ -125,7 +181,7 @@ impl Eval {
                 output::data(&format!("  {name} {text}\n"))?;
             }
         }
-        for line in predictions(&rules, &replayed) {
+        for line in predictions(&rules, &sources, &replayed) {
             output::data(&line)?;
         }
         let same = self.solver.is_none() && precision == judge::Precision::Model && self.grammar.is_none();

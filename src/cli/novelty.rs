@@ -81,7 +81,7 @@ impl Novelty {
         for path in &designs {
             let name = path.display().to_string();
             let file = design_file(path);
-            let (design, rules) = design_by(&file, grammar.as_deref(), self.variant.as_deref())?;
+            let (design, (rules, _)) = design_by(&file, grammar.as_deref(), self.variant.as_deref())?;
             let set = self.set_of(&rules)?;
             let (_, first) = found.get_or_insert_with(|| (rules.clone(), set.clone()));
             if !same(first, &set) {
