@@ -261,3 +261,29 @@ fn the_command_tells_by_its_exit_code_whether_all_can_be_made() {
     assert_eq!(refused.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&refused.stdout).contains("`few_parts` would be broken"));
 }
+
+/// A rule of which an expression never has a value is told, and the rest of the report is there.
+#[test]
+fn an_expression_without_a_value_does_not_end_an_audit() {
+    let text = crate::support::read("grammars/morphology.sgr").replace(
+        "rule add_actuator {",
+        "rule never {\n  match p : part with free port q\n  when  sqrt(count(cube) - 1 - count(part)) > 0\n  \
+         attach cube to q\n}\n\nrule add_actuator {",
+    );
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("failing.sgr");
+    let text = text.replace("\"./", &format!("\"{}/", crate::support::root().join("grammars").display()));
+    std::fs::write(&path, text).unwrap();
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .args(["audit", &path.to_string_lossy(), "--walks", "5", "--steps", "5", "--budget", "500"])
+        .output()
+        .unwrap();
+    let (out, errors) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert_eq!(output.status.code(), Some(0), "{out}{errors}");
+    assert!(out.contains("never applied: no value, every time"), "{out}");
+    assert!(
+        errors.contains("a negative number has no square root; ") && errors.contains("refused for it"),
+        "{errors}"
+    );
+    assert!(out.contains("different designs by the number of moves"), "{out}");
+}

@@ -370,3 +370,29 @@ fn what_is_run_over_is_counted() {
         "{found:#?}"
     );
 }
+
+/// What is too large is told by `check`, with the true reason.
+#[test]
+fn limits_are_told_with_their_reasons() {
+    let head = "grammar big\nuse std.blocks { cube }\nuse std.objectives { travel }\nuse std.actuators { bender }\n\
+                use std.actuation { bezier_pac }\nuse std.models { hinge_model }\nuse std.search { nested_annealing }\n\
+                actuate bender with bezier_pac\nsimulate hinge_model for 20 s\nmaximize travel in cm\nsearch nested_annealing\n";
+    let row = |parts: usize| {
+        let mut text = format!("{head}begin {{\n  place core : cube\n");
+        for i in 1..parts {
+            let holder = if i == 1 { "core".to_owned() } else { format!("c{}", i - 1) };
+            let _ = writeln!(text, "  place c{i} : cube to {holder}.front");
+        }
+        text + "}\nrule grow { match p : part with free port q attach bender to q }\n"
+    };
+    assert!(!sgc_check(&["--format", "concise"], &row(256)).contains("E0601"));
+    let told = sgc_check(&["--format", "concise"], &row(257));
+    assert!(told.contains("E0601") && told.contains("one step makes 256 parts at most"), "{told}");
+    let rule = |i: usize| format!("rule r{i} {{ match p : part with free port q attach bender to q }}\n");
+    let many = format!("{head}begin {{ place core : cube }}\n{}", (0..20_001).map(rule).collect::<String>());
+    let told = sgc_check(&["--format", "concise"], &many);
+    assert!(told.contains("E0309") && told.contains("at most 20000 rules"), "{told}");
+    let study = read("grammars/study1.sgr").replace("lattice 15 x 15 x 15", "lattice 46 x 46 x 46");
+    let told = sgc_check(&["--format", "concise"], &study);
+    assert!(told.contains("at most 65534 places") && told.contains("97336"), "{told}");
+}

@@ -16,6 +16,7 @@ mod drive;
 mod features;
 mod format;
 mod fuzz;
+mod gait_motions;
 mod gaits;
 mod grammars;
 mod hostile;

@@ -65,7 +65,9 @@ fn what_is_observed_stands_beside_the_value() {
             let (value, actuators) = (&row[6], &row[5]);
             assert_eq!(value.is_empty(), row[15].is_empty(), "{row:?}");
             assert_eq!(value.is_empty() || actuators == "0", row[18].is_empty(), "{row:?}");
-            assert!(["", "walker", "hopper", "crawler", "roller", "still"].contains(&row[15].as_str()));
+            assert!(
+                ["", "walker", "hopper", "crawler", "roller", "still", "unsure"].contains(&row[15].as_str())
+            );
             assert!(["", "true", "false"].contains(&row[17].as_str()), "{row:?}");
         }
         // The best is told, saved, and the same when it is simulated again.

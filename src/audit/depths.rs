@@ -2,7 +2,6 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{Effect, Matched, RuleSet};
 use serde::Serialize;
 
@@ -41,7 +40,7 @@ pub(super) fn depths(
     settings: &Settings,
     seen: &BTreeMap<String, usize>,
     observer: &mut dyn Observer,
-) -> Result<Vec<Depth>, EvalError> {
+) -> Vec<Depth> {
     let mut all = vec![Depth { moves: 0, designs: 1, counted: Counted::All }];
     let mut breadth = Breadth {
         rules,
@@ -57,14 +56,14 @@ pub(super) fn depths(
             breadth.counted = breadth.counted.max(Counted::AtLeast);
         }
         let before = breadth.known.clone();
-        let Some(next) = breadth.next(&front, observer)? else {
+        let Some(next) = breadth.next(&front, observer) else {
             // What was found of a depth that is not complete is no number.
             breadth.known = before;
             break;
         };
         all.push(Depth { moves, designs: next.len(), counted: breadth.counted });
         if next.is_empty() {
-            return Ok(all);
+            return all;
         }
         front = next;
     }
@@ -72,7 +71,7 @@ pub(super) fn depths(
         let new = seen.iter().filter(|(hash, at)| **at == moves && !breadth.known.contains(*hash));
         all.push(Depth { moves, designs: new.count(), counted: Counted::Walks });
     }
-    Ok(all)
+    all
 }
 
 /// Whether what can be done to a body depends on how it came to be.
@@ -95,31 +94,29 @@ struct Breadth<'a> {
 
 impl Breadth<'_> {
     /// The designs that are one move further and new; `None` if the budget is spent.
-    fn next(
-        &mut self,
-        front: &[Derivation],
-        observer: &mut dyn Observer,
-    ) -> Result<Option<Vec<Derivation>>, EvalError> {
+    fn next(&mut self, front: &[Derivation], observer: &mut dyn Observer) -> Option<Vec<Derivation>> {
         let mut found = Vec::new();
         for derivation in front {
             for rule in &self.rules.rules {
                 let temperature = self.settings.temperature;
-                if derivation.weight(self.rules, rule, temperature)? <= 0.0 {
+                // A rule of which an expression has no value is not applied, as in a search; walks tell of it.
+                if derivation.weight(self.rules, rule, temperature).is_ok_and(|weight| weight <= 0.0) {
                     continue;
                 }
-                let ways = derivation.applications(self.rules, rule, temperature, &[], &mut self.random)?;
+                let ways = derivation.applications(self.rules, rule, temperature, &[], &mut self.random);
+                let Ok(ways) = ways else { continue };
                 if ways.sampled {
                     self.counted = self.counted.max(Counted::AtLeast);
                 }
                 for locals in ways.all {
                     if self.tried >= self.settings.budget {
-                        return Ok(None);
+                        return None;
                     }
                     self.tried += 1;
                     if self.tried.is_multiple_of(1000) {
                         observer.progress("applications tried", self.tried, self.settings.budget);
                     }
-                    if let Ok(next) = derivation.apply(self.rules, rule, &locals)?
+                    if let Ok(Ok(next)) = derivation.apply(self.rules, rule, &locals)
                         && self.known.insert(next.design.canonical_hash(self.rules))
                     {
                         found.push(next);
@@ -127,6 +124,6 @@ impl Breadth<'_> {
                 }
             }
         }
-        Ok(Some(found))
+        Some(found)
     }
 }

@@ -62,6 +62,9 @@ pub struct Audit {
     pub actuators: Sizes,
     /// How many different designs there are at each depth.
     pub depths: Vec<Depth>,
+    /// Expressions of rules that had no value, and how often that stopped one.
+    #[serde(skip)]
+    pub failing: Vec<(EvalError, usize)>,
 }
 
 /// Told how far an audit is.
@@ -82,7 +85,7 @@ pub fn audit(
     observer: &mut dyn Observer,
 ) -> Result<Audit, EvalError> {
     let walked = walks::walk(rules, start, settings, observer)?;
-    let depths = depths::depths(rules, start, settings, &walked.seen, observer)?;
+    let depths = depths::depths(rules, start, settings, &walked.seen, observer);
     Ok(Audit {
         grammar: rules.name.clone(),
         seed: settings.seed,
@@ -95,5 +98,6 @@ pub fn audit(
         parts: Sizes::of(&walked.parts),
         actuators: Sizes::of(&walked.actuators),
         depths,
+        failing: walked.failing,
     })
 }

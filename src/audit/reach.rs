@@ -78,7 +78,7 @@ pub fn can_make(
         let reason = "the design that it starts from is not contained in that body".to_owned();
         return Ok(if only_attaches(rules) { Answer::No(vec![reason]) } else { Answer::Open(vec![reason]) });
     }
-    let found = search.run(start, observer)?;
+    let found = search.run(start, observer);
     if let Some(derivation) = found {
         return Ok(Answer::Yes(Box::new(Made { derivation, own_steps: false })));
     }
@@ -210,15 +210,11 @@ struct Open {
 }
 
 impl Search<'_> {
-    fn run(
-        &mut self,
-        start: &Derivation,
-        observer: &mut dyn Observer,
-    ) -> Result<Option<Derivation>, EvalError> {
+    fn run(&mut self, start: &Derivation, observer: &mut dyn Observer) -> Option<Derivation> {
         if start.design.canonical_hash(self.rules) == self.body {
-            return Ok(Some(start.clone()));
+            return Some(start.clone());
         }
-        let mut path = vec![self.open(start.clone())?];
+        let mut path = vec![self.open(start.clone())];
         while let Some(open) = path.last_mut() {
             let Some((rule, locals)) = open.ways.pop() else {
                 if let Some(done) = path.pop() {
@@ -228,14 +224,16 @@ impl Search<'_> {
             };
             if self.tried >= self.settings.budget {
                 path.into_iter().rev().for_each(|open| self.note(open));
-                return Ok(None);
+                return None;
             }
             self.tried += 1;
             if self.tried.is_multiple_of(1000) {
                 observer.progress("applications tried", self.tried, self.settings.budget);
             }
             let Some(rule) = self.rules.rules.get(rule) else { continue };
-            let next = match open.derivation.apply(self.rules, rule, &locals)? {
+            // A rule of which an expression has no value is not applied, as in a search.
+            let applied = open.derivation.apply(self.rules, rule, &locals);
+            let next = match applied.unwrap_or_else(|error| Err(Blocked::NoValue(error))) {
                 Ok(next) => next,
                 Err(blocked) => {
                     let why = (rule.name.clone(), blocked.text(self.rules));
@@ -245,34 +243,35 @@ impl Search<'_> {
             };
             let hash = next.design.canonical_hash(self.rules);
             if hash == self.body {
-                return Ok(Some(next));
+                return Some(next);
             }
             if self.known.insert(hash) && contained(&pieces(&next.design, self.rules), &self.target) {
-                let open = self.open(next)?;
+                let open = self.open(next);
                 path.push(open);
             }
         }
-        Ok(None)
+        None
     }
 
-    fn open(&mut self, derivation: Derivation) -> Result<Open, EvalError> {
+    fn open(&mut self, derivation: Derivation) -> Open {
         let mut ways = Vec::new();
         for (i, rule) in self.rules.rules.iter().enumerate() {
             let temperature = self.settings.temperature;
             // What only takes away leads nowhere from a design that is contained.
             let builds = rule.effects.iter().any(|e| !matches!(e, Effect::Revert(_) | Effect::Remove(_)));
-            let drawn = warm_weight(rule) || derivation.weight(self.rules, rule, temperature)? > 0.0;
+            let drawn =
+                warm_weight(rule) || derivation.weight(self.rules, rule, temperature).is_ok_and(|w| w > 0.0);
             if !builds || !drawn {
                 continue;
             }
-            let found =
-                derivation.applications(self.rules, rule, temperature, &self.hints, &mut self.random)?;
+            let found = derivation.applications(self.rules, rule, temperature, &self.hints, &mut self.random);
+            let Ok(found) = found else { continue };
             self.sampled |= found.sampled;
             ways.extend(found.all.into_iter().map(|locals| (i, locals)));
         }
         // The last is tried first: the rules in their order.
         ways.reverse();
-        Ok(Open { derivation, ways, stopped: Stops::new() })
+        Open { derivation, ways, stopped: Stops::new() }
     }
 
     fn note(&mut self, open: Open) {

@@ -56,6 +56,8 @@ pub(super) struct Walked {
     pub(super) actuators: Vec<usize>,
     /// The designs that were seen, by hash, and after how many moves at the earliest.
     pub(super) seen: BTreeMap<String, usize>,
+    /// Expressions of rules that had no value, and how often.
+    pub(super) failing: Vec<(EvalError, usize)>,
 }
 
 /// What one walk gave.
@@ -156,7 +158,14 @@ fn together(rules: &RuleSet, start: &Derivation, walks: &[Walk]) -> Walked {
         let yes = all.clone().filter(|f| f.get(i) == Some(&true)).count();
         (p.name.clone(), yes, all.count())
     };
+    let mut failing: BTreeMap<EvalError, usize> = BTreeMap::new();
+    for ((_, blocked), times) in &stopped {
+        if let Blocked::NoValue(error) = blocked {
+            *failing.entry(error.clone()).or_default() += times;
+        }
+    }
     Walked {
+        failing: failing.into_iter().collect(),
         rules: (0..rules.rules.len()).map(of_rule).collect(),
         requirements: rules.requirements.iter().enumerate().map(of_requirement).collect(),
         preferences: rules.preferences.iter().enumerate().map(of_preference).collect(),

@@ -89,6 +89,14 @@ impl Audit {
         let fault = |e| Fault::input(load::no_value(&e, &sources));
         let mut progress = Progress::new();
         let found = audit::audit(&rules, &start, &settings, &mut progress).map_err(fault)?;
+        for (error, times) in &found.failing {
+            let refused = if *times == 1 {
+                "one move was refused".to_owned()
+            } else {
+                format!("{times} moves were refused")
+            };
+            output::note(&format!("warning: {}; {refused} for it", load::no_value(error, &sources)));
+        }
         let mut asked = Vec::new();
         for name in &self.examples {
             asked.push(example(&rules, &sources, name));

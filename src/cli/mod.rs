@@ -20,6 +20,7 @@ mod new;
 mod novelty;
 mod output;
 mod precision;
+mod price;
 mod progress;
 mod replace;
 mod report;

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 use clap::Args;
 
 use super::live::Live;
-use super::output::Fault;
+use super::output::{self, Fault};
 use super::session::{Session, Work, duration};
 use super::several::Several;
-use super::{interrupt, load};
+use super::{interrupt, load, price};
 use crate::results::folder::{Asked, Reopened, RunFolder, listed};
 use crate::results::saved::Grammar;
 use crate::results::series::{Series, SeriesFolder};
@@ -90,6 +90,7 @@ impl Run {
             sources: listed(&grammar),
         };
         let deadline = self.time.as_ref().map(|(_, time)| started + *time);
+        let tried = first.clone();
         let state = State::begin(first);
         let named = |name: String| self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
         if let Some(runs) = self.runs {
@@ -114,6 +115,11 @@ impl Run {
         let asked = asked(self.seed);
         let folder =
             RunFolder::create(&path, self.force, &asked, (&grammar, &rules), &state).map_err(Fault::usage)?;
+        if let (false, Some(model)) = (self.work.quiet, simulate::model(&asked.solver))
+            && let Some(price) = price::told(&rules, &tried, model, (max_evals, flag))
+        {
+            output::note(&price);
+        }
         let run = Reopened { folder, asked, grammar, rules, sources, state, max_evals };
         let live = Live::begin(&self.work, run.folder.path());
         let jobs = Jobs::new(self.work.jobs());

@@ -40,6 +40,7 @@ impl Blocked {
             Self::Refused(Refusal::NotJoined) => "not joined".to_owned(),
             Self::Refused(Refusal::Empty) => "nothing left".to_owned(),
             Self::Refused(Refusal::NoCell) => "no cell there".to_owned(),
+            Self::Refused(Refusal::TooMany) => "too many parts".to_owned(),
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| r.name.clone()),
             Self::Needed => "needed by a later step".to_owned(),
             Self::NoChange => "no change".to_owned(),
@@ -63,6 +64,9 @@ impl Blocked {
             Self::Refused(Refusal::NotJoined) => "the parts are not joined".to_owned(),
             Self::Refused(Refusal::Empty) => "nothing would be left of the lattice".to_owned(),
             Self::Refused(Refusal::NoCell) => "there is no cell at that place".to_owned(),
+            Self::Refused(Refusal::TooMany) => {
+                "one step makes 256 parts at most, images among them".to_owned()
+            }
             Self::Requirement(i) => rules.requirements.get(*i).map_or_else(String::new, |r| {
                 let because = r.because.as_ref().map_or(String::new(), |b| format!(": {b}"));
                 format!("`{}` would be broken{because}", r.name)

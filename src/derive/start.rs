@@ -101,6 +101,9 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                         "the core must be its own image: a box is one of `radial 2` and, if square, \
                          `radial 4`, a disk of any, with ports that fit"
                     }
+                    "one step makes 256 parts at most, images among them" => {
+                        "`begin` counts as one step: place fewer parts, and let rules add the rest"
+                    }
                     _ => "every design starts from `begin`",
                 })
                 .label(error.reason),

@@ -50,7 +50,7 @@ impl Design {
         if !self.is_free(rules, attachment.part, attachment.port) {
             return Err(Refusal::PortTaken);
         }
-        let id = self.next_id(step);
+        let id = self.next_id(step)?;
         let mut part = Part {
             kind: attachment.kind.clone(),
             params: params(rules, &attachment.kind, &attachment.params)?,
@@ -71,9 +71,10 @@ impl Design {
         Ok(id)
     }
 
-    fn next_id(&self, step: u64) -> PartId {
+    fn next_id(&self, step: u64) -> Result<PartId, Refusal> {
         let last = self.parts.keys().filter(|id| **id >> 8 == step).max();
-        last.map_or(step << 8, |id| id + 1)
+        let next = last.map_or(step << 8, |id| id + 1);
+        if next >> 8 == step { Ok(next) } else { Err(Refusal::TooMany) }
     }
 
     /// Sets `turn` or a parameter of a part and of its images.
@@ -177,7 +178,7 @@ impl Design {
         step: u64,
     ) -> Result<PartId, Refusal> {
         let index = self.parts.get_index_of(&old).ok_or(Refusal::Gone)?;
-        let id = self.next_id(step);
+        let id = self.next_id(step)?;
         let (near, far) = ends(rules, kind);
         let before = self.parts.shift_remove(&old).ok_or(Refusal::Gone)?;
         let holder = before.held_by.map(|(h, _)| h);

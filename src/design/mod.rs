@@ -74,6 +74,8 @@ pub enum Refusal {
     Empty,
     /// There is no cell at the place.
     NoCell,
+    /// One step, or the beginning, makes more than 256 parts: see [`PartId`].
+    TooMany,
 }
 
 /// A tree of parts.

@@ -34,10 +34,13 @@ impl Drive<'_> {
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn cycle(&self, kind: &str, parameters: &[f64], points: usize) -> Result<Option<Cycle>, EvalError> {
-        let period = self.period(parameters)?;
+        let period = self.period_of(|other| other == kind, parameters)?;
         let mut actuators = Vec::new();
         for driven in self.actuators.iter().filter(|driven| self.kind_of(driven) == Some(kind)) {
             if let Some(valves) = self.valves(driven, parameters)? {
+                if (valves.period - period).abs() > CLOSE {
+                    return Ok(None);
+                }
                 actuators.push((driven.id, Asked::Valves(valves)));
                 continue;
             }

@@ -251,7 +251,12 @@ impl<'r> Drive<'r> {
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn period(&self, parameters: &[f64]) -> Result<f64, EvalError> {
-        for name in self.task.actuated.values() {
+        self.period_of(|_| true, parameters)
+    }
+
+    /// The same of the actuations of some kinds of actuators.
+    fn period_of(&self, kinds: impl Fn(&str) -> bool, parameters: &[f64]) -> Result<f64, EvalError> {
+        for (_, name) in self.task.actuated.iter().filter(|(kind, _)| kinds(kind)) {
             if let Some(period) = self.shared(name, "period", parameters) {
                 return Ok(period.as_number().unwrap_or(self.task.model.duration));
             }

@@ -133,6 +133,7 @@ impl Scope for MotionScope<'_> {
         match word {
             Word::Start => Some(Value::Number(0.0)),
             Word::End | Word::Duration => Some(Value::Number(self.recording.motion.duration)),
+            Word::FrameInterval => Some(Value::Number(self.recording.motion.interval)),
             Word::Period => Some(Value::Number(self.period)),
             Word::Elements => {
                 let count = self.recording.motion.placements.len() as u32;

@@ -177,6 +177,7 @@ impl<'r> Facts<'r> {
             Word::Time
             | Word::End
             | Word::Duration
+            | Word::FrameInterval
             | Word::Temperature
             | Word::Iteration
             | Word::Idle

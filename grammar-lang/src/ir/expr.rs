@@ -160,6 +160,7 @@ words! {
         Start "start" "The time at which the motion begins.";
         End "end" "The time at which the motion ends.";
         Duration "duration" "How long the motion lasts.";
+        FrameInterval "frame_interval" "The time between two recorded frames of the motion.";
         Elements "elements" "All rigid pieces of the body.";
         Temperature "temperature" "The temperature of the annealing, on the scale of the objective.";
         Iteration "iteration" "How many iterations have been completed.";

@@ -21,10 +21,27 @@ struct Derived {
     from: Option<String>,
 }
 
+/// More rules than this take a minute to check, and longer for each move of a search.
+const MOST_RULES: usize = 20_000;
+
 impl<'a> Checker<'a> {
     /// Checks everything that the grammar says or uses.
     pub(super) fn grammar(&mut self) -> Option<RuleSet> {
         let program = self.program;
+        let rules = || program.entries().filter(|(_, item)| matches!(item.kind, ItemKind::Rule(..)));
+        if let Some((_, item)) = rules().nth(MOST_RULES) {
+            let more = rules().count() - MOST_RULES;
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    item.span,
+                    format!("a grammar has at most {MOST_RULES} rules, those of its modules included"),
+                )
+                .label(format!("the first of {more} too many"))
+                .help("rules that differ by a number only are one rule with `choose`"),
+            );
+            return None;
+        }
         let items: Vec<(Declaration, &Item)> =
             program.entries().filter(|(d, _)| program.own.contains(&d.module)).collect();
         for (declaration, item) in &items {

@@ -13,8 +13,8 @@ use crate::units::Dimension;
 
 const CELL: &[&str] = &["spacing", "mass", "friction", "stiffness", "damping", "colour"];
 
-/// More places than this are a slip of the pen: no simulation of so many balls ends.
-const MOST_PLACES: f64 = 100_000.0;
+/// More places than this are a slip of the pen: the solver of balls numbers them in 16 bits, and keeps two numbers spare.
+const MOST_PLACES: f64 = 65_534.0;
 
 impl Checker<'_> {
     /// Whether the bodies of this grammar are lattices.
@@ -172,7 +172,7 @@ impl Checker<'_> {
                     span,
                     format!("a lattice has at most {MOST_PLACES} places"),
                 )
-                .label("more than can be simulated")
+                .label(format!("{places} places are more than can be simulated"))
                 .help("write for example `lattice 15 x 15 x 15 of soft`, which has 3375"),
             );
             return None;

@@ -300,8 +300,10 @@ impl Checker<'_> {
                 let placed = self.placed.get(&name.text).filter(|_| own);
                 // Where no lattice is, nothing has a place in its middle.
                 let known = |w: &Word| *w != Word::Middle || self.has_lattice();
-                let word = Word::named(&name.text).filter(known).is_some_and(|w| cx.stage.sees_word(w));
-                placed.map(|what| Some(what.span)).or(word.then_some(None))
+                let word = Word::named(&name.text).filter(known).is_some_and(|w| cx.stage.shares_word(w));
+                // Groups and the first part are read where designs are, whatever the module.
+                let part = cx.stage.sees_design() && ["block", "core"].contains(&name.text.as_str());
+                placed.map(|what| Some(what.span)).or((word || part).then_some(None))
             });
         if let Some(place) = taken {
             let mut error = Diagnostic::new(

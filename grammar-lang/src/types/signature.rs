@@ -9,7 +9,9 @@ pub(super) fn word(word: Word) -> Ty {
         Word::Pi | Word::Cycle | Word::Temperature | Word::Best | Word::Deviation | Word::Spread => {
             Ty::NUMBER
         }
-        Word::Time | Word::Start | Word::End | Word::Duration | Word::Period => Ty::Quantity(Dimension::TIME),
+        Word::Time | Word::Start | Word::End | Word::Duration | Word::FrameInterval | Word::Period => {
+            Ty::Quantity(Dimension::TIME)
+        }
         Word::Elements => Ty::List(Box::new(Ty::Element)),
         Word::Iteration | Word::Idle | Word::Refused | Word::Stagnant | Word::Chain => Ty::Count,
         Word::Closed | Word::Inflate | Word::Vent => Ty::Valve,

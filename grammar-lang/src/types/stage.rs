@@ -64,6 +64,17 @@ impl Stage {
         }
     }
 
+    /// Whether a word has a value in this stage, or in another one that reads what is bound in this one: what a rule chooses from
+    /// is found when it draws, and how a curve is mutated when it is.
+    pub(super) fn shares_word(self, word: Word) -> bool {
+        let others: &[Self] = match self {
+            Self::Derivation => &[Self::Choice, Self::Weight],
+            Self::Drive => &[Self::Mutation],
+            _ => &[],
+        };
+        self.sees_word(word) || others.iter().any(|other| other.sees_word(word))
+    }
+
     /// Whether elements have positions and rotations.
     pub(super) fn sees_motion(self) -> bool {
         self == Self::Score
@@ -77,7 +88,9 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
         Word::Pi => return None,
         Word::Cycle => &[S::Pattern],
         Word::Time | Word::Closed | Word::Inflate | Word::Vent => &[S::Drive],
-        Word::Start | Word::End | Word::Duration | Word::Elements | Word::Period => &[S::Score],
+        Word::Start | Word::End | Word::Duration | Word::FrameInterval | Word::Elements | Word::Period => {
+            &[S::Score]
+        }
         Word::Temperature => &[S::Choice, S::Weight, S::Mutation, S::Schedule],
         Word::Iteration => &[S::Schedule, S::Mutation],
         Word::Best

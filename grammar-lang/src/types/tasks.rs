@@ -267,42 +267,28 @@ impl<'a> Checker<'a> {
         observed: &[Name],
     ) {
         for (number, (task, actuated)) in tasks.values().enumerate() {
-            let has_period = |with: &str| {
-                actuations.get(with).is_some_and(|a| {
-                    let shared = a.variables.iter().any(|v| v.name == "period" && v.owner == ir::Owner::Body);
-                    shared || a.lets.iter().any(|(n, _)| n == "period")
-                })
-            };
-            let is_there = actuated.values().any(|(with, _)| has_period(with));
+            let periods = Periods::of(actuated.values().map(|(with, _)| with.as_str()), actuations);
+            let Some((wrong, help)) = periods.fault() else { continue };
             // What is observed is observed of the first task.
-            for name in observed.iter().filter(|_| number == 0 && !is_there) {
+            for name in observed.iter().filter(|_| number == 0) {
                 if terms.get(&name.text).is_some_and(|term| period_in(&term.value, terms).is_some()) {
                     self.report(
                         Diagnostic::new(
                             Code::NO_PERIOD,
                             name.span,
-                            format!(
-                                "`{}` reads `period`, but no actuation of this grammar has one",
-                                name.text
-                            ),
+                            format!("`{}` reads `period`, but {wrong}", name.text),
                         )
                         .label("the period of what?")
-                        .help("declare `shared period : Time in ...` or `let period = ...` in the actuation"),
+                        .help(help.clone()),
                     );
                 }
             }
-            if let Some(place) = period_in(&task.objective.value, terms)
-                && !is_there
-            {
+            if let Some(place) = period_in(&task.objective.value, terms) {
                 self.report(
-                    Diagnostic::new(
-                        Code::NO_PERIOD,
-                        place,
-                        "this reads `period`, but no actuation of this grammar has one",
-                    )
-                    .label("the period of what?")
-                    .also(task.objective.value.span, "needed by this objective")
-                    .help("declare `shared period : Time in ...` or `let period = ...` in the actuation"),
+                    Diagnostic::new(Code::NO_PERIOD, place, format!("this reads `period`, but {wrong}"))
+                        .label("the period of what?")
+                        .also(task.objective.value.span, "needed by this objective")
+                        .help(help),
                 );
             }
         }
@@ -392,6 +378,98 @@ fn an(what: &str) -> String {
 
 fn names_only(actuated: &Actuated) -> IndexMap<String, String> {
     actuated.iter().map(|(kind, (with, _))| (kind.clone(), with.clone())).collect()
+}
+
+/// What the actuations of a task say of their period.
+enum Periods<'a> {
+    /// None has one.
+    None,
+    /// All that have one have the same.
+    One,
+    /// Each of these has its own.
+    Several(Vec<&'a str>),
+    /// Each actuator of this one has its own.
+    Each(&'a str),
+}
+
+impl<'a> Periods<'a> {
+    fn of(names: impl Iterator<Item = &'a str>, actuations: &IndexMap<String, ir::Actuation>) -> Self {
+        let mut found: Vec<(&str, Option<&Expr>)> = Vec::new();
+        for name in names {
+            let Some(actuation) = actuations.get(name) else { continue };
+            let shared = actuation.variables.iter().any(|v| v.name == "period" && v.owner == ir::Owner::Body);
+            let own = actuation.lets.iter().find(|(n, _)| n == "period").map(|(_, value)| value);
+            if found.iter().any(|(other, _)| *other == name) || !(shared || own.is_some()) {
+                continue;
+            }
+            if let Some(value) = own.filter(|_| !shared)
+                && differs(value, actuation)
+            {
+                return Self::Each(name);
+            }
+            found.push((name, own.filter(|_| !shared)));
+        }
+        let value = |own: &Option<&Expr>| {
+            own.and_then(|e| if is_constant(e) { ir::without_spans(e).ok() } else { None })
+        };
+        match found.as_slice() {
+            [] => Self::None,
+            [(_, first), rest @ ..] => {
+                let first = value(first);
+                let same = rest.iter().all(|(_, own)| first.is_some() && value(own) == first);
+                if same { Self::One } else { Self::Several(found.iter().map(|(name, _)| *name).collect()) }
+            }
+        }
+    }
+
+    /// What is wrong with them for what reads the period, and what helps.
+    fn fault(&self) -> Option<(String, String)> {
+        match self {
+            Self::One => None,
+            Self::None => Some((
+                "no actuation of this grammar has one".to_owned(),
+                "declare `shared period : Time in ...` or `let period = ...` in the actuation".to_owned(),
+            )),
+            Self::Several(names) => Some((
+                format!("each of {} has a period of its own", one_by_one(names)),
+                "drive all actuators with one actuation, or write the same constant in each: `let period = 4 s`"
+                    .to_owned(),
+            )),
+            Self::Each(name) => Some((
+                format!("each actuator that `{name}` drives has a period of its own"),
+                "build it from what is shared: `shared period : Time in ...`".to_owned(),
+            )),
+        }
+    }
+}
+
+fn one_by_one(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    match quoted.as_slice() {
+        [first @ .., last] if !first.is_empty() => format!("{} and {last}", first.join(", ")),
+        _ => quoted.concat(),
+    }
+}
+
+/// Whether a value of an actuation may be another for each actuator: it reads the actuator itself, what is not shared, or a
+/// value that does.
+fn differs(value: &Expr, actuation: &ir::Actuation) -> bool {
+    let shared = actuation.variables.len();
+    value.any(&mut |e| match e.kind {
+        ExprKind::Local(0) => true,
+        ExprKind::Local(slot) if slot <= shared => {
+            actuation.variables.get(slot - 1).is_some_and(|v| v.owner != ir::Owner::Body)
+        }
+        ExprKind::Local(slot) => actuation
+            .lets
+            .get(slot - 1 - shared)
+            .is_some_and(|(_, earlier)| !std::ptr::eq(earlier, value) && differs(earlier, actuation)),
+        _ => false,
+    })
+}
+
+fn is_constant(value: &Expr) -> bool {
+    !value.any(&mut |e| matches!(e.kind, ExprKind::Local(_)))
 }
 
 /// Where an expression, or a term that it uses, reads the period.

@@ -1,0 +1,73 @@
+//! What a search will cost, said before it starts: how long a body takes to simulate here, and how much memory.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use grammar_lang::ir::RuleSet;
+
+use super::progress::span;
+use crate::derive::Derivation;
+use crate::derive::random::Stream;
+use crate::design::Body;
+use crate::drive::Drive;
+use crate::search::settings;
+use crate::simulate::{Model, Stop};
+
+/// So many random moves make a body that is tried out.
+const MOVES: usize = 30;
+/// So much of a motion is simulated, s, and never for longer than this.
+const SHARE: f64 = 2.0;
+const LONGEST: Duration = Duration::from_secs(2);
+/// Less memory than this is nothing to speak of.
+const MUCH: f64 = 100e6;
+
+/// A line on what one evaluation and all of them cost; nothing, if that cannot be told. The body is one that the
+/// rules make by chance: later ones may be larger. Whatever it says, the search does not depend on it.
+pub(super) fn told(
+    rules: &RuleSet,
+    first: &Derivation,
+    model: &dyn Model,
+    (evaluations, flag): (Option<u64>, &AtomicBool),
+) -> Option<String> {
+    let mut random = Stream::named(0, "price");
+    let mut derivation = first.clone();
+    for _ in 0..MOVES {
+        if let Some(next) = derivation.advance(rules, &mut random, 0.0).result {
+            derivation = next;
+        }
+    }
+    let derivation = Arc::new(derivation);
+    let task = rules.tasks.values().next()?;
+    let body = Body::new(&derivation.design, rules);
+    let drive = Drive::new(rules, task, Arc::clone(&derivation), &body).ok()?;
+    let targets = drive.targets(&drive.draw(&mut random)).ok()?;
+    let mut settings = settings(&task.model);
+    let whole = settings.duration;
+    settings.duration = whole.min(SHARE);
+    settings.pace_limit = None;
+    let mut simulation = model.prepare(&body.assembly, &settings).ok()?;
+    let begun = Instant::now();
+    let done = simulation.run_until(Stop::new(flag, Some(begun + LONGEST)), &[targets]).is_some();
+    let tasks = rules.tasks.len() as f64;
+    let one = begun.elapsed().mul_f64(tasks * whole / settings.duration);
+    let elements = body.assembly.elements.len();
+    let more = if done { "about" } else { "more than" };
+    let all = evaluations.map_or(String::new(), |all| {
+        let seconds = one.as_secs_f64() * all as f64;
+        format!("; {all} one after the other {}", span(Duration::from_secs_f64(seconds.min(1e9))))
+    });
+    // Each frame of each body is seven numbers.
+    let bytes = whole / settings.record * elements as f64 * 56.0;
+    let memory =
+        if bytes > MUCH { format!("; its motion fills {:.1} GB", bytes / 1e9) } else { String::new() };
+    Some(format!(
+        "a body of {elements} elements, tried out: an evaluation takes {more} {} alone{all}; several go on side by side{memory}",
+        short(one)
+    ))
+}
+
+/// A time with its unit: milliseconds, or as [`span`] has it.
+fn short(time: Duration) -> String {
+    if time < Duration::from_secs(1) { format!("{} ms", time.as_millis().max(1)) } else { span(time) }
+}
