@@ -126,16 +126,23 @@ fn a_design_of_another_grammar_is_refused_with_the_reason() {
         ("sgc design", "other design", "not a saved design"),
         ("Count in 2 .. 60 = 20", "Count in 2 .. 60 = 21", "was changed"),
         ("\"seed\": 2", "\"seed\": \"x\"", "damaged"),
+        ("\"body\": \"", "\"body\": \"0", "does not lead to the body"),
+        ("\"rule\": \"add_block\"", "\"rule\": \"add_black\"", "cannot be applied"),
+        ("\"bender-1", "\"bender,1", "is no name"),
+        ("\"bender-1.twin\"", "\"bender-1\"", "two of its parts are called"),
     ] {
         assert!(text.contains(from), "{from}");
         std::fs::write(&path, text.replace(from, to)).unwrap();
-        let output = sgc(&["eval", &out]);
-        assert_eq!(code(&output), 2, "{from}");
-        assert!(errors(&output).contains(says), "{from}: {}", errors(&output));
+        for command in [["eval", &out].as_slice(), &["view", &out], &["export", &out, "--to", "mjcf"]] {
+            let output = sgc(command);
+            assert_eq!(code(&output), 2, "{from} {command:?}: {}", errors(&output));
+            assert!(errors(&output).contains(says), "{from} {command:?}: {}", errors(&output));
+        }
     }
     std::fs::write(&path, &text[..text.len() / 2]).unwrap();
-    assert_eq!(code(&sgc(&["eval", &out])), 2);
-    assert_eq!(code(&sgc(&["view", &out])), 2);
+    for command in ["eval", "view"] {
+        assert_eq!(code(&sgc(&[command, &out])), 2);
+    }
 }
 
 #[test]
@@ -249,7 +256,8 @@ fn check_reads_standard_input_and_goes_on_after_a_bad_file() {
         .unwrap();
     child.stdin.take().unwrap().write_all(b"let a = 3 gg\nlet b = 4 kk\n").unwrap();
     let output = child.wait_with_output().unwrap();
-    assert_eq!(code(&output), 1);
+    // The worst code counts: what cannot be read was not checked.
+    assert_eq!(code(&output), 2);
     let lines: Vec<serde_json::Value> = String::from_utf8_lossy(&output.stdout)
         .lines()
         .map(|line| serde_json::from_str(line).expect("a JSON object a line"))

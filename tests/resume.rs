@@ -220,6 +220,34 @@ fn a_long_motion_is_given_up_within_a_second() {
 }
 
 #[test]
+fn a_run_is_cut_in_the_middle_of_an_expression_that_takes_hours() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
+    let endless = "\nactuation endless for a : actuator {\n  vary level : Angle in 0 rad .. 1 rad mutate 1 by normal(0 rad, 1 rad)\n  \
+                   drive angle = level * sin(t * 1 rad/s) * (sum over i in 1 .. 2000, j in 1 .. 2000 of i * j)\n}\n";
+    let text = text.replace("with bezier_pac", "with endless") + endless;
+    let file = folder.path().join("endless.sgr");
+    std::fs::write(&file, text).unwrap();
+    let out = folder.path().join("run");
+    let begin = ["run", path(&file), "--quiet", "--max-evals", "50", "--out", path(&out)];
+    for arguments in [begin.as_slice(), &["resume", path(&out)]] {
+        let child = start(arguments);
+        std::thread::sleep(Duration::from_millis(1500));
+        signal(&child, "-INT");
+        let output = child.wait_with_output().unwrap();
+        assert_code(&output, 75);
+        let told = errors(&output);
+        assert!(told.contains("go on from the last checkpoint with: sgc resume"), "{told}");
+    }
+    assert_code(&sgc(&["eval", path(&out)]), 0);
+    // A run that has found nothing yet is not damaged.
+    std::fs::remove_file(out.join("best.design.json")).unwrap();
+    let output = sgc(&["view", path(&out)]);
+    assert_code(&output, 2);
+    assert!(errors(&output).contains("has found no design yet"), "{}", errors(&output));
+}
+
+#[test]
 fn cross_checks_that_were_given_up_are_not_taken_for_checks() {
     let folder = tempfile::tempdir().unwrap();
     let whole = whole(folder.path(), &grammar(folder.path(), "1"));

@@ -9,12 +9,11 @@ use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
 use super::output::{self, Fault};
-use super::{derive, eval, exit, load};
+use super::{derive, design, exit, load};
 use crate::audit::{self, Answer, Observer, Settings};
 use crate::derive::Derivation;
 use crate::results::describe;
 use crate::results::names::Names;
-use crate::results::saved::SavedDesign;
 
 /// How often progress is told where there is no terminal.
 const EVERY: Duration = Duration::from_secs(20);
@@ -126,8 +125,8 @@ impl Audit {
 
 /// A saved design, made again by the grammar that it was saved with.
 fn saved(path: &Path) -> Result<Derivation, Fault> {
-    let path = eval::design_file(path);
-    let design = SavedDesign::read(&path).map_err(Fault::usage)?;
+    let path = design::file(path);
+    let design = design::read(&path)?;
     let fault = |e: String| Fault::usage(format!("{}: {e}", path.display()));
     let rules = design.grammar.compile_edited().map_err(fault)?;
     Derivation::replay(&rules, &design.derivation)

@@ -7,7 +7,7 @@ use std::time::Duration;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::eval::{design_by, design_file};
+use super::design::{self, Opened};
 use super::output::{self, Fault};
 use super::replace::Replace;
 use super::{exit, interrupt, load};
@@ -15,7 +15,6 @@ use crate::hardware::compared;
 use crate::hardware::dry_run::{self, Marks};
 use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, Session, State, Status, Wish, picture};
 use crate::results::gait::{self, Gait};
-use crate::results::judge;
 use crate::results::whole::write_whole;
 
 /// Run the gait of a saved design on hardware
@@ -64,9 +63,8 @@ pub(super) struct Drive {
 
 impl Drive {
     pub(super) fn run(self) -> Result<u8, Fault> {
-        let path = design_file(&self.design);
-        let (design, (rules, _)) = design_by(&path, None, None)?;
-        judge::check_body(&rules, &design).map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
+        let path = design::file(&self.design);
+        let Opened { design, rules, .. } = design::open(&path)?;
         let other = match &self.grammar {
             Some(file) => Some(load::grammar(file, &[], self.variant.as_deref())?.0),
             None => None,

@@ -7,6 +7,7 @@ use clap::Args;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
+use super::design::{self, Opened};
 use super::output::{self, Fault};
 use super::precision::Precision;
 use super::{exit, load};
@@ -120,47 +121,21 @@ fn listed(names: &[String]) -> String {
     }
 }
 
-/// The file that a design or run folder means.
-pub(super) fn design_file(path: &std::path::Path) -> PathBuf {
-    if path.is_dir() { path.join("best.design.json") } else { path.to_owned() }
-}
-
-/// A saved design, and the rule set of a grammar, or of the one that made it, with its texts.
-pub(super) fn design_by(
-    path: &Path,
-    grammar: Option<&Path>,
-    variant: Option<&str>,
-) -> Result<(SavedDesign, (RuleSet, SourceMap)), Fault> {
-    let design = SavedDesign::read(path).map_err(Fault::usage)?;
-    let rules = match grammar {
-        Some(file) => load::grammar(file, &[], variant)?,
-        None => {
-            let compiled = design.grammar.compile_with_sources();
-            compiled.map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?
-        }
-    };
-    Ok((design, rules))
-}
-
 impl Eval {
     pub(super) fn run(self) -> Result<u8, Fault> {
-        let path = design_file(&self.design);
-        let (design, (rules, sources)) = design_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
+        let path = design::file(&self.design);
+        let opened = design::open_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
+        let Opened { design, rules, sources } = opened;
         let other = (rules.name != design.grammar.name).then(|| {
             format!("; it was made by the grammar `{}`, not by `{}`", design.grammar.name, rules.name)
         });
         if let Some(motion) = &self.motion {
             return self.score(&rules, &design, motion);
         }
-        let same_grammar = self.grammar.is_none();
         let solver = self.solver.as_deref().unwrap_or(&design.solver);
         let precision = self.precision.asked();
         let replayed = judge::replay(&rules, &design, solver, precision)
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
-        if same_grammar {
-            judge::check_body(&rules, &design)
-                .map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
-        }
         let Some(value) = replayed.value else {
             let why = replayed.tasks.iter().find_map(|task| task.motion.as_ref().err());
             let why = why.map_or("a task has no value", |invalid| invalid.describe());

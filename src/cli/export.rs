@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use grammar_lang::ir::RuleSet;
 
-use super::eval::design_file;
+use super::design::{self, Opened};
 use super::exit;
 use super::output::{self, Fault};
 use super::precision::Precision;
@@ -54,11 +54,9 @@ pub(super) struct Export {
 
 impl Export {
     pub(super) fn run(self) -> Result<u8, Fault> {
-        let path = design_file(&self.design);
-        let design = SavedDesign::read(&path).map_err(Fault::usage)?;
+        let path = design::file(&self.design);
+        let Opened { design, rules, .. } = design::open(&path)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
-        let rules = design.grammar.compile().map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
-        judge::check_body(&rules, &design).map_err(fault)?;
         let (derivation, body) = judge::body_of(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         if matches!(self.to, Format::Begin) {

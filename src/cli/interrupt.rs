@@ -1,15 +1,27 @@
 //! Ctrl-C, SIGTERM and the loss of the terminal (SIGHUP): the first asks to stop, another leaves at once.
+//!
+//! A search asks often whether it is to stop, but not everywhere: one expression, one move of the rules or one step of a
+//! large lattice may take long. Where nobody has heard a signal within a second, the process leaves by itself. What is
+//! on the disk is whole at every moment, so nothing is lost but the work since the last checkpoint.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use super::exit;
+use super::{exit, output};
 
 static STOP: AtomicBool = AtomicBool::new(false);
-/// Whether there is something on the disk to go on from.
-static SAVED: AtomicBool = AtomicBool::new(false);
+/// What can be gone on with, once it is on the disk.
+static SAVED: OnceLock<PathBuf> = OnceLock::new();
+/// How much is under way that can be cut at any moment.
+static CUTTABLE: AtomicUsize = AtomicUsize::new(0);
 /// A terminal that is closed may send several signals: those that come so soon are one.
 const ONE_EVENT: Duration = Duration::from_millis(500);
+/// How long a signal may stay unheard.
+const PATIENCE: Duration = Duration::from_millis(900);
+/// How often it is asked then whether there is anything to cut.
+const AGAIN: Duration = Duration::from_millis(50);
 
 /// Sets the handler, and gives the flag that it sets.
 pub(super) fn listen() -> &'static AtomicBool {
@@ -18,18 +30,61 @@ pub(super) fn listen() -> &'static AtomicBool {
     let _ = ctrlc::set_handler(move || {
         STOP.store(true, Ordering::SeqCst);
         match first {
-            None => first = Some(Instant::now()),
-            Some(first) if first.elapsed() < ONE_EVENT => {}
-            Some(_) => {
-                let code = if SAVED.load(Ordering::SeqCst) { exit::STOPPED } else { exit::INTERRUPTED };
-                std::process::exit(i32::from(code));
+            None => {
+                first = Some(Instant::now());
+                std::thread::spawn(cut_what_hears_nothing);
             }
+            Some(first) if first.elapsed() < ONE_EVENT => {}
+            Some(_) => leave(),
         }
     });
     &STOP
 }
 
-/// Notes that from now on a run can be gone on with.
-pub(super) fn saved() {
-    SAVED.store(true, Ordering::SeqCst);
+fn cut_what_hears_nothing() {
+    std::thread::sleep(PATIENCE);
+    loop {
+        if CUTTABLE.load(Ordering::SeqCst) > 0 {
+            leave();
+        }
+        std::thread::sleep(AGAIN);
+    }
+}
+
+fn leave() -> ! {
+    let code = match SAVED.get() {
+        Some(path) => {
+            let path = output::typed(path);
+            output::note(&format!(
+                "stopped in the middle of something long; go on from the last checkpoint with: sgc resume {path}"
+            ));
+            exit::STOPPED
+        }
+        None => {
+            output::note("stopped in the middle of something long; nothing was saved");
+            exit::INTERRUPTED
+        }
+    };
+    std::process::exit(i32::from(code))
+}
+
+/// Notes that from now on a run, or several, can be gone on with.
+pub(super) fn saved(run: &Path) {
+    SAVED.get_or_init(|| run.to_owned());
+}
+
+/// Work that can be cut at any moment: while one of these lives, a signal that nobody hears ends the process.
+pub(super) struct Cuttable(());
+
+impl Cuttable {
+    pub(super) fn begin() -> Self {
+        CUTTABLE.fetch_add(1, Ordering::SeqCst);
+        Self(())
+    }
+}
+
+impl Drop for Cuttable {
+    fn drop(&mut self) {
+        CUTTABLE.fetch_sub(1, Ordering::SeqCst);
+    }
 }

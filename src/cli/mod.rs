@@ -6,6 +6,7 @@ mod check;
 mod compile;
 mod completions;
 mod derive;
+mod design;
 mod doc;
 mod drive;
 mod eval;

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use grammar_lang::diagnostics::did_you_mean;
 use grammar_lang::ir::{self, RuleSet};
 
-use super::eval::{design_by, design_file};
+use super::design::{self, Opened};
 use super::output::{self, Fault};
 use super::{exit, load};
 use crate::results::novelty::{self, Member};
@@ -62,7 +62,7 @@ impl Novelty {
             return Err(Fault::usage("--variant names a variant of a grammar: name that, too"));
         }
         let twice = |(number, path): &(usize, &PathBuf)| {
-            designs.iter().take(*number).any(|other| design_file(other) == design_file(path))
+            designs.iter().take(*number).any(|other| design::file(other) == design::file(path))
         };
         if let Some((_, path)) = designs.iter().enumerate().find(twice) {
             let name = path.display();
@@ -80,8 +80,9 @@ impl Novelty {
         let mut others: Vec<(String, Vec<f64>)> = Vec::new();
         for path in &designs {
             let name = path.display().to_string();
-            let file = design_file(path);
-            let (design, (rules, _)) = design_by(&file, grammar.as_deref(), self.variant.as_deref())?;
+            let file = design::file(path);
+            let opened = design::open_by(&file, grammar.as_deref(), self.variant.as_deref())?;
+            let Opened { design, rules, .. } = opened;
             let set = self.set_of(&rules)?;
             let (_, first) = found.get_or_insert_with(|| (rules.clone(), set.clone()));
             if !same(first, &set) {

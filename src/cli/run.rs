@@ -62,6 +62,7 @@ pub(super) struct Run {
 impl Run {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let flag = interrupt::listen();
+        let before = interrupt::Cuttable::begin();
         let started = Instant::now();
         let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
         let from = self.from.clone().or_else(|| rules.from.clone());
@@ -92,6 +93,7 @@ impl Run {
         let deadline = self.time.as_ref().map(|(_, time)| started + *time);
         let tried = first.clone();
         let state = State::begin(first);
+        drop(before);
         let named = |name: String| self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
         if let Some(runs) = self.runs {
             let last = self
@@ -115,10 +117,14 @@ impl Run {
         let asked = asked(self.seed);
         let folder =
             RunFolder::create(&path, self.force, &asked, (&grammar, &rules), &state).map_err(Fault::usage)?;
-        if let (false, Some(model)) = (self.work.quiet, simulate::model(&asked.solver))
-            && let Some(price) = price::told(&rules, &tried, model, (max_evals, flag))
-        {
-            output::note(&price);
+        if !folder.is_replacing() {
+            interrupt::saved(&path);
+        }
+        if let (false, Some(model)) = (self.work.quiet, simulate::model(&asked.solver)) {
+            let _cuttable = interrupt::Cuttable::begin();
+            if let Some(price) = price::told(&rules, &tried, model, (max_evals, flag)) {
+                output::note(&price);
+            }
         }
         let run = Reopened { folder, asked, grammar, rules, sources, state, max_evals };
         let live = Live::begin(&self.work, run.folder.path());

@@ -90,7 +90,7 @@ impl Session<'_> {
         let started = Instant::now();
         let model = simulate::model(&asked.solver).ok_or_else(|| Fault::usage("unknown solver"))?;
         if !folder.is_replacing() {
-            interrupt::saved();
+            interrupt::saved(folder.path());
         }
         let threads = jobs.now();
         let limits = Limits {
@@ -125,7 +125,9 @@ impl Session<'_> {
         {
             keeper.improved(best).map_err(Fault::usage)?;
         }
+        let cuttable = interrupt::Cuttable::begin();
         let outcome = search::go_on(&rules, state, model, &limits, flag, &mut keeper);
+        drop(cuttable);
         keeper.progress.finish();
         let path = keeper.folder.path().to_owned();
         let outcome = outcome.map_err(|failure| {
@@ -182,7 +184,10 @@ impl Session<'_> {
             output::note("cross-checking the best design: rapier, other friction, masses and motors ...");
         }
         let stop = Stop::new(flag, deadline);
-        let design = match judge::final_check(&rules, &design, stop) {
+        let cuttable = interrupt::Cuttable::begin();
+        let checked = judge::final_check(&rules, &design, stop);
+        drop(cuttable);
+        let design = match checked {
             Ok(design) => design,
             // The checkpoint is of before the end of the search.
             Err(_) if stop.is_asked() => {
@@ -312,7 +317,7 @@ impl Observer for Keeper<'_> {
 
     fn improved(&mut self, best: &Best) -> Result<(), String> {
         self.folder.best(&self.saved(best)?)?;
-        interrupt::saved();
+        interrupt::saved(self.folder.path());
         Ok(())
     }
 

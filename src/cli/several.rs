@@ -7,10 +7,10 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::time::Instant;
 
-use super::exit;
 use super::live::Live;
 use super::output::{self, Fault};
 use super::session::{Ended, Session, Work};
+use super::{exit, interrupt};
 use crate::results::describe;
 use crate::results::folder::{RunFolder, clear, finished};
 use crate::results::series::{SeriesFolder, table};
@@ -31,6 +31,7 @@ impl Several<'_> {
     /// Goes on with those that are not complete, and sums all up.
     pub(super) fn go(self) -> Result<u8, Fault> {
         let stop = Stop::new(self.flag, self.deadline);
+        interrupt::saved(self.folder.path());
         let live = Live::begin(&self.work, self.folder.path());
         let mut waiting = VecDeque::new();
         for &seed in self.folder.seeds() {

@@ -4,11 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::eval::design_file;
+use super::design::{self, Opened};
 use super::exit;
 use super::output::{self, Fault};
 use super::replace::Replace;
-use crate::results::saved::SavedDesign;
 use crate::results::{picture, view};
 
 /// Write a page that shows a saved design moving; it opens offline in any browser
@@ -29,11 +28,9 @@ pub(super) struct View {
 
 impl View {
     pub(super) fn run(self) -> Result<u8, Fault> {
-        let path = design_file(&self.design);
-        let design = SavedDesign::read(&path).map_err(Fault::usage)?;
+        let path = design::file(&self.design);
+        let Opened { design, rules, sources } = design::open(&path)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
-        let frozen = design.grammar.compile_with_sources();
-        let (rules, sources) = frozen.map_err(|e| Fault::usage(format!("{}: {e}", path.display())))?;
         let scene = picture::scene((&rules, &sources), &design, self.task.as_deref()).map_err(fault)?;
         let page = view::page(&scene);
         let out = match self.out {

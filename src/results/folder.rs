@@ -149,6 +149,12 @@ pub fn is_run(path: &Path) -> bool {
     path.join(RUN).is_file()
 }
 
+/// Where a run in a folder keeps its best design.
+#[must_use]
+pub fn best(path: &Path) -> PathBuf {
+    path.join(BEST)
+}
+
 /// What a complete run says; none if it is not complete.
 ///
 /// # Errors

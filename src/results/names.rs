@@ -101,8 +101,13 @@ impl Names {
         }
         let mut seen = BTreeMap::new();
         for (id, name) in &self.0 {
-            if name.trim().is_empty() || name.chars().any(char::is_control) {
-                return Err(format!("`{}` is no name for its part {id}", name.escape_default()));
+            // Tables name columns by them.
+            let is_odd = |c: char| c.is_control() || c == ',' || c == '"';
+            if name.trim().is_empty() || name.chars().any(is_odd) {
+                return Err(format!(
+                    "`{}` is no name for its part {id}: a name is text without commas, quotes and line breaks",
+                    name.escape_default()
+                ));
             }
             if seen.insert(name, id).is_some() {
                 return Err(format!("two of its parts are called `{name}`: give each a name of its own"));

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::describe;
 use super::evals::quoted;
-use super::folder::{check_place, finished};
+use super::folder::{self, check_place, finished};
 use super::judge::confirmed;
 use super::leftovers;
 use super::report;
@@ -154,7 +154,7 @@ impl SeriesFolder {
         let mut lines = Vec::new();
         for &seed in &self.series.seeds {
             let path = self.run(seed);
-            let best = path.join("best.design.json");
+            let best = folder::best(&path);
             let design = if best.exists() { Some(SavedDesign::read(&best)?) } else { None };
             if let (None, Some(design)) = (&rules, &design) {
                 rules = Some(design.grammar.compile().map_err(|e| format!("{}: {e}", best.display()))?);

@@ -163,7 +163,7 @@ const OPERATIONS: u64 = 20;
 /// [`EvalError`] where a value does not exist: an aggregate over nothing, an
 /// index beyond a list, a number that is not finite.
 pub fn evaluate(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Result<Value, EvalError> {
-    Evaluation { scope, locals, left: COMBINATIONS * OPERATIONS }.value(expr)
+    Evaluation { scope, locals, left: COMBINATIONS * OPERATIONS, sizes: Vec::new() }.value(expr)
 }
 
 /// The same for an expression that is a number, SI.
@@ -172,7 +172,7 @@ pub fn evaluate(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Resu
 ///
 /// [`EvalError`] where the value does not exist, or is no number.
 pub fn evaluate_number(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Result<f64, EvalError> {
-    Evaluation { scope, locals, left: COMBINATIONS * OPERATIONS }.number(expr)
+    Evaluation { scope, locals, left: COMBINATIONS * OPERATIONS, sizes: Vec::new() }.number(expr)
 }
 
 struct Evaluation<'a> {
@@ -180,6 +180,8 @@ struct Evaluation<'a> {
     locals: &'a mut Vec<Value>,
     /// How many operations may still be done: no expression is worked out for ever.
     left: u64,
+    /// Once they are spent: over how many values the aggregates that were under way run, outermost first.
+    sizes: Vec<usize>,
 }
 
 type Result_ = Result<Value, EvalError>;
@@ -217,14 +219,27 @@ impl Evaluation<'_> {
                 self.left = left;
                 Ok(())
             }
-            None => fail(
-                expr,
-                format!(
-                    "working this out takes more than {COMBINATIONS} combinations of values, or {} operations: run over fewer values",
-                    COMBINATIONS * OPERATIONS
-                ),
-            ),
+            None => {
+                self.left = 0;
+                Err(self.spent(expr))
+            }
         }
+    }
+
+    /// The error of an expression that takes too long; of the aggregates that are under way it names the outermost.
+    fn spent(&self, expr: &Expr) -> EvalError {
+        let runs = match self.sizes.as_slice() {
+            [] => String::new(),
+            sizes => {
+                let sizes: Vec<String> = sizes.iter().map(usize::to_string).collect();
+                format!("this runs over {} values: ", sizes.join(" x "))
+            }
+        };
+        let reason = format!(
+            "{runs}working it out takes more than {COMBINATIONS} combinations of values, or {} operations; run over fewer values",
+            COMBINATIONS * OPERATIONS
+        );
+        EvalError { span: expr.span, reason }
     }
 
     /// A number. Curves are evaluated at every moment of a motion, and most of them are arithmetic: it is done
@@ -284,7 +299,11 @@ impl Evaluation<'_> {
             ExprKind::Word(Word::Vent) => Value::Valve(Valve::Vent),
             ExprKind::Word(word) => known(self.scope.word(*word))?,
             ExprKind::Placed(name) => known(self.scope.placed(name))?,
-            ExprKind::Group(group) => known(self.scope.group(group).map(|g| Value::List(g.into())))?,
+            ExprKind::Group(group) => {
+                let members = self.scope.group(group).ok_or_else(|| missing(expr))?;
+                self.spend(expr, members.len() as u64)?;
+                Value::List(members.into())
+            }
             ExprKind::Kind(name, params) => {
                 let params = params.iter().map(|(n, e)| Ok((n.clone(), self.value(e)?))).collect::<Result<
                     Vec<_>,
@@ -302,9 +321,7 @@ impl Evaluation<'_> {
                     return Ok(known);
                 }
                 let term = scope.term(name).ok_or_else(|| missing(expr))?;
-                let mut inner = Evaluation { scope, locals: &mut Vec::new(), left: self.left };
-                let value = inner.value(term)?;
-                self.left = inner.left;
+                let value = self.elsewhere(scope, |inner| inner.value(term))?;
                 scope.remember(name, &value);
                 value
             }
@@ -387,6 +404,18 @@ impl Evaluation<'_> {
         })
     }
 
+    /// Works something out in another scope, without the locals of this one.
+    fn elsewhere<T>(
+        &mut self,
+        scope: &dyn Scope,
+        work: impl FnOnce(&mut Evaluation<'_>) -> Result<T, EvalError>,
+    ) -> Result<T, EvalError> {
+        let mut inner = Evaluation { scope, locals: &mut Vec::new(), left: self.left, sizes: Vec::new() };
+        let result = work(&mut inner);
+        (self.left, self.sizes) = (inner.left, inner.sizes);
+        result
+    }
+
     fn apply(&mut self, expr: &Expr, curve: &Expr, place: &Expr) -> Result<f64, EvalError> {
         let place = self.number(place)?;
         if let ExprKind::Table(table) = &curve.kind {
@@ -404,7 +433,7 @@ impl Evaluation<'_> {
                 let scope = self.scope;
                 let pattern = scope.pattern(&name).ok_or_else(|| missing(expr))?;
                 let inside = InCycle { outer: scope, cycle: place - libm::floor(place) };
-                evaluate_number(pattern, &inside, &mut Vec::new())
+                self.elsewhere(&inside, |inner| inner.number(pattern))
             }
             _ => Err(missing(expr)),
         }
@@ -493,9 +522,14 @@ impl Evaluation<'_> {
             greatest: f64::NEG_INFINITY,
             all: true,
             any: false,
+            sizes: vec![0; binders.len()],
         };
         let ran = self.gather(expr, binders, &mut gathered);
         self.locals.truncate(depth);
+        if ran.is_err() && self.left == 0 {
+            self.sizes.splice(..0, gathered.sizes);
+            return Err(self.spent(expr));
+        }
         ran?;
         let nothing = gathered.count == 0;
         Ok(match how {
@@ -577,6 +611,10 @@ impl Evaluation<'_> {
             Value::Domain(domain) => domain.items().collect(),
             list => list.items().to_vec(),
         };
+        let outer = into.sizes.len() - binders.len();
+        if let Some(size) = into.sizes.get_mut(outer) {
+            *size = items.len();
+        }
         for item in items {
             self.put(binder.slot, item);
             self.gather(expr, rest, into)?;
@@ -592,4 +630,6 @@ struct Gathered {
     greatest: f64,
     all: bool,
     any: bool,
+    /// Over how many values each binder ran last.
+    sizes: Vec<usize>,
 }

@@ -1,0 +1,60 @@
+//! Saved designs that somebody names on the command line.
+
+use std::path::{Path, PathBuf};
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+
+use super::load;
+use super::output::{self, Fault};
+use crate::results::saved::SavedDesign;
+use crate::results::{folder, judge, series};
+
+/// The file that a design or run folder means.
+pub(super) fn file(path: &Path) -> PathBuf {
+    if path.is_dir() { folder::best(path) } else { path.to_owned() }
+}
+
+/// Reads the design that a file or run folder means; `path` is the file, as [`file`] gives it.
+pub(super) fn read(path: &Path) -> Result<SavedDesign, Fault> {
+    if let Some(folder) = path.parent().filter(|_| !path.exists()) {
+        let typed = output::typed(folder);
+        if series::is_series(folder) {
+            let seeds = folder.join("seed-N");
+            return Err(Fault::usage(format!(
+                "{typed} holds several runs: name one of them, {}; `sgc report {typed}` compares them",
+                seeds.display()
+            )));
+        }
+        if folder::is_run(folder) {
+            return Err(Fault::usage(format!(
+                "the run in {typed} has found no design yet; it goes on with: sgc resume {typed}"
+            )));
+        }
+    }
+    SavedDesign::read(path).map_err(Fault::usage)
+}
+
+/// A saved design, and the rule set of the grammar that made it, with its texts.
+pub(super) struct Opened {
+    pub(super) design: SavedDesign,
+    pub(super) rules: RuleSet,
+    pub(super) sources: SourceMap,
+}
+
+/// Opens a design that leads to the body that it says; what else it says is for its simulation to tell.
+pub(super) fn open(path: &Path) -> Result<Opened, Fault> {
+    let design = read(path)?;
+    let fault = |reason: String| Fault::usage(format!("{}: {reason}", path.display()));
+    let (rules, sources) = design.grammar.compile_with_sources().map_err(fault)?;
+    judge::check_body(&rules, &design).map_err(fault)?;
+    Ok(Opened { design, rules, sources })
+}
+
+/// The same, to be judged by another grammar, if one is named: then the design may be of an older text of it.
+pub(super) fn open_by(path: &Path, grammar: Option<&Path>, variant: Option<&str>) -> Result<Opened, Fault> {
+    let Some(file) = grammar else { return open(path) };
+    let design = read(path)?;
+    let (rules, sources) = load::grammar(file, &[], variant)?;
+    Ok(Opened { design, rules, sources })
+}
