@@ -7,6 +7,8 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::time::Instant;
 
+use grammar_lang::ir::Direction;
+
 use super::live::Live;
 use super::output::{self, Fault};
 use super::session::{Ended, Session, Work};
@@ -104,9 +106,8 @@ impl Several<'_> {
         } else {
             written?;
         }
-        let maximize = rules.is_none_or(|rules| rules.objective.maximize);
-        let fitness = |value: f64| if maximize { value } else { -value };
-        let valued = lines.iter().filter_map(|line| Some((line.seed, fitness(line.value?))));
+        let direction = rules.map_or(Direction::Maximize, |rules| rules.objective.direction);
+        let valued = lines.iter().filter_map(|line| Some((line.seed, direction.fitness(line.value?))));
         let best = valued.max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
         if let Some((seed, _)) = best {
             output::note(&format!("look at the best: sgc view {}", output::typed(&self.folder.run(seed))));

@@ -628,7 +628,7 @@ pub fn outcome(saved: &SavedTask, check: &Check) -> String {
 /// What a broken preference adds to the value.
 #[must_use]
 pub fn signed(rules: &RuleSet, weight: f64) -> f64 {
-    if rules.objective.maximize { -weight } else { weight }
+    rules.objective.direction.worse_by(0.0, weight)
 }
 
 /// What was observed, in words: a line.

@@ -245,5 +245,5 @@ pub fn outcome(rules: &RuleSet, derivation: &Derivation, values: &[(&str, f64)])
     let scope = OutcomeScope { design: DesignScope::new(rules, derivation), values };
     let value = evaluate(&rules.objective.value, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0);
     let lost: f64 = penalties(rules, derivation)?.iter().map(|(_, weight)| weight).sum();
-    Ok(if rules.objective.maximize { value - lost } else { value + lost })
+    Ok(rules.objective.direction.worse_by(value, lost))
 }

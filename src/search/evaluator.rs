@@ -277,8 +277,8 @@ struct Judging<'a> {
 impl Judging<'_> {
     /// Whether a motion of this value is observed.
     fn is_observed(task: &Task, above: Option<f64>, value: &Valued) -> bool {
-        let sign = if task.objective.maximize { 1.0 } else { -1.0 };
-        above.is_some_and(|above| value.as_ref().is_ok_and(|value| sign * value > above))
+        let fitness = |value: f64| task.objective.direction.fitness(value);
+        above.is_some_and(|above| value.as_ref().is_ok_and(|value| fitness(*value) > above))
     }
 
     /// The values of parameters, simulated side by side; none if that was stopped.
@@ -328,7 +328,8 @@ impl Judging<'_> {
         let recording = self.recording(motion, parameters);
         let underway = Underway { recording, now, pace: task.model.pace_limit? };
         let (low, high) = ceiling::limits(rules, task, underway).ok()?;
-        Some(if task.objective.maximize { high } else { -low })
+        let direction = task.objective.direction;
+        Some(direction.fitness(direction.better(low, high)))
     }
 
     fn recording<'a>(&'a self, motion: &'a Motion, parameters: &'a [f64]) -> Recording<'a> {

@@ -185,8 +185,8 @@ pub(crate) fn accepts(current: f64, candidate: f64, temperature: f64, drawn: f64
 /// Whether another value of a task confirms a value, by the share that the search asks for.
 #[must_use]
 pub fn keeps(rules: &RuleSet, task: &Task, value: f64, other: f64) -> bool {
-    let sign = if task.objective.maximize { 1.0 } else { -1.0 };
-    sign * other >= sign * value - (1.0 - rules.search.keep) * value.abs()
+    let direction = task.objective.direction;
+    direction.fitness(other) >= direction.fitness(value) - (1.0 - rules.search.keep) * value.abs()
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! What the expressions of a schedule can read, and their values.
 
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
-use grammar_lang::ir::{Expr, Function, RuleSet, Schedule, Word};
+use grammar_lang::ir::{Direction, Expr, Function, RuleSet, Schedule, Word};
 
 use serde::{Deserialize, Serialize};
 
@@ -14,8 +14,8 @@ pub(super) struct Course {
     pub(super) iteration: usize,
     /// The best value after each iteration; the first is the value at the start.
     pub(super) bests: Vec<f64>,
-    /// Whether the objective is maximised.
-    pub(super) maximize: bool,
+    /// What is better.
+    pub(super) direction: Direction,
     /// The standard deviation of the values of the random walk, once that is made.
     pub(super) deviation: Option<f64>,
 }
@@ -49,8 +49,8 @@ impl Standing {
 
 impl Course {
     /// A course that begins with a value; `None` if there is no valid one yet.
-    pub(super) fn new(maximize: bool, first: Option<f64>) -> Self {
-        Self { iteration: 0, bests: vec![first.unwrap_or(0.0)], maximize, deviation: None }
+    pub(super) fn new(direction: Direction, first: Option<f64>) -> Self {
+        Self { iteration: 0, bests: vec![first.unwrap_or(0.0)], direction, deviation: None }
     }
 
     /// Notes the end of an iteration.
@@ -67,7 +67,7 @@ impl Course {
     /// What the best gained over the last `n` iterations.
     fn gain(&self, n: usize) -> f64 {
         let before = self.bests.get(self.bests.len().saturating_sub(n + 1)).copied().unwrap_or(0.0);
-        if self.maximize { self.best() - before } else { before - self.best() }
+        self.direction.fitness(self.best() - before)
     }
 
     /// Iterations since the best improved.
@@ -236,7 +236,7 @@ mod tests {
 
     #[test]
     fn gain_and_idle_follow_the_best() {
-        let mut course = Course::new(true, Some(-2.0));
+        let mut course = Course::new(Direction::Maximize, Some(-2.0));
         for best in [1.0, 1.0, 4.0, 4.0, 4.0] {
             course.complete(Some(best));
         }
@@ -287,7 +287,7 @@ mod tests {
 
     #[test]
     fn without_any_valid_value_nothing_is_gained() {
-        let mut course = Course::new(true, None);
+        let mut course = Course::new(Direction::Maximize, None);
         for _ in 0..150 {
             course.complete(None);
         }

@@ -23,6 +23,8 @@ pub use table::Table;
 pub use terms::builds_on;
 pub use ty::Ty;
 
+pub use crate::syntax::Direction;
+
 use crate::source::Span;
 
 /// The ports of every block that declares none.
@@ -640,8 +642,8 @@ pub struct Term {
 /// What the search wants.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Objective {
-    /// Whether more is better.
-    pub maximize: bool,
+    /// What is better.
+    pub direction: Direction,
     /// A number.
     pub value: Expr,
     /// The unit of that number, for people; empty if it has none.

@@ -465,9 +465,8 @@ impl Writer<'_> {
     }
 
     fn objective(&mut self, indent: usize, objective: &Objective) {
-        let word = if objective.maximize { "maximize" } else { "minimize" };
         let value = self.expr(&objective.value, &Names::new());
-        self.line(indent, format!("{word} {value}"));
+        self.line(indent, format!("{} {value}", objective.direction));
     }
 
     fn target(&mut self, name: &str, target: &Target) {

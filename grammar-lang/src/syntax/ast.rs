@@ -1,5 +1,6 @@
 //! The syntax tree: what a text says, before any name is looked up.
 
+use super::Direction;
 use crate::source::Span;
 
 /// A word with its place.
@@ -132,8 +133,8 @@ pub enum ItemKind {
     Term(Name, Name, Expr),
     /// `maximize EXPR`, `minimize EXPR`
     Objective {
-        /// Whether more is better.
-        maximize: bool,
+        /// What is better.
+        direction: Direction,
         /// The value.
         value: Expr,
     },

@@ -2,6 +2,7 @@
 
 pub mod ast;
 mod braces;
+mod direction;
 mod forms;
 mod levels;
 mod lower;
@@ -14,6 +15,7 @@ mod tokens;
 use crate::diagnostics::Diagnostic;
 use crate::source::{FileId, SourceMap};
 
+pub use direction::Direction;
 pub(crate) use tokens::{Node, Tree, tokens};
 
 /// Reads a text: always a tree, and every error that its form has.

@@ -7,7 +7,7 @@ use super::expr::Context;
 use super::stage::Stage;
 use super::tasks::Actuated;
 use crate::diagnostics::{Code, Diagnostic, respell};
-use crate::ir::{self, Ty};
+use crate::ir::{self, Direction, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name, Place};
@@ -27,7 +27,7 @@ pub(super) struct Singles<'t> {
     /// The target that it is simulated on.
     pub(super) on: Option<&'t Name>,
     /// Whether more is better, the value, and whether the item is damaged.
-    pub(super) objective: Option<(bool, &'t Tree, bool)>,
+    pub(super) objective: Option<(Direction, &'t Tree, bool)>,
     pub(super) search: Option<ir::Search>,
     pub(super) from: Option<&'t Name>,
     pub(super) actuated: Actuated,
@@ -97,8 +97,8 @@ impl<'a> Checker<'a> {
                     self.named(on, "target", |k| matches!(k, ItemKind::Target { .. })).is_some()
                 });
             }
-            ItemKind::Objective { maximize, value } => {
-                singles.objective = Some((*maximize, value, item.damaged));
+            ItemKind::Objective { direction, value } => {
+                singles.objective = Some((*direction, value, item.damaged));
             }
             ItemKind::UseSearch(name, from) => {
                 singles.from = from.as_ref();

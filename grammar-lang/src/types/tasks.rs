@@ -7,7 +7,7 @@ use super::expr::Context;
 use super::singles::Singles;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::ir::{self, Expr, ExprKind, RuleSet, Ty};
+use crate::ir::{self, Direction, Expr, ExprKind, RuleSet, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ItemKind, Name};
@@ -41,7 +41,7 @@ impl<'a> Checker<'a> {
         let stage = if singles.tasks.is_empty() { Stage::Score } else { Stage::Outcome };
         let known = self.errors.len();
         let objective = match singles.objective {
-            Some((maximize, value, damaged)) => self.objective(maximize, value, stage, damaged),
+            Some((direction, value, damaged)) => self.objective(direction, value, stage, damaged),
             None => None,
         };
         // What is wrong with it may hide which tasks it uses.
@@ -102,7 +102,7 @@ impl<'a> Checker<'a> {
             actuated.entry(kind.clone()).or_insert_with(|| with.clone());
         }
         let objective = match own.objective {
-            Some((maximize, value, damaged)) => self.objective(maximize, value, Stage::Score, damaged),
+            Some((direction, value, damaged)) => self.objective(direction, value, Stage::Score, damaged),
             None => {
                 self.report(
                     Diagnostic::new(
@@ -162,7 +162,7 @@ impl<'a> Checker<'a> {
 
     fn objective(
         &mut self,
-        maximize: bool,
+        direction: Direction,
         tree: &ast::Expr,
         stage: Stage,
         damaged: bool,
@@ -174,7 +174,7 @@ impl<'a> Checker<'a> {
             _ => String::new(),
         };
         match value.ty.dimension() {
-            Some(d) if d.is_number() => Some(ir::Objective { maximize, value, unit }),
+            Some(d) if d.is_number() => Some(ir::Objective { direction, value, unit }),
             Some(d) => {
                 self.report(
                     Diagnostic::new(

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{Direction, RuleSet};
 use grammar_lang::source::SourceMap;
 
 use super::moves::{Move, Starts, moves};
@@ -27,7 +27,7 @@ pub(crate) struct Group {
     pub(crate) runs: Vec<Run>,
     /// The unit of the values.
     pub(crate) unit: String,
-    pub(crate) maximize: bool,
+    pub(crate) direction: Direction,
     pub(crate) rules: Rules,
 }
 
@@ -117,7 +117,7 @@ impl Run {
 impl Group {
     /// A value on a scale where more is better.
     pub(crate) fn fitness(&self, value: f64) -> f64 {
-        if self.maximize { value } else { -value }
+        self.direction.fitness(value)
     }
 
     /// The run with the best value so far; of several, the first.
@@ -167,7 +167,11 @@ pub(crate) fn groups(paths: &[PathBuf], asker: Asker) -> Result<Vec<Group>, Stri
 fn comparable(groups: &[Group]) -> Result<(), String> {
     let sense = |group: &Group| {
         let unit = if group.unit.is_empty() { "no unit" } else { &group.unit };
-        format!("{} in {unit}", if group.maximize { "maximises" } else { "minimises" })
+        let verb = match group.direction {
+            Direction::Maximize => "maximises",
+            Direction::Minimize => "minimises",
+        };
+        format!("{verb} in {unit}")
     };
     let Some((first, others)) = groups.split_first() else { return Ok(()) };
     match others.iter().find(|other| sense(other) != sense(first)) {
@@ -225,14 +229,15 @@ fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, St
         (Err(_), Some(found)) => found.design.unit.clone(),
         (Err(_), None) => String::new(),
     };
-    let maximize = rules.as_ref().map_or_else(|_| is_rising(&runs), |rules| rules.0.objective.maximize);
-    Ok(Group { name: first.asked.grammar.clone(), path: path.to_owned(), runs, unit, maximize, rules })
+    let direction = rules.as_ref().map_or_else(|_| tendency(&runs), |rules| rules.0.objective.direction);
+    Ok(Group { name: first.asked.grammar.clone(), path: path.to_owned(), runs, unit, direction, rules })
 }
 
-/// Whether more is better, as far as the bests tell.
-fn is_rising(runs: &[Run]) -> bool {
+/// What is better, as far as the bests tell.
+fn tendency(runs: &[Run]) -> Direction {
     let bests = |run: &Run| run.moves.iter().filter_map(|m| m.best).collect::<Vec<_>>();
-    !runs.iter().any(|run| bests(run).windows(2).any(|pair| pair[1] < pair[0]))
+    let falls = |run: &Run| bests(run).windows(2).any(|pair| pair[1] < pair[0]);
+    if runs.iter().any(falls) { Direction::Minimize } else { Direction::Maximize }
 }
 
 fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String> {

@@ -7,7 +7,7 @@ mod futures;
 
 use std::sync::Arc;
 
-use grammar_lang::ir::{RuleSet, Schedule, Task};
+use grammar_lang::ir::{Direction, RuleSet, Schedule, Task};
 
 use super::cache::Cache;
 use super::crew::Crew;
@@ -74,7 +74,7 @@ impl<'a> Tuner<'a> {
 
     /// The value on a scale where more is better.
     fn fitness(&self, value: f64) -> f64 {
-        if self.task.objective.maximize { value } else { -value }
+        self.task.objective.direction.fitness(value)
     }
 
     /// The schedule, where there is something to tune.
@@ -125,7 +125,7 @@ impl<'a> Tuner<'a> {
             };
             fitness.push(known.filter(|_| sound));
         }
-        let course = Course::new(self.task.objective.maximize, best(&now));
+        let course = Course::new(self.task.objective.direction, best(&now));
         now.loops = Some(match schedule.and_then(|schedule| schedule.cma_es.as_ref()) {
             Some(cma_es) => Curves::Distribution(self.distribution(&starts[0], cma_es.spread, course)),
             None => Curves::Chains(annealing::chains(starts, fitness, course)),
@@ -208,7 +208,7 @@ impl<'a> Tuner<'a> {
     /// Whether a best of this fitness could lose something: where more is better, a value that is not positive has
     /// nothing to lose.
     fn can_lose(&self, fitness: f64) -> bool {
-        self.is_actuated() && (fitness > 0.0 || !self.task.objective.maximize)
+        self.is_actuated() && (fitness > 0.0 || self.task.objective.direction == Direction::Minimize)
     }
 
     /// Whether anything in the body moves by itself.

@@ -12,7 +12,7 @@ use crate::derive::random::Stream;
 impl Bodies<'_> {
     /// Begins all chains with the first design.
     pub(super) fn begin_chains(&mut self, first: Place<Arc<Derivation>>) {
-        self.state.course = Course::new(self.rules.objective.maximize, first.value);
+        self.state.course = Course::new(self.rules.objective.direction, first.value);
         self.state.first = first;
         self.place_chains();
     }

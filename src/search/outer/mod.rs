@@ -291,11 +291,7 @@ pub fn tune_body(
 impl Bodies<'_> {
     /// The value on a scale where more is better; worst where there is none.
     fn fitness(&self, value: Option<f64>) -> f64 {
-        match value {
-            Some(value) if self.rules.objective.maximize => value,
-            Some(value) => -value,
-            None => f64::NEG_INFINITY,
-        }
+        value.map_or(f64::NEG_INFINITY, |value| self.rules.objective.direction.fitness(value))
     }
 
     fn go(&mut self) -> Result<End, Failure> {

@@ -111,7 +111,7 @@ impl<'a> Bodies<'a> {
         // As if it came to a little more than it needs, or to what it has come to so far.
         let enough = (least + 1e-6 * (1.0 + least.abs())).max(f64::MIN);
         let fitness = if is_at_hand { now.max(enough) } else { enough };
-        let value = if self.rules.objective.maximize { fitness } else { -fitness };
+        let value = self.rules.objective.direction.fitness(fitness);
         let is_warm = self.rules.search.inner.as_ref().is_some_and(|inner| inner.warm);
         let accepted = (chance, Some((Vec::new(), value)));
         let refused = (1.0 - chance, None);

@@ -4,6 +4,7 @@ mod expr;
 
 use pest::iterators::Pair;
 
+use super::Direction;
 use super::ast::{
     ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field, Item,
     ItemKind, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Table,
@@ -201,8 +202,11 @@ impl<'a> Lowering<'a> {
         let rule = node.as_rule();
         if rule == Rule::objective_item {
             let mut inner = children(node);
-            let maximize = inner.next()?.as_rule() == Rule::kw_maximize;
-            return Some(ItemKind::Objective { maximize, value: self.expr(inner.next()?)? });
+            let direction = match inner.next()?.as_rule() {
+                Rule::kw_maximize => Direction::Maximize,
+                _ => Direction::Minimize,
+            };
+            return Some(ItemKind::Objective { direction, value: self.expr(inner.next()?)? });
         }
         let mut inner = parts(node.clone());
         Some(match rule {

@@ -29,6 +29,7 @@ pub(crate) fn or_empty<T: ToString>(value: Option<T>) -> String {
 /// Groups of runs for the tests of what is made of them.
 #[cfg(test)]
 pub(crate) mod tests {
+    use grammar_lang::ir::Direction;
     use std::path::PathBuf;
 
     use crate::results::folder::{Asked, Finished};
@@ -81,7 +82,7 @@ pub(crate) mod tests {
             path: PathBuf::from("runs/tiny"),
             runs,
             unit: "cm".to_owned(),
-            maximize: true,
+            direction: Direction::Maximize,
             rules: Err("there is none".to_owned()),
         }
     }

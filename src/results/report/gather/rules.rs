@@ -157,6 +157,8 @@ pub(crate) fn csv(groups: &[Group]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use grammar_lang::ir::Direction;
+
     use super::super::tests::{group, run, two};
     use super::*;
 
@@ -186,7 +188,7 @@ mod tests {
     #[test]
     fn where_less_is_better_less_is_an_improvement() {
         let mut group = two();
-        group.maximize = false;
+        group.direction = Direction::Minimize;
         assert_eq!(of(&rules(&group), "add").improved, 1);
         assert_eq!(of(&rules(&group), "turn").improved, 1);
     }

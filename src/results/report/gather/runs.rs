@@ -102,6 +102,8 @@ pub(crate) fn csv(groups: &[Group]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use grammar_lang::ir::Direction;
+
     use super::super::tests::{group, run, two};
     use super::*;
     use crate::results::sittings::Sitting;
@@ -126,9 +128,9 @@ mod tests {
         let same = group(vec![run(1, "0,0,,,1,0,2,true,2,0,1,0,0,\n")]);
         assert_eq!(better(&two(), &same), Some(0.75));
         let mut least = same;
-        least.maximize = false;
+        least.direction = Direction::Minimize;
         let mut other = two();
-        other.maximize = false;
+        other.direction = Direction::Minimize;
         assert_eq!(better(&other, &least), Some(0.25));
         assert_eq!(better(&two(), &group(Vec::new())), None);
     }
@@ -138,7 +140,7 @@ mod tests {
         let mut runs = two();
         let best = |group: &Group| group.best().map(|(i, _)| i);
         assert_eq!(best(&runs), Some(0));
-        runs.maximize = false;
+        runs.direction = Direction::Minimize;
         assert_eq!(best(&runs), Some(1));
         assert_eq!(best(&group(vec![run(1, ""), run(2, "0,0,,,1,0,,true,,0,1,1,0,1 too fast\n")])), None);
     }

@@ -1,5 +1,7 @@
 //! What each rule did, drawn.
 
+use grammar_lang::ir::Direction;
+
 use super::chart::{Chart, Scale, hint, line};
 use super::words::{count, counted, figures, key, or_dash, percent, table, value};
 use super::{Link, axis, colour, heading, told};
@@ -42,7 +44,10 @@ fn scale(spreads: impl Iterator<Item = Spread>) -> Scale {
 
 fn effects(group: &Group, rules: &[Rule], index: usize, scale: Scale, (what, of): Of) -> String {
     let names: Vec<String> = rules.iter().map(|rule| rule.name.clone()).collect();
-    let better = if group.maximize { "right is better" } else { "left is better" };
+    let better = match group.direction {
+        Direction::Maximize => "right is better",
+        Direction::Minimize => "left is better",
+    };
     let label = axis(&format!("change of the value, {better}"), Some(group));
     let mut chart = Chart::rows(what, &names, 32.0, (scale, &label));
     for (i, rule) in rules.iter().enumerate() {

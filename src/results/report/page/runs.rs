@@ -97,7 +97,7 @@ fn seeds(group: &Group) -> String {
 /// What the grammar asks of the search.
 fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)> {
     let objective = &rules.objective;
-    let goal = if objective.maximize { "maximize" } else { "minimize" };
+    let goal = objective.direction;
     let text = sources.slice(objective.value.span);
     // The unit stands in the text, unless a variant has set it.
     let unit = match objective.unit.as_str() {
@@ -171,7 +171,7 @@ fn together(groups: &[Group]) -> String {
         .iter()
         .filter_map(|group| {
             let spread = spread(group)?;
-            let best = if group.maximize { spread.max } else { spread.min };
+            let best = group.direction.better(spread.min, spread.max);
             let of = |x: f64| value(x, &group.unit);
             let sd = or_dash(spread.sd.map(of));
             let name = escape(&group.name);

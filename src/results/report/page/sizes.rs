@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use grammar_lang::ir::Direction;
+
 use super::chart::{Chart, Scale, hint};
 use super::words::{counted, figures, key, percent, value};
 use super::{Link, axis, colour, heading, told};
@@ -112,7 +114,7 @@ fn said(group: &Group, all: &[Sized]) -> Vec<String> {
         said.push(format!("{} of the bodies have no value and no mark.", percent(without)));
     }
     let best = group.best().and_then(|(_, run)| run.value());
-    if let Some(best) = best.filter(|best| *best > 0.0 && group.maximize) {
+    if let Some(best) = best.filter(|best| *best > 0.0 && group.direction == Direction::Maximize) {
         let weak = all.iter().flat_map(|s| &s.values).filter(|v| **v < best / 100.0).count() as u64;
         if let Some(weak) = share(weak, valued).filter(|weak| *weak > 0.2) {
             said.push(format!(
