@@ -59,16 +59,21 @@ fn what_is_observed_stands_beside_the_value() {
         let out = folder.path().join(format!("run-{number}"));
         let told = run(&grammar, &out, &["--jobs", "2"]);
         let rows = evals(&out);
-        assert_eq!(rows[0][14..], ["chain", "gait", "airborne", "low", "work", "slid", "sliding"]);
+        assert_eq!(rows[0][14..], ["chain", "parent", "gait", "airborne", "low", "work", "slid", "sliding"]);
         assert!(rows.len() > 2, "{rows:?}");
+        assert_eq!(rows[1][15], "", "the initial design is made of none");
+        for row in &rows[2..] {
+            let parent = &rows[1 + row[15].parse::<usize>().unwrap()];
+            assert!(parent[7] == "true" && parent[0] != row[0], "{row:?} of {parent:?}");
+        }
         for row in &rows[1..] {
             let (value, actuators) = (&row[6], &row[5]);
-            assert_eq!(value.is_empty(), row[15].is_empty(), "{row:?}");
-            assert_eq!(value.is_empty() || actuators == "0", row[18].is_empty(), "{row:?}");
+            assert_eq!(value.is_empty(), row[16].is_empty(), "{row:?}");
+            assert_eq!(value.is_empty() || actuators == "0", row[19].is_empty(), "{row:?}");
             assert!(
-                ["", "walker", "hopper", "crawler", "roller", "still", "unsure"].contains(&row[15].as_str())
+                ["", "walker", "hopper", "crawler", "roller", "still", "unsure"].contains(&row[16].as_str())
             );
-            assert!(["", "true", "false"].contains(&row[17].as_str()), "{row:?}");
+            assert!(["", "true", "false"].contains(&row[18].as_str()), "{row:?}");
         }
         // The best is told, saved, and the same when it is simulated again.
         let json = |name: &str| -> serde_json::Value {
@@ -82,8 +87,8 @@ fn what_is_observed_stands_beside_the_value() {
         assert!(again.contains(&format!("observed gait {gait}")) && again.contains("exactly"), "{again}");
         let found = best["found_at"].as_u64().unwrap().to_string();
         let row = rows.iter().find(|row| row[0] == found).unwrap();
-        assert_eq!(row[15], gait);
-        assert_eq!(row[16].parse::<f64>().ok(), result["observed"]["airborne"].as_f64());
+        assert_eq!(row[16], gait);
+        assert_eq!(row[17].parse::<f64>().ok(), result["observed"]["airborne"].as_f64());
 
         // Neither threads nor observation change what is found.
         let other = folder.path().join(format!("other-{number}"));
@@ -114,7 +119,7 @@ fn observing_changes_nothing_else() {
     let text = std::fs::read_to_string(&grammar).unwrap();
     std::fs::write(&grammar, text.replace("add observe", "#")).unwrap();
     run(&grammar, &without, &[]);
-    let cut = |rows: Vec<Vec<String>>| rows.into_iter().map(|row| row[..15].to_vec()).collect::<Vec<_>>();
+    let cut = |rows: Vec<Vec<String>>| rows.into_iter().map(|row| row[..16].to_vec()).collect::<Vec<_>>();
     assert_eq!(cut(evals(&with)), cut(evals(&without)));
 }
 

@@ -12,7 +12,7 @@ use crate::search::Row;
 
 use crate::reading;
 
-const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,chain";
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,chain,parent";
 
 /// The table, to which rows are added.
 #[derive(Debug)]
@@ -71,7 +71,7 @@ impl Evals {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
         let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
         let mut line = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.number,
             row.iteration,
             row.rule.as_deref().unwrap_or(""),
@@ -87,6 +87,7 @@ impl Evals {
             row.tally.unstable,
             quoted(&row.tally.reasons()),
             row.chain,
+            row.parent.map_or(String::new(), |parent| parent.to_string()),
         );
         for column in 0..self.observed {
             let value = row.observed.get(column).and_then(Option::as_ref);

@@ -47,6 +47,8 @@ pub struct State<D = Arc<Derivation>> {
 /// A design that was judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Place<D> {
+    /// The outer move that made it; 0 is the initial design.
+    pub(super) number: usize,
     pub(super) derivation: D,
     /// Its value; none if no evaluation was valid.
     pub(super) value: Option<f64>,
@@ -66,6 +68,8 @@ pub(super) struct BodyChain<D> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Trial<D> {
     pub(super) derivation: D,
+    /// The move that made the design that it was made of; none for the initial design.
+    pub(super) parent: Option<usize>,
     /// The chain that tries it.
     pub(super) chain: usize,
     /// The rule that made it of the current one.
@@ -209,7 +213,7 @@ impl State {
             bodies: 0,
             idle_moves: 0,
             tally: Tally::default(),
-            first: Place { derivation: Arc::clone(&first), value: None, tunes: Vec::new() },
+            first: Place { number: 0, derivation: Arc::clone(&first), value: None, tunes: Vec::new() },
             chains: Vec::new(),
             turn: 0,
             walk: Vec::new(),
@@ -217,6 +221,7 @@ impl State {
             iteration: None,
             trial: Some(Trial {
                 derivation: first,
+                parent: None,
                 chain: 0,
                 rule: None,
                 blocked: Vec::new(),
@@ -276,9 +281,16 @@ impl<D> State<D> {
             chains.push(BodyChain { at: at.map(change)?, standing });
         }
         let trial = match self.trial {
-            Some(Trial { derivation, chain, rule, blocked, drawn, warm, body }) => {
-                Some(Trial { derivation: change(derivation)?, chain, rule, blocked, drawn, warm, body })
-            }
+            Some(Trial { derivation, parent, chain, rule, blocked, drawn, warm, body }) => Some(Trial {
+                derivation: change(derivation)?,
+                parent,
+                chain,
+                rule,
+                blocked,
+                drawn,
+                warm,
+                body,
+            }),
             None => None,
         };
         let best = match self.best {
@@ -310,8 +322,8 @@ impl<D> State<D> {
 
 impl<D> Place<D> {
     fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Place<T>, E> {
-        let Self { derivation, value, tunes } = self;
-        Ok(Place { derivation: change(derivation)?, value, tunes })
+        let Self { number, derivation, value, tunes } = self;
+        Ok(Place { number, derivation: change(derivation)?, value, tunes })
     }
 }
 

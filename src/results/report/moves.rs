@@ -1,10 +1,8 @@
 //! The table of moves, read again. Columns are found by their names: others may stand beside them.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
 use csv::StringRecord;
-use grammar_lang::ir::RuleSet;
 
 use crate::results::whole::read;
 
@@ -36,37 +34,11 @@ pub(crate) struct Move {
     pub(crate) chain: u64,
     /// What was observed of it, by name; empty where it has no value.
     pub(crate) observed: Vec<(String, String)>,
-    /// The value of the design that it started from: the current one of its chain.
+    /// The move that made the design that it started from; none for the initial design, and in tables of before version
+    /// 0.2, which do not tell.
+    pub(crate) parent: Option<u64>,
+    /// The value of that design.
     pub(crate) from: Option<f64>,
-}
-
-/// From which designs the moves of a search start: what `evals.csv` does not say of it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Starts {
-    /// How many designs with a value a random walk makes, after which all begins anew.
-    pub(crate) walk: Option<usize>,
-    /// Whether chains may change places between iterations, which no row tells.
-    pub(crate) exchange: bool,
-    /// Whether a move starts from any of several designs that are kept, and no row tells which.
-    pub(crate) archive: bool,
-}
-
-impl Starts {
-    /// Those of a grammar's search.
-    pub(crate) fn of(rules: &RuleSet) -> Self {
-        let outer = &rules.search.outer;
-        let several = outer.chains.is_some_and(|chains| chains > 1);
-        Self {
-            walk: outer.walk,
-            exchange: several && outer.exchange.is_some(),
-            archive: outer.archive.is_some(),
-        }
-    }
-
-    /// Whether it is known which moves led to a design.
-    pub(crate) fn are_known(self) -> bool {
-        !self.exchange && !self.archive
-    }
 }
 
 /// Reads the moves of a run. A last row that is not written to its end is left out where the run
@@ -75,13 +47,13 @@ impl Starts {
 /// # Errors
 ///
 /// A sentence that names the place.
-pub(crate) fn moves(path: &Path, may_be_cut: bool, starts: Starts) -> Result<Vec<Move>, String> {
-    parse(&read(path)?, may_be_cut, starts).map_err(|why| {
+pub(crate) fn moves(path: &Path, may_be_cut: bool) -> Result<Vec<Move>, String> {
+    parse(&read(path)?, may_be_cut).map_err(|why| {
         format!("{} is damaged: {why}; restore it, or leave this run out of the report", path.display())
     })
 }
 
-fn parse(text: &str, may_be_cut: bool, starts: Starts) -> Result<Vec<Move>, String> {
+fn parse(text: &str, may_be_cut: bool) -> Result<Vec<Move>, String> {
     let whole = match text.rfind('\n') {
         Some(end) if may_be_cut => text.get(..=end).unwrap_or(text),
         _ if text.is_empty() => return Err("it is empty".to_owned()),
@@ -96,35 +68,31 @@ fn parse(text: &str, may_be_cut: bool, starts: Starts) -> Result<Vec<Move>, Stri
         let record = record.map_err(|e| told(&e))?;
         moves.push(columns.read(&record)?);
     }
-    start(&mut moves, starts);
+    start(&mut moves);
     Ok(moves)
 }
 
-/// Finds what each move started from.
-fn start(moves: &mut [Move], starts: Starts) {
-    let Some((first, made)) = moves.split_first_mut() else { return };
-    if starts.archive {
-        return;
+/// Finds the values that moves started from.
+fn start(moves: &mut [Move]) {
+    let from: Vec<_> = moves.iter().map(|made| numbered(moves, made.parent?)?.value).collect();
+    moves.iter_mut().zip(from).for_each(|(made, from)| made.from = from);
+}
+
+/// The move of a number. They stand in their order.
+fn numbered(moves: &[Move], number: u64) -> Option<&Move> {
+    moves.binary_search_by_key(&number, |made| made.number).ok().and_then(|i| moves.get(i))
+}
+
+/// The moves that led to one of them, from it back to the initial design; none if that is not known.
+pub(crate) fn lineage<'a>(moves: &'a [Move], last: &'a Move) -> Option<Vec<&'a Move>> {
+    let mut line = vec![last];
+    let mut at = last;
+    while at.number > 0 {
+        // A parent is older than what is made of it.
+        at = numbered(moves, at.parent.filter(|parent| *parent < at.number)?)?;
+        line.push(at);
     }
-    // All chains begin with the initial design. A value that is not known is none.
-    let mut current: BTreeMap<u64, Option<f64>> = BTreeMap::new();
-    let (mut iteration, mut walked) = (first.iteration, 0);
-    for made in made {
-        if starts.exchange && made.iteration != iteration {
-            current.values_mut().for_each(|value| *value = None);
-        }
-        iteration = made.iteration;
-        made.from = current.get(&made.chain).copied().unwrap_or(first.value);
-        if made.accepted {
-            current.insert(made.chain, made.value);
-        }
-        walked += usize::from(made.value.is_some());
-        if starts.walk == Some(walked) {
-            current.clear();
-            // Only once.
-            walked = usize::MAX / 2;
-        }
-    }
+    Some(line)
 }
 
 fn told(error: &csv::Error) -> String {
@@ -199,13 +167,15 @@ impl<'a> Columns<'a> {
             missing: reasons(text("why_invalid")).ok_or_else(|| wrong("why_invalid"))?,
             chain: if text("chain").is_empty() { 0 } else { count("chain")? },
             observed: self.observed(record),
+            parent: if text("parent").is_empty() { None } else { Some(count("parent")?) },
             from: None,
         })
     }
 
     /// The columns that stand after the last of every table.
     fn observed(&self, record: &StringRecord) -> Vec<(String, String)> {
-        let Some(last) = self.head.iter().position(|column| column == "chain") else { return Vec::new() };
+        let place = |name| self.head.iter().position(|column| column == name);
+        let Some(last) = place("parent").or_else(|| place("chain")) else { return Vec::new() };
         let more = self.head.iter().zip(record).skip(last + 1).filter(|(_, text)| !text.is_empty());
         more.map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
     }
@@ -243,9 +213,16 @@ pub(crate) mod tests {
 
     const HEAD: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid";
 
-    /// The moves of a table of rows without its head.
+    /// The moves of a table of rows without its head, each made of the last that was accepted.
     pub(crate) fn table(rows: &str) -> Vec<Move> {
-        parse(&format!("{HEAD}\n{rows}"), false, Starts::default()).unwrap()
+        let mut moves = parse(&format!("{HEAD}\n{rows}"), false).unwrap();
+        let mut current = None;
+        for made in &mut moves {
+            made.parent = current;
+            current = if made.accepted { Some(made.number) } else { current };
+        }
+        start(&mut moves);
+        moves
     }
 
     #[test]
@@ -267,38 +244,33 @@ pub(crate) mod tests {
     }
 
     #[test]
-    fn columns_are_found_by_name_and_chains_have_designs_of_their_own() {
-        let text = format!("later,{HEAD},chain\n")
-            + "x,0,0,,,1,0,1,true,1,0,1,0,0,,0\n"
-            + "x,1,0,add,,2,0,5,true,5,9,2,0,0,,0\n"
-            + "x,2,0,add,,2,0,2,true,5,9,3,0,0,,1\n"
-            + "x,3,0,add,,2,0,6,false,6,9,4,0,0,,1\n"
-            + "x,4,0,add,,2,0,6,false,6,9,5,0,0,,0\n";
-        let from: Vec<_> = parse(&text, false, Starts::default()).unwrap().iter().map(|m| m.from).collect();
+    fn columns_are_found_by_name_and_what_is_observed_stands_behind_them() {
+        let text = format!("later,{HEAD},chain,parent,gait\n")
+            + "x,0,0,,,1,0,1,true,1,0,1,0,0,,0,,still\n"
+            + "x,1,0,add,,2,0,5,true,5,9,2,0,0,,0,0,walker\n"
+            + "x,2,0,add,,2,0,2,true,5,9,3,0,0,,1,0,\n"
+            + "x,3,0,add,,2,0,6,false,6,9,4,0,0,,1,2,\n"
+            + "x,4,0,add,,2,0,6,false,6,9,5,0,0,,0,1,\n";
+        let moves = parse(&text, false).unwrap();
+        let from: Vec<_> = moves.iter().map(|m| m.from).collect();
         assert_eq!(from, [None, Some(1.0), Some(1.0), Some(2.0), Some(5.0)]);
+        assert_eq!(moves[1].observed, [("gait".to_owned(), "walker".to_owned())]);
+        let line = |number: usize| {
+            let line = lineage(&moves, &moves[number]).unwrap();
+            line.iter().map(|made| made.number).collect::<Vec<_>>()
+        };
+        assert_eq!((line(0), line(3), line(4)), (vec![0], vec![3, 2, 0], vec![4, 1, 0]));
     }
 
     #[test]
-    fn what_rows_do_not_tell_is_not_known() {
-        let rows = "0,0,,,1,0,1,true,1,0,1,0,0,\n\
-                    1,0,add,,2,0,2,true,2,9,2,0,0,\n\
-                    2,0,add,,2,0,3,true,3,9,3,0,0,\n\
-                    3,1,add,,2,0,4,false,4,9,4,0,0,\n\
-                    4,1,add,,2,0,5,true,5,9,5,0,0,\n\
-                    5,1,add,,2,0,6,true,6,9,6,0,0,\n";
-        let from = |starts| {
-            let moves = parse(&format!("{HEAD}\n{rows}"), false, starts).unwrap();
-            moves.iter().skip(1).map(|m| m.from).collect::<Vec<_>>()
-        };
-        let none = Starts::default();
-        let plain = [Some(1.0), Some(2.0), Some(3.0), Some(3.0), Some(5.0)];
-        assert_eq!(from(none), plain);
-        assert_eq!(from(Starts { archive: true, ..none }), [None; 5]);
-        // After the walk all begins with the initial design again.
-        let walked = [Some(1.0), Some(2.0), Some(1.0), Some(1.0), Some(5.0)];
-        assert_eq!(from(Starts { walk: Some(2), ..none }), walked);
-        // Places may have been changed before the fourth row.
-        assert_eq!(from(Starts { exchange: true, ..none }), [Some(1.0), Some(2.0), None, None, Some(5.0)]);
+    fn what_a_table_does_not_tell_is_not_known() {
+        let rows = "0,0,,,1,0,1,true,1,0,1,0,0,\n1,0,add,,2,0,2,true,2,9,2,0,0,\n";
+        let moves = parse(&format!("{HEAD}\n{rows}"), false).unwrap();
+        assert_eq!((moves[1].from, lineage(&moves, &moves[1])), (None, None));
+        // Nor does it go round in circles.
+        let rows = "0,0,,,1,0,1,true,1,0,1,0,0,,\n1,0,add,,2,0,2,true,2,9,2,0,0,,1\n";
+        let moves = parse(&format!("{HEAD},parent\n{rows}"), false).unwrap();
+        assert_eq!(lineage(&moves, &moves[1]), None);
     }
 
     #[test]
@@ -315,15 +287,11 @@ pub(crate) mod tests {
             (good.replace("true", "yes"), "line 2 has `yes` in the column `accepted`"),
             (good.replace("1,0,0,\n", "1,0,0,many\n"), "`many` in the column `why_invalid`"),
         ] {
-            let told = parse(&text, false, Starts::default()).unwrap_err();
+            let told = parse(&text, false).unwrap_err();
             assert!(told.contains(says), "{told} / {says}");
         }
-        assert_eq!(
-            parse(&cut, true, Starts::default()).unwrap().len(),
-            1,
-            "a run under way may have half a row"
-        );
-        assert_eq!(parse(&format!("{HEAD}\n"), false, Starts::default()).unwrap(), []);
+        assert_eq!(parse(&cut, true).unwrap().len(), 1, "a run under way may have half a row");
+        assert_eq!(parse(&format!("{HEAD}\n"), false).unwrap(), []);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use std::rc::Rc;
 use grammar_lang::ir::{Direction, RuleSet};
 use grammar_lang::source::SourceMap;
 
-use super::moves::{Move, Starts, moves};
+use super::moves::{Move, lineage, moves};
 use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RUN};
 use crate::results::judge::confirmed;
 use crate::results::saved::{Grammar, SavedDesign};
@@ -100,9 +100,9 @@ impl Run {
         matches!(self.standing, Standing::Complete(_))
     }
 
-    /// Whether it is known which moves led to the best.
-    pub(crate) fn is_history_known(&self) -> bool {
-        self.rules.as_ref().map_or(true, |rules| Starts::of(&rules.0).are_known())
+    /// The moves that led to the best, the last first; none if that is not known.
+    pub(crate) fn history(&self) -> Option<Vec<&Move>> {
+        lineage(&self.moves, self.found()?)
     }
 
     /// Of how many cross-checks of a complete run the value was kept in how many.
@@ -247,8 +247,7 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String
     let asked = folder::asked(path)?;
     let finished = folder::finished(path)?;
     let rules = compiled.get(&folder::frozen(path, &asked)?);
-    let starts = rules.as_ref().map_or_else(|_| Starts::default(), |rules| Starts::of(&rules.0));
-    let moves = moves(&path.join(EVALS), finished.is_none(), starts)?;
+    let moves = moves(&path.join(EVALS), finished.is_none())?;
     let standing = match (finished, asker) {
         (Some(finished), _) => Standing::Complete(Box::new(finished)),
         (None, Asker::Going) if moves.is_empty() => Standing::Waiting,

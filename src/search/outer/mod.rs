@@ -34,6 +34,8 @@ pub struct Row {
     pub iteration: usize,
     /// The annealing chain whose current design it changed.
     pub chain: usize,
+    /// The move that made the design that it changed; none for the initial design.
+    pub parent: Option<usize>,
     /// The rule that was applied; none if nothing could be.
     pub rule: Option<String>,
     /// Rules that were drawn but blocked, and by what.
@@ -336,7 +338,7 @@ impl Bodies<'_> {
         let number = self.state.moves + 1;
         let mut random = Stream::named(self.seed, &format!("body {number}"));
         let drawn = random.unit();
-        let (derivation, tunes) = self.parent(chain, &mut random);
+        let Place { number: parent, derivation, tunes, .. } = self.parent(chain, &mut random);
         let step = derivation.advance(rules, &mut random, temperature);
         let is_warm = rules.search.inner.as_ref().is_some_and(|inner| inner.warm);
         let warm = match &step.result {
@@ -374,27 +376,27 @@ impl Bodies<'_> {
             if let Some(chain) = state.chains.get_mut(chain) {
                 chain.standing.note(false);
             }
-            self.tell(&derivation, chain, (None, blocked), (None, Vec::new()), false, Tally::default())?;
+            let from = (chain, Some(parent));
+            self.tell(&derivation, from, (None, blocked), (None, Vec::new()), false, Tally::default())?;
             return Ok(stuck.then_some(End::Stuck));
         };
         state.idle_moves = 0;
         let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
-        let body = Body::default();
-        state.trial = Some(Trial { derivation: Arc::new(next), chain, rule, blocked, drawn, warm, body });
+        let (derivation, parent, body) = (Arc::new(next), Some(parent), Body::default());
+        state.trial = Some(Trial { derivation, parent, chain, rule, blocked, drawn, warm, body });
         Ok(None)
     }
 
     /// The design that a move starts from, and its curves: the chain's own, or one of the archive.
-    fn parent(&self, chain: usize, random: &mut Stream) -> (Arc<Derivation>, Vec<Tune>) {
+    fn parent(&self, chain: usize, random: &mut Stream) -> Place<Arc<Derivation>> {
         let state = &self.state;
-        let of = |derivation: &Arc<Derivation>, tunes: &[Tune]| (Arc::clone(derivation), tunes.to_vec());
         if self.rules.search.outer.archive.is_some()
             && let Some(elite) = self.elite(random)
         {
-            return of(&elite.derivation, &elite.tasks);
+            let Best { derivation, tasks, value, found_at } = elite.clone();
+            return Place { number: found_at, derivation, value: Some(value), tunes: tasks };
         }
-        let place = state.chains.get(chain).map_or(&state.first, |chain| &chain.at);
-        of(&place.derivation, &place.tunes)
+        state.chains.get(chain).map_or(&state.first, |chain| &chain.at).clone()
     }
 
     /// Tunes the body that is being tried, and judges it.
@@ -483,14 +485,15 @@ impl Bodies<'_> {
         cell: Option<Vec<usize>>,
         is_cut: bool,
     ) -> Result<(), Failure> {
-        let Trial { derivation, chain, rule, blocked, drawn, .. } = trial;
+        let Trial { derivation, parent, chain, rule, blocked, drawn, .. } = trial;
         let value = found.as_ref().map(|(_, value)| *value);
         let first = self.state.moves == 0;
         self.state.bodies += 1;
         self.state.tally.add(&tally);
         let tunes = found.as_ref().map_or_else(Vec::new, |(tunes, _)| tunes.clone());
         let observed = tunes.first().map_or_else(Vec::new, |tune| tune.observed.clone());
-        let place = Place { derivation: Arc::clone(&derivation), value, tunes };
+        let number = self.state.moves;
+        let place = Place { number, derivation: Arc::clone(&derivation), value, tunes };
         if let Some(best) = self.better(&derivation, found) {
             self.observer.improved(&best).map_err(Failure::Output)?;
             self.state.best = Some(best);
@@ -506,7 +509,8 @@ impl Bodies<'_> {
             None => false,
         };
         let mistake = tally.no_value.keys().next().filter(|_| first && value.is_none()).cloned();
-        self.tell(&derivation, chain, (rule, blocked), (value, observed), accepted || kept, tally)?;
+        let from = (chain, parent);
+        self.tell(&derivation, from, (rule, blocked), (value, observed), accepted || kept, tally)?;
         // What has no value for the very first design is a mistake in the grammar.
         mistake.map_or(Ok(()), |error| Err(error.into()))
     }
@@ -541,7 +545,7 @@ impl Bodies<'_> {
     fn tell(
         &mut self,
         derivation: &Derivation,
-        chain: usize,
+        (chain, parent): (usize, Option<usize>),
         (rule, blocked): (Option<String>, Vec<(String, String)>),
         (value, observed): (Option<f64>, Vec<Option<Observed>>),
         accepted: bool,
@@ -556,6 +560,7 @@ impl Bodies<'_> {
             number: state.moves,
             iteration: state.course.iteration,
             chain,
+            parent,
             rule,
             blocked,
             size: (parts, actuators),

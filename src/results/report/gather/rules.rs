@@ -20,8 +20,8 @@ pub(crate) struct Rule {
     pub(crate) accepted_change: Option<Spread>,
     /// How many of these changes are for the better.
     pub(crate) improved: u64,
-    /// Accepted applications on the way to each run's best design, those that were taken back included; of
-    /// runs of which the way is known.
+    /// Applications on the way to each run's best design, those that were taken back included; of runs of which the
+    /// way is known.
     pub(crate) on_the_way: u64,
     /// Steps in the saved best designs: what was taken back is not among them.
     pub(crate) in_best: u64,
@@ -72,12 +72,9 @@ fn rule(group: &Group, name: String) -> Rule {
     let drawn_in_vain = |m: &Move| m.blocked.iter().filter(|(blocked, _)| *blocked == name).count() as u64;
     let steps =
         |found: &Found| found.design.derivation.iter().filter(|step| step.rule == name).count() as u64;
-    let on_the_way = group.runs.iter().filter(|run| run.is_history_known()).map(|run| {
-        let Some(found) = run.found() else { return 0 };
-        let before = |m: &&Move| m.chain == found.chain && m.number <= found.number;
-        let counts = |m: &&Move| m.rule.as_ref() == Some(&name) && (m.accepted || m.number == found.number);
-        run.moves.iter().filter(before).filter(counts).count() as u64
-    });
+    let is_its_own = |m: &&Move| m.rule.as_ref() == Some(&name);
+    let on_the_way = group.runs.iter().filter_map(|run| run.history());
+    let on_the_way = on_the_way.map(|moves| moves.into_iter().filter(is_its_own).count() as u64);
     Rule {
         blocked: moves().map(drawn_in_vain).sum(),
         applied: applied.len() as u64,
@@ -194,12 +191,15 @@ mod tests {
     }
 
     #[test]
-    fn only_the_chain_of_the_best_led_to_it() {
+    fn only_what_the_best_was_made_of_led_to_it() {
         let rows =
             "0,0,,,1,0,0,true,0,0,1,0,0,\n1,0,add,,2,0,1,true,1,9,2,0,0,\n2,0,add,,2,0,5,true,5,9,3,0,0,\n";
-        let mut alone = run(1, rows);
-        alone.moves[1].chain = 1;
-        assert_eq!(of(&rules(&group(vec![alone])), "add").on_the_way, 1);
+        let made_of = |parent: Option<u64>| {
+            let mut alone = run(1, rows);
+            alone.moves[2].parent = parent;
+            of(&rules(&group(vec![alone])), "add").on_the_way
+        };
+        assert_eq!([Some(1), Some(0), None].map(made_of), [2, 1, 0]);
     }
 
     #[test]
