@@ -63,7 +63,7 @@ impl Simulation for Watched {
             for frame in (0..motion.frames()).step_by(20).chain([motion.frames() - 1]) {
                 let way = self.centre(motion, frame) - start;
                 let mut furthest = FURTHEST.lock().unwrap();
-                *furthest = furthest.max(way.x.hypot(way.z));
+                *furthest = furthest.max(libm::hypot(way.x, way.z));
             }
         }
         Some(motions)

@@ -6,7 +6,9 @@
 //! Frame: right-handed, y is up, x-z is the ground plane. SI units throughout.
 //! Poses are those at rest (every hinge at angle zero).
 
-use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitVector3};
+
+pub use super::shape::Shape;
 
 /// One simulated rigid piece: a cube, a ball or one cylinder of an actuator.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,28 +22,6 @@ pub struct Element {
     /// Coulomb coefficient of the surface; a contact uses the geometric mean
     /// of the two surfaces' coefficients.
     pub friction: f64,
-}
-
-/// The geometry of an element, centred on its origin, in metres.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
-    /// A box with half its edge lengths along x, y and z.
-    Box {
-        /// Half of each edge.
-        half: Vector3<f64>,
-    },
-    /// A ball.
-    Ball {
-        /// Its radius.
-        radius: f64,
-    },
-    /// A cylinder whose axis is the local x axis.
-    Cylinder {
-        /// Its radius.
-        radius: f64,
-        /// Half of its length along x.
-        half_length: f64,
-    },
 }
 
 /// A joint between two elements; the joints of an assembly form a tree.

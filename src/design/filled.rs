@@ -75,11 +75,7 @@ fn point(node: Node, spacing: f64) -> Point3<f64> {
 
 /// The points of the grid within an element.
 fn nodes_in(element: &Element, spacing: f64) -> Vec<Node> {
-    let reach = match element.shape {
-        Shape::Box { half } => half.norm(),
-        Shape::Ball { radius } => radius,
-        Shape::Cylinder { radius, half_length } => libm::hypot(radius, half_length),
-    };
+    let reach = element.shape.reach();
     let centre = element.pose.translation.vector;
     let range =
         |at: f64| libm::ceil((at - reach) / spacing) as i64..=libm::floor((at + reach) / spacing) as i64;
@@ -94,15 +90,7 @@ fn nodes_in(element: &Element, spacing: f64) -> Vec<Node> {
 }
 
 fn is_inside(element: &Element, point: &Point3<f64>) -> bool {
-    let local = element.pose.inverse() * point;
-    let near = |at: f64, half: f64| at.abs() <= half + CLOSE;
-    match element.shape {
-        Shape::Box { half } => near(local.x, half.x) && near(local.y, half.y) && near(local.z, half.z),
-        Shape::Ball { radius } => near(local.coords.norm(), radius),
-        Shape::Cylinder { radius, half_length } => {
-            near(local.x, half_length) && near(libm::hypot(local.y, local.z), radius)
-        }
-    }
+    element.shape.holds(&(element.pose.inverse() * point), CLOSE)
 }
 
 /// The strain of a point of an actuator for each radian that the whole actuator bends; none of a passive part.

@@ -42,14 +42,6 @@ impl Solid {
     }
 }
 
-fn reach(shape: &Shape) -> f64 {
-    match shape {
-        Shape::Ball { radius } => *radius,
-        Shape::Box { half } => half.norm(),
-        Shape::Cylinder { radius, half_length } => (radius * radius + half_length * half_length).sqrt(),
-    }
-}
-
 /// The same pose for the geometry library, whose cylinders stand along y.
 fn pose(pose: &Isometry3<f64>, shape: &Shape) -> Pose {
     let pose = if matches!(shape, Shape::Cylinder { .. }) {
@@ -76,7 +68,7 @@ pub(super) fn none(design: &Design, rules: &RuleSet) -> bool {
         .iter()
         .zip(&body.parts_of_elements)
         .map(|(e, part)| {
-            (Solid::new(&e.shape), pose(&e.pose, &e.shape), reach(&e.shape), e.pose.translation.vector, *part)
+            (Solid::new(&e.shape), pose(&e.pose, &e.shape), e.shape.reach(), e.pose.translation.vector, *part)
         })
         .collect();
     for (i, (a, pose_a, reach_a, centre_a, part_a)) in solids.iter().enumerate() {

@@ -161,11 +161,7 @@ fn element(index: usize, element: &Element) -> Result<(), Unfit> {
     need(finite(&pose.translation.vector) && pose.rotation.coords.iter().all(|v| v.is_finite()), || {
         format!("element {index} has a pose that is not finite; give it a place")
     })?;
-    let (name, sizes) = match element.shape {
-        Shape::Box { half } => ("box", half),
-        Shape::Ball { radius } => ("ball", Vector3::repeat(radius)),
-        Shape::Cylinder { radius, half_length } => ("cylinder", Vector3::new(half_length, radius, radius)),
-    };
+    let (name, sizes) = (element.shape.name(), element.shape.half_extents());
     need(sizes.iter().copied().all(positive), || {
         format!(
             "element {index} is a {name} with half sizes {} x {} x {} m; give it positive sizes",

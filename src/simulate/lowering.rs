@@ -11,7 +11,6 @@ use std::sync::Arc;
 use nalgebra::{Isometry3, Matrix3, Vector3};
 
 use super::check;
-use super::extent;
 use super::motion::Placement;
 use super::run::Driven;
 use super::servo::Servo;
@@ -67,7 +66,7 @@ impl Lowered {
         check::settings(settings)?;
         check::assembly(assembly)?;
         let groups = Groups::of(assembly)?;
-        let lowest = |element: &Element| extent::lowest(&element.shape, &element.pose);
+        let lowest = |element: &Element| element.shape.lowest(&element.pose);
         let lift = -assembly.elements.iter().map(lowest).fold(f64::INFINITY, f64::min);
         let order = groups.depth_first();
         let mut place = vec![0; order.len()];
@@ -204,7 +203,7 @@ fn body(
     let mut inertia = Matrix3::zeros();
     for element in elements() {
         let turn = element.pose.rotation.to_rotation_matrix();
-        let own = Matrix3::from_diagonal(&principal(element));
+        let own = Matrix3::from_diagonal(&element.shape.moments(element.mass));
         let arm = element.pose.translation.vector - centre;
         inertia += turn.matrix() * own * turn.matrix().transpose();
         inertia += element.mass * (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose());
@@ -216,20 +215,4 @@ fn piece(element: &Element, body: usize, bodies: &[Body], lift: f64) -> Piece {
     let mut local = element.pose;
     local.translation.vector += Vector3::y() * lift - bodies[body].centre;
     Piece { body, local, shape: element.shape, friction: element.friction }
-}
-
-/// Principal moments of an evenly filled shape about its centre, kg m^2.
-fn principal(element: &Element) -> Vector3<f64> {
-    let mass = element.mass;
-    match element.shape {
-        Shape::Box { half } => {
-            let square = half.component_mul(&half) / 3.0;
-            mass * Vector3::new(square.y + square.z, square.x + square.z, square.x + square.y)
-        }
-        Shape::Ball { radius } => Vector3::repeat(0.4 * mass * radius * radius),
-        Shape::Cylinder { radius, half_length } => {
-            let across = mass * (radius * radius / 4.0 + half_length * half_length / 3.0);
-            Vector3::new(0.5 * mass * radius * radius, across, across)
-        }
-    }
 }

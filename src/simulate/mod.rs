@@ -10,7 +10,6 @@ pub mod articulated;
 pub mod balls;
 mod check;
 pub mod export;
-mod extent;
 mod lattice;
 mod lowering;
 pub mod motion;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::{LAST_STRETCH, extent};
+use super::LAST_STRETCH;
 use crate::design::assembly::{Assembly, Shape};
 
 /// Target bend angles of every actuator, sampled at equal intervals and
@@ -138,7 +138,7 @@ impl Motion {
     #[must_use]
     pub fn lowest(&self, element: usize, t: f64) -> Option<f64> {
         let shape = &self.placements.get(element)?.shape;
-        Some(extent::lowest(shape, &self.pose(element, t)?))
+        Some(shape.lowest(&self.pose(element, t)?))
     }
 
     /// Whether an element is faster than `limit` (m/s) on its way to where it ends: along the ground, in the mean from
@@ -177,6 +177,6 @@ impl Motion {
     /// `None` for an element that does not exist.
     #[must_use]
     pub fn size(&self, element: usize) -> Option<f64> {
-        self.placements.get(element).map(|placement| extent::longest(&placement.shape))
+        self.placements.get(element).map(|placement| placement.shape.longest())
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::{Motion, extent};
+use super::Motion;
 use crate::design::assembly::Shape;
 
 /// An element touches the ground whose lowest point is not higher than this, m.
@@ -49,7 +49,7 @@ impl Sliding {
     /// Adds a way from one pose to the next.
     fn go(&mut self, shape: &Shape, before: &Isometry3<f64>, after: &Isometry3<f64>, span: f64) {
         self.path += horizontal(&(after.translation.vector - before.translation.vector));
-        if extent::lowest(shape, before) > TOUCH || extent::lowest(shape, after) > TOUCH {
+        if shape.lowest(before) > TOUCH || shape.lowest(after) > TOUCH {
             return;
         }
         self.touching += span;

@@ -397,16 +397,7 @@ fn hull<S: Scalar>(kit: S::Kit, piece: &Piece) -> Hull<S> {
         rotation: [0, 1, 2].map(|row| constant(kit, [m[(row, 0)], m[(row, 1)], m[(row, 2)]])),
         core,
         rounding: of(rounding),
-        reach: of(radius_of(piece)),
-    }
-}
-
-/// Radius of the ball about an element's centre that holds it, m.
-fn radius_of(piece: &Piece) -> f64 {
-    match piece.shape {
-        Shape::Box { half } => half.norm(),
-        Shape::Ball { radius } => radius,
-        Shape::Cylinder { radius, half_length } => radius.hypot(half_length),
+        reach: of(piece.shape.reach()),
     }
 }
 
@@ -415,7 +406,7 @@ pub(super) fn reaches<S: Scalar>(kit: S::Kit, lowered: &Lowered) -> Vec<S> {
     let mut reach = vec![0.0_f64; lowered.bodies.len()];
     for piece in &lowered.pieces {
         let own = &mut reach[piece.body];
-        *own = own.max(piece.local.translation.vector.norm() + radius_of(piece));
+        *own = own.max(piece.local.translation.vector.norm() + piece.shape.reach());
     }
     reach.into_iter().map(|own| S::of(kit, own * LENGTH)).collect()
 }

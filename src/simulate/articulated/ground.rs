@@ -77,12 +77,11 @@ impl<S: Scalar> Ground<S> {
         let (mut feet, mut slots) = (Vec::new(), 0);
         for (index, piece) in lowered.pieces.iter().enumerate() {
             let local = &piece.local;
-            let (reach, sole) = match piece.shape {
-                Shape::Box { half } => (half.norm(), Sole::Corners(hulls.corners(kit, index))),
-                Shape::Ball { radius } => (radius, Sole::Ball(S::of(kit, radius * LENGTH))),
-                Shape::Cylinder { radius, half_length } => {
-                    (radius.hypot(half_length), cylinder(kit, local, radius, half_length))
-                }
+            let reach = piece.shape.reach();
+            let sole = match piece.shape {
+                Shape::Box { .. } => Sole::Corners(hulls.corners(kit, index)),
+                Shape::Ball { radius } => Sole::Ball(S::of(kit, radius * LENGTH)),
+                Shape::Cylinder { radius, half_length } => cylinder(kit, local, radius, half_length),
             };
             let count = match &sole {
                 Sole::Corners(corners) => corners.len(),

@@ -223,7 +223,11 @@ fn a_block_slides_as_far_as_friction_says() {
         }
         let [x, _, z] = solver.state.position.map(f64::from);
         let expected = speed * speed / (2.0 * friction * 981.0);
-        assert!((x.hypot(z) / expected - 1.0).abs() < 2e-3, "{} cm, not {expected}", x.hypot(z));
+        assert!(
+            (libm::hypot(x, z) / expected - 1.0).abs() < 2e-3,
+            "{} cm, not {expected}",
+            libm::hypot(x, z)
+        );
         assert!((z / x - 4.0 / 3.0).abs() < 0.01, "it turned aside: {x}, {z}");
     }
 }
@@ -240,7 +244,7 @@ fn slide(tangent: f64, shape: Shape) -> f64 {
         solver.advance();
     }
     let [x, _, z] = solver.state.position;
-    f64::from(x).hypot(f64::from(z))
+    libm::hypot(f64::from(x), f64::from(z))
 }
 
 #[test]
@@ -276,7 +280,11 @@ fn round_bodies_roll() {
     }
     let [x, y, z] = solver.state.position.map(f64::from);
     let expected = 0.5 * s * 4.0 / 1.5;
-    assert!((x.hypot(z) / expected - 1.0).abs() < 0.02, "cylinder {} cm, not {expected}", x.hypot(z));
+    assert!(
+        (libm::hypot(x, z) / expected - 1.0).abs() < 0.02,
+        "cylinder {} cm, not {expected}",
+        libm::hypot(x, z)
+    );
     assert!((y - 2.0).abs() < 0.01, "it hops or sinks: {y}");
 }
 
@@ -299,7 +307,7 @@ fn cylinders_rest() {
             let y = f64::from(y);
             assert!((y - height).abs() < 0.01, "tilt {tilt}, turn {turn}: height {y}, not {height}");
             if tilt == 0.0 || tilt == quarter {
-                assert!(x.hypot(z) < 1e-3, "tilt {tilt}, turn {turn}: crept {x}, {z}");
+                assert!(libm::hypotf(x, z) < 1e-3, "tilt {tilt}, turn {turn}: crept {x}, {z}");
             }
             let speed = solver.state.speeds.iter().map(|v| v.abs()).fold(0.0, f32::max);
             assert!(speed < 0.02, "tilt {tilt}, turn {turn}: still moves at {speed}");

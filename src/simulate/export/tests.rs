@@ -59,7 +59,7 @@ fn a_model_has_the_mass_and_the_places_of_the_assembly() {
     let mass: f64 = all(&document, "inertial").map(|node| numbers(node, "mass")[0]).sum();
     let wanted: f64 = assembly.elements.iter().map(|element| element.mass).sum();
     assert!((mass - wanted).abs() < 1e-12);
-    let lowest = assembly.elements.iter().map(|e| crate::simulate::extent::lowest(&e.shape, &e.pose));
+    let lowest = assembly.elements.iter().map(|e| e.shape.lowest(&e.pose));
     let lift = -lowest.fold(f64::INFINITY, f64::min);
     for (index, element) in assembly.elements.iter().enumerate() {
         let name = format!("element{index}");

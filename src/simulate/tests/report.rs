@@ -13,7 +13,7 @@ fn value(motion: &Motion) -> f64 {
     let ways = (0..motion.placements.len()).map(|element| {
         let (from, to) = (motion.pose(element, 0.0).unwrap(), motion.pose(element, motion.duration).unwrap());
         let way = to.translation.vector - from.translation.vector;
-        100.0 * way.x.hypot(way.z)
+        100.0 * libm::hypot(way.x, way.z)
     });
     ways.fold(f64::INFINITY, f64::min)
 }

@@ -56,7 +56,7 @@ fn drift(body: &Assembly, targets: &Targets, settings: &Settings) -> f64 {
     drive::<f32>(body, targets, settings, |_, solver| {
         let now = centre(solver);
         let way = now - *start.get_or_insert(now);
-        most = most.max(way.x.hypot(way.z));
+        most = most.max(libm::hypot(way.x, way.z));
     });
     most
 }
@@ -268,7 +268,7 @@ fn slide(tangent: f64, half: Vector3<f64>, heading: f64, settings: &Settings) ->
         solver.advance();
     }
     let way = centre(&solver) - start;
-    way.x.hypot(way.z)
+    libm::hypot(way.x, way.z)
 }
 
 #[test]
@@ -335,7 +335,7 @@ fn planted_feet_do_not_creep() {
                     let now = feet.map(|foot| poses[foot].0);
                     for (now, start) in now.iter().zip(start.get_or_insert(now)) {
                         let way = now - *start;
-                        most = most.max(way.x.hypot(way.z));
+                        most = most.max(libm::hypot(way.x, way.z));
                     }
                 }
             });
