@@ -8,6 +8,7 @@ pub mod design;
 pub mod document;
 pub mod drive;
 pub mod hardware;
+mod markup;
 pub mod reading;
 pub mod results;
 pub mod score;

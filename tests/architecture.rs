@@ -5,6 +5,7 @@ use crate::support::{read, root};
 /// The layers of the engine, first to last. Each may use itself and those before it.
 const ENGINE: &[&str] = &[
     "reading",
+    "markup",
     "world",
     "document",
     "design",
@@ -77,6 +78,33 @@ fn check(source: &str, layers: &[&str]) {
 fn layers_know_only_those_before_them() {
     check("src", ENGINE);
     check("grammar-lang/src", LANGUAGE);
+}
+
+/// What simulates, and what speaks with the board, could be crates of their own: they know what an assembly is, or a
+/// schedule, and nothing of grammars.
+#[test]
+fn solvers_and_the_link_to_the_board_know_no_grammar() {
+    let mut files = Vec::new();
+    rust_files(&root().join("src/simulate"), &mut files);
+    let solvers = files.len();
+    let link = ["link", "frame", "message", "session", "error"].map(|name| format!("src/hardware/{name}.rs"));
+    files.extend(link.iter().map(|path| root().join(path)).filter(|path| path.exists()));
+    assert!(solvers > 30 && files.len() > solvers + 3, "the test sees no files");
+    for file in files {
+        let name = file.strip_prefix(root()).unwrap().to_string_lossy().into_owned();
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert!(!text.contains("grammar_lang"), "{name} names the language");
+        let own = ["crate::simulate", "crate::hardware", "crate::design::assembly", "crate::markup"];
+        for (i, _) in text.match_indices("crate::") {
+            let path = &text[i..];
+            let is_macro = path.starts_with("crate::tests!");
+            assert!(
+                is_macro || own.iter().any(|own| path.starts_with(own)),
+                "{name} names {}",
+                path.lines().next().unwrap()
+            );
+        }
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //! and nothing is loaded.
 
 use super::finding::{Change, Finding, Plot};
-use crate::document::escape;
+use crate::markup::escape;
 use crate::results::report::page::STYLE;
 use crate::results::report::page::chart::{Chart, Scale, line};
 use crate::results::report::page::words::{counted, table};

@@ -1,9 +1,9 @@
 //! Source text as HTML: lightly coloured, names linked to where they are explained.
 
 use super::Module;
-use super::html::escape;
 use super::lex::{Kind, Piece, pieces};
 use super::names::{Meaning, Names};
+use crate::markup::escape;
 
 /// A declaration of a module. Its own name, which stands above it, is no link.
 pub(super) fn html(names: &Names<'_>, module: &Module, own: Option<&str>, text: &str) -> String {

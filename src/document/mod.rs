@@ -5,7 +5,6 @@
 //! declaration that this module has never heard of is shown like any other.
 
 mod code;
-mod html;
 mod lex;
 mod names;
 mod page;
@@ -21,7 +20,6 @@ use grammar_lang::syntax::{
     self,
     ast::{Item, ItemKind},
 };
-pub(crate) use html::escape;
 pub use names::is_name;
 
 /// What stands near the beginning of every page.

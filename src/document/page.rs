@@ -1,9 +1,9 @@
 //! The page: what texts declare, and where to find it.
 
-use super::html::escape;
 use super::names::Names;
 use super::sections::{Entry, Group, Import, about, grammar, groups, imports};
 use super::{Module, code, prose};
+use crate::markup::escape;
 
 const STYLE: &str = include_str!("page.css");
 

@@ -1,6 +1,6 @@
 //! Comments as prose: paragraphs, lists and `code`, and no more.
 
-use super::html::escape;
+use crate::markup::escape;
 
 /// What a block of lines is.
 #[derive(PartialEq)]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use super::dry_run::{angle, safe_words, word};
 use super::schedule::{Channel, Micros, Output, Schedule, ValveState, seconds};
-use crate::document::escape;
+use crate::markup::escape;
 
 pub(super) const WIDTH: f64 = 1000.0;
 pub(super) const LEFT: f64 = 190.0;

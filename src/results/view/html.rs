@@ -6,7 +6,7 @@ use sha2::{Digest as _, Sha256};
 
 use super::encode::Data;
 use super::{Check, Made, Making, Scene};
-use crate::document::escape;
+use crate::markup::escape;
 
 /// The frame: HTML with `{{name}}` where something goes.
 const FRAME: &str = include_str!("page.html");

@@ -1,7 +1,7 @@
 //! Writes XML, indented.
 
 use super::number;
-use crate::document::escape;
+use crate::markup::escape;
 
 /// A document while it is being written.
 #[derive(Debug, Default)]

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::document::escape;
+use crate::markup::escape;
 
 /// A scale from one round number to another.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -3,7 +3,7 @@
 use super::solid::{picture, scale};
 use super::words::{or_dash, value};
 use super::{Link, heading, label};
-use crate::document::escape;
+use crate::markup::escape;
 use crate::results::report::gather::bodies::{Piece, pieces};
 use crate::results::report::read::{Group, Run};
 

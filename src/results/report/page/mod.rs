@@ -17,7 +17,7 @@ use std::path::Path;
 
 use super::Reload;
 use super::read::{Group, Run, Standing};
-use crate::document::escape;
+use crate::markup::escape;
 
 /// The style of pages with charts.
 pub(crate) const STYLE: &str = include_str!("page.css");

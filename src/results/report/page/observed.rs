@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::chart::{Chart, Scale, hint};
 use super::words::{count, counted, figures, key, number, or_dash, percent, table, value};
 use super::{Link, axis, colour, heading, told};
-use crate::document::escape;
+use crate::markup::escape;
 use crate::results::report::gather::observed::{Kind, Occurrence, Seen, bins, classes, points, seen};
 use crate::results::report::gather::spread::Spread;
 use crate::results::report::read::Group;

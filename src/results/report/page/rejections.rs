@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::words::{count, counted, percent, table};
 use super::{Link, heading, told};
-use crate::document::escape;
+use crate::markup::escape;
 use crate::results::report::gather::rejections::{Rejections, rejections};
 use crate::results::report::gather::spread::share;
 use crate::results::report::read::Group;

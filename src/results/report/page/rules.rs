@@ -5,7 +5,7 @@ use grammar_lang::ir::Direction;
 use super::chart::{Chart, Scale, hint, line};
 use super::words::{count, counted, figures, key, or_dash, percent, table, value};
 use super::{Link, axis, colour, heading, told};
-use crate::document::escape;
+use crate::markup::escape;
 use crate::results::report::gather::rules::{Rule, rules};
 use crate::results::report::gather::spread::{Spread, share};
 use crate::results::report::read::Group;

@@ -5,7 +5,7 @@ use grammar_lang::source::SourceMap;
 
 use super::words::{count, counted, number, or_dash, paragraph, percent, table, value};
 use super::{Link, heading, told};
-use crate::document::escape;
+use crate::markup::escape;
 use crate::results::report::gather::runs::{better, spread};
 use crate::results::report::read::{Group, Run};
 

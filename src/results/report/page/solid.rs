@@ -4,7 +4,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::chart::path;
 use crate::design::assembly::Shape;
-use crate::document::escape;
+use crate::markup::escape;
 use crate::results::report::gather::bodies::Piece;
 
 /// Corners of what is round.

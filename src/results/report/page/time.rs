@@ -2,7 +2,7 @@
 
 use super::words::{count, counted, number, or_dash, paragraph, span, table};
 use super::{Link, label};
-use crate::document::escape;
+use crate::markup::escape;
 use crate::results::report::gather::runs::Time;
 use crate::results::report::read::Group;
 

@@ -1,6 +1,6 @@
 //! Numbers for people, and pieces of the page.
 
-use crate::document::escape;
+use crate::markup::escape;
 
 /// A number with about four digits.
 pub(crate) fn number(value: f64) -> String {

@@ -1,6 +1,6 @@
-//! Text as HTML.
+//! Text as markup: HTML, SVG and XML.
 
-/// A text with nothing in it that HTML would read as markup.
+/// A text with nothing in it that HTML or XML would read as markup.
 pub(crate) fn escape(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for c in text.chars() {
