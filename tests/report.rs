@@ -134,9 +134,26 @@ fn groups_are_compared_and_damage_is_told() {
     assert_code(&report(&[&one]), 0);
     let page = read(out.join("index.html"));
     assert!(page.contains("it was changed") && page.matches("class=\"solid\"").count() == 1);
+    for (other, told) in [
+        (read(other.join("seed-7/best.design.json")), "it is of another run"),
+        (text.replacen("\"value\": ", "\"value\": 9", 1), "another one than result.json says"),
+    ] {
+        std::fs::write(&design, other).unwrap();
+        assert_code(&report(&[&one]), 0);
+        assert!(read(out.join("index.html")).contains(told), "{told}");
+    }
     std::fs::write(&design, text.get(..200).unwrap()).unwrap();
     assert_code(&report(&[&one]), 0);
     assert!(read(out.join("index.html")).contains("is not a saved design"));
+
+    // The table and the result must agree.
+    let result = one.join("seed-5/result.json");
+    let text = read(result.clone());
+    let mut changed: serde_json::Value = serde_json::from_str(&text).unwrap();
+    changed["value"] = serde_json::json!(1000.0);
+    std::fs::write(&result, changed.to_string()).unwrap();
+    says(&[&one], "evals.csv and result.json name different bests");
+    std::fs::write(&result, text).unwrap();
 
     // A killed run may have half a row, a complete one not.
     let evals = one.join("seed-5/evals.csv");

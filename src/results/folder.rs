@@ -29,7 +29,7 @@ const SOURCES: &str = "sources";
 pub(super) const EVALS: &str = "evals.csv";
 const CHECKPOINT: &str = "checkpoint";
 pub(super) const BEST: &str = "best.design.json";
-const RESULT: &str = "result.json";
+pub(super) const RESULT: &str = "result.json";
 
 /// What a run was asked; the content of `run.toml`.
 #[derive(Clone, Debug, Serialize, Deserialize)]

@@ -8,7 +8,7 @@ use grammar_lang::ir::{Direction, RuleSet};
 use grammar_lang::source::SourceMap;
 
 use super::moves::{Move, lineage, moves};
-use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RUN};
+use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RESULT, RUN};
 use crate::results::judge::confirmed;
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::series::{self, RUNS, is_series, run_folder};
@@ -255,14 +255,40 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String
         (None, Asker::Anybody) if is_locked(&path.join(RUN)) => Standing::UnderWay,
         (None, Asker::Anybody | Asker::Gone) => Standing::Stopped,
     };
+    if let Standing::Complete(finished) = &standing
+        && let Some(last) = moves.last()
+        && last.best.map(f64::to_bits) != finished.value.map(f64::to_bits)
+    {
+        return Err(format!(
+            "{} is damaged: {EVALS} and {RESULT} name different bests; restore it, or leave this run out of the report",
+            path.display()
+        ));
+    }
     let best = path.join(BEST);
     let found = || {
         let design = SavedDesign::read(&best)?;
+        belongs(&design, &asked, &standing)?;
         let rules = compiled.get(&design.grammar);
         Ok(Found { design, rules })
     };
     let design = best.exists().then(found);
     Ok(Run { path: path.to_owned(), asked, rules, standing, moves, design, sittings: sittings::read(path) })
+}
+
+/// Checks that a design is that of a run, as far as the two tell.
+fn belongs(design: &SavedDesign, asked: &Asked, standing: &Standing) -> Result<(), String> {
+    if design.seed != asked.seed || design.grammar.rules != asked.rules {
+        return Err(format!(
+            "it is of another run (grammar {}, seed {}): the file was replaced",
+            design.grammar.name, design.seed
+        ));
+    }
+    match standing {
+        Standing::Complete(finished) if finished.value != Some(design.value) => {
+            Err(format!("its value is another one than {RESULT} says: it was changed"))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Grammars that have been compiled already: runs share them.
