@@ -208,7 +208,7 @@ fn what_is_said_before_there_is_a_design_holds_for_designs() {
             let scope = DesignScope::new(&rules, &derivation).at_temperature(seed as f64);
             let requirements = rules.requirements.iter().map(|r| &r.condition);
             let weights = rules.rules.iter().map(|r| &r.weight);
-            let moves = rules.search.inner.iter().map(|s| &s.moves);
+            let moves = rules.search.curves.iter().map(|curves| &curves.schedule.moves);
             requirements.chain(weights).chain(moves).for_each(|e| holds_for(e, &facts, &scope, &mut checked));
         }
     }

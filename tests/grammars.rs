@@ -71,7 +71,7 @@ fn morphology_shares_its_rules_with_codesign() {
         assert_eq!(of(&codesign), of(&morphology));
     }
     assert_eq!(morphology.patterns.len(), 7, "six patterns and rest");
-    assert!(morphology.search.inner.is_none(), "no inner loop");
+    assert!(morphology.search.curves.is_none(), "no loop over curves");
     assert_eq!(codesign.requirements.len(), morphology.requirements.len());
 }
 

@@ -335,3 +335,29 @@ fn what_would_be_mended_is_shown_as_a_difference() {
     assert!(errors(&output).contains("nothing would be mended"));
     assert_eq!(sgc(folder.path(), &["check", "--diff", "--fix", "b.sgr"]).status.code(), Some(2));
 }
+
+#[test]
+fn searches_and_variants_of_an_earlier_version_are_mended_to_what_they_meant() {
+    let case = |name: &str| std::fs::read_to_string(root().join("tests/cases").join(name)).unwrap();
+    let base = case("bases/worm.sgr").replace("search   plain_annealing", "search   kinds");
+    let folder = folder(&[
+        ("kinds.sgr", &case("search-of-earlier-version.sgr")),
+        (
+            "worm.sgr",
+            &base.replace("use std.search     { plain_annealing }", "use \"./kinds.sgr\" { kinds }"),
+        ),
+        (
+            "odd.sgr",
+            "variant odd of \"./worm.sgr\" {\n  set kinds.outer.archive.size.cells = 5\n  \
+             set kinds.inner.cma_es.spread = 20 %\n}\n",
+        ),
+    ]);
+    let output = sgc(folder.path(), &["check", "--fix", "kinds.sgr", "worm.sgr", "odd.sgr"]);
+    assert_eq!(output.status.code(), Some(0), "{}{}", out(&output), errors(&output));
+    let output = sgc(folder.path(), &["compile", "odd.sgr", "--emit", "resolved"]);
+    let resolved = out(&output);
+    let search = resolved.split("search kinds {").nth(1).unwrap_or_else(|| panic!("{resolved}"));
+    for said in ["bodies archive {", "cells = 5 }", "curves cma_es {", "spread = 0.2"] {
+        assert!(search.contains(said), "{said}: {search}");
+    }
+}

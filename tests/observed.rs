@@ -52,7 +52,7 @@ fn what_is_observed_stands_beside_the_value() {
         ("", ""),
         ("use std.search { nested_evolution }", "replace search nested_evolution"),
         ("use std.search { many_kinds }", "replace search many_kinds"),
-        ("", "set nested_annealing.outer.chains = 3 set nested_annealing.inner.chains = 2"),
+        ("", "set nested_annealing.bodies.chains = 3 set nested_annealing.curves.chains = 2"),
     ];
     for (number, (imports, edits)) in searches.into_iter().enumerate() {
         let grammar = variant(folder.path(), imports, edits);

@@ -118,7 +118,7 @@ fn the_inner_loop_stops_also_where_the_best_is_not_positive() {
         .unwrap();
     assert!(outcome.evaluations > 800, "{}", outcome.evaluations);
     // 150 iterations of at most 15 moves and a few more, not 300.
-    assert!(most < 300 * 5, "an inner loop took {most} evaluations");
+    assert!(most < 300 * 5, "a loop over curves took {most} evaluations");
 }
 
 #[test]
@@ -329,7 +329,7 @@ fn with_search(search: &str) -> RuleSet {
     compile_texts(&texts, "grammars/codesign.sgr").unwrap()
 }
 
-const BODIES: &str = "outer { iterations = 50  moves = 3  temperature = 9  stop = false }";
+const BODIES: &str = "bodies annealing { iterations = 50  moves = 3  temperature = 9  stop = false }";
 
 /// It goes the same way with any number of threads, in one sitting or in many.
 fn is_repeatable(rules: &RuleSet) -> (Outcome, Vec<String>) {
@@ -345,13 +345,13 @@ fn is_repeatable(rules: &RuleSet) -> (Outcome, Vec<String>) {
 #[test]
 fn chains_of_curves_take_turns_and_change_places() {
     let rules = with_search(&format!(
-        "{BODIES} inner {{ iterations = 5  moves = 3  stop = false  walk = 7  chains = 5  exchange = true
+        "{BODIES} curves annealing {{ iterations = 5  moves = 3  stop = false  walk = 7  chains = 5  exchange = true
            temperature = geometric(deviation, 1.5, chain) }}"
     ));
     is_repeatable(&rules);
     // A walk of seven, five starts, and fifteen rounds of five, but for checks at half the step.
     let apart = with_search(&format!(
-        "{BODIES} inner {{ iterations = 5  moves = 3  stop = false  walk = 7  chains = 5
+        "{BODIES} curves annealing {{ iterations = 5  moves = 3  stop = false  walk = 7  chains = 5
            temperature = geometric(deviation, 1.5, chain) }}"
     ));
     assert_ne!(search(&rules, 2, 2, 300).1, search(&apart, 2, 2, 300).1, "exchanges change what is found");
@@ -362,7 +362,7 @@ fn what_was_foreseen_wrongly_changes_nothing() {
     // Two moves an iteration, so that most futures lie in iterations to come, whose temperatures depend on what is
     // accepted until then; and what stops depends on it, too.
     let rules = with_search(&format!(
-        "{BODIES} inner {{ iterations = 40  moves = 2  stop = stagnant >= 3  
+        "{BODIES} curves annealing {{ iterations = 40  moves = 2  stop = stagnant >= 3  
            temperature = if refused >= 2 then 9 + temperature else 0.1 + best / 10 }}"
     ));
     let go = |lanes, jobs| {
@@ -389,9 +389,9 @@ fn what_was_foreseen_wrongly_changes_nothing() {
 #[test]
 fn chains_of_bodies_take_turns_after_a_random_walk() {
     let rules = with_search(
-        "outer { iterations = 50  moves = 2  stop = false  walk = 6  chains = 3  exchange = iteration > 1
+        "bodies annealing { iterations = 50  moves = 2  stop = false  walk = 6  chains = 3  exchange = iteration > 1
                  temperature = reheated(cauchy(deviation, 0.2, iteration), 3, deviation, 9) }
-         inner { iterations = 2  moves = 2  temperature = 1  stop = false }",
+         curves annealing { iterations = 2  moves = 2  temperature = 1  stop = false }",
     );
     let (_, log) = is_repeatable(&rules);
     let chain = |row: &String| row.split("chain: ").nth(1)?.split(',').next()?.parse::<usize>().ok();
@@ -407,8 +407,9 @@ fn chains_of_bodies_take_turns_after_a_random_walk() {
 
 #[test]
 fn a_walk_among_equals_says_that_no_temperature_follows() {
-    let rules =
-        with_search("outer { iterations = 50  moves = 2  stop = false  walk = 3  temperature = deviation }");
+    let rules = with_search(
+        "bodies annealing { iterations = 50  moves = 2  stop = false  walk = 3  temperature = deviation }",
+    );
     let mut equal = rules.clone();
     let zero = &mut equal.tasks[0].objective.value;
     zero.kind = grammar_lang::ir::ExprKind::Number(0.0);
@@ -429,9 +430,9 @@ fn a_walk_among_equals_says_that_no_temperature_follows() {
 #[test]
 fn curves_evolve_and_begin_warm() {
     let inner =
-        "inner { iterations = 6  moves = 8  stop = false  cma_es { spread = 30 %  restart = iteration == 3 }";
+        "curves cma_es { iterations = 6  moves = 8  stop = false  spread = 30 %   restart = iteration == 3";
     let cold = with_search(&format!("{BODIES} {inner} }}"));
-    let warm = with_search(&format!("{BODIES} {inner} warm = true }}"));
+    let warm = with_search(&format!("{BODIES} {inner}  warm = true }}"));
     let (_, log_cold) = is_repeatable(&cold);
     let (_, log_warm) = is_repeatable(&warm);
     assert_ne!(log_cold, log_warm, "warm starts change what is found");
@@ -440,10 +441,10 @@ fn curves_evolve_and_begin_warm() {
 #[test]
 fn the_best_of_each_kind_is_kept() {
     let rules = with_search(
-        "outer { iterations = 50  moves = 3  stop = false
-                 archive { size { value = count(part)  from = 1  to = 11  cells = 5 }
+        "bodies archive { iterations = 50  moves = 3  stop = false
+                 descriptors { size { value = count(part)  from = 1  to = 11  cells = 5 }
                            sinks { value = fall  from = 0 cm  to = 2 cm  cells = 2 } } }
-         inner { iterations = 2  moves = 6  stop = false  warm = true  cma_es { spread = 30 % } }",
+         curves cma_es { iterations = 2  moves = 6  stop = false  warm = true  spread = 30 % }",
     );
     let (_, log) = is_repeatable(&rules);
     // What is kept is a new kind or better than what was of its kind.

@@ -107,7 +107,7 @@ impl Progress {
         }
     }
 
-    /// Notes a completed outer move.
+    /// Notes a completed move of a body.
     pub(super) fn moved(&mut self, number: usize, best: Option<f64>, temperature: f64) {
         (self.moves, self.best, self.temperature) = (number, best, temperature);
     }

@@ -44,7 +44,8 @@ pub(super) fn write(
 
 fn table(rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> String {
     let mut text = String::from("design");
-    let descriptors: Vec<_> = rules.search.outer.archive.iter().flatten().collect();
+    let descriptors: Vec<_> =
+        rules.search.archive().into_iter().flat_map(|archive| &archive.descriptors).collect();
     for (name, _) in &descriptors {
         let _ = write!(text, ",{name},{name}_from,{name}_to");
     }

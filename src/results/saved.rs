@@ -76,7 +76,7 @@ pub struct SavedDesign {
     pub seed: u64,
     /// The solver that gave the value.
     pub solver: String,
-    /// The number of the outer move that found it.
+    /// The number of the move that found it.
     pub found_at: usize,
     /// The value of the objective.
     pub value: f64,

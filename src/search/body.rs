@@ -6,7 +6,7 @@ use grammar_lang::ir::{RuleSet, Task};
 
 use super::cache::Cache;
 use super::crew::Crew;
-use super::inner::{Pace, Tuner};
+use super::curves::{Pace, Tuner};
 use super::state::{Body, Tune, Tuning};
 use super::tally::{Missing, Tally};
 use super::{Bounds, Failure};
@@ -15,7 +15,7 @@ use crate::derive::random::Stream;
 use crate::drive::{Drive, Parameters};
 use crate::simulate::Model;
 
-/// The inner loops of one body. What they know is in a [`Body`].
+/// The loops over the curves of one body. What they know is in a [`Body`].
 pub(super) struct Tasks<'a> {
     pub(super) rules: &'a RuleSet,
     pub(super) model: &'a dyn Model,

@@ -9,13 +9,13 @@
 //! All that the loops know is in [`State`]: it can be saved between any two batches of
 //! evaluations, and a search that goes on from it does what it would have done.
 
+mod bodies;
 mod body;
 mod cache;
 mod crew;
+mod curves;
 mod evaluator;
 mod gains;
-mod inner;
-mod outer;
 mod schedule;
 mod state;
 mod tally;
@@ -26,9 +26,9 @@ use std::sync::atomic::AtomicBool;
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{RuleSet, Task};
 
+pub use bodies::{Observer, Outcome, Row, go_on, run, tune_body};
 pub use crew::{Jobs, Threads};
 pub use evaluator::{settings, solver};
-pub use outer::{Observer, Outcome, Row, go_on, run, tune_body};
 pub use state::{Best, State, Tune};
 pub use tally::Tally;
 

@@ -1,7 +1,7 @@
 //! What the expressions of a schedule can read, and their values.
 
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
-use grammar_lang::ir::{Direction, Expr, Function, RuleSet, Schedule, Word};
+use grammar_lang::ir::{Annealing, CmaEs, Direction, Expr, Function, RuleSet, Schedule, Word};
 
 use serde::{Deserialize, Serialize};
 
@@ -177,9 +177,9 @@ impl Plan<'_> {
         Ok(Some(Iteration { moves, made: 0 }))
     }
 
-    /// The temperature of the iteration that begins; zero where there is none.
-    pub(super) fn temperature(&self) -> Result<f64, EvalError> {
-        self.schedule.temperature.as_ref().map_or(Ok(0.0), |temperature| self.number(temperature))
+    /// The temperature of the iteration that begins.
+    pub(super) fn temperature(&self, annealing: &Annealing) -> Result<f64, EvalError> {
+        self.number(&annealing.temperature)
     }
 
     /// Whether the stopping rule applies, after an iteration.
@@ -188,14 +188,13 @@ impl Plan<'_> {
     }
 
     /// Whether chains may change places now.
-    pub(super) fn exchanges(&self) -> Result<bool, EvalError> {
-        self.schedule.exchange.as_ref().map_or(Ok(false), |exchange| self.is_true(exchange))
+    pub(super) fn exchanges(&self, annealing: &Annealing) -> Result<bool, EvalError> {
+        annealing.exchange.as_ref().map_or(Ok(false), |exchange| self.is_true(exchange))
     }
 
     /// Whether a distribution is to begin anew elsewhere.
-    pub(super) fn restarts(&self) -> Result<bool, EvalError> {
-        let restart = self.schedule.cma_es.as_ref().and_then(|cma_es| cma_es.restart.as_ref());
-        restart.map_or(Ok(false), |restart| self.is_true(restart))
+    pub(super) fn restarts(&self, cma_es: &CmaEs) -> Result<bool, EvalError> {
+        cma_es.restart.as_ref().map_or(Ok(false), |restart| self.is_true(restart))
     }
 }
 

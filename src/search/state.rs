@@ -47,7 +47,7 @@ pub struct State<D = Arc<Derivation>> {
 /// A design that was judged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Place<D> {
-    /// The outer move that made it; 0 is the initial design.
+    /// The move that made it; 0 is the initial design.
     pub(super) number: usize,
     pub(super) derivation: D,
     /// Its value; none if no evaluation was valid.
@@ -92,7 +92,7 @@ pub struct Best<D = Arc<Derivation>> {
     pub tasks: Vec<Tune>,
     /// Its value, as the grammar states the objective.
     pub value: f64,
-    /// The outer move that found it; 0 is the initial design.
+    /// The move that found it; 0 is the initial design.
     pub found_at: usize,
 }
 

@@ -5,6 +5,7 @@ mod hardware;
 mod lattice;
 mod novelty;
 mod resolved;
+mod search;
 mod spans;
 mod table;
 mod terms;
@@ -18,6 +19,10 @@ pub use hardware::{Backend, PINS, Pneumatic, Prototype, Supply, Target, Tendon};
 pub use lattice::{Cell, Cells, Fallback, JOINED, Lattice};
 pub use novelty::{Feature, Novelty};
 pub use resolved::resolved;
+pub use search::{
+    Annealing, Archive, BodyLoop, BodyMethod, CmaEs, CurveLoop, CurveMethod, Descriptor, Schedule, Search,
+    SearchMethod,
+};
 pub use spans::without_spans;
 pub use table::Table;
 pub use terms::builds_on;
@@ -34,7 +39,7 @@ pub const BLOCK_PORTS: &[&str] = &["front", "back", "left", "right", "top", "bot
 pub const ACTUATOR_PORTS: &[&str] = &["base", "tip"];
 
 /// The version of this format.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 
 /// A whole grammar, checked.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -99,7 +104,7 @@ pub struct RuleSet {
     pub from: Option<String>,
 }
 
-/// What a body is asked to do, with an actuation and an inner search of its own.
+/// What a body is asked to do, with its own actuation and its own search of curves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Task {
     /// Which actuation drives which actuator.
@@ -109,7 +114,7 @@ pub struct Task {
     /// The target whose limits hold in the simulation, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on: Option<String>,
-    /// What the inner search wants: an expression over the recorded motion.
+    /// What the search of curves wants: an expression over the recorded motion.
     pub objective: Objective,
 }
 
@@ -648,76 +653,6 @@ pub struct Objective {
     pub value: Expr,
     /// The unit of that number, for people; empty if it has none.
     pub unit: String,
-}
-
-/// A nested search.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Search {
-    /// Its name.
-    pub name: String,
-    /// What a new best must keep of its value when simulated more finely.
-    pub keep: f64,
-    /// The loop over bodies.
-    pub outer: Schedule,
-    /// The loop over curves of one body, if there is one.
-    pub inner: Option<Schedule>,
-}
-
-/// A loop of a search: expressions of the search stage, and how candidates are drawn and kept. There
-/// is one of `temperature`, `cma_es` and `archive`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Schedule {
-    /// Greatest number of iterations.
-    pub iterations: Expr,
-    /// Moves in an iteration, of each chain; samples of a generation.
-    pub moves: Expr,
-    /// The temperature of an iteration, if the loop anneals.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub temperature: Option<Expr>,
-    /// Whether to stop, asked after each iteration.
-    pub stop: Expr,
-    /// How many moves a random walk makes before the annealing, whose values `deviation` tells.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub walk: Option<usize>,
-    /// How many annealing chains go on side by side, if not one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub chains: Option<usize>,
-    /// Whether neighbouring chains may change places, asked after each iteration.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub exchange: Option<Expr>,
-    /// Whether curves start from those of the body that this one was made of.
-    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
-    pub warm: bool,
-    /// Evolution of a normal distribution in place of annealing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub cma_es: Option<CmaEs>,
-    /// The best of each kind in place of annealing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub archive: Option<IndexMap<String, Descriptor>>,
-}
-
-/// Covariance matrix adaptation (Hansen 2016): a normal distribution of curves that follows the better half of
-/// its samples.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CmaEs {
-    /// The first standard deviation, as a share of each value's range.
-    pub spread: f64,
-    /// Whether to begin anew elsewhere, asked after each iteration.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub restart: Option<Expr>,
-}
-
-/// What tells kinds of designs apart (MAP-Elites, Mouret and Clune 2015).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Descriptor {
-    /// A quantity of the score stage, of the motion of the first task.
-    pub value: Expr,
-    /// Where the first cell begins, in SI units; what is less belongs to it, too.
-    pub from: f64,
-    /// Where the last cell ends, in SI units; what is more belongs to it, too.
-    pub to: f64,
-    /// How many cells there are.
-    pub cells: usize,
 }
 
 impl RuleSet {

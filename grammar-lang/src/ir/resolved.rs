@@ -6,9 +6,9 @@ use std::fmt::Write;
 use indexmap::IndexMap;
 
 use super::{
-    Actuation, Actuator, Backend, Cells, Effect, Expr, ExprKind, Feature, Gather, Group, Holding,
-    InstanceParam, Kernel, Matched, Method, Model, Objective, Owner, Part, Pneumatic, Rule, RuleSet,
-    Schedule, Shape, Speed, Spread, Symmetry, Table, Target, Tendon, Ty,
+    Actuation, Actuator, Archive, Backend, Cells, Descriptor, Effect, Expr, ExprKind, Feature, Gather, Group,
+    Holding, InstanceParam, Kernel, Matched, Method, Model, Objective, Owner, Part, Pneumatic, Rule, RuleSet,
+    Schedule, SearchMethod, Shape, Speed, Spread, Symmetry, Table, Target, Tendon, Ty,
 };
 use crate::units::{self, Dimension};
 
@@ -220,9 +220,11 @@ impl Writer<'_> {
         let from = rules.from.as_ref().map_or(String::new(), |from| format!(" from {from}"));
         self.line(0, format!("search {}{from} {{", rules.search.name));
         self.line(1, format!("keep = {}", rules.search.keep));
-        self.schedule("outer", &rules.search.outer);
-        if let Some(inner) = &rules.search.inner {
-            self.schedule("inner", inner);
+        if let Some(bodies) = &rules.search.bodies {
+            self.searched("bodies", &bodies.schedule, bodies.method(), false);
+        }
+        if let Some(curves) = &rules.search.curves {
+            self.searched("curves", &curves.schedule, curves.method(), curves.warm);
         }
         self.line(0, "}");
     }
@@ -547,38 +549,50 @@ impl Writer<'_> {
         self.line(indent, "}");
     }
 
-    fn schedule(&mut self, name: &str, schedule: &Schedule) {
-        self.line(1, format!("{name} {{"));
+    /// A loop of a search.
+    fn searched(&mut self, name: &str, schedule: &Schedule, method: SearchMethod<'_>, warm: bool) {
+        self.line(1, format!("{name} {} {{", method.name()));
         let show = |value: &Expr| self.expr(value, &Names::new());
-        let known = [
-            ("walk", schedule.walk.map(|n| n.to_string())),
-            ("chains", schedule.chains.map(|n| n.to_string())),
-            ("exchange", schedule.exchange.as_ref().map(show)),
-            ("warm", schedule.warm.then(|| "true".to_owned())),
+        let own = match method {
+            SearchMethod::Annealing(annealing) => vec![
+                ("walk", annealing.walk.map(|n| n.to_string())),
+                ("chains", annealing.chains.map(|n| n.to_string())),
+                ("exchange", annealing.exchange.as_ref().map(show)),
+            ],
+            SearchMethod::CmaEs(cma_es) => vec![
+                ("spread", Some(cma_es.spread.to_string())),
+                ("restart", cma_es.restart.as_ref().map(show)),
+            ],
+            SearchMethod::Archive(_) => Vec::new(),
+        };
+        let temperature = match method {
+            SearchMethod::Annealing(annealing) => Some(show(&annealing.temperature)),
+            SearchMethod::CmaEs(_) | SearchMethod::Archive(_) => None,
+        };
+        let shared = [
+            ("warm", warm.then(|| "true".to_owned())),
             ("iterations", Some(show(&schedule.iterations))),
             ("moves", Some(show(&schedule.moves))),
-            ("temperature", schedule.temperature.as_ref().map(show)),
+            ("temperature", temperature),
             ("stop", Some(show(&schedule.stop))),
         ];
-        let mut fields: Vec<String> =
-            known.into_iter().filter_map(|(field, value)| Some(format!("{field} = {}", value?))).collect();
-        if let Some(cma_es) = &schedule.cma_es {
-            let restart =
-                cma_es.restart.as_ref().map_or(String::new(), |r| format!(", restart = {}", show(r)));
-            fields.push(format!("cma_es {{ spread = {}{restart} }}", cma_es.spread));
+        let given = own.into_iter().chain(shared);
+        let mut lines: Vec<String> =
+            given.filter_map(|(field, value)| Some(format!("{field} = {}", value?))).collect();
+        if let SearchMethod::Archive(Archive { descriptors }) = method {
+            lines.extend(descriptors.iter().map(|(name, kind)| self.descriptor(name, kind)));
         }
-        for (name, kind) in schedule.archive.iter().flatten() {
-            let scale = |x: f64| self.constant(x, &kind.value.ty);
-            let (value, from, to) = (show(&kind.value), scale(kind.from), scale(kind.to));
-            let cells = kind.cells;
-            fields.push(format!(
-                "archive {name} {{ value = {value}, from = {from}, to = {to}, cells = {cells} }}"
-            ));
-        }
-        for field in fields {
-            self.line(2, field);
+        for line in lines {
+            self.line(2, line);
         }
         self.line(1, "}");
+    }
+
+    fn descriptor(&self, name: &str, kind: &Descriptor) -> String {
+        let scale = |x: f64| self.constant(x, &kind.value.ty);
+        let (value, from, to) = (self.expr(&kind.value, &Names::new()), scale(kind.from), scale(kind.to));
+        let cells = kind.cells;
+        format!("descriptor {name} {{ value = {value}, from = {from}, to = {to}, cells = {cells} }}")
     }
 
     /// An expression, with brackets around everything that could be read in two ways.

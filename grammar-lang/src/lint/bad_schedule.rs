@@ -1,13 +1,12 @@
 //! A schedule that does nothing: no iteration, no move, or a negative temperature.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::ExprKind;
+use crate::ir::{Annealing, ExprKind, SearchMethod};
 
 use super::known::Known;
-use super::places::schedules;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
-    for schedule in schedules(known.ruleset) {
+    for (schedule, method) in known.ruleset.search.loops() {
         let most = |expr| known.numbers(expr).high;
         let mut report = |span, message: &str, label: &str, help: &str| {
             findings.push(Diagnostic::new(Code::BAD_SCHEDULE, span, message).label(label).help(help));
@@ -19,7 +18,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 report(expr.span, &message, "never 1 or more", "write a number above zero");
             }
         }
-        if let Some(temperature) = &schedule.temperature
+        if let SearchMethod::Annealing(Annealing { temperature, .. }) = method
             && most(temperature) < 0.0
         {
             let span = temperature.span;

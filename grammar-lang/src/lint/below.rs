@@ -3,7 +3,7 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Scope, Value, evaluate};
-use crate::ir::{Expr, ExprKind, Kernel, RuleSet, Schedule, Spread, Word};
+use crate::ir::{Annealing, Expr, ExprKind, Kernel, RuleSet, Schedule, SearchMethod, Spread, Word};
 use crate::units;
 
 use super::known::Known;
@@ -40,15 +40,15 @@ impl Moment<'_> {
 }
 
 /// The moments that a search comes to: as far as it certainly goes.
-fn course<'r>(ruleset: &'r RuleSet, schedule: &'r Schedule) -> Vec<Moment<'r>> {
+fn course<'r>(ruleset: &'r RuleSet, schedule: &Schedule, method: SearchMethod<'_>) -> Vec<Moment<'r>> {
     let moment = |i: usize, temperature| Moment { ruleset, iteration: i as f64, temperature };
     let most = moment(0, 0.0).number(&schedule.iterations).unwrap_or(0.0).clamp(0.0, FOLLOWED as f64);
     let mut all = Vec::new();
     for i in 0..most as usize {
         let before = all.last().map_or(0.0, |m: &Moment<'_>| m.temperature);
-        let temperature = match &schedule.temperature {
-            Some(temperature) => moment(i, before).number(temperature),
-            None => Some(0.0),
+        let temperature = match method {
+            SearchMethod::Annealing(annealing) => moment(i, before).number(&annealing.temperature),
+            SearchMethod::Archive(_) | SearchMethod::CmaEs(_) => Some(0.0),
         };
         let Some(temperature) = temperature else { break };
         // What cannot be known here may stop the search.
@@ -63,24 +63,27 @@ fn course<'r>(ruleset: &'r RuleSet, schedule: &'r Schedule) -> Vec<Moment<'r>> {
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
-    let outer = course(ruleset, &ruleset.search.outer);
-    for schedule in super::places::schedules(ruleset) {
-        cold(ruleset, schedule, findings);
+    let search = &ruleset.search;
+    for (schedule, method) in search.loops() {
+        cold(ruleset, schedule, method, findings);
     }
+    // Where no bodies are searched for, no rule is applied.
+    let bodies = search.bodies.as_ref().map(|bodies| course(ruleset, &bodies.schedule, bodies.method()));
+    let bodies = bodies.unwrap_or_default();
     for rule in &ruleset.rules {
-        if let Some((moment, x)) = first(&outer, &rule.weight, |x| x < 0.0) {
+        if let Some((moment, x)) = first(&bodies, &rule.weight, |x| x < 0.0) {
             let message = format!("the weight of the rule `{}` falls below zero", rule.name);
             findings.push(told(Code::WEIGHT_BELOW, &rule.weight, message, moment, x));
         }
         for choice in &rule.choices {
             if let Spread::Normal(_, deviation) = &choice.spread {
-                spread(&outer, deviation, "a deviation falls below zero", |x| x < 0.0, findings);
+                spread(&bodies, deviation, "a deviation falls below zero", |x| x < 0.0, findings);
             }
         }
     }
-    // Curves are varied within the inner loop, or else with the body.
-    let inner = ruleset.search.inner.as_ref().map(|schedule| course(ruleset, schedule));
-    let course = inner.as_ref().unwrap_or(&outer);
+    // Curves are varied within their own loop, or else with the body.
+    let curves = search.curves.as_ref().map(|curves| course(ruleset, &curves.schedule, curves.method()));
+    let course = curves.as_ref().unwrap_or(&bodies);
     for mutation in ruleset.actuations.values().flat_map(|a| &a.variables).map(|v| &v.mutation) {
         let beyond = |x: f64| !(0.0..=1.0).contains(&x);
         spread(course, &mutation.probability, "a probability leaves 0 .. 1", beyond, findings);
@@ -90,11 +93,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-fn cold(ruleset: &RuleSet, schedule: &Schedule, findings: &mut Vec<Diagnostic>) {
-    let all = course(ruleset, schedule);
-    if let (Some(temperature), Some(moment)) =
-        (&schedule.temperature, all.iter().find(|m| m.temperature < 0.0))
-    {
+fn cold(ruleset: &RuleSet, schedule: &Schedule, method: SearchMethod<'_>, findings: &mut Vec<Diagnostic>) {
+    let SearchMethod::Annealing(Annealing { temperature, .. }) = method else { return };
+    let all = course(ruleset, schedule, method);
+    if let Some(moment) = all.iter().find(|m| m.temperature < 0.0) {
         findings.push(
             Diagnostic::new(Code::COLD, temperature.span, "the temperature falls below zero")
                 .label(format!(

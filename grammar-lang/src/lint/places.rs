@@ -1,7 +1,7 @@
 //! Where expressions stand in a rule set, with what is known of their locals.
 
 use crate::bounds::{Abstract, actuation_locals};
-use crate::ir::{Effect, Expr, Kernel, Rule, RuleSet, Schedule, Spread};
+use crate::ir::{Effect, Expr, Kernel, Rule, SearchMethod, Spread};
 
 use super::known::Known;
 
@@ -15,11 +15,6 @@ pub(super) struct Place<'r> {
 pub(super) fn conditions(rule: &Rule) -> impl Iterator<Item = &Expr> {
     let matched = rule.matches.iter().filter_map(|m| m.condition.as_ref());
     matched.chain(rule.guards.iter().map(|g| &g.condition))
-}
-
-/// The schedules of the search.
-pub(super) fn schedules(ruleset: &RuleSet) -> impl Iterator<Item = &Schedule> {
-    [Some(&ruleset.search.outer), ruleset.search.inner.as_ref()].into_iter().flatten()
 }
 
 /// Every expression that is evaluated while designs are made, driven, scored and searched.
@@ -47,12 +42,12 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Place<'r>> {
     add(ruleset.terms.values().map(|term| &term.value).collect(), Vec::new());
     add(ruleset.tasks.values().map(|task| &task.objective.value).collect(), Vec::new());
     add(vec![&ruleset.objective.value], Vec::new());
-    for schedule in schedules(ruleset) {
-        let parts = [&schedule.iterations, &schedule.moves, &schedule.stop];
-        let restart = schedule.cma_es.as_ref().and_then(|cma_es| cma_es.restart.as_ref());
-        let further = [schedule.temperature.as_ref(), schedule.exchange.as_ref(), restart];
-        let described = schedule.archive.iter().flat_map(|kinds| kinds.values()).map(|kind| &kind.value);
-        add(parts.into_iter().chain(further.into_iter().flatten()).chain(described).collect(), Vec::new());
+    for (schedule, method) in ruleset.search.loops() {
+        let mut exprs: Vec<&Expr> = schedule.exprs().into_iter().chain(method.scheduled()).collect();
+        if let SearchMethod::Archive(archive) = method {
+            exprs.extend(archive.descriptors.values().map(|kind| &kind.value));
+        }
+        add(exprs, Vec::new());
     }
     all
 }

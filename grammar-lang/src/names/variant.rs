@@ -10,12 +10,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::mem::discriminant;
 
 use super::{Declaration, Loader, declared};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean};
 use crate::source::Span;
 use crate::syntax::ast::{
     Block, Edit, EditKind, Expr, ExprKind, Field, Item, ItemKind, Name, NoveltyClause, RuleClause,
     RuleClauseKind, Variant,
 };
+use crate::syntax::earlier;
 
 /// Finds what is compiled: a grammar of the first text, or a variant of it. Then
 /// applies the edits of the variants, from the one nearest to the grammar outwards.
@@ -394,8 +395,13 @@ fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<
         );
         return;
     }
+    let is_search = matches!(item.kind, ItemKind::Search(_));
     let outcome = change_item(item, rest, &change);
     if let Err(offers) = outcome {
+        if let Some(told) = earlier_path(rest).filter(|_| is_search) {
+            loader.errors.push(told);
+            return;
+        }
         let last = path.last().unwrap_or(head);
         let whole: Vec<&str> = path.iter().map(|n| n.text.as_str()).collect();
         let within = rest
@@ -420,6 +426,26 @@ fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<
             .help(help),
         );
     }
+}
+
+/// A path into a search that was right in an earlier version.
+fn earlier_path(rest: &[Name]) -> Option<Diagnostic> {
+    let (group, within) = rest.split_first()?;
+    let now = earlier::loop_now(&group.text)?;
+    let mut fix = Fix::replace(group.span, now, format!("write `{now}`"));
+    match within {
+        [block, field, ..] if block.text == earlier::EVOLUTION => {
+            fix = fix.and(Span { end: field.span.start, ..block.span }, "");
+        }
+        [block, ..] if block.text == earlier::DESCRIPTORS => fix = fix.and(block.span, "descriptors"),
+        _ => {}
+    }
+    Some(
+        Diagnostic::new(Code::NOTHING_TO_CHANGE, group.span, format!("a search has no `{}`", group.text))
+            .label(format!("it is called `{now}` now"))
+            .help(format!("write `{now}`"))
+            .fix(fix),
+    )
 }
 
 /// Changes a part of a declaration; if there is no such part, says which there are.

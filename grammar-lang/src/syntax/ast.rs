@@ -280,6 +280,8 @@ pub struct Param {
 pub struct Block {
     /// Its name.
     pub name: Name,
+    /// The word behind its name: the method of a loop of a search.
+    pub method: Option<Name>,
     /// Its fields, in order.
     pub fields: Vec<Field>,
 }
@@ -289,7 +291,7 @@ pub struct Block {
 pub enum Field {
     /// `name = value`
     Value(Name, Expr),
-    /// `name { fields }`
+    /// `name { fields }` or `name method { fields }`
     Group(Block),
     /// `param ...`
     Param(Param),

@@ -3,6 +3,7 @@
 pub mod ast;
 mod braces;
 mod direction;
+pub(crate) mod earlier;
 mod forms;
 mod levels;
 mod lower;

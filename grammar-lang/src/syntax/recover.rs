@@ -565,7 +565,7 @@ fn token_at(text: &str) -> &str {
 }
 
 /// Splits the inside of a block at the lines that start a clause: with one of
-/// `words`, or, without words, with `name =`, `name {`, `param` or `port`.
+/// `words`, or, without words, with `name =`, `name {`, `name method {`, `param` or `port`.
 fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, usize)> {
     let mut starts = Vec::new();
     let mut line = from;
@@ -578,11 +578,14 @@ fn clauses(text: &str, from: usize, to: usize, words: &[&str]) -> Vec<(usize, us
         let trimmed = content.trim();
         let word = word_at(trimmed);
         let after = trimmed.get(word.len()..).unwrap_or("").trim_start();
+        let method = word_at(after);
+        let names_a_method = !method.is_empty() && after[method.len()..].trim_start().starts_with('{');
         let opens = if words.is_empty() {
             depth == 0
                 && (matches!(word, "param" | "port")
                     || after.starts_with('=')
                     || after.starts_with('{')
+                    || names_a_method
                     || after.starts_with(':')
                     // A `=` was left out.
                     || after.starts_with(|c: char| c.is_ascii_digit())

@@ -12,7 +12,10 @@ use crate::syntax::ast::{self, Block, Field, Name};
 use crate::units::Dimension;
 
 /// Names that are blocks where they are allowed, not values.
-const GROUPS: &[&str] = &["outer", "inner", "cma_es", "archive", "supply", "filling"];
+const GROUPS: &[&str] = &["bodies", "curves", "descriptors", "supply", "filling"];
+
+/// Blocks that name a method.
+const WITH_METHOD: &[&str] = &["bodies", "curves"];
 
 /// What a number must be.
 #[derive(Clone, Copy)]
@@ -80,6 +83,17 @@ impl Checker<'_> {
         what: &'static str,
         allowed: &[&str],
     ) -> Values<'b> {
+        self.values_among(block, block.fields.iter(), what, allowed)
+    }
+
+    /// The values of some fields of a block.
+    pub(super) fn values_among<'b>(
+        &mut self,
+        block: &'b Block,
+        fields: impl Iterator<Item = &'b Field>,
+        what: &'static str,
+        allowed: &[&str],
+    ) -> Values<'b> {
         let mut values: IndexMap<&str, (&Name, &ast::Expr)> = IndexMap::new();
         let mut groups: IndexMap<&str, &Block> = IndexMap::new();
         let mut misspelt = Vec::new();
@@ -90,7 +104,7 @@ impl Checker<'_> {
                 Field::Param(_) | Field::Port(_) => false,
             })
         };
-        for field in &block.fields {
+        for field in fields {
             let name = match field {
                 Field::Value(name, _) => name,
                 Field::Group(group) => &group.name,
@@ -162,6 +176,11 @@ impl Checker<'_> {
                         .help("keep one of them"),
                 );
             }
+            if let Field::Group(Block { method: Some(method), .. }) = field
+                && !WITH_METHOD.contains(&name.text.as_str())
+            {
+                self.no_method(name, method);
+            }
             match field {
                 Field::Value(_, value) => {
                     values.insert(&name.text, (name, value));
@@ -173,6 +192,19 @@ impl Checker<'_> {
             }
         }
         Values { block, what, values, groups, misspelt }
+    }
+
+    /// A word behind the name of a block that has none there.
+    pub(super) fn no_method(&mut self, name: &Name, word: &Name) {
+        self.report(
+            Diagnostic::new(
+                Code::UNKNOWN_FIELD,
+                word.span,
+                format!("no word stands between `{}` and its bracket", name.text),
+            )
+            .label("not read")
+            .help(format!("write `{} {{ ... }}`", name.text)),
+        );
     }
 
     pub(super) fn missing(&mut self, from: &Values<'_>, name: &str, example: &str, damaged: bool) {

@@ -14,6 +14,7 @@ mod items;
 mod lattice;
 mod members;
 mod mend;
+mod methods;
 mod names;
 mod novelty;
 mod observe;

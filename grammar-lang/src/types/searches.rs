@@ -1,37 +1,62 @@
-//! Checks searches: their loops, and how each draws and keeps candidates.
-
-use indexmap::IndexMap;
+//! Checks searches: their loops, and how long each goes on. What each searches by is in `methods.rs`.
 
 use super::Checker;
 use super::expr::Context;
 use super::fields::{Sign, Values};
+use super::methods::{Known, METHODS};
 use super::stage::Stage;
-use crate::diagnostics::{Code, Diagnostic};
+use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
 use crate::eval::Value;
-use crate::ir::{self, Expr, ExprKind, Ty, Word};
-use crate::syntax::ast::{self, Block, Field, Name};
+use crate::ir::{self, Expr, SearchMethod, Ty};
+use crate::source::Span;
+use crate::syntax::ast::{Block, Field, Name};
+use crate::syntax::earlier;
 
-const SEARCH: &[&str] = &["keep", "outer", "inner"];
-const SCHEDULE: &[&str] = &["iterations", "moves", "temperature", "stop", "walk", "chains", "exchange"];
-const CMA_ES: &[&str] = &["spread", "restart"];
-const DESCRIPTOR: &[&str] = &["value", "from", "to", "cells"];
+const SEARCH: &[&str] = &["keep", "bodies", "curves"];
+const SCHEDULE: &[&str] = &["iterations", "moves", "stop"];
 
 /// More chains or moves of a walk than this are a slip of the keyboard.
 const MOST: f64 = 10_000.0;
-/// More cells than this never fill.
-const MOST_CELLS: f64 = 100_000.0;
 
-/// Which loop of a search a schedule belongs to.
+/// A loop of a search.
 #[derive(Clone, Copy, PartialEq)]
-enum Loop {
-    Outer,
-    Inner,
+pub(super) enum Loop {
+    Bodies,
+    Curves,
+}
+
+/// What a loop came to: its schedule, and its method among all.
+pub(super) struct Looped<'a> {
+    pub(super) schedule: &'a ir::Schedule,
+    pub(super) method: SearchMethod<'a>,
+}
+
+impl Loop {
+    const ALL: [Self; 2] = [Self::Bodies, Self::Curves];
+
+    fn word(self) -> &'static str {
+        match self {
+            Self::Bodies => "bodies",
+            Self::Curves => "curves",
+        }
+    }
+
+    fn methods(self) -> impl Iterator<Item = &'static Known> {
+        METHODS.iter().filter(move |method| method.loops.contains(&self))
+    }
+
+    /// The fields that every method of this loop has.
+    fn shared(self) -> Vec<&'static str> {
+        let own: &[&str] = if self == Self::Curves { &["warm"] } else { &[] };
+        [SCHEDULE, own].concat()
+    }
 }
 
 impl Checker<'_> {
     pub(super) fn search(&mut self, block: &Block, damaged: bool) -> Option<ir::Search> {
         let cx = Context::new(Stage::Declaration, damaged);
-        let from = self.values(block, "a search", SEARCH);
+        let block = self.renamed(block);
+        let from = self.values(&block, "a search", SEARCH);
         let keep = self.number(&from, "keep", "Number", Sign::NotNegative, "80 %", &cx);
         if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
             && keep > 1.0
@@ -46,89 +71,151 @@ impl Checker<'_> {
                 .help("write for example `keep = 80 %`"),
             );
         }
-        let Some(outer) = from.groups.get("outer").copied() else {
-            if !damaged && !from.misspelt.iter().any(|m| m == "outer") {
+        let group = |which: Loop| from.groups.get(which.word()).copied();
+        if Loop::ALL.iter().all(|which| group(*which).is_none()) {
+            let known = |which: &Loop| from.misspelt.iter().any(|m| m == which.word());
+            if !damaged && !Loop::ALL.iter().any(known) {
                 self.report(
                     Diagnostic::new(
                         Code::MISSING_FIELD,
                         block.name.span,
-                        format!("`{}` has no `outer` schedule", block.name.text),
+                        format!("`{}` has neither `bodies` nor `curves`", block.name.text),
                     )
-                    .label("a search needs it")
-                    .help("add `outer { iterations = ...  moves = ...  temperature = ...  stop = ... }`"),
+                    .label("searches for nothing")
+                    .help("add `bodies annealing { iterations = ...  moves = ...  temperature = ...  stop = ... }`"),
                 );
             }
             return None;
-        };
-        let outer = self.schedule(outer, Loop::Outer, damaged);
-        let inner = from.groups.get("inner").map(|inner| self.schedule(inner, Loop::Inner, damaged));
-        let inner = match inner {
-            Some(inner) => Some(inner?),
-            None => None,
-        };
-        Some(ir::Search { name: block.name.text.clone(), keep: keep?, outer: outer?, inner })
+        }
+        let bodies = group(Loop::Bodies).map(|block| self.body_loop(block, damaged));
+        let curves = group(Loop::Curves).map(|block| self.curve_loop(block, damaged));
+        Some(ir::Search {
+            name: block.name.text.clone(),
+            keep: keep?,
+            bodies: whole(bodies)?,
+            curves: whole(curves)?,
+        })
     }
 
-    fn schedule(&mut self, block: &Block, which: Loop, damaged: bool) -> Option<ir::Schedule> {
-        let own = if which == Loop::Outer { "archive" } else { "cma_es" };
-        let mut allowed = SCHEDULE.to_vec();
-        allowed.push(own);
-        if which == Loop::Inner {
-            allowed.push("warm");
-        }
-        let what = if which == Loop::Outer { "the outer loop" } else { "the inner loop" };
-        let from = self.values(block, what, &allowed);
-        let other = from.groups.get(own).copied();
-        let iterations = self.scheduled(&from, "iterations", &Ty::Count, "100", damaged);
-        let moves = self.scheduled(&from, "moves", &Ty::Count, "3", damaged);
-        let stop = self.scheduled(&from, "stop", &Ty::Bool, "idle >= 5", damaged);
+    fn body_loop(&mut self, block: &Block, damaged: bool) -> Option<ir::BodyLoop> {
+        let (name, from) = self.looped(block, Loop::Bodies, damaged)?;
+        let schedule = self.schedule(&from, damaged);
+        let method = self.body_method(name, &from, damaged);
+        let looped = ir::BodyLoop { schedule: schedule?, method: method? };
+        self.words_of(&Looped { schedule: &looped.schedule, method: looped.method() });
+        Some(looped)
+    }
+
+    fn curve_loop(&mut self, block: &Block, damaged: bool) -> Option<ir::CurveLoop> {
+        let (name, from) = self.looped(block, Loop::Curves, damaged)?;
         let cx = Context::new(Stage::Declaration, damaged);
-        let is_fine = match other {
-            Some(other) => self.only_annealing(&from, other),
-            None => true,
+        let schedule = self.schedule(&from, damaged);
+        let warm =
+            from.values.contains_key("warm").then(|| self.value(&from, "warm", &Ty::Bool, "true", &cx));
+        let method = self.curve_method(name, &from, damaged);
+        let warm = whole(warm)?.is_some_and(|(warm, _)| warm == Value::Bool(true));
+        let looped = ir::CurveLoop { schedule: schedule?, warm, method: method? };
+        self.words_of(&Looped { schedule: &looped.schedule, method: looped.method() });
+        Some(looped)
+    }
+
+    /// The method of a loop and its fields. Fields of other methods are told.
+    fn looped<'b>(
+        &mut self,
+        block: &'b Block,
+        which: Loop,
+        damaged: bool,
+    ) -> Option<(&'static str, Values<'b>)> {
+        let method = self.method_of(block, which, damaged)?;
+        let what = match which {
+            Loop::Bodies => "the loop over bodies",
+            Loop::Curves => "the loop over curves",
         };
-        let temperature = match other {
-            Some(_) => None,
-            None => Some(self.scheduled(
-                &from,
-                "temperature",
-                &Ty::NUMBER,
-                "9 / (1 + 0.1 * iteration)",
-                damaged,
-            )?),
+        let allowed = [which.shared().as_slice(), method.fields].concat();
+        let elsewhere = |name: &str| METHODS.iter().find(|other| other.fields.contains(&name));
+        for field in &block.fields {
+            let (Field::Value(name, _) | Field::Group(Block { name, .. })) = field else { continue };
+            let Some(other) = elsewhere(&name.text).filter(|other| other.name != method.name) else {
+                continue;
+            };
+            self.foreign(name, block, method, other);
+        }
+        let fields = block.fields.iter().filter(|field| match field {
+            Field::Value(name, _) | Field::Group(Block { name, .. }) => {
+                elsewhere(&name.text).is_none_or(|other| other.name == method.name)
+            }
+            Field::Param(_) | Field::Port(_) => true,
+        });
+        let from = self.values_among(block, fields, what, &allowed);
+        Some((method.name, from))
+    }
+
+    /// A field of another method would not be read.
+    fn foreign(&mut self, name: &Name, block: &Block, method: &Known, other: &Known) {
+        let place = block.method.as_ref().map_or(block.name.span, |method| method.span);
+        self.report(
+            Diagnostic::new(
+                Code::BAD_SCHEDULE,
+                name.span,
+                format!(
+                    "`{}` belongs to `{}`, but this loop searches by `{}`",
+                    name.text, other.name, method.name
+                ),
+            )
+            .label("would not be read")
+            .also(place, "this says how the loop searches")
+            .help("keep one of the two"),
+        );
+    }
+
+    /// The method that a loop names.
+    fn method_of(&mut self, block: &Block, which: Loop, damaged: bool) -> Option<&'static Known> {
+        let names: Vec<&str> = which.methods().map(|method| method.name).collect();
+        let loops = which.word();
+        let Some(name) = &block.method else {
+            if !damaged {
+                let told = Diagnostic::new(
+                    Code::MISSING_FIELD,
+                    block.name.span,
+                    format!("`{loops}` does not say by what it searches"),
+                )
+                .label("a method stands behind it")
+                .help(format!("write `{loops} METHOD {{`, where METHOD is one of: {}", names.join(", ")));
+                let fix = meant(block, which).map(|method| {
+                    Fix::insert_after(
+                        block.name.span,
+                        format!(" {method}"),
+                        format!("write `{loops} {method}`"),
+                    )
+                });
+                self.report(told.fix_if(fix));
+            }
+            return None;
         };
-        let given = |name: &str| from.values.contains_key(name);
-        let walk = given("walk").then(|| self.counted(&from, "walk", "50", 2.0, &cx));
-        let chains = given("chains").then(|| self.counted(&from, "chains", "4", 1.0, &cx));
-        let exchange =
-            given("exchange").then(|| self.scheduled(&from, "exchange", &Ty::Bool, "true", damaged));
-        let warm = given("warm").then(|| self.value(&from, "warm", &Ty::Bool, "true", &cx));
-        let cma_es = match (which, other) {
-            (Loop::Inner, Some(other)) => Some(self.cma_es(other, damaged)?),
-            _ => None,
-        };
-        let archive = match (which, other) {
-            (Loop::Outer, Some(other)) => Some(self.archive(other, damaged)?),
-            _ => None,
-        };
-        let schedule = ir::Schedule {
-            iterations: iterations?,
-            moves: moves?,
-            temperature,
-            stop: stop?,
-            walk: whole(walk)?,
-            chains: whole(chains)?,
-            exchange: whole(exchange)?,
-            warm: whole(warm)?.is_some_and(|(warm, _)| warm == Value::Bool(true)),
-            cma_es,
-            archive,
-        };
-        self.words_of(&schedule);
-        is_fine.then_some(schedule)
+        let found = which.methods().find(|method| method.name == name.text);
+        if found.is_none() {
+            let message = format!("{loops} cannot be searched for by `{}`", name.text);
+            let help = did_you_mean(&name.text, names.iter().copied())
+                .unwrap_or_else(|| format!("there is: {}", names.join(", ")));
+            self.report(
+                Diagnostic::new(Code::UNKNOWN_FIELD, name.span, message)
+                    .label("not one of its methods")
+                    .help(help)
+                    .fix_if(respell(name.span, &name.text, names)),
+            );
+        }
+        found
+    }
+
+    fn schedule(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Schedule> {
+        let iterations = self.scheduled(from, "iterations", &Ty::Count, "100", damaged);
+        let moves = self.scheduled(from, "moves", &Ty::Count, "3", damaged);
+        let stop = self.scheduled(from, "stop", &Ty::Bool, "idle >= 5", damaged);
+        Some(ir::Schedule { iterations: iterations?, moves: moves?, stop: stop? })
     }
 
     /// An expression of the schedule's stage.
-    fn scheduled(
+    pub(super) fn scheduled(
         &mut self,
         from: &Values<'_>,
         name: &str,
@@ -148,7 +235,7 @@ impl Checker<'_> {
     }
 
     /// A number of things that is known before the search begins.
-    fn counted(
+    pub(super) fn counted(
         &mut self,
         from: &Values<'_>,
         name: &str,
@@ -174,189 +261,95 @@ impl Checker<'_> {
         None
     }
 
-    /// What belongs to annealing has no meaning beside another method.
-    fn only_annealing(&mut self, from: &Values<'_>, other: &Block) -> bool {
-        let known = self.errors.len();
-        for name in ["temperature", "walk", "chains", "exchange"] {
-            let Some((field, _)) = from.values.get(name) else { continue };
-            self.report(
-                Diagnostic::new(
-                    Code::BAD_SCHEDULE,
-                    field.span,
-                    format!("`{name}` belongs to annealing, but `{}` stands in its place", other.name.text),
-                )
-                .label("would not be read")
-                .also(other.name.span, "this says how the loop searches")
-                .help("keep one of the two"),
-            );
-        }
-        self.errors.len() == known
-    }
-
-    fn cma_es(&mut self, block: &Block, damaged: bool) -> Option<ir::CmaEs> {
-        let cx = Context::new(Stage::Declaration, damaged);
-        let from = self.values(block, "`cma_es`", CMA_ES);
-        let spread = self.number(&from, "spread", "Number", Sign::Positive, "30 %", &cx);
-        let restart = from
-            .values
-            .contains_key("restart")
-            .then(|| self.scheduled(&from, "restart", &Ty::Bool, "spread < 1 %", damaged));
-        Some(ir::CmaEs { spread: spread?, restart: whole(restart)? })
-    }
-
-    /// The kinds of designs of which the best is kept: a block of descriptors, by names of the grammar's own.
-    fn archive(&mut self, block: &Block, damaged: bool) -> Option<IndexMap<String, ir::Descriptor>> {
-        let mut found = IndexMap::new();
-        let mut is_fine = true;
-        let example = "size { value = count(part)  from = 0  to = 20  cells = 10 }";
-        for field in &block.fields {
-            let group = match field {
-                Field::Group(group) => group,
-                Field::Value(name, _) => {
-                    is_fine = false;
-                    self.not_a_descriptor(name, example);
-                    continue;
-                }
-                Field::Param(param) => {
-                    is_fine = false;
-                    self.not_a_descriptor(&param.name, example);
-                    continue;
-                }
-                Field::Port(port) => {
-                    is_fine = false;
-                    self.not_a_descriptor(&port.name, example);
-                    continue;
-                }
+    /// A search as it is written now: loops that are called as in earlier versions are told, with a fix, and read as
+    /// they were meant.
+    fn renamed(&mut self, block: &Block) -> Block {
+        let mut block = block.clone();
+        for field in &mut block.fields {
+            let Field::Group(group) = field else { continue };
+            let Some(which) =
+                Loop::ALL.into_iter().find(|which| earlier::loop_now(&group.name.text) == Some(which.word()))
+            else {
+                continue;
             };
-            let descriptor = self.descriptor(group, damaged);
-            is_fine &= descriptor.is_some();
-            if found.contains_key(&group.name.text) {
-                self.report(
-                    Diagnostic::new(
-                        Code::DUPLICATE,
-                        group.name.span,
-                        format!("`{}` is given twice", group.name.text),
-                    )
-                    .label("again")
-                    .help("keep one of them"),
-                );
-            }
-            found.extend(descriptor.map(|descriptor| (group.name.text.clone(), descriptor)));
+            self.renamed_loop(group, which);
         }
-        if block.fields.is_empty() && !damaged {
-            self.report(
-                Diagnostic::new(Code::MISSING_FIELD, block.name.span, "this archive tells no kinds apart")
-                    .label("nothing describes a design")
-                    .help(format!("add a line such as `{example}`")),
-            );
-            return None;
-        }
-        let cells: f64 = found.values().map(|kind| kind.cells as f64).product();
-        if cells > MOST_CELLS {
-            self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, block.name.span, "this archive has too many cells")
-                    .label(format!("{cells} of them"))
-                    .help(format!("at most {MOST_CELLS}: use fewer descriptors or cells")),
-            );
-            return None;
-        }
-        is_fine.then_some(found)
+        block
     }
 
-    fn not_a_descriptor(&mut self, name: &Name, example: &str) {
+    fn renamed_loop(&mut self, group: &mut Block, which: Loop) {
+        let method = meant(group, which).unwrap_or("annealing");
+        let new = format!("{} {method}", which.word());
+        let mut fix = Fix::replace(group.name.span, &new, format!("write `{new} {{ ... }}`"));
+        let mut is_sure = true;
+        let mut fields = Vec::with_capacity(group.fields.len());
+        for field in group.fields.drain(..) {
+            match field {
+                Field::Group(mut archive) if archive.name.text == earlier::DESCRIPTORS => {
+                    fix = fix.and(archive.name.span, "descriptors");
+                    archive.name.text = "descriptors".to_owned();
+                    fields.push(Field::Group(archive));
+                }
+                Field::Group(inner) if inner.name.text == earlier::EVOLUTION => {
+                    match self.braces(&inner) {
+                        Some([open, close]) => fix = fix.and(open, "").and(close, ""),
+                        None => is_sure = false,
+                    }
+                    fields.extend(inner.fields);
+                }
+                other => fields.push(other),
+            }
+        }
         self.report(
-            Diagnostic::new(Code::UNKNOWN_FIELD, name.span, "an archive has descriptors: blocks, no values")
-                .label("not a block")
-                .help(format!("write for example `{example}`")),
+            Diagnostic::new(
+                Code::UNKNOWN_FIELD,
+                group.name.span,
+                format!("a search has no `{}`", group.name.text),
+            )
+            .label(format!("it is called `{}` now, and names its method", which.word()))
+            .help(format!("write `{new} {{ ... }}`"))
+            .fix_if(is_sure.then_some(fix)),
         );
+        group.fields = fields;
+        group.name.text = which.word().to_owned();
+        group.method = Some(Name { text: method.to_owned(), span: group.name.span });
     }
 
-    fn descriptor(&mut self, block: &Block, damaged: bool) -> Option<ir::Descriptor> {
-        let cx = Context::new(Stage::Declaration, damaged);
-        let from = self.values(block, "a descriptor", DESCRIPTOR);
-        let value = match from.values.get("value") {
-            Some((_, tree)) => Some(self.described(tree, damaged)?),
-            None => {
-                self.missing(&from, "value", "count(part)", damaged);
-                None
-            }
-        };
-        let ty = value.as_ref().map_or(Ty::NUMBER, |value| scale(&value.ty));
-        let low = self.value(&from, "from", &ty, "0", &cx);
-        let high = self.value(&from, "to", &ty, "20", &cx);
-        let cells = self.number(&from, "cells", "Count", Sign::Positive, "10", &cx);
-        let ((low, _), (high, place)) = (low?, high?);
-        let (low, high) = (low.as_number()?, high.as_number()?);
-        if high <= low {
-            self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, place, "`to` must be above `from`")
-                    .label(format!("this is {}", super::shown(high, &ty)))
-                    .help(format!("`from` is {}", super::shown(low, &ty))),
-            );
-            return None;
-        }
-        Some(ir::Descriptor { value: value?, from: low, to: high, cells: cells? as usize })
-    }
-
-    /// What describes a design: any quantity of its motion or of itself.
-    fn described(&mut self, tree: &ast::Expr, damaged: bool) -> Option<Expr> {
-        let value = self.infer(tree, &mut Context::new(Stage::Score, damaged));
-        match value.ty {
-            Ty::Quantity(_) | Ty::Count | Ty::Bool => Some(value),
-            Ty::Unknown => None,
-            _ => {
-                self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, tree.span, "a descriptor is a quantity")
-                        .label(format!("this is {}", value.ty))
-                        .help("write for example `value = count(part)`"),
-                );
-                None
-            }
-        }
-    }
-
-    /// Words that have no value with this schedule.
-    fn words_of(&mut self, schedule: &ir::Schedule) {
-        let restart = schedule.cma_es.as_ref().and_then(|cma_es| cma_es.restart.as_ref());
-        let all = [Some(&schedule.iterations), Some(&schedule.moves), Some(&schedule.stop)]
-            .into_iter()
-            .chain([schedule.temperature.as_ref(), schedule.exchange.as_ref(), restart]);
-        let mut found = Vec::new();
-        for expr in all.flatten() {
-            expr.any(&mut |e| {
-                let ExprKind::Word(word) = e.kind else { return false };
-                let lacks = match word {
-                    Word::Deviation if schedule.walk.is_none() => {
-                        Some(("there is no random walk whose deviation this could be", "add `walk = 50`"))
-                    }
-                    Word::Spread if schedule.cma_es.is_none() => Some((
-                        "only `cma_es` has a spread",
-                        "write `temperature` here, or add `cma_es { spread = 30 % }`",
-                    )),
-                    Word::Temperature | Word::Chain if schedule.temperature.is_none() => {
-                        Some(("only annealing has temperatures and chains", "leave it out"))
-                    }
-                    _ => None,
-                };
-                found.extend(lacks.map(|lacks| (e.span, lacks)));
-                false
-            });
-        }
-        for (place, (message, help)) in found {
-            self.report(Diagnostic::new(Code::BAD_SCHEDULE, place, message).label("has no value").help(help));
-        }
+    /// The name of a block with its opening bracket, and the closing one, where nothing but spaces is between
+    /// those and the fields.
+    fn braces(&self, block: &Block) -> Option<[Span; 2]> {
+        let file = block.name.span.file;
+        let text = &self.sources.get(file)?.text;
+        let [Field::Value(..), ..] = block.fields.as_slice() else { return None };
+        let Some(Field::Value(_, last)) = block.fields.last() else { return None };
+        let from = block.name.span.range();
+        let open = text.get(from.end..)?.find(|c: char| !c.is_whitespace())? + from.end;
+        let close =
+            text.get(last.span.range().end..)?.find(|c: char| !c.is_whitespace())? + last.span.range().end;
+        (text.get(open..=open)? == "{" && text.get(close..=close)? == "}")
+            .then(|| [Span::new(file, from.start, open + 1), Span::new(file, close, close + 1)])
     }
 }
 
+/// The method that a loop is meant to have, by a field that only this method has.
+fn meant(block: &Block, which: Loop) -> Option<&'static str> {
+    let given = |field: &str| {
+        block.fields.iter().any(|known| match known {
+            Field::Value(name, _) | Field::Group(Block { name, .. }) => name.text == field,
+            Field::Param(_) | Field::Port(_) => false,
+        })
+    };
+    // Earlier texts have a block that is called as the method.
+    let mut meant = which
+        .methods()
+        .filter(|method| given(method.name) || method.fields.first().is_some_and(|field| given(field)));
+    meant.next().filter(|_| meant.next().is_none()).map(|method| method.name)
+}
+
 /// What is there must be right; what is not there may be missing.
-fn whole<T>(given: Option<Option<T>>) -> Option<Option<T>> {
+pub(super) fn whole<T>(given: Option<Option<T>>) -> Option<Option<T>> {
     match given {
         Some(value) => Some(Some(value?)),
         None => Some(None),
     }
-}
-
-/// The type of the ends of a descriptor's range.
-fn scale(value: &Ty) -> Ty {
-    if let Ty::Quantity(_) = value { value.clone() } else { Ty::NUMBER }
 }

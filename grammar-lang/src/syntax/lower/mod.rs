@@ -303,12 +303,12 @@ impl<'a> Lowering<'a> {
                 let (name, backend) = (self.name(&inner.next()?), self.name(&inner.next()?));
                 let kind = self.name(&inner.next()?);
                 let fields = inner.filter_map(|n| self.field(n)).collect();
-                ItemKind::Target { block: Block { name, fields }, backend, kind }
+                ItemKind::Target { block: Block { name, method: None, fields }, backend, kind }
             }
             Rule::prototype_item => {
                 let (name, backend) = (self.name(&inner.next()?), self.name(&inner.next()?));
                 let fields = inner.filter_map(|n| self.field(n)).collect();
-                ItemKind::Prototype(Block { name, fields }, backend)
+                ItemKind::Prototype(Block { name, method: None, fields }, backend)
             }
             Rule::observe_item => ItemKind::Observe(inner.map(|n| self.name(&n)).collect()),
             Rule::novelty_item => {
@@ -405,7 +405,7 @@ impl<'a> Lowering<'a> {
         if rule == Rule::known_clause {
             let name = Name { text: unquote(&first), span: self.span(&first) };
             let fields = inner.filter_map(|n| self.field(n)).collect();
-            return Some(NoveltyClause::Known(Block { name, fields }));
+            return Some(NoveltyClause::Known(Block { name, method: None, fields }));
         }
         let name = self.name(&first);
         let value = self.expr(inner.next()?)?;
@@ -521,9 +521,10 @@ impl<'a> Lowering<'a> {
     }
 
     fn block(&mut self, node: Node<'_>) -> Option<Block> {
-        let mut inner = parts(node);
+        let mut inner = parts(node).peekable();
         let name = self.name(&inner.next()?);
-        Some(Block { name, fields: inner.filter_map(|n| self.field(n)).collect() })
+        let method = inner.next_if(|n| n.as_rule() == Rule::method).map(|n| self.name(&n));
+        Some(Block { name, method, fields: inner.filter_map(|n| self.field(n)).collect() })
     }
 
     pub(super) fn field(&mut self, node: Node<'_>) -> Option<Field> {

@@ -1,4 +1,4 @@
-//! The best value so far, against evaluations and against outer moves.
+//! The best value so far, against evaluations and against moves of bodies.
 
 use super::spread::{Spread, mean};
 use super::{or_empty, table};

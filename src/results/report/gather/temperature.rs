@@ -1,4 +1,4 @@
-//! The temperature, and the share of designs that became the current one, over the outer moves.
+//! The temperature, and the share of designs that became the current one, over the moves of bodies.
 
 use super::spread::{mean, share};
 use super::{or_empty, table};

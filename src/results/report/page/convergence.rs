@@ -34,7 +34,7 @@ fn chart(groups: &[Group], against: Against) -> Option<String> {
     let y = Scale::of(points().flat_map(|p| [p.min, p.max]).chain([0.0]), 6);
     let x_label = match against {
         Against::Evaluations => "evaluations (simulated motions)",
-        Against::Moves => "outer moves (bodies tried)",
+        Against::Moves => "moves (bodies tried)",
     };
     let mut chart = Chart::new(Chart::HALF, (x, x_label), (y, &axis("best value so far", groups.first())));
     for (i, (group, course)) in groups.iter().zip(&courses).enumerate() {

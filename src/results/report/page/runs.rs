@@ -1,6 +1,6 @@
 //! What was run, and what came of each run.
 
-use grammar_lang::ir::{RuleSet, Schedule};
+use grammar_lang::ir::{Annealing, RuleSet, Schedule, SearchMethod};
 use grammar_lang::source::SourceMap;
 
 use super::words::{count, counted, number, or_dash, paragraph, percent, table, value};
@@ -111,16 +111,19 @@ fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)>
     if !tasks.is_empty() {
         facts.push(("tasks", escape(&tasks.join(", "))));
     }
-    let schedule = |schedule: &Schedule| {
+    let looped = |(schedule, method): (&Schedule, SearchMethod<'_>)| {
         let text =
             |expr: &grammar_lang::ir::Expr| format!("<code>{}</code>", escape(sources.slice(expr.span)));
-        let how = match (&schedule.temperature, &schedule.cma_es, &schedule.archive) {
-            (Some(temperature), ..) => format!("temperature {}", text(temperature)),
-            (_, Some(_), _) => "evolution of a normal distribution (CMA-ES)".to_owned(),
-            (.., Some(_)) => "the best of each kind is kept".to_owned(),
-            _ => "no temperature".to_owned(),
+        let (chains, how) = match method {
+            SearchMethod::Annealing(Annealing { temperature, chains, .. }) => (
+                chains.filter(|n| *n > 1).map_or(String::new(), |n| format!(" in {n} chains")),
+                format!("temperature {}", text(temperature)),
+            ),
+            SearchMethod::CmaEs(_) => {
+                (String::new(), "evolution of a normal distribution (CMA-ES)".to_owned())
+            }
+            SearchMethod::Archive(_) => (String::new(), "the best of each kind is kept".to_owned()),
         };
-        let chains = schedule.chains.filter(|n| *n > 1).map_or(String::new(), |n| format!(" in {n} chains"));
         format!(
             "{} iterations of {} moves{chains}, {how}, stop {}",
             text(&schedule.iterations),
@@ -129,9 +132,12 @@ fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)>
         )
     };
     facts.push(("search", escape(&rules.search.name)));
-    facts.push(("bodies", schedule(&rules.search.outer)));
-    match &rules.search.inner {
-        Some(inner) => facts.push(("gaits", schedule(inner))),
+    match &rules.search.bodies {
+        Some(bodies) => facts.push(("bodies", looped((&bodies.schedule, bodies.method())))),
+        None => facts.push(("bodies", "not searched: the initial design alone".to_owned())),
+    }
+    match &rules.search.curves {
+        Some(curves) => facts.push(("gaits", looped((&curves.schedule, curves.method())))),
         None => facts.push(("gaits", "not searched: one evaluation a body".to_owned())),
     }
     facts

@@ -31,18 +31,18 @@ fn moves(all: &[Vec<Window>]) -> Scale {
 fn temperature(groups: &[Group], all: &[Vec<Window>]) -> String {
     let y = Scale::of(all.iter().flatten().map(|w| w.temperature).chain([0.0]), 5);
     let mut chart =
-        Chart::new(Chart::HALF, (moves(all), "outer moves"), (y, &axis("temperature", groups.first())));
+        Chart::new(Chart::HALF, (moves(all), "moves of bodies"), (y, &axis("temperature", groups.first())));
     for (i, windows) in all.iter().enumerate() {
         let points: Vec<(f64, f64)> = windows.iter().map(|w| (middle(w), w.temperature)).collect();
         let course = chart.course(&points);
         chart.add(&format!("<path class=\"line {}\" d=\"{course}\"/>", colour(i)));
     }
-    chart.finish("temperature against outer moves")
+    chart.finish("temperature against moves of bodies")
 }
 
 fn acceptance(all: &[Vec<Window>]) -> String {
     let y = Scale::of([0.0, 100.0], 5);
-    let mut chart = Chart::new(Chart::HALF, (moves(all), "outer moves"), (y, "accepted designs (%)"));
+    let mut chart = Chart::new(Chart::HALF, (moves(all), "moves of bodies"), (y, "accepted designs (%)"));
     for (i, windows) in all.iter().enumerate() {
         let class = colour(i);
         let points: Vec<(f64, f64, &Window)> =
@@ -62,7 +62,7 @@ fn acceptance(all: &[Vec<Window>]) -> String {
             ));
         }
     }
-    chart.finish("share of accepted designs against outer moves")
+    chart.finish("share of accepted designs against moves of bodies")
 }
 
 const NOTE: &str = "<p class=\"small\">A point is a window of moves in a row, a mean over the runs. A temperature of T accepts a loss of T with probability 1/e (37 %).</p>\n";

@@ -1,6 +1,6 @@
 //! Annealing of curves, by one chain or several that may change places.
 
-use grammar_lang::ir::Schedule;
+use grammar_lang::ir::{Annealing, Schedule};
 
 use super::super::gains::least_gain;
 use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange, neighbours};
@@ -17,11 +17,18 @@ pub(super) fn chains(starts: Vec<Parameters>, fitness: Vec<Option<f64>>, course:
     Chains { course, iteration: None, chains, turn: 0, walk: (Vec::new(), 0) }
 }
 
+/// An annealing, and how long it goes on.
+#[derive(Clone, Copy)]
+pub(super) struct Annealed<'a> {
+    pub(super) schedule: &'a Schedule,
+    pub(super) annealing: &'a Annealing,
+}
+
 impl Tuner<'_> {
     /// Goes on with the annealing by a batch of evaluations.
     pub(super) fn anneal(
         &mut self,
-        schedule: &Schedule,
+        how: Annealed<'_>,
         tuning: &mut Tuning,
         chains: &mut Chains,
         spent: &mut u64,
@@ -29,40 +36,36 @@ impl Tuner<'_> {
         if let Some(end) = self.bounds.exhausted(*spent) {
             return Ok(Pace::Cut(end));
         }
-        if let Some(walk) = schedule.walk
+        if let Some(walk) = how.annealing.walk
             && chains.course.deviation.is_none()
         {
             return self.walk(walk, tuning, chains, spent);
         }
         let Some(iteration) = (match chains.iteration {
             Some(iteration) => Some(iteration),
-            None => self.begin_iteration(schedule, chains)?,
+            None => self.begin_iteration(how, chains)?,
         }) else {
             return Ok(Pace::Done);
         };
         chains.iteration = Some(iteration);
-        if iteration.made < iteration.moves && !self.moves(schedule, tuning, chains, spent)? {
+        if iteration.made < iteration.moves && !self.moves(how, tuning, chains, spent)? {
             return self.stopped();
         }
         if chains.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
-            return self.end_iteration(schedule, tuning, chains);
+            return self.end_iteration(how, tuning, chains);
         }
         Ok(Pace::More)
     }
 
-    fn begin_iteration(
-        &self,
-        schedule: &Schedule,
-        chains: &mut Chains,
-    ) -> Result<Option<Iteration>, Failure> {
+    fn begin_iteration(&self, how: Annealed<'_>, chains: &mut Chains) -> Result<Option<Iteration>, Failure> {
         let Chains { course, chains, .. } = chains;
         let mut iteration = None;
         for (number, chain) in chains.iter_mut().enumerate() {
-            let plan = self.plan(schedule, course, Stand::Chain(number, &chain.standing));
+            let plan = self.plan(how.schedule, course, Stand::Chain(number, &chain.standing));
             if number == 0 {
                 iteration = plan.begin()?;
             }
-            let temperature = plan.temperature()?;
+            let temperature = plan.temperature(how.annealing)?;
             chain.standing.temperature = temperature;
         }
         Ok(iteration)
@@ -70,7 +73,7 @@ impl Tuner<'_> {
 
     fn end_iteration(
         &self,
-        schedule: &Schedule,
+        how: Annealed<'_>,
         tuning: &Tuning,
         chains: &mut Chains,
     ) -> Result<Pace, Failure> {
@@ -80,13 +83,15 @@ impl Tuner<'_> {
         chains.iter_mut().for_each(|chain| chain.standing.complete());
         let mut is_over = true;
         for (number, chain) in chains.iter().enumerate() {
-            is_over &= self.plan(schedule, course, Stand::Chain(number, &chain.standing)).stops()?;
+            is_over &= self.plan(how.schedule, course, Stand::Chain(number, &chain.standing)).stops()?;
         }
         if is_over {
             return Ok(Pace::Done);
         }
         if chains.len() > 1
-            && self.plan(schedule, course, Stand::Chain(0, &chains[0].standing)).exchanges()?
+            && self
+                .plan(how.schedule, course, Stand::Chain(0, &chains[0].standing))
+                .exchanges(how.annealing)?
         {
             let mut random = self.stream(&format!("exchange {}", course.iteration));
             for first in neighbours(chains.len(), course.iteration) {
@@ -146,14 +151,14 @@ impl Tuner<'_> {
     /// Makes moves as far as a batch of evaluations reaches, the chains in turn; whether it was not stopped.
     fn moves(
         &mut self,
-        schedule: &Schedule,
+        how: Annealed<'_>,
         tuning: &mut Tuning,
         state: &mut Chains,
         spent: &mut u64,
     ) -> Result<bool, Failure> {
         let (mut guesses, mut candidates) = (Vec::new(), Vec::new());
         for number in 0..state.chains.len() {
-            let (some, their) = self.futures(schedule, tuning, state, number)?;
+            let (some, their) = self.futures(how, tuning, state, number)?;
             guesses.push(some);
             candidates.push(their);
         }

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::Descriptor;
+use grammar_lang::ir::{Archive, Descriptor, Schedule};
 
 use super::super::evaluator::Evaluator;
 use super::super::schedule::{Plan, Stand};
@@ -22,30 +22,26 @@ fn cell(descriptor: &Descriptor, value: f64) -> usize {
 
 impl Bodies<'_> {
     /// The move that is next, or the end of an iteration.
-    pub(super) fn begin_archive_move(&mut self) -> Result<Begun, Failure> {
+    pub(super) fn begin_archive_move(&mut self, schedule: &Schedule) -> Result<Begun, Failure> {
         if self.state.iteration.is_none() {
-            let Some(iteration) = self.archive_plan().begin()? else { return Ok(Begun::End(End::Schedule)) };
+            let Some(iteration) = self.archive_plan(schedule).begin()? else {
+                return Ok(Begun::End(End::Schedule));
+            };
             self.state.iteration = Some(iteration);
         }
         if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
             self.state.iteration = None;
             self.state.course.complete(self.state.best.as_ref().map(|b| b.value));
-            let is_over = self.archive_plan().stops()?;
+            let is_over = self.archive_plan(schedule).stops()?;
             return Ok(if is_over { Begun::End(End::Stopped) } else { Begun::Iteration });
         }
         Ok(Begun::Move { chain: 0, temperature: 0.0 })
     }
 
-    fn archive_plan(&self) -> Plan<'_> {
+    fn archive_plan<'p>(&'p self, schedule: &'p Schedule) -> Plan<'p> {
         let (rules, state) = (self.rules, &self.state);
         let derivation = &state.first.derivation;
-        Plan {
-            rules,
-            derivation,
-            schedule: &rules.search.outer,
-            course: &state.course,
-            stand: Stand::Archive,
-        }
+        Plan { rules, derivation, schedule, course: &state.course, stand: Stand::Archive }
     }
 
     /// One of the designs that are kept, each with the same chance.
@@ -59,7 +55,9 @@ impl Bodies<'_> {
 
     /// What kind of design the body is that is being tried. It takes an evaluation.
     pub(super) fn describe(&mut self) -> Result<Described, Failure> {
-        let Some(archive) = &self.rules.search.outer.archive else { return Ok(Described::Nothing) };
+        let Some(Archive { descriptors }) = self.rules.search.archive() else {
+            return Ok(Described::Nothing);
+        };
         let (Some(Trial { derivation, body, .. }), Some(task)) =
             (&self.state.trial, self.rules.tasks.values().next())
         else {
@@ -70,16 +68,16 @@ impl Bodies<'_> {
         };
         let model = (self.model, self.cache);
         let mut evaluator = Evaluator::new(self.rules, task, model, Arc::clone(derivation), self.crew)?;
-        let described: Vec<_> = archive.values().map(|descriptor| &descriptor.value).collect();
+        let described: Vec<_> = descriptors.values().map(|descriptor| &descriptor.value).collect();
         let Bounds { stop, .. } = self.bounds;
         let Some(values) = evaluator.describe(stop, &tune.parameters, &described) else {
             return Ok(Described::Stopped(self.bounds.stopped().unwrap_or(End::Interrupted)));
         };
         self.state.spent += 1;
         match values {
-            Ok(values) => {
-                Ok(Described::Cell(archive.values().zip(values).map(|(d, value)| cell(d, value)).collect()))
-            }
+            Ok(values) => Ok(Described::Cell(
+                descriptors.values().zip(values).map(|(d, value)| cell(d, value)).collect(),
+            )),
             Err(why) => {
                 // A design that nothing can be said of is of no kind.
                 if let Some(Trial { body, .. }) = &mut self.state.trial {

@@ -3,7 +3,7 @@
 //! covariance in place of its root (Krause, Arbonès and Igel 2016), which needs no eigenvalues: only
 //! operations that give the same bits everywhere.
 
-use grammar_lang::ir::Schedule;
+use grammar_lang::ir::{CmaEs, Schedule};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::super::Failure;
@@ -33,7 +33,7 @@ impl Tuner<'_> {
     /// Goes on by a generation.
     pub(super) fn evolve(
         &mut self,
-        schedule: &Schedule,
+        (schedule, cma_es): (&Schedule, &CmaEs),
         tuning: &mut Tuning,
         state: &mut Distribution,
         spent: &mut u64,
@@ -75,13 +75,12 @@ impl Tuner<'_> {
         if self.plan_of(schedule, state).stops()? {
             return Ok(Pace::Done);
         }
-        if !is_sound || self.plan_of(schedule, state).restarts()? {
+        if !is_sound || self.plan_of(schedule, state).restarts(cma_es)? {
             let restarts = state.restarts + 1;
             let mean = self.evaluator.drive.draw(&mut self.stream(&format!("restart {restarts}")));
             let mean = self.evaluator.drive.shares(&mean);
-            let spread = schedule.cma_es.as_ref().map_or(state.sigma, |cma_es| cma_es.spread);
             let course = std::mem::take(&mut state.course);
-            *state = Distribution { course, restarts, ..Distribution::around(mean, spread) };
+            *state = Distribution { course, restarts, ..Distribution::around(mean, cma_es.spread) };
         }
         Ok(Pace::More)
     }

@@ -17,7 +17,7 @@ use super::super::Bounds;
 use super::super::body::Tasks;
 use super::super::cache::{self, Cache, Subject};
 use super::super::crew::{Crew, Jobs};
-use super::super::inner::Pace;
+use super::super::curves::Pace;
 use super::super::state::{Body, Trial, Tune};
 use crate::derive::Derivation;
 use crate::drive::Parameters;

@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use grammar_lang::ir::{Annealing, Schedule};
+
 use super::super::schedule::{Course, Plan, Stand, Standing, deviation, exchange, neighbours};
-use super::super::state::{BodyChain, Place};
+use super::super::state::{BodyChain, Place, State};
 use super::super::{Failure, accepts};
 use super::{Begun, Bodies, End};
 use crate::derive::Derivation;
@@ -18,16 +20,19 @@ impl Bodies<'_> {
     }
 
     fn place_chains(&mut self) {
-        let count = self.rules.search.outer.chains.unwrap_or(1);
+        let count = self.rules.search.annealing().and_then(|annealing| annealing.chains).unwrap_or(1);
         let chain = BodyChain { at: self.state.first.clone(), standing: Standing::default() };
         self.state.chains = vec![chain; count];
         self.state.turn = 0;
     }
 
     /// The move that is next, or the end of an iteration.
-    pub(super) fn begin_chain_move(&mut self) -> Result<Begun, Failure> {
-        let schedule = &self.rules.search.outer;
-        if let Some(walk) = schedule.walk
+    pub(super) fn begin_chain_move(
+        &mut self,
+        schedule: &Schedule,
+        annealing: &Annealing,
+    ) -> Result<Begun, Failure> {
+        if let Some(walk) = annealing.walk
             && self.state.course.deviation.is_none()
         {
             if self.state.walk.len() < walk {
@@ -45,11 +50,11 @@ impl Bodies<'_> {
         if self.state.iteration.is_none() {
             let mut iteration = None;
             for number in 0..self.state.chains.len() {
-                let plan = self.plan(number);
+                let plan = self.plan(schedule, number);
                 if number == 0 {
                     iteration = plan.begin()?;
                 }
-                let temperature = plan.temperature()?;
+                let temperature = plan.temperature(annealing)?;
                 if let Some(chain) = self.state.chains.get_mut(number) {
                     chain.standing.temperature = temperature;
                 }
@@ -58,25 +63,25 @@ impl Bodies<'_> {
             self.state.iteration = Some(iteration);
         }
         if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
-            return self.end_iteration();
+            return self.end_iteration(schedule, annealing);
         }
         let chain = self.state.turn;
         let temperature = self.state.chains.get(chain).map_or(0.0, |chain| chain.standing.temperature);
         Ok(Begun::Move { chain, temperature })
     }
 
-    fn end_iteration(&mut self) -> Result<Begun, Failure> {
+    fn end_iteration(&mut self, schedule: &Schedule, annealing: &Annealing) -> Result<Begun, Failure> {
         self.state.iteration = None;
         self.state.course.complete(self.state.best.as_ref().map(|b| b.value));
         self.state.chains.iter_mut().for_each(|chain| chain.standing.complete());
         let mut is_over = true;
         for number in 0..self.state.chains.len() {
-            is_over &= self.plan(number).stops()?;
+            is_over &= self.plan(schedule, number).stops()?;
         }
         if is_over {
             return Ok(Begun::End(End::Stopped));
         }
-        if self.state.chains.len() > 1 && self.plan(0).exchanges()? {
+        if self.state.chains.len() > 1 && self.plan(schedule, 0).exchanges(annealing)? {
             let iteration = self.state.course.iteration;
             let mut random = Stream::named(self.seed, &format!("exchange {iteration}"));
             for first in neighbours(self.state.chains.len(), iteration) {
@@ -95,7 +100,7 @@ impl Bodies<'_> {
 
     /// Metropolis's rule for the chain that tried a design; a random walk accepts whatever has a value.
     pub(super) fn accept(&mut self, chain: usize, tried: &Place<Arc<Derivation>>, drawn: f64) -> bool {
-        let is_walk = self.rules.search.outer.walk.is_some() && self.state.course.deviation.is_none();
+        let is_walk = self.is_walk(&self.state);
         let new = self.fitness(tried.value);
         let Some(current) = self.state.chains.get(chain).map(|chain| self.fitness(chain.at.value)) else {
             return false;
@@ -116,18 +121,18 @@ impl Bodies<'_> {
         accepted
     }
 
-    fn plan(&self, chain: usize) -> Plan<'_> {
+    /// Whether designs are those of the random walk before the annealing.
+    pub(super) fn is_walk(&self, state: &State) -> bool {
+        let walk = self.rules.search.annealing().and_then(|annealing| annealing.walk);
+        walk.is_some() && state.course.deviation.is_none()
+    }
+
+    fn plan<'p>(&'p self, schedule: &'p Schedule, chain: usize) -> Plan<'p> {
         let state = &self.state;
         let (derivation, stand) = match state.chains.get(chain) {
             Some(one) => (&one.at.derivation, Stand::Chain(chain, &one.standing)),
             None => (&state.first.derivation, Stand::Archive),
         };
-        Plan {
-            rules: self.rules,
-            derivation,
-            schedule: &self.rules.search.outer,
-            course: &state.course,
-            stand,
-        }
+        Plan { rules: self.rules, derivation, schedule, course: &state.course, stand }
     }
 }

@@ -95,14 +95,13 @@ impl<'a> Bodies<'a> {
 
     /// What may become of the body that a state tries, and how likely that is.
     fn outcomes(&self, state: &State, trial: &Trial<Arc<Derivation>>, is_at_hand: bool) -> Vec<(f64, Found)> {
-        let outer = &self.rules.search.outer;
         if state.moves == 0 {
             return vec![(1.0, None)];
         }
-        if outer.archive.is_some() {
+        if self.rules.search.archive().is_some() {
             return vec![(NO_ELITE, None)];
         }
-        if outer.walk.is_some() && state.course.deviation.is_none() {
+        if self.is_walk(state) {
             return vec![(1.0, Some((Vec::new(), 0.0)))];
         }
         let (least, current, now) = self.standing(state, trial);
@@ -112,7 +111,7 @@ impl<'a> Bodies<'a> {
         let enough = (least + 1e-6 * (1.0 + least.abs())).max(f64::MIN);
         let fitness = if is_at_hand { now.max(enough) } else { enough };
         let value = self.rules.objective.direction.fitness(fitness);
-        let is_warm = self.rules.search.inner.as_ref().is_some_and(|inner| inner.warm);
+        let is_warm = self.rules.search.is_warm();
         let accepted = (chance, Some((Vec::new(), value)));
         let refused = (1.0 - chance, None);
         // What inherits curves is not known before they are.
@@ -185,8 +184,8 @@ mod tests {
     #[test]
     fn the_next_body_is_among_the_likeliest() {
         let text = "variant quick of \"grammars/codesign.sgr\" {
-            set nested_annealing.inner.iterations = 2
-            set nested_annealing.outer.stop = false
+            set nested_annealing.curves.iterations = 2
+            set nested_annealing.bodies.stop = false
             replace simulate hinge_model for 1 s
         }";
         let mut sources = SourceMap::default();

@@ -1,4 +1,4 @@
-//! The outer loop: the search for bodies by rule applications.
+//! The loop over bodies: the search for bodies by rule applications.
 
 mod ahead;
 mod annealing;
@@ -8,13 +8,13 @@ mod prospect;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{BodyLoop, BodyMethod, RuleSet};
 
 use super::body::{Tasks, inherited};
 use super::cache::Cache;
 use super::crew::Crew;
+use super::curves::Pace;
 use super::gains::Gains;
-use super::inner::Pace;
 use super::schedule::Iteration;
 use super::state::{Best, Body, Place, State, Trial, Tune};
 use super::tally::Tally;
@@ -25,7 +25,7 @@ use crate::score::Observed;
 use crate::simulate::Model;
 use ahead::{Ahead, Found, Home, Order};
 
-/// One outer move, for the record.
+/// One move of a body, for the record.
 #[derive(Clone, Debug)]
 pub struct Row {
     /// The number of the move, from 1; 0 is the initial design.
@@ -62,7 +62,7 @@ pub struct Row {
 pub trait Observer {
     /// Called often: evaluations spent, the best value of the current body, the temperature of its curves.
     fn evaluated(&mut self, spent: u64, body: Option<f64>, temperature: f64);
-    /// Called after each outer move.
+    /// Called after each move of a body.
     ///
     /// # Errors
     ///
@@ -318,9 +318,12 @@ impl Bodies<'_> {
 
     /// Draws the next body, or ends an iteration.
     fn next_move(&mut self) -> Result<Option<End>, Failure> {
-        let begun = match &self.rules.search.outer.archive {
-            Some(_) => self.begin_archive_move()?,
-            None => self.begin_chain_move()?,
+        let Some(BodyLoop { schedule, method }) = &self.rules.search.bodies else {
+            return Ok(Some(End::Schedule));
+        };
+        let begun = match method {
+            BodyMethod::Archive(_) => self.begin_archive_move(schedule)?,
+            BodyMethod::Annealing(annealing) => self.begin_chain_move(schedule, annealing)?,
         };
         match begun {
             Begun::Move { chain, temperature } => self.draw(chain, temperature),
@@ -340,7 +343,7 @@ impl Bodies<'_> {
         let drawn = random.unit();
         let Place { number: parent, derivation, tunes, .. } = self.parent(chain, &mut random);
         let step = derivation.advance(rules, &mut random, temperature);
-        let is_warm = rules.search.inner.as_ref().is_some_and(|inner| inner.warm);
+        let is_warm = rules.search.is_warm();
         let warm = match &step.result {
             Some(next) if is_warm => {
                 let mut random = Stream::named(self.seed, &format!("warm {number}"));
@@ -390,7 +393,7 @@ impl Bodies<'_> {
     /// The design that a move starts from, and its curves: the chain's own, or one of the archive.
     fn parent(&self, chain: usize, random: &mut Stream) -> Place<Arc<Derivation>> {
         let state = &self.state;
-        if self.rules.search.outer.archive.is_some()
+        if self.rules.search.archive().is_some()
             && let Some(elite) = self.elite(random)
         {
             let Best { derivation, tasks, value, found_at } = elite.clone();
@@ -457,7 +460,7 @@ impl Bodies<'_> {
     /// What a body that is not tuned must exceed to be of use, where more is better: the best of the run. An archive
     /// has a best for each kind of design, and of several tasks none knows what the rest are worth.
     fn known(&self) -> f64 {
-        let one_best = self.rules.search.outer.archive.is_none() && self.rules.tasks.len() == 1;
+        let one_best = self.rules.search.archive().is_none() && self.rules.tasks.len() == 1;
         self.fitness(self.state.best.as_ref().map(|best| best.value).filter(|_| one_best))
     }
 
@@ -502,7 +505,7 @@ impl Bodies<'_> {
             self.begin_chains(place.clone());
             true
         } else {
-            !is_cut && self.rules.search.outer.archive.is_none() && self.accept(chain, &place, drawn)
+            !is_cut && self.rules.search.archive().is_none() && self.accept(chain, &place, drawn)
         };
         let kept = match cell {
             Some(cell) => self.keep_of_kind(cell, place)?,

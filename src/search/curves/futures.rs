@@ -1,11 +1,10 @@
 //! What the next moves of an annealing chain would be, in each way that it may go.
 
-use grammar_lang::ir::Schedule;
-
 use super::super::gains::least_gain;
 use super::super::schedule::Stand;
 use super::super::state::{Chains, Tuning};
 use super::super::{Failure, accepts};
+use super::annealing::Annealed;
 use super::forecast::{Guess, Outlook};
 use super::{Tuner, best};
 use crate::drive::Parameters;
@@ -27,13 +26,13 @@ impl Tuner<'_> {
     /// The futures of a chain that are worth trying, and their candidates.
     pub(super) fn futures(
         &self,
-        schedule: &Schedule,
+        how: Annealed<'_>,
         tuning: &Tuning,
         state: &Chains,
         number: usize,
     ) -> Result<(Vec<Guess>, Vec<Candidate>), Failure> {
         let chain = &state.chains[number];
-        let horizon = self.horizon(schedule, tuning, state, number);
+        let horizon = self.horizon(how, tuning, state, number);
         let mut candidates: Vec<Candidate> = Vec::new();
         let guesses = self.forecast.likeliest(state.chains.len(), |depth, from| {
             let Some((iteration, temperature)) = horizon.at(depth) else { return Ok(None) };
@@ -73,7 +72,7 @@ impl Tuner<'_> {
 
     /// How the schedule of a chain is expected to go on: as if nothing better were found. What
     /// is simulated for iterations to come is remembered, if they come so.
-    fn horizon(&self, schedule: &Schedule, tuning: &Tuning, state: &Chains, number: usize) -> Horizon {
+    fn horizon(&self, how: Annealed<'_>, tuning: &Tuning, state: &Chains, number: usize) -> Horizon {
         let Chains { course, iteration: Some(now), chains, turn, .. } = state else {
             return Horizon(Vec::new());
         };
@@ -82,16 +81,18 @@ impl Tuner<'_> {
         let mut moves = now.left() - usize::from(number < *turn);
         let mut horizon = vec![(course.iteration, standing.temperature, moves)];
         // Who changes places stands elsewhere afterwards.
-        let is_alone = chains.len() == 1 || schedule.exchange.is_none();
+        let is_alone = chains.len() == 1 || how.annealing.exchange.is_none();
         let mut course = course.clone();
         while is_alone && moves > 0 && moves < 2 * self.forecast.room(chains.len()) {
             standing.complete();
             course.complete(best(tuning));
-            let plan = self.plan(schedule, &course, Stand::Chain(number, &standing));
+            let plan = self.plan(how.schedule, &course, Stand::Chain(number, &standing));
             if plan.stops().unwrap_or(true) {
                 break;
             }
-            let (Ok(Some(next)), Ok(temperature)) = (plan.begin(), plan.temperature()) else { break };
+            let (Ok(Some(next)), Ok(temperature)) = (plan.begin(), plan.temperature(how.annealing)) else {
+                break;
+            };
             if next.moves == 0 {
                 break;
             }

@@ -1,4 +1,4 @@
-//! The inner loop: the search for the curves of one body.
+//! The loop over curves: the search for the curves of one body.
 
 mod annealing;
 mod evolution;
@@ -7,7 +7,7 @@ mod futures;
 
 use std::sync::Arc;
 
-use grammar_lang::ir::{Direction, RuleSet, Schedule, Task};
+use grammar_lang::ir::{CurveLoop, CurveMethod, Direction, RuleSet, Task};
 
 use super::cache::Cache;
 use super::crew::Crew;
@@ -20,6 +20,7 @@ use crate::derive::Derivation;
 use crate::derive::random::Stream;
 use crate::drive::Parameters;
 use crate::simulate::Model;
+use annealing::Annealed;
 use forecast::Forecast;
 
 /// How a loop stands after a batch of evaluations.
@@ -33,7 +34,7 @@ pub(super) enum Pace {
     Cut(End),
 }
 
-/// The inner loop of one body for one task. What it knows is in a [`Tuning`]; here is only
+/// The loop over the curves of one body for one task. What it knows is in a [`Tuning`]; here is only
 /// what can be made again.
 pub(super) struct Tuner<'a> {
     rules: &'a RuleSet,
@@ -77,9 +78,9 @@ impl<'a> Tuner<'a> {
         self.task.objective.direction.fitness(value)
     }
 
-    /// The schedule, where there is something to tune.
-    fn schedule(&self) -> Option<&'a Schedule> {
-        self.rules.search.inner.as_ref().filter(|_| !self.evaluator.drive.is_fixed())
+    /// The loop, where there is something to tune.
+    fn looped(&self) -> Option<&'a CurveLoop> {
+        self.rules.search.curves.as_ref().filter(|_| !self.evaluator.drive.is_fixed())
     }
 
     /// Curves that a chain begins with.
@@ -98,12 +99,20 @@ impl<'a> Tuner<'a> {
         // What is no better than the best so far will not become it.
         self.evaluator.observed_above = best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value));
         let Some(mut curves) = tuning.loops.take() else { return self.begin(tuning, spent) };
-        let pace = match (&mut curves, self.schedule()) {
-            (_, None) => Ok(Pace::Done),
-            (Curves::Chains(chains), Some(schedule)) => self.anneal(schedule, tuning, chains, spent),
-            (Curves::Distribution(distribution), Some(schedule)) => {
-                self.evolve(schedule, tuning, distribution, spent)
+        let Some(CurveLoop { schedule, method, .. }) = self.looped() else {
+            tuning.loops = Some(curves);
+            return Ok(Pace::Done);
+        };
+        let pace = match (&mut curves, method) {
+            (Curves::Chains(chains), CurveMethod::Annealing(annealing)) => {
+                self.anneal(Annealed { schedule, annealing }, tuning, chains, spent)
             }
+            (Curves::Distribution(distribution), CurveMethod::CmaEs(cma_es)) => {
+                self.evolve((schedule, cma_es), tuning, distribution, spent)
+            }
+            // A state is begun with the method that it goes on with.
+            (Curves::Chains(_), CurveMethod::CmaEs(_))
+            | (Curves::Distribution(_), CurveMethod::Annealing(_)) => Ok(Pace::Done),
         };
         tuning.loops = Some(curves);
         pace
@@ -111,8 +120,11 @@ impl<'a> Tuner<'a> {
 
     /// Evaluates the curves that the search starts from.
     fn begin(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
-        let schedule = self.schedule();
-        let chains = schedule.and_then(|schedule| schedule.chains).unwrap_or(1);
+        let method = self.looped().map(|looped| &looped.method);
+        let chains = match method {
+            Some(CurveMethod::Annealing(annealing)) => annealing.chains.unwrap_or(1),
+            Some(CurveMethod::CmaEs(_)) | None => 1,
+        };
         let starts: Vec<Parameters> = (0..chains).map(|chain| self.start(chain)).collect();
         let Some(values) = self.evaluator.evaluate(self.bounds.stop, &starts) else { return self.stopped() };
         // Counted as if nothing had been, if it is stopped between them.
@@ -126,12 +138,16 @@ impl<'a> Tuner<'a> {
             fitness.push(known.filter(|_| sound));
         }
         let course = Course::new(self.task.objective.direction, best(&now));
-        now.loops = Some(match schedule.and_then(|schedule| schedule.cma_es.as_ref()) {
-            Some(cma_es) => Curves::Distribution(self.distribution(&starts[0], cma_es.spread, course)),
-            None => Curves::Chains(annealing::chains(starts, fitness, course)),
+        now.loops = Some(match method {
+            Some(CurveMethod::CmaEs(cma_es)) => {
+                Curves::Distribution(self.distribution(&starts[0], cma_es.spread, course))
+            }
+            Some(CurveMethod::Annealing(_)) | None => {
+                Curves::Chains(annealing::chains(starts, fitness, course))
+            }
         });
         (*tuning, *spent) = (now, counted);
-        Ok(if schedule.is_some() { Pace::More } else { Pace::Done })
+        Ok(if method.is_some() { Pace::More } else { Pace::Done })
     }
 
     fn stopped(&self) -> Result<Pace, Failure> {
@@ -166,7 +182,7 @@ impl<'a> Tuner<'a> {
             return Ok(Some(true));
         }
         let mut half_step = None;
-        if self.can_lose(fitness) && (self.schedule().is_some() || fitness > self.known) {
+        if self.can_lose(fitness) && (self.looped().is_some() || fitness > self.known) {
             let Some(half) = self.evaluator.at_half_step(self.bounds.stop, candidate) else {
                 return Ok(None);
             };

@@ -1,0 +1,212 @@
+//! Searches: the loops that they have, and by what each searches.
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+use super::Expr;
+
+/// A search, by the loops that it has.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Search {
+    /// Its name.
+    pub name: String,
+    /// What a new best must keep of its value when simulated more finely.
+    pub keep: f64,
+    /// The loop over bodies, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub bodies: Option<BodyLoop>,
+    /// The loop over curves of one body, if there is one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curves: Option<CurveLoop>,
+}
+
+/// How bodies are searched for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BodyLoop {
+    /// How long.
+    pub schedule: Schedule,
+    /// By what.
+    pub method: BodyMethod,
+}
+
+/// What searches for bodies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum BodyMethod {
+    /// Simulated annealing.
+    Annealing(Annealing),
+    /// The best of each kind.
+    Archive(Archive),
+}
+
+/// How curves of a body are searched for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CurveLoop {
+    /// How long.
+    pub schedule: Schedule,
+    /// Whether curves start from those of the body that this one was made of.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub warm: bool,
+    /// By what.
+    pub method: CurveMethod,
+}
+
+/// What searches for curves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub enum CurveMethod {
+    /// Simulated annealing.
+    Annealing(Annealing),
+    /// Evolution of a normal distribution.
+    CmaEs(CmaEs),
+}
+
+/// How long a loop goes on: expressions of the search stage.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Schedule {
+    /// Greatest number of iterations.
+    pub iterations: Expr,
+    /// Moves in an iteration, of each chain; samples of a generation.
+    pub moves: Expr,
+    /// Whether to stop, asked after each iteration.
+    pub stop: Expr,
+}
+
+/// Simulated annealing by one chain or several.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Annealing {
+    /// The temperature of an iteration, of the search stage.
+    pub temperature: Expr,
+    /// How many moves a random walk makes before, whose values `deviation` tells.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub walk: Option<usize>,
+    /// How many chains go on side by side, if not one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chains: Option<usize>,
+    /// Whether neighbouring chains may change places, asked after each iteration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exchange: Option<Expr>,
+}
+
+/// Covariance matrix adaptation (Hansen 2016): a normal distribution of curves that follows the better half of
+/// its samples.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct CmaEs {
+    /// The first standard deviation, as a share of each value's range.
+    pub spread: f64,
+    /// Whether to begin anew elsewhere, asked after each iteration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restart: Option<Expr>,
+}
+
+/// The best design of each kind is kept, and each move changes one of those (MAP-Elites, Mouret and Clune 2015).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Archive {
+    /// What tells kinds apart, by name.
+    pub descriptors: IndexMap<String, Descriptor>,
+}
+
+/// A quantity that tells kinds of designs apart.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Descriptor {
+    /// A quantity of the score stage, of the motion of the first task.
+    pub value: Expr,
+    /// Where the first cell begins, in SI units; what is less belongs to it, too.
+    pub from: f64,
+    /// Where the last cell ends, in SI units; what is more belongs to it, too.
+    pub to: f64,
+    /// How many cells there are.
+    pub cells: usize,
+}
+
+/// A method of a loop, whichever loop it is of.
+#[derive(Clone, Copy, Debug)]
+pub enum SearchMethod<'a> {
+    /// Simulated annealing.
+    Annealing(&'a Annealing),
+    /// The best of each kind.
+    Archive(&'a Archive),
+    /// Evolution of a normal distribution.
+    CmaEs(&'a CmaEs),
+}
+
+impl BodyLoop {
+    /// Its method among all.
+    #[must_use]
+    pub fn method(&self) -> SearchMethod<'_> {
+        match &self.method {
+            BodyMethod::Annealing(annealing) => SearchMethod::Annealing(annealing),
+            BodyMethod::Archive(archive) => SearchMethod::Archive(archive),
+        }
+    }
+}
+
+impl CurveLoop {
+    /// Its method among all.
+    #[must_use]
+    pub fn method(&self) -> SearchMethod<'_> {
+        match &self.method {
+            CurveMethod::Annealing(annealing) => SearchMethod::Annealing(annealing),
+            CurveMethod::CmaEs(cma_es) => SearchMethod::CmaEs(cma_es),
+        }
+    }
+}
+
+impl<'a> SearchMethod<'a> {
+    /// Its name in texts.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Annealing(_) => "annealing",
+            Self::Archive(_) => "archive",
+            Self::CmaEs(_) => "cma_es",
+        }
+    }
+
+    /// Its expressions of the search stage.
+    pub fn scheduled(self) -> impl Iterator<Item = &'a Expr> {
+        let own = match self {
+            Self::Annealing(annealing) => [Some(&annealing.temperature), annealing.exchange.as_ref()],
+            Self::CmaEs(cma_es) => [cma_es.restart.as_ref(), None],
+            Self::Archive(_) => [None, None],
+        };
+        own.into_iter().flatten()
+    }
+}
+
+impl Schedule {
+    /// Its expressions.
+    pub fn exprs(&self) -> [&Expr; 3] {
+        [&self.iterations, &self.moves, &self.stop]
+    }
+}
+
+impl Search {
+    /// Its loops: the schedule and the method of each.
+    pub fn loops(&self) -> impl Iterator<Item = (&Schedule, SearchMethod<'_>)> {
+        let bodies = self.bodies.iter().map(|bodies| (&bodies.schedule, bodies.method()));
+        bodies.chain(self.curves.iter().map(|curves| (&curves.schedule, curves.method())))
+    }
+
+    /// The archive of kinds, where bodies are searched for by one.
+    #[must_use]
+    pub fn archive(&self) -> Option<&Archive> {
+        match &self.bodies.as_ref()?.method {
+            BodyMethod::Archive(archive) => Some(archive),
+            BodyMethod::Annealing(_) => None,
+        }
+    }
+
+    /// How bodies are annealed, where they are.
+    #[must_use]
+    pub fn annealing(&self) -> Option<&Annealing> {
+        match &self.bodies.as_ref()?.method {
+            BodyMethod::Annealing(annealing) => Some(annealing),
+            BodyMethod::Archive(_) => None,
+        }
+    }
+
+    /// Whether curves start from those of the body that this one was made of.
+    #[must_use]
+    pub fn is_warm(&self) -> bool {
+        self.curves.as_ref().is_some_and(|curves| curves.warm)
+    }
+}

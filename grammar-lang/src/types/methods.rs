@@ -1,0 +1,254 @@
+//! Checks what the loops of a search search by: annealing, an archive of kinds, evolution of curves.
+
+use indexmap::IndexMap;
+
+use super::Checker;
+use super::expr::Context;
+use super::fields::{Sign, Values};
+use super::searches::{Loop, Looped, whole};
+use super::stage::Stage;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, SearchMethod, Ty, Word};
+use crate::syntax::ast::{self, Block, Field, Name};
+
+/// A method as texts name it.
+pub(super) struct Known {
+    pub(super) name: &'static str,
+    /// The loops that it can search.
+    pub(super) loops: &'static [Loop],
+    /// The fields that only it has; the first must be there.
+    pub(super) fields: &'static [&'static str],
+}
+
+/// All methods. A new one stands here, in the enumerations of `ir/search.rs` that say which loop has it, and in a
+/// function below.
+pub(super) const METHODS: &[Known] = &[
+    Known {
+        name: "annealing",
+        loops: &[Loop::Bodies, Loop::Curves],
+        fields: &["temperature", "walk", "chains", "exchange"],
+    },
+    Known { name: "archive", loops: &[Loop::Bodies], fields: &["descriptors"] },
+    Known { name: "cma_es", loops: &[Loop::Curves], fields: &["spread", "restart"] },
+];
+
+const DESCRIPTOR: &[&str] = &["value", "from", "to", "cells"];
+
+/// A descriptor as it may stand in a text.
+const EXAMPLE: &str = "size { value = count(part)  from = 0  to = 20  cells = 10 }";
+
+/// More cells than this never fill.
+const MOST_CELLS: f64 = 100_000.0;
+
+impl Checker<'_> {
+    /// The method of a loop over bodies, by its name.
+    pub(super) fn body_method(&mut self, name: &str, from: &Values<'_>, damaged: bool) -> Option<BodyMethod> {
+        match name {
+            "annealing" => self.annealing(from, damaged).map(BodyMethod::Annealing),
+            "archive" => self.archive(from, damaged).map(BodyMethod::Archive),
+            _ => None,
+        }
+    }
+
+    /// The method of a loop over curves, by its name.
+    pub(super) fn curve_method(
+        &mut self,
+        name: &str,
+        from: &Values<'_>,
+        damaged: bool,
+    ) -> Option<CurveMethod> {
+        match name {
+            "annealing" => self.annealing(from, damaged).map(CurveMethod::Annealing),
+            "cma_es" => self.cma_es(from, damaged).map(CurveMethod::CmaEs),
+            _ => None,
+        }
+    }
+
+    fn annealing(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Annealing> {
+        let cx = Context::new(Stage::Declaration, damaged);
+        let temperature =
+            self.scheduled(from, "temperature", &Ty::NUMBER, "9 / (1 + 0.1 * iteration)", damaged);
+        let given = |name: &str| from.values.contains_key(name);
+        let walk = given("walk").then(|| self.counted(from, "walk", "50", 2.0, &cx));
+        let chains = given("chains").then(|| self.counted(from, "chains", "4", 1.0, &cx));
+        let exchange =
+            given("exchange").then(|| self.scheduled(from, "exchange", &Ty::Bool, "true", damaged));
+        Some(ir::Annealing {
+            temperature: temperature?,
+            walk: whole(walk)?,
+            chains: whole(chains)?,
+            exchange: whole(exchange)?,
+        })
+    }
+
+    fn cma_es(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::CmaEs> {
+        let cx = Context::new(Stage::Declaration, damaged);
+        let spread = self.number(from, "spread", "Number", Sign::Positive, "30 %", &cx);
+        let restart = from
+            .values
+            .contains_key("restart")
+            .then(|| self.scheduled(from, "restart", &Ty::Bool, "spread < 1 %", damaged));
+        Some(ir::CmaEs { spread: spread?, restart: whole(restart)? })
+    }
+
+    fn archive(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Archive> {
+        let Some(block) = from.groups.get("descriptors").copied() else {
+            if !damaged && !from.misspelt.iter().any(|m| m == "descriptors") {
+                self.report(
+                    Diagnostic::new(Code::MISSING_FIELD, from.place(), "this archive tells no kinds apart")
+                        .label("nothing describes a design")
+                        .help(format!("add `descriptors {{ {EXAMPLE} }}`")),
+                );
+            }
+            return None;
+        };
+        Some(ir::Archive { descriptors: self.descriptors(block, damaged)? })
+    }
+
+    /// What tells kinds of designs apart: a block of descriptors, by names of the grammar's own.
+    fn descriptors(&mut self, block: &Block, damaged: bool) -> Option<IndexMap<String, ir::Descriptor>> {
+        let mut found = IndexMap::new();
+        let mut is_fine = true;
+        for field in &block.fields {
+            let group = match field {
+                Field::Group(group) => group,
+                Field::Value(name, _) => {
+                    is_fine = false;
+                    self.not_a_descriptor(name);
+                    continue;
+                }
+                Field::Param(param) => {
+                    is_fine = false;
+                    self.not_a_descriptor(&param.name);
+                    continue;
+                }
+                Field::Port(port) => {
+                    is_fine = false;
+                    self.not_a_descriptor(&port.name);
+                    continue;
+                }
+            };
+            if let Some(word) = &group.method {
+                self.no_method(&group.name, word);
+            }
+            let descriptor = self.descriptor(group, damaged);
+            is_fine &= descriptor.is_some();
+            if found.contains_key(&group.name.text) {
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        group.name.span,
+                        format!("`{}` is given twice", group.name.text),
+                    )
+                    .label("again")
+                    .help("keep one of them"),
+                );
+            }
+            found.extend(descriptor.map(|descriptor| (group.name.text.clone(), descriptor)));
+        }
+        if block.fields.is_empty() && !damaged {
+            self.report(
+                Diagnostic::new(Code::MISSING_FIELD, block.name.span, "this archive tells no kinds apart")
+                    .label("nothing describes a design")
+                    .help(format!("add a line such as `{EXAMPLE}`")),
+            );
+            return None;
+        }
+        let cells: f64 = found.values().map(|kind| kind.cells as f64).product();
+        if cells > MOST_CELLS {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, block.name.span, "this archive has too many cells")
+                    .label(format!("{cells} of them"))
+                    .help(format!("at most {MOST_CELLS}: use fewer descriptors or cells")),
+            );
+            return None;
+        }
+        is_fine.then_some(found)
+    }
+
+    fn not_a_descriptor(&mut self, name: &Name) {
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_FIELD, name.span, "descriptors are blocks, no values")
+                .label("not a block")
+                .help(format!("write for example `{EXAMPLE}`")),
+        );
+    }
+
+    fn descriptor(&mut self, block: &Block, damaged: bool) -> Option<ir::Descriptor> {
+        let cx = Context::new(Stage::Declaration, damaged);
+        let from = self.values(block, "a descriptor", DESCRIPTOR);
+        let value = match from.values.get("value") {
+            Some((_, tree)) => Some(self.described(tree, damaged)?),
+            None => {
+                self.missing(&from, "value", "count(part)", damaged);
+                None
+            }
+        };
+        let ty = value.as_ref().map_or(Ty::NUMBER, |value| scale(&value.ty));
+        let low = self.value(&from, "from", &ty, "0", &cx);
+        let high = self.value(&from, "to", &ty, "20", &cx);
+        let cells = self.number(&from, "cells", "Count", Sign::Positive, "10", &cx);
+        let ((low, _), (high, place)) = (low?, high?);
+        let (low, high) = (low.as_number()?, high.as_number()?);
+        if high <= low {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, place, "`to` must be above `from`")
+                    .label(format!("this is {}", super::shown(high, &ty)))
+                    .help(format!("`from` is {}", super::shown(low, &ty))),
+            );
+            return None;
+        }
+        Some(ir::Descriptor { value: value?, from: low, to: high, cells: cells? as usize })
+    }
+
+    /// What describes a design: any quantity of its motion or of itself.
+    fn described(&mut self, tree: &ast::Expr, damaged: bool) -> Option<Expr> {
+        let value = self.infer(tree, &mut Context::new(Stage::Score, damaged));
+        match value.ty {
+            Ty::Quantity(_) | Ty::Count | Ty::Bool => Some(value),
+            Ty::Unknown => None,
+            _ => {
+                self.report(
+                    Diagnostic::new(Code::WRONG_TYPE, tree.span, "a descriptor is a quantity")
+                        .label(format!("this is {}", value.ty))
+                        .help("write for example `value = count(part)`"),
+                );
+                None
+            }
+        }
+    }
+
+    /// Words that have no value with the method of this loop.
+    pub(super) fn words_of(&mut self, Looped { schedule, method }: &Looped<'_>) {
+        let walk = matches!(method, SearchMethod::Annealing(annealing) if annealing.walk.is_some());
+        let mut found = Vec::new();
+        for expr in schedule.exprs().into_iter().chain(method.scheduled()) {
+            expr.any(&mut |e| {
+                let ExprKind::Word(word) = e.kind else { return false };
+                let lacks = match (word, method) {
+                    (Word::Deviation, _) if !walk => {
+                        Some(("there is no random walk whose deviation this could be", "add `walk = 50`"))
+                    }
+                    (Word::Spread, SearchMethod::Annealing(_) | SearchMethod::Archive(_)) => Some((
+                        "only `cma_es` has a spread",
+                        "write `temperature` here, or search by `cma_es` with `spread = 30 %`",
+                    )),
+                    (Word::Temperature | Word::Chain, SearchMethod::CmaEs(_) | SearchMethod::Archive(_)) => {
+                        Some(("only annealing has temperatures and chains", "leave it out"))
+                    }
+                    _ => None,
+                };
+                found.extend(lacks.map(|lacks| (e.span, lacks)));
+                false
+            });
+        }
+        for (place, (message, help)) in found {
+            self.report(Diagnostic::new(Code::BAD_SCHEDULE, place, message).label("has no value").help(help));
+        }
+    }
+}
+
+/// The type of the ends of a descriptor's range.
+fn scale(value: &Ty) -> Ty {
+    if let Ty::Quantity(_) = value { value.clone() } else { Ty::NUMBER }
+}
