@@ -29,19 +29,33 @@ pub struct State<D = Arc<Derivation>> {
     pub(super) tally: Tally,
     /// The design that the search began with.
     pub(super) first: Place<D>,
-    /// The annealing chains; one until the first design is judged.
-    pub(super) chains: Vec<BodyChain<D>>,
-    /// The chain whose move is next.
-    pub(super) turn: usize,
-    /// The values of the random walk, as far as it is made.
-    pub(super) walk: Vec<f64>,
+    /// The designs that moves start from; none before the first design is judged, and where bodies are not searched
+    /// for.
+    pub(super) designs: Option<Designs<D>>,
     pub(super) course: Course,
     pub(super) iteration: Option<Iteration>,
     /// The design that is being tried.
     pub(super) trial: Option<Trial<D>>,
     pub(super) best: Option<Best<D>>,
-    /// The best of each kind, by cell.
-    pub(super) archive: Vec<(Vec<usize>, Best<D>)>,
+}
+
+/// The designs that moves start from, by the method of the loop over bodies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) enum Designs<D> {
+    /// Annealing.
+    Chains(BodyChains<D>),
+    /// The best of each kind, by cell, in the order of cells.
+    Archive(Vec<(Vec<usize>, Best<D>)>),
+}
+
+/// Where the annealing of bodies stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct BodyChains<D> {
+    pub(super) chains: Vec<BodyChain<D>>,
+    /// The chain whose move is next.
+    pub(super) turn: usize,
+    /// The values of the random walk, as far as it is made.
+    pub(super) walk: Vec<f64>,
 }
 
 /// A design that was judged.
@@ -214,9 +228,7 @@ impl State {
             idle_moves: 0,
             tally: Tally::default(),
             first: Place { number: 0, derivation: Arc::clone(&first), value: None, tunes: Vec::new() },
-            chains: Vec::new(),
-            turn: 0,
-            walk: Vec::new(),
+            designs: None,
             course: Course::default(),
             iteration: None,
             trial: Some(Trial {
@@ -230,7 +242,6 @@ impl State {
                 body: Body::default(),
             }),
             best: None,
-            archive: Vec::new(),
         }
     }
 
@@ -273,13 +284,42 @@ impl State<Steps> {
 }
 
 impl<D> State<D> {
-    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<State<T>, E> {
-        let Self { spent, moves, bodies, idle_moves, tally, turn, walk, course, iteration, .. } = self;
-        let first = self.first.map(change)?;
-        let mut chains = Vec::with_capacity(self.chains.len());
-        for BodyChain { at, standing } in self.chains {
-            chains.push(BodyChain { at: at.map(change)?, standing });
+    /// The annealing chains; none where something else searches.
+    pub(super) fn chains(&self) -> &[BodyChain<D>] {
+        match &self.designs {
+            Some(Designs::Chains(BodyChains { chains, .. })) => chains,
+            Some(Designs::Archive(_)) | None => &[],
         }
+    }
+
+    /// The annealing, to change it.
+    pub(super) fn annealing(&mut self) -> Option<&mut BodyChains<D>> {
+        match &mut self.designs {
+            Some(Designs::Chains(chains)) => Some(chains),
+            Some(Designs::Archive(_)) | None => None,
+        }
+    }
+
+    /// A chain, to change it.
+    pub(super) fn chain(&mut self, number: usize) -> Option<&mut BodyChain<D>> {
+        self.annealing()?.chains.get_mut(number)
+    }
+
+    /// The best of each kind, by cell; none where something else searches.
+    pub(super) fn archive(&self) -> &[(Vec<usize>, Best<D>)] {
+        match &self.designs {
+            Some(Designs::Archive(archive)) => archive,
+            Some(Designs::Chains(_)) | None => &[],
+        }
+    }
+
+    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<State<T>, E> {
+        let Self { spent, moves, bodies, idle_moves, tally, course, iteration, .. } = self;
+        let first = self.first.map(change)?;
+        let designs = match self.designs {
+            Some(designs) => Some(designs.map(change)?),
+            None => None,
+        };
         let trial = match self.trial {
             Some(Trial { derivation, parent, chain, rule, blocked, drawn, warm, body }) => Some(Trial {
                 derivation: change(derivation)?,
@@ -297,10 +337,6 @@ impl<D> State<D> {
             Some(best) => Some(best.map(change)?),
             None => None,
         };
-        let mut archive = Vec::with_capacity(self.archive.len());
-        for (cell, best) in self.archive {
-            archive.push((cell, best.map(change)?));
-        }
         Ok(State {
             spent,
             moves,
@@ -308,14 +344,43 @@ impl<D> State<D> {
             idle_moves,
             tally,
             first,
-            chains,
-            turn,
-            walk,
+            designs,
             course,
             iteration,
             trial,
             best,
-            archive,
+        })
+    }
+}
+
+impl<D: Clone> BodyChains<D> {
+    /// So many chains at one design.
+    pub(super) fn at(design: &Place<D>, count: usize) -> Self {
+        let chain = BodyChain { at: design.clone(), standing: Standing::default() };
+        Self { chains: vec![chain; count], turn: 0, walk: Vec::new() }
+    }
+}
+
+impl<D> Designs<D> {
+    /// Gives the turn to the next chain; whether all have had theirs.
+    pub(super) fn next_turn(&mut self) -> bool {
+        let Self::Chains(BodyChains { chains, turn, .. }) = self else { return true };
+        *turn = if *turn + 1 < chains.len() { *turn + 1 } else { 0 };
+        *turn == 0
+    }
+
+    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Designs<T>, E> {
+        Ok(match self {
+            Self::Chains(BodyChains { chains, turn, walk }) => {
+                let map = |BodyChain { at, standing }| Ok(BodyChain { at: at.map(change)?, standing });
+                let chains: Result<Vec<_>, E> = chains.into_iter().map(map).collect();
+                Designs::Chains(BodyChains { chains: chains?, turn, walk })
+            }
+            Self::Archive(archive) => {
+                let map = |(cell, best): (Vec<usize>, Best<D>)| Ok((cell, best.map(change)?));
+                let archive: Result<Vec<_>, E> = archive.into_iter().map(map).collect();
+                Designs::Archive(archive?)
+            }
         })
     }
 }

@@ -4,26 +4,18 @@ use std::sync::Arc;
 
 use grammar_lang::ir::{Annealing, Schedule};
 
-use super::super::schedule::{Course, Plan, Stand, Standing, deviation, exchange, neighbours};
-use super::super::state::{BodyChain, Place, State};
+use super::super::schedule::{Plan, Stand, deviation, exchange, neighbours};
+use super::super::state::{BodyChain, BodyChains, Designs, Place, State};
 use super::super::{Failure, accepts};
 use super::{Begun, Bodies, End};
 use crate::derive::Derivation;
 use crate::derive::random::Stream;
 
 impl Bodies<'_> {
-    /// Begins all chains with the first design.
-    pub(super) fn begin_chains(&mut self, first: Place<Arc<Derivation>>) {
-        self.state.course = Course::new(self.rules.objective.direction, first.value);
-        self.state.first = first;
-        self.place_chains();
-    }
-
-    fn place_chains(&mut self) {
-        let count = self.rules.search.annealing().and_then(|annealing| annealing.chains).unwrap_or(1);
-        let chain = BodyChain { at: self.state.first.clone(), standing: Standing::default() };
-        self.state.chains = vec![chain; count];
-        self.state.turn = 0;
+    /// Begins all chains at the first design.
+    pub(super) fn begin_chains(&mut self, annealing: &Annealing) {
+        let chains = BodyChains::at(&self.state.first, annealing.chains.unwrap_or(1));
+        self.state.designs = Some(Designs::Chains(chains));
     }
 
     /// The move that is next, or the end of an iteration.
@@ -35,27 +27,27 @@ impl Bodies<'_> {
         if let Some(walk) = annealing.walk
             && self.state.course.deviation.is_none()
         {
-            if self.state.walk.len() < walk {
+            let walked = self.state.annealing().map_or(&[][..], |chains| &chains.walk);
+            if walked.len() < walk {
                 return Ok(Begun::Move { chain: 0, temperature: 0.0 });
             }
-            let deviation = deviation(&self.state.walk);
+            let deviation = deviation(walked);
             if deviation <= 0.0 {
                 return Err(Failure::NoDeviation(walk));
             }
             self.state.course.deviation = Some(deviation);
-            self.state.walk.clear();
-            self.place_chains();
+            self.begin_chains(annealing);
             return Ok(Begun::Iteration);
         }
         if self.state.iteration.is_none() {
             let mut iteration = None;
-            for number in 0..self.state.chains.len() {
+            for number in 0..self.state.chains().len() {
                 let plan = self.plan(schedule, number);
                 if number == 0 {
                     iteration = plan.begin()?;
                 }
                 let temperature = plan.temperature(annealing)?;
-                if let Some(chain) = self.state.chains.get_mut(number) {
+                if let Some(chain) = self.state.chain(number) {
                     chain.standing.temperature = temperature;
                 }
             }
@@ -65,33 +57,36 @@ impl Bodies<'_> {
         if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
             return self.end_iteration(schedule, annealing);
         }
-        let chain = self.state.turn;
-        let temperature = self.state.chains.get(chain).map_or(0.0, |chain| chain.standing.temperature);
+        let chain = self.state.annealing().map_or(0, |chains| chains.turn);
+        let temperature = self.state.chains().get(chain).map_or(0.0, |chain| chain.standing.temperature);
         Ok(Begun::Move { chain, temperature })
     }
 
     fn end_iteration(&mut self, schedule: &Schedule, annealing: &Annealing) -> Result<Begun, Failure> {
         self.state.iteration = None;
         self.state.course.complete(self.state.best.as_ref().map(|b| b.value));
-        self.state.chains.iter_mut().for_each(|chain| chain.standing.complete());
+        if let Some(BodyChains { chains, .. }) = self.state.annealing() {
+            chains.iter_mut().for_each(|chain| chain.standing.complete());
+        }
         let mut is_over = true;
-        for number in 0..self.state.chains.len() {
+        for number in 0..self.state.chains().len() {
             is_over &= self.plan(schedule, number).stops()?;
         }
         if is_over {
             return Ok(Begun::End(End::Stopped));
         }
-        if self.state.chains.len() > 1 && self.plan(schedule, 0).exchanges(annealing)? {
+        if self.state.chains().len() > 1 && self.plan(schedule, 0).exchanges(annealing)? {
             let iteration = self.state.course.iteration;
             let mut random = Stream::named(self.seed, &format!("exchange {iteration}"));
-            for first in neighbours(self.state.chains.len(), iteration) {
-                let place = |number: usize| {
-                    let chain = &self.state.chains[number];
-                    (chain.standing.temperature, self.fitness(chain.at.value))
-                };
-                if exchange(place(first), place(first + 1), random.unit()) {
-                    let (before, after) = self.state.chains.split_at_mut(first + 1);
-                    std::mem::swap(&mut before[first].at, &mut after[0].at);
+            let direction = self.rules.objective.direction;
+            let fitness = |value: Option<f64>| value.map_or(f64::NEG_INFINITY, |v| direction.fitness(v));
+            let Some(BodyChains { chains, .. }) = self.state.annealing() else { return Ok(Begun::Iteration) };
+            for first in neighbours(chains.len(), iteration) {
+                let (before, after) = chains.split_at_mut(first + 1);
+                let (one, other) = (&mut before[first], &mut after[0]);
+                let place = |c: &BodyChain<_>| (c.standing.temperature, fitness(c.at.value));
+                if exchange(place(one), place(other), random.unit()) {
+                    std::mem::swap(&mut one.at, &mut other.at);
                 }
             }
         }
@@ -102,13 +97,14 @@ impl Bodies<'_> {
     pub(super) fn accept(&mut self, chain: usize, tried: &Place<Arc<Derivation>>, drawn: f64) -> bool {
         let is_walk = self.is_walk(&self.state);
         let new = self.fitness(tried.value);
-        let Some(current) = self.state.chains.get(chain).map(|chain| self.fitness(chain.at.value)) else {
+        let Some(current) = self.state.chains().get(chain).map(|chain| self.fitness(chain.at.value)) else {
             return false;
         };
+        let Some(BodyChains { chains, walk, .. }) = self.state.annealing() else { return false };
         if is_walk {
-            self.state.walk.extend(tried.value);
+            walk.extend(tried.value);
         }
-        let Some(chain) = self.state.chains.get_mut(chain) else { return false };
+        let Some(chain) = chains.get_mut(chain) else { return false };
         let accepted = if is_walk {
             tried.value.is_some()
         } else {
@@ -129,7 +125,7 @@ impl Bodies<'_> {
 
     fn plan<'p>(&'p self, schedule: &'p Schedule, chain: usize) -> Plan<'p> {
         let state = &self.state;
-        let (derivation, stand) = match state.chains.get(chain) {
+        let (derivation, stand) = match state.chains().get(chain) {
             Some(one) => (&one.at.derivation, Stand::Chain(chain, &one.standing)),
             None => (&state.first.derivation, Stand::Archive),
         };

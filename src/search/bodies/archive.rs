@@ -7,7 +7,7 @@ use grammar_lang::ir::{Archive, Descriptor, Schedule};
 
 use super::super::evaluator::Evaluator;
 use super::super::schedule::{Plan, Stand};
-use super::super::state::{Best, Place, Trial};
+use super::super::state::{Best, Designs, Place, Trial};
 use super::super::{Bounds, Failure};
 use super::{Begun, Bodies, Described, End};
 use crate::derive::Derivation;
@@ -46,7 +46,7 @@ impl Bodies<'_> {
 
     /// One of the designs that are kept, each with the same chance.
     pub(super) fn elite(&self, random: &mut Stream) -> Option<&Best> {
-        let archive = &self.state.archive;
+        let archive = self.state.archive();
         if archive.is_empty() {
             return None;
         }
@@ -95,9 +95,11 @@ impl Bodies<'_> {
         place: Place<Arc<Derivation>>,
     ) -> Result<bool, Failure> {
         let Some(value) = place.value else { return Ok(false) };
-        let found = self.state.archive.binary_search_by(|(known, _)| known.cmp(&cell));
+        let direction = self.rules.objective.direction;
+        let Some(Designs::Archive(archive)) = &mut self.state.designs else { return Ok(false) };
+        let found = archive.binary_search_by(|(known, _)| known.cmp(&cell));
         if let Ok(known) = found
-            && self.fitness(Some(self.state.archive[known].1.value)) >= self.fitness(Some(value))
+            && direction.fitness(archive[known].1.value) >= direction.fitness(value)
         {
             return Ok(false);
         }
@@ -105,15 +107,15 @@ impl Bodies<'_> {
         let best = Best { derivation, tasks: tunes, value, found_at: self.state.moves };
         let place = match found {
             Ok(known) => {
-                self.state.archive[known].1 = best;
+                archive[known].1 = best;
                 known
             }
             Err(free) => {
-                self.state.archive.insert(free, (cell, best));
+                archive.insert(free, (cell, best));
                 free
             }
         };
-        self.observer.kept(&self.state.archive, place).map_err(Failure::Output)?;
+        self.observer.kept(archive, place).map_err(Failure::Output)?;
         Ok(true)
     }
 }

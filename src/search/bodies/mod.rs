@@ -15,8 +15,8 @@ use super::cache::Cache;
 use super::crew::Crew;
 use super::curves::Pace;
 use super::gains::Gains;
-use super::schedule::Iteration;
-use super::state::{Best, Body, Place, State, Trial, Tune};
+use super::schedule::{Course, Iteration};
+use super::state::{Best, Body, Designs, Place, State, Trial, Tune};
 use super::tally::Tally;
 use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES};
 use crate::derive::random::Stream;
@@ -316,6 +316,17 @@ impl Bodies<'_> {
         }
     }
 
+    /// Begins the loop with the first design.
+    fn begin_designs(&mut self, first: Place<Arc<Derivation>>) {
+        self.state.course = Course::new(self.rules.objective.direction, first.value);
+        self.state.first = first;
+        match self.rules.search.bodies.as_ref().map(|bodies| &bodies.method) {
+            Some(BodyMethod::Annealing(annealing)) => self.begin_chains(annealing),
+            Some(BodyMethod::Archive(_)) => self.state.designs = Some(Designs::Archive(Vec::new())),
+            None => {}
+        }
+    }
+
     /// Draws the next body, or ends an iteration.
     fn next_move(&mut self) -> Result<Option<End>, Failure> {
         let Some(BodyLoop { schedule, method }) = &self.rules.search.bodies else {
@@ -365,18 +376,16 @@ impl Bodies<'_> {
             })
             .collect();
         state.moves = number;
-        state.turn += 1;
-        if state.turn >= state.chains.len() {
-            state.turn = 0;
-            if let Some(Iteration { made, .. }) = &mut state.iteration {
-                *made += 1;
-            }
+        if state.designs.as_mut().is_none_or(Designs::next_turn)
+            && let Some(Iteration { made, .. }) = &mut state.iteration
+        {
+            *made += 1;
         }
         let Some(next) = step.result else {
             // A move that can do nothing is counted and told.
             state.idle_moves += 1;
             let stuck = state.idle_moves >= MOST_IDLE_MOVES;
-            if let Some(chain) = state.chains.get_mut(chain) {
+            if let Some(chain) = state.chain(chain) {
                 chain.standing.note(false);
             }
             let from = (chain, Some(parent));
@@ -393,13 +402,11 @@ impl Bodies<'_> {
     /// The design that a move starts from, and its curves: the chain's own, or one of the archive.
     fn parent(&self, chain: usize, random: &mut Stream) -> Place<Arc<Derivation>> {
         let state = &self.state;
-        if self.rules.search.archive().is_some()
-            && let Some(elite) = self.elite(random)
-        {
+        if let Some(elite) = self.elite(random) {
             let Best { derivation, tasks, value, found_at } = elite.clone();
             return Place { number: found_at, derivation, value: Some(value), tunes: tasks };
         }
-        state.chains.get(chain).map_or(&state.first, |chain| &chain.at).clone()
+        state.chains().get(chain).map_or(&state.first, |chain| &chain.at).clone()
     }
 
     /// Tunes the body that is being tried, and judges it.
@@ -472,7 +479,7 @@ impl Bodies<'_> {
         is_cut: bool,
     ) -> Result<(), Failure> {
         let (found, tally) = std::mem::take(&mut trial.body).found(self.rules, &trial.derivation);
-        if let Some(chain) = self.state.chains.get(trial.chain) {
+        if let Some(chain) = self.state.chains().get(trial.chain) {
             let gain = self.fitness(found.as_ref().map(|(_, value)| *value)) - self.fitness(chain.at.value);
             // From nothing to nothing is no gain.
             self.gains.learn(trial.chain, if gain.is_nan() { f64::NEG_INFINITY } else { gain });
@@ -502,10 +509,10 @@ impl Bodies<'_> {
             self.state.best = Some(best);
         }
         let accepted = if first {
-            self.begin_chains(place.clone());
+            self.begin_designs(place.clone());
             true
         } else {
-            !is_cut && self.rules.search.archive().is_none() && self.accept(chain, &place, drawn)
+            !is_cut && self.accept(chain, &place, drawn)
         };
         let kept = match cell {
             Some(cell) => self.keep_of_kind(cell, place)?,
@@ -571,7 +578,7 @@ impl Bodies<'_> {
             accepted,
             best: state.best.as_ref().map(|b| b.value),
             temperature: state
-                .chains
+                .chains()
                 .get(chain)
                 .filter(|_| is_annealed)
                 .map_or(0.0, |chain| chain.standing.temperature),

@@ -121,7 +121,7 @@ impl<'a> Bodies<'a> {
 
     /// What the body that a state tries needs to be accepted, what its chain has, and what it has come to so far.
     fn standing(&self, state: &State, trial: &Trial<Arc<Derivation>>) -> (f64, f64, f64) {
-        let Some(chain) = state.chains.get(trial.chain) else {
+        let Some(chain) = state.chains().get(trial.chain) else {
             return (f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
         };
         let current = self.fitness(chain.at.value);
@@ -131,7 +131,7 @@ impl<'a> Bodies<'a> {
 
     /// Whether the body at hand will be accepted whatever comes: its best is good enough already.
     fn is_sure(&self, state: &State, trial: &Trial<Arc<Derivation>>) -> bool {
-        let Some(chain) = state.chains.get(trial.chain).filter(|_| self.rules.tasks.len() == 1) else {
+        let Some(chain) = state.chains().get(trial.chain).filter(|_| self.rules.tasks.len() == 1) else {
             return false;
         };
         let (_, current, now) = self.standing(state, trial);
