@@ -11,7 +11,7 @@ use std::path::PathBuf;
 use nalgebra::{Isometry3, Point3, Quaternion, Translation3, UnitQuaternion, Vector3};
 use serde::{Deserialize, Serialize};
 use sgc::design::assembly::Shape;
-use sgc::results::judge::{self, Precision};
+use sgc::results::replay::{self, Precision};
 use sgc::results::saved::SavedDesign;
 use sgc::score::Observed;
 use sgc::simulate::Motion;
@@ -238,7 +238,7 @@ fn gather() {
     for name in names {
         let design = SavedDesign::read(&runs.join(&name).join("best.design.json")).unwrap();
         let rules = design.grammar.compile().unwrap();
-        let setup = judge::setup(&rules, &design, None, Precision::Model).unwrap();
+        let setup = replay::setup(&rules, &design, None, Precision::Model).unwrap();
         let motion = setup.motion(&design.solver).unwrap();
         let drive = &design.tasks[0].drive;
         let period = drive.iter().find(|(name, _)| name == "period").map_or(1.0, |(_, period)| *period);

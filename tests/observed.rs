@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::RuleSet;
-use sgc::results::judge::{self, Verdict};
+use sgc::results::robustness::{self, Verdict};
 use sgc::results::saved::{Check, Measured, SavedTask};
 use sgc::world::Frozen;
 
@@ -173,7 +173,7 @@ fn checks_doubt_in_both_directions() {
         drive: Vec::new(),
     };
     let verdict = |value, measured| {
-        judge::verdict(&rules, &saved, &Check { name: "elsewhere".to_owned(), value, measured })
+        robustness::verdict(&rules, &saved, &Check { name: "elsewhere".to_owned(), value, measured })
     };
     // What keeps 80 % confirms; and what the value is 80 % of.
     for (value, expected) in [

@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use sgc::derive::Stream;
-use sgc::results::judge::final_check;
+use sgc::results::robustness::final_check;
 use sgc::results::saved::SavedDesign;
 use sgc::simulate::Stop;
 

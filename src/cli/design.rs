@@ -8,7 +8,7 @@ use grammar_lang::source::SourceMap;
 use super::load;
 use super::output::{self, Fault};
 use crate::results::saved::SavedDesign;
-use crate::results::{folder, judge, series};
+use crate::results::{folder, genuine, series};
 
 /// The file that a design or run folder means.
 pub(super) fn file(path: &Path) -> PathBuf {
@@ -47,7 +47,7 @@ pub(super) fn open(path: &Path) -> Result<Opened, Fault> {
     let design = read(path)?;
     let fault = |reason: String| Fault::usage(format!("{}: {reason}", path.display()));
     let (rules, sources) = design.grammar.compile_with_sources().map_err(fault)?;
-    judge::check_body(&rules, &design).map_err(fault)?;
+    genuine::check_body(&rules, &design).map_err(fault)?;
     Ok(Opened { design, rules, sources })
 }
 

@@ -12,9 +12,9 @@ use super::output::{self, Fault};
 use super::precision::Precision;
 use super::{exit, load};
 use crate::calibrate::reality::{self, Built, Estimate, Prediction};
-use crate::results::judge::Replayed;
+use crate::results::replay::Replayed;
 use crate::results::saved::SavedDesign;
-use crate::results::{describe, judge};
+use crate::results::{describe, genuine, replay, summary};
 use crate::simulate;
 
 /// Simulate a saved design again and print its terms and value
@@ -134,7 +134,7 @@ impl Eval {
         }
         let solver = self.solver.as_deref().unwrap_or(&design.solver);
         let precision = self.precision.asked();
-        let replayed = judge::replay(&rules, &design, solver, precision)
+        let replayed = replay::replay(&rules, &design, solver, precision)
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
         let Some(value) = replayed.value else {
             let why = replayed.tasks.iter().find_map(|task| task.motion.as_ref().err());
@@ -143,7 +143,7 @@ impl Eval {
         };
         output::data(&format!("value {}\n", describe::quantity(value, &rules.objective.unit)))?;
         for (name, value) in &replayed.observed {
-            output::data(&judge::observed(&rules, name, value.as_ref()))?;
+            output::data(&summary::observed(&rules, name, value.as_ref()))?;
         }
         for (task, saved) in replayed.tasks.iter().zip(&design.tasks) {
             let Some(score) = &task.score else { continue };
@@ -159,8 +159,8 @@ impl Eval {
         for line in predictions(&rules, &sources, &replayed) {
             output::data(&line)?;
         }
-        let same = self.solver.is_none() && precision == judge::Precision::Model && self.grammar.is_none();
-        let checked = judge::check_values(&design, &replayed);
+        let same = self.solver.is_none() && precision == replay::Precision::Model && self.grammar.is_none();
+        let checked = genuine::check_values(&design, &replayed);
         if same && checked.is_ok() {
             output::note("exactly the saved value");
         } else {
@@ -176,12 +176,12 @@ impl Eval {
     fn score(&self, rules: &RuleSet, design: &SavedDesign, motion: &Path) -> Result<u8, Fault> {
         let text = load::read(motion)?.text;
         let task = self.task.as_deref();
-        let (score, observed) = judge::score_of(rules, design, task, &text)
+        let (score, observed) = replay::score_of(rules, design, task, &text)
             .map_err(|e| Fault::input(format!("{}: {e}", motion.display())))?;
         let unit = design.task(task).map_or("", |saved| saved.unit.as_str());
         output::data(&format!("value {}\n", describe::quantity(score.value, unit)))?;
         for (name, value) in rules.observed.iter().zip(&observed) {
-            output::data(&judge::observed(rules, name, value.as_ref()))?;
+            output::data(&summary::observed(rules, name, value.as_ref()))?;
         }
         for (name, value) in &score.terms {
             output::data(&format!("  {name} {}\n", describe::term(rules, unit, name, *value)))?;

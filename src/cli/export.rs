@@ -11,7 +11,7 @@ use super::output::{self, Fault};
 use super::precision::Precision;
 use super::replace::Replace;
 use crate::results::beginning::beginning;
-use crate::results::judge;
+use crate::results::replay;
 use crate::results::saved::SavedDesign;
 use crate::simulate::{self, export};
 
@@ -57,13 +57,13 @@ impl Export {
         let path = design::file(&self.design);
         let Opened { design, rules, .. } = design::open(&path)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
-        let (derivation, body) = judge::body_of(&rules, &design).map_err(fault)?;
+        let (derivation, body) = replay::body_of(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         if matches!(self.to, Format::Begin) {
             return self.write(&beginning(&rules, &names, &derivation.design), None);
         }
         let precision = self.precision.asked();
-        let setup = judge::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
+        let setup = replay::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
         let assembly = &setup.body.assembly;
         let names = names.all(&body.actuators);
         let text = match self.to {

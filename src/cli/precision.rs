@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::results::judge;
+use crate::results::replay;
 
 /// Another time step, and contacts solved further.
 #[derive(Args)]
@@ -17,10 +17,10 @@ pub(super) struct Precision {
 
 impl Precision {
     /// What the simulation is asked for.
-    pub(super) fn asked(&self) -> judge::Precision {
+    pub(super) fn asked(&self) -> replay::Precision {
         match (self.step, self.sweeps) {
-            (None, None) => judge::Precision::Model,
-            (step, sweeps) => judge::Precision::Own { step, sweeps: sweeps.map(|n| n as usize) },
+            (None, None) => replay::Precision::Model,
+            (step, sweeps) => replay::Precision::Own { step, sweeps: sweeps.map(|n| n as usize) },
         }
     }
 }

@@ -15,7 +15,7 @@ use super::{exit, interrupt, load};
 use crate::results::folder::{Reopened, RunFolder};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::sittings::Sittings;
-use crate::results::{archive, judge, leftovers};
+use crate::results::{archive, leftovers, robustness, saving, summary};
 use crate::search::{self, Best, End, Failure, Jobs, Limits, Observer, Outcome, Row, State};
 use crate::simulate::{self, Stop};
 
@@ -185,7 +185,7 @@ impl Session<'_> {
         }
         let stop = Stop::new(flag, deadline);
         let cuttable = interrupt::Cuttable::begin();
-        let checked = judge::final_check(&rules, &design, stop);
+        let checked = robustness::final_check(&rules, &design, stop);
         drop(cuttable);
         let design = match checked {
             Ok(design) => design,
@@ -247,7 +247,7 @@ impl Ended {
     /// Tells people how it ended; the exit code.
     pub(super) fn tell(&self) -> Result<u8, Fault> {
         let path = &self.path;
-        let report = self.design.as_ref().map(|design| judge::report(&self.rules, design));
+        let report = self.design.as_ref().map(|design| summary::report(&self.rules, design));
         if self.is_early {
             // Whether anybody still reads makes no difference: all is saved.
             let _ = output::data(&report.unwrap_or_default());
@@ -287,7 +287,7 @@ struct Keeper<'a> {
 
 impl Keeper<'_> {
     fn saved(&self, best: &Best) -> Result<SavedDesign, String> {
-        judge::save(self.rules, self.grammar.clone(), self.seed, self.solver, best)
+        saving::save(self.rules, self.grammar.clone(), self.seed, self.solver, best)
     }
 
     /// The end of a session that can be gone on with.

@@ -2,8 +2,8 @@
 
 use grammar_lang::ir::RuleSet;
 
-use super::judge;
 use super::names::Names;
+use super::replay;
 use super::saved::SavedDesign;
 use crate::design::PartId;
 use crate::drive::Bends;
@@ -45,11 +45,11 @@ pub fn gait(
 ) -> Result<Gait, Vec<String>> {
     let one = |text: String| vec![text];
     let saved = design.task(task).map_err(one)?;
-    let (derivation, body) = judge::body_of(rules, design).map_err(one)?;
-    let (own, simulated, parameters) = judge::drive_of(rules, saved, (&derivation, &body)).map_err(one)?;
+    let (derivation, body) = replay::body_of(rules, design).map_err(one)?;
+    let (own, simulated, parameters) = replay::drive_of(rules, saved, (&derivation, &body)).map_err(one)?;
     let name = target_name(of.unwrap_or(rules), target, own.on.as_deref()).map_err(one)?;
     let played = on_target(rules, of, &saved.name, &name);
-    let (_, drive, _) = judge::drive_of(&played, saved, (&derivation, &body)).map_err(one)?;
+    let (_, drive, _) = replay::drive_of(&played, saved, (&derivation, &body)).map_err(one)?;
     let Some(target) = played.targets.get(&name) else {
         return Err(one(format!("there is no target `{name}`")));
     };

@@ -5,7 +5,7 @@ use grammar_lang::ir::{Feature, Novelty, RuleSet, Ty};
 use grammar_lang::units;
 use serde::Serialize;
 
-use super::judge;
+use super::replay;
 use super::saved::SavedDesign;
 
 /// The score of a feature that nothing else in a large set shares.
@@ -79,7 +79,7 @@ fn told(rules: &RuleSet, ty: &Ty, value: f64) -> String {
 /// A sentence: it cannot be made or simulated again, or a feature has no value for it.
 pub fn features(rules: &RuleSet, novelty: &Novelty, design: &SavedDesign) -> Result<Vec<f64>, String> {
     let wanted: Vec<_> = novelty.features.values().map(|feature| &feature.value).collect();
-    let values = judge::quantities(rules, design, &wanted)?;
+    let values = replay::quantities(rules, design, &wanted)?;
     let values = novelty.features.keys().zip(values);
     let value = |(name, value): (&String, Result<f64, _>)| {
         value.map_err(|e: grammar_lang::eval::EvalError| {

@@ -6,7 +6,7 @@ use grammar_lang::source::SourceMap;
 use super::making::{look, making};
 use super::saved::SavedDesign;
 use super::view::{Check, Curve, Element, Scene};
-use super::{describe, judge};
+use super::{describe, genuine, replay, robustness, summary};
 use crate::design::lattice;
 
 /// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named.
@@ -19,9 +19,9 @@ pub fn scene(
     design: &SavedDesign,
     task: Option<&str>,
 ) -> Result<Scene, String> {
-    let mut replayed = judge::replay(rules, design, &design.solver, judge::Precision::Model)?;
-    judge::check_body(rules, design)?;
-    judge::check_values(design, &replayed)?;
+    let mut replayed = replay::replay(rules, design, &design.solver, replay::Precision::Model)?;
+    genuine::check_body(rules, design)?;
+    genuine::check_values(design, &replayed)?;
     let saved = design.task(task)?;
     let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or("it has no task")?;
     let moved = replayed.tasks.swap_remove(place);
@@ -64,8 +64,8 @@ pub fn scene(
         .iter()
         .map(|check| Check {
             name: check.name.clone(),
-            text: judge::outcome(saved, check),
-            ok: judge::confirmed(rules, saved, check),
+            text: robustness::outcome(saved, check),
+            ok: robustness::confirmed(rules, saved, check),
         })
         .collect();
     // Of several tasks, the page shows one and tells the values of all.
@@ -75,12 +75,12 @@ pub fn scene(
         .chain(design.penalties.iter().map(|(name, weight)| {
             (
                 format!("not fulfilled: {name}"),
-                describe::quantity(judge::signed(rules, *weight), &design.unit),
+                describe::quantity(summary::signed(rules, *weight), &design.unit),
             )
         }))
         .collect();
     let observed = replayed.observed.iter().map(|(name, value)| {
-        (format!("observed: {name}"), judge::observed_value(rules, name, value.as_ref()))
+        (format!("observed: {name}"), summary::observed_value(rules, name, value.as_ref()))
     });
     let shown =
         if saved.name == RuleSet::ONLY_TASK { String::new() } else { format!(", task {}", saved.name) };

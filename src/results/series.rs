@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 use super::describe;
 use super::evals::quoted;
 use super::folder::{self, check_place, finished};
-use super::judge::confirmed;
 use super::leftovers;
 use super::report;
+use super::robustness::confirmed;
 use super::saved::SavedDesign;
 use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
 

@@ -337,19 +337,7 @@ impl<D> State<D> {
             Some(best) => Some(best.map(change)?),
             None => None,
         };
-        Ok(State {
-            spent,
-            moves,
-            bodies,
-            idle_moves,
-            tally,
-            first,
-            designs,
-            course,
-            iteration,
-            trial,
-            best,
-        })
+        Ok(State { spent, moves, bodies, idle_moves, tally, first, designs, course, iteration, trial, best })
     }
 }
 

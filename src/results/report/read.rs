@@ -9,7 +9,7 @@ use grammar_lang::source::SourceMap;
 
 use super::moves::{Move, lineage, moves};
 use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RESULT, RUN};
-use crate::results::judge::confirmed;
+use crate::results::robustness::confirmed;
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::series::{self, RUNS, is_series, run_folder};
 use crate::results::sittings::{self, Sitting};

@@ -1,0 +1,66 @@
+//! Makes the saved form of a best design.
+
+use std::sync::Arc;
+
+use grammar_lang::ir::RuleSet;
+
+use super::names::Names;
+use super::replay::{Precision, Trial, replay_task};
+use super::robustness::HALF_STEP;
+use super::saved::{Check, Grammar, Measured, SavedDesign, SavedTask};
+use crate::design::Body;
+use crate::drive::Drive;
+use crate::score;
+use crate::search::Best;
+use crate::simulate::Stop;
+
+/// Makes the saved form of a best design.
+///
+/// # Errors
+///
+/// A sentence; a best design has been simulated before, so there should be none.
+pub fn save(
+    rules: &RuleSet,
+    grammar: Grammar,
+    seed: u64,
+    solver: &str,
+    best: &Best,
+) -> Result<SavedDesign, String> {
+    let body = Body::new(&best.derivation.design, rules);
+    let mut design = SavedDesign::new(
+        grammar,
+        seed,
+        solver,
+        best.found_at,
+        (best.value, &rules.objective.unit),
+        (&best.derivation, best.derivation.design.canonical_hash(rules)),
+    );
+    design.penalties = score::penalties(rules, &best.derivation).map_err(|e| e.reason)?;
+    design.observed = rules.observed.iter().cloned().zip(best.observed().iter().cloned()).collect();
+    design.own_names = Names::of(rules, &best.derivation.design);
+    let names = design.own_names.clone();
+    for ((name, task), tune) in rules.tasks.iter().zip(&best.tasks) {
+        let drive = Drive::new(rules, task, Arc::clone(&best.derivation), &body).map_err(|e| e.reason)?;
+        let mut saved = SavedTask {
+            name: name.clone(),
+            value: tune.value,
+            unit: task.objective.unit.clone(),
+            terms: Vec::new(),
+            checks: Vec::new(),
+            drive: drive
+                .labels(|id| names.get(id).unwrap_or_default().to_owned())
+                .into_iter()
+                .zip(tune.parameters.iter().copied())
+                .collect(),
+        };
+        let trial = Trial { solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
+        let replayed = replay_task(rules, &saved, (&best.derivation, &body), trial)?;
+        saved.terms = replayed.score.map(|s| s.terms).unwrap_or_default();
+        if let Some(half) = tune.half_step {
+            let (name, value) = (HALF_STEP.to_owned(), Some(half));
+            saved.checks.push(Check { name, value, measured: Measured::Value });
+        }
+        design.tasks.push(saved);
+    }
+    Ok(design)
+}
