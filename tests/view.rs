@@ -101,8 +101,11 @@ fn a_browser_plays_the_motion() {
     let page = page(folder.path(), &FOUR);
     let dom = elements(&browser, &page, "", true);
     assert_eq!((told(&dom, "state"), told(&dom, "errors"), told(&dom, "webgl")), ("playing", "0", "yes"));
-    assert!(told(&dom, "time").parse::<f64>().unwrap() > 0.1, "time stands still");
     assert!(told(&dom, "frames").parse::<usize>().unwrap() > 300);
+    // A machine with much else to do may draw no second picture.
+    let plays = |dom: &str| told(dom, "time").parse::<f64>().unwrap() > 0.1;
+    let again = || elements(&browser, &page, "", true);
+    assert!(plays(&dom) || plays(&again()) || plays(&again()), "time stands still");
 
     let [early, late, again] = ["#t=1", "#t=7", "#t=7"].map(|moment| picture(&browser, &page, moment));
     assert!(
