@@ -108,6 +108,12 @@ fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
     assert_eq!(code(&again(&["--force"])), 0);
 }
 
+/// A saved design as earlier versions wrote it, without a checksum.
+fn without_sum(text: &str) -> String {
+    let (before, _) = text.split_once(",\n  \"sum\": \"").expect("a checksum");
+    format!("{before}\n}}\n")
+}
+
 #[test]
 fn a_design_of_another_grammar_is_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
@@ -120,7 +126,7 @@ fn a_design_of_another_grammar_is_refused_with_the_reason() {
     assert!(errors(&output).contains("made by the grammar `codesign`"), "{}", errors(&output));
     // A design whose text was tampered with.
     let path = folder.path().join("run/best.design.json");
-    let text = std::fs::read_to_string(&path).unwrap();
+    let text = without_sum(&std::fs::read_to_string(&path).unwrap());
     for (from, to, says) in [
         ("\"version\": 2", "\"version\": 99", "version 99"),
         ("sgc design", "other design", "not a saved design"),
@@ -614,6 +620,31 @@ fn a_saved_design_is_what_it_says() {
         (code(&output), errors(&output))
     };
     assert_eq!(said(&["eval", &path], &|_| {}).0, 0);
+    // Whatever was changed, also what nothing else would tell.
+    let check = |design: &mut serde_json::Value| design["tasks"][0]["checks"][0]["value"] = 99.5.into();
+    let commands: [&[&str]; 4] = [
+        &["eval", &path],
+        &["view", &path],
+        &["export", &path, "--to", "begin"],
+        &["eval", &path, "--grammar", "grammars/codesign.sgr"],
+    ];
+    for command in commands {
+        let (code, said) = said(command, &check);
+        assert!(code == 2 && said.contains("does not fit its checksum"), "{command:?}: {code}, {said}");
+    }
+    // Designs of earlier versions have no checksum.
+    let design = {
+        let mut design = design.clone();
+        design.as_object_mut().unwrap().remove("sum").expect("a checksum");
+        design
+    };
+    let said = |command: &[&str], edit: &dyn Fn(&mut serde_json::Value)| {
+        let mut design = design.clone();
+        edit(&mut design);
+        std::fs::write(&edited, design.to_string()).unwrap();
+        let output = sgc(command);
+        (code(&output), errors(&output))
+    };
     let term = |design: &mut serde_json::Value| design["tasks"][0]["terms"][0][1] = 0.25.into();
     let value = |design: &mut serde_json::Value| design["tasks"][0]["value"] = 99.5.into();
     let observed = |design: &mut serde_json::Value| design["observed"]["slid"] = 0.125.into();

@@ -196,6 +196,11 @@ impl Grammar {
     }
 }
 
+/// A hash of what a design says, whatever its layout.
+fn checksum(value: &serde_json::Value) -> String {
+    hex(&Sha256::digest(value.to_string()))
+}
+
 impl SavedDesign {
     /// Fills in the constant fields.
     #[must_use]
@@ -279,7 +284,7 @@ impl SavedDesign {
                 path.display()
             ));
         }
-        let value: serde_json::Value = serde_json::from_slice(&bytes)
+        let mut value: serde_json::Value = serde_json::from_slice(&bytes)
             .map_err(|e| format!("{} is not a saved design: {e}", path.display()))?;
         if value.get("format").and_then(|f| f.as_str()) != Some(FORMAT) {
             return Err(format!(
@@ -297,13 +302,27 @@ impl SavedDesign {
                 ));
             }
         }
-        serde_json::from_value(value).map_err(|e| format!("{} is damaged: {e}", path.display()))
+        // Earlier versions wrote no checksum.
+        let sum = value.as_object_mut().and_then(|fields| fields.remove("sum"));
+        let is_same = sum.is_none_or(|sum| sum.as_str() == Some(&checksum(&value)));
+        let design =
+            serde_json::from_value(value).map_err(|e| format!("{} is damaged: {e}", path.display()))?;
+        if !is_same {
+            return Err(format!(
+                "{} was changed after it was saved: what it says does not fit its checksum, and is the result of no \
+                 search",
+                path.display()
+            ));
+        }
+        Ok(design)
     }
 
-    /// The text of the file.
+    /// The text of the file, with a checksum of all that it says.
     #[must_use]
     pub fn text(&self) -> String {
         // Plain data always serialises.
-        serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
+        let text = serde_json::to_string_pretty(self).unwrap_or_default();
+        let sum = checksum(&serde_json::to_value(self).unwrap_or_default());
+        format!("{},\n  \"sum\": \"{sum}\"\n}}\n", text.strip_suffix("\n}").unwrap_or_default())
     }
 }
