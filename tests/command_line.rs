@@ -186,7 +186,13 @@ fn a_design_is_exported_and_a_motion_of_it_is_scored() {
     assert_eq!(scored.stdout, again.stdout, "the own motion has the own value");
 
     std::fs::write(path("bad.csv"), "time\n0\n").unwrap();
-    let (bad, nowhere) = (path("bad.csv"), path("nowhere"));
+    // As a program writes it for which z points up.
+    let motion = std::fs::read_to_string(&file).unwrap();
+    let mut rows: Vec<Vec<&str>> = motion.lines().map(|line| line.split(',').collect()).collect();
+    rows.iter_mut().skip(1).flat_map(|row| row[1..].chunks_mut(7)).for_each(|pose| pose.swap(1, 2));
+    let rows: Vec<String> = rows.into_iter().map(|row| row.join(",")).collect();
+    std::fs::write(path("upright.csv"), rows.join("\n")).unwrap();
+    let (bad, upright, nowhere) = (path("bad.csv"), path("upright.csv"), path("nowhere"));
     for (arguments, wanted, says) in [
         (vec!["export", out.as_str()], 2, "--to"),
         (vec!["export", &out, "--to", "urdf"], 2, "invalid value"),
@@ -196,6 +202,7 @@ fn a_design_is_exported_and_a_motion_of_it_is_scored() {
         (vec!["export", &out, "--to", "drive", "--out", "nowhere/drive.csv"], 2, "nowhere"),
         (vec!["eval", &out, "--motion", &nowhere], 2, "cannot read"),
         (vec!["eval", &out, "--motion", &bad], 1, "does not name the columns"),
+        (vec!["eval", &out, "--motion", &upright], 1, "does not begin where the design is at rest"),
         (vec!["eval", &out, "--motion", &file, "--step", "1/480"], 2, "cannot be used with"),
         (vec!["eval", &out, "--task", "dig"], 2, "--motion"),
     ] {

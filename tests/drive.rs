@@ -253,3 +253,62 @@ fn ctrl_c_and_the_stop_button_bring_the_board_to_its_safe_state() {
         assert!(trace.high().is_empty() && trace.last_rise() < at, "pulses go on");
     }
 }
+
+/// A board goes straight between the points of a period: curves that change faster are not what was simulated.
+#[test]
+fn a_curve_that_is_finer_than_the_points_of_a_board_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = |name: &str| folder.path().join(name).to_string_lossy().into_owned();
+    let searched = |name: &str, beats: &str| {
+        let grammar = folder.path().join(format!("{name}.sgr"));
+        std::fs::write(&grammar, FAST.replace("BEATS", beats)).unwrap();
+        let run =
+            run(&["run", &grammar.to_string_lossy(), "--max-evals", "1", "--quiet", "--out", &out(name)]);
+        assert_eq!(run.status.code(), Some(0), "{}", said(&run));
+        run_drive(&out(name))
+    };
+    let slow = searched("slow", "2");
+    assert_eq!(slow.status.code(), Some(0), "{}", said(&slow));
+    // With 32 beats every point is a zero; with 30 there are two points a beat.
+    for beats in ["30", "32"] {
+        let fast = searched(&format!("fast{beats}"), beats);
+        let text = said(&fast);
+        assert_eq!(fast.status.code(), Some(2), "{text}");
+        assert!(text.contains("goes straight between 64 points"), "{text}");
+    }
+}
+
+fn run_drive(folder: &str) -> Output {
+    run(&["drive", folder, "--dry-run"])
+}
+
+const FAST: &str = "grammar fast
+use std.blocks { cube }
+use std.actuators { bender }
+use std.models { hinge_model }
+use std.search { gait_annealing }
+use std.objectives { travel }
+table lengths : Angle -> Length { -90 deg -> -21 mm, 0 deg -> 0 mm, 90 deg -> 21 mm }
+begin {
+  place core : cube
+  place one : bender(segments = 4) to core.left
+}
+require few : count(part) <= 5
+actuation beats for a : bender {
+  let   period = 16 s
+  drive angle  = 20 deg * sin(t / period * 360 deg * BEATS)
+}
+actuate bender with beats
+target threads on tendon for bender {
+  servo       = [D3]
+  thread      = lengths
+  wheel       = 14 mm
+  turn        = -90 deg .. 90 deg
+  servo_speed = 3000 deg/s
+  pulse       = 1000 us .. 2000 us
+  safe        = release
+}
+simulate hinge_model for 2 s on threads
+maximize travel in cm
+search gait_annealing
+";

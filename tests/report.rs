@@ -150,6 +150,14 @@ fn groups_are_compared_and_damage_is_told() {
     assert_code(&report(&[&one]), 0);
     assert!(read(out.join("index.html")).contains("is not a saved design"));
 
+    // Runs of one folder are of one grammar.
+    let asked = one.join("seed-5/run.toml");
+    let text = read(asked.clone());
+    let rules = text.split("rules = \"").nth(1).expect("a hash of the rules").get(..4).unwrap().to_owned();
+    std::fs::write(&asked, text.replacen(&format!("rules = \"{rules}"), "rules = \"0000", 1)).unwrap();
+    says(&[&one], "are no runs of one grammar");
+    std::fs::write(&asked, text).unwrap();
+
     // The table and the result must agree.
     let result = one.join("seed-5/result.json");
     let text = read(result.clone());

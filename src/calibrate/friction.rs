@@ -84,6 +84,24 @@ fn models(rules: &RuleSet) -> Vec<&Model> {
 /// The coefficient of each row.
 fn coefficients(section: &Section, model: &Model) -> Result<Vec<f64>, Problem> {
     let [tilt, pull, weight, mass] = ["tilt", "pull", "weight", "mass"].map(|name| section.numbers(name));
+    if !tilt.is_empty() && !pull.is_empty() {
+        return Err(Problem::contradiction(
+            &section.place,
+            format!(
+                "`{}` gives `tilt` and `pull`, which each say the friction: make two sections of them",
+                section.name
+            ),
+        ));
+    }
+    if !weight.is_empty() && !mass.is_empty() {
+        return Err(Problem::contradiction(
+            &section.place,
+            format!(
+                "`{}` gives `weight` and `mass`, which each say how heavy the part is: keep one",
+                section.name
+            ),
+        ));
+    }
     if !tilt.is_empty() {
         let slope =
             |tilt: &f64| if (0.0..89.0).contains(&tilt.to_degrees()) { libm::tan(*tilt) } else { f64::NAN };

@@ -11,6 +11,7 @@ use super::design::{self, Opened};
 use super::output::{self, Fault};
 use super::replace::Replace;
 use super::{exit, interrupt, load};
+use crate::hardware::backend::POINTS;
 use crate::hardware::compared;
 use crate::hardware::dry_run::{self, Marks};
 use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, Session, State, Status, Wish, picture};
@@ -99,7 +100,14 @@ impl Drive {
             }
             return Ok(());
         }
-        let told = format!("on this target the robot would not move as it was simulated:{}", text.concat());
+        let mut told =
+            format!("on this target the robot would not move as it was simulated:{}", text.concat());
+        if gait.coarse {
+            told += &format!(
+                "\n  a board goes straight between {POINTS} points of a period, and what this actuation asks for changes \
+                 faster than that: give it a shorter `period`"
+            );
+        }
         if !self.accept_changes {
             return Err(Fault::usage(format!(
                 "{}: {told}\nsimulate the grammar with this target and search again; or look at what changes with \

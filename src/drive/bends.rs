@@ -3,8 +3,8 @@
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::Ty;
 
-use super::Drive;
 use super::hardware::follow;
+use super::{Asked, Cycle, Drive};
 use crate::design::PartId;
 use crate::simulate::Targets;
 
@@ -26,8 +26,33 @@ impl Drive<'_> {
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn bends_over_time(&self, parameters: &[f64]) -> Result<Bends, EvalError> {
+        self.followed(parameters, self.asked(parameters)?)
+    }
+
+    /// The same where the actuators of a cycle are asked for its points, and in between for what lies straight between
+    /// them: as a board plays it.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when an expression of the actuation has no value.
+    pub fn bends_by_points(&self, parameters: &[f64], cycle: &Cycle) -> Result<Bends, EvalError> {
         let mut asked = self.asked(parameters)?;
-        let mut followed = self.targets(parameters)?;
+        for (id, points) in &cycle.actuators {
+            let column = self.actuators.iter().position(|driven| driven.id == *id);
+            let (Some(column), Asked::Bends(points)) = (column, points) else { continue };
+            for sample in 0..asked.samples() {
+                let time = sample as f64 * asked.interval;
+                if let Some(cell) = asked.cell(sample, column) {
+                    *cell = between(points, time / cycle.period);
+                }
+            }
+        }
+        self.followed(parameters, asked)
+    }
+
+    fn followed(&self, parameters: &[f64], mut asked: Targets) -> Result<Bends, EvalError> {
+        let mut followed = asked.clone();
+        self.on_hardware(parameters, &mut followed)?;
         for (column, driven) in self.actuators.iter().enumerate() {
             let actuator = self.kind_of(driven).and_then(|kind| self.rules.actuators.get(kind));
             if let Some(actuator) = actuator {
@@ -45,5 +70,29 @@ impl Drive<'_> {
         }
         let actuators = self.actuators.iter().map(|driven| driven.id).collect();
         Ok(Bends { actuators, asked, followed })
+    }
+}
+
+/// What lies straight between points at equal distances over a cycle, at a place in cycles.
+fn between(points: &[f64], place: f64) -> f64 {
+    let count = points.len();
+    let at = (place - libm::floor(place)) * count as f64;
+    let (row, part) = (libm::floor(at) as usize, at - libm::floor(at));
+    let point = |row: usize| points.get(row % count.max(1)).copied().unwrap_or(0.0);
+    point(row) + part * (point(row + 1) - point(row))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::between;
+
+    #[test]
+    fn points_are_joined_by_straight_lines_and_the_last_with_the_first() {
+        let points = [0.0, 2.0, 1.0, -1.0];
+        for (place, bend) in [(0.0, 0.0), (0.125, 1.0), (0.5, 1.0), (0.875, -0.5), (2.25, 2.0), (-0.25, -1.0)]
+        {
+            assert!((between(&points, place) - bend).abs() < 1e-12, "{place}");
+        }
+        assert_eq!(between(&[], 0.3), 0.0);
     }
 }

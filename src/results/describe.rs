@@ -273,12 +273,19 @@ pub fn no_value(error: &EvalError, sources: &SourceMap) -> String {
     format!("{name}:{line}:{column}: `{text}` has no value: {}", error.reason)
 }
 
-/// A value with its unit, to a tenth of a per mille.
+/// What is smaller is rounding.
+const LEAST: f64 = 1e-12;
+
+/// A value with its unit: four places, or three digits where those would be lost.
 #[must_use]
 pub fn quantity(value: f64, unit: &str) -> String {
-    // No minus sign before a zero.
-    let value = if value.abs() < 5e-5 { 0.0 } else { value };
-    let number = if value.abs() < 1e9 { format!("{value:.4}") } else { format!("{value:.4e}") };
+    let number = match value.abs() {
+        // No minus sign before a zero.
+        size if size < LEAST => "0.0000".to_owned(),
+        size if size < 5e-4 => format!("{value:.2e}"),
+        size if size < 1e9 => format!("{value:.4}"),
+        _ => format!("{value:.4e}"),
+    };
     if unit.is_empty() { number } else { format!("{number} {unit}") }
 }
 

@@ -26,6 +26,8 @@ pub struct Gait {
     pub contents: Vec<String>,
     /// The bends of all actuators, simulated and played; empty if they are the same motion, but for the way from rest into it.
     pub changed: Vec<Compared>,
+    /// Whether they are another one only because a board goes straight between the points of a period.
+    pub coarse: bool,
     /// Whether the first period, from rest, is another one: it is where the motion is not.
     pub begins_otherwise: bool,
 }
@@ -95,13 +97,15 @@ pub fn gait(
         (target, played.actuators.get(&target.kind)),
     );
     let is_same = |all: &[Compared]| all.iter().all(|one| one.apart() <= SAME);
-    let mut changed = compared((&before, &bends), &called, period);
+    let by_points = drive.bends_by_points(&parameters, &cycle).map_err(no_value)?;
+    let mut changed = compared((&before, &by_points), &called, period);
+    let coarse = !is_same(&changed) && is_same(&compared((&before, &bends), &called, period));
     let from_rest = changed.iter().map(|one| Compared { from: 0, ..one.clone() }).collect::<Vec<_>>();
     let begins_otherwise = !is_same(&from_rest);
     if is_same(&changed) {
         changed.clear();
     }
-    Ok(Gait { schedule, cut, contents, changed, begins_otherwise })
+    Ok(Gait { schedule, cut, contents, changed, coarse, begins_otherwise })
 }
 
 /// The name of the target that is meant.

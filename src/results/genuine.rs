@@ -1,7 +1,10 @@
 //! Whether a saved design is what it says: the file may have been changed, or the grammar.
 
+use std::path::Path;
+
 use grammar_lang::ir::RuleSet;
 
+use super::folder::{Asked, Finished, RESULT};
 use super::replay::{Replayed, body_of, drive_of};
 use super::saved::SavedDesign;
 
@@ -70,4 +73,47 @@ pub fn check_values(design: &SavedDesign, replayed: &Replayed) -> Result<(), Str
         }
     }
     Ok(())
+}
+
+/// Checks that a design is that of a run, as far as the two tell.
+///
+/// # Errors
+///
+/// A sentence: it is not.
+pub(super) fn check_run(
+    design: &SavedDesign,
+    asked: &Asked,
+    finished: Option<&Finished>,
+) -> Result<(), String> {
+    if design.seed != asked.seed || design.grammar.rules != asked.rules {
+        return Err(format!(
+            "it is of another run (grammar {}, seed {}): the file was replaced",
+            design.grammar.name, design.seed
+        ));
+    }
+    if finished.is_some_and(|finished| finished.value != Some(design.value)) {
+        return Err(format!("its value is another one than {RESULT} says: it was changed"));
+    }
+    Ok(())
+}
+
+/// Checks that runs of one folder are of one grammar: what they come to is told together.
+///
+/// # Errors
+///
+/// A sentence that names one that is not.
+pub(super) fn check_one_grammar<'a>(
+    mut runs: impl Iterator<Item = (&'a Path, &'a Asked)>,
+) -> Result<(), String> {
+    let Some((first, known)) = runs.next() else { return Ok(()) };
+    match runs.find(|(_, asked)| asked.rules != known.rules) {
+        Some((path, asked)) => Err(format!(
+            "{} is a run of {} with other rules than {}, which is beside it: they are no runs of one grammar; take it out of \
+             this folder",
+            path.display(),
+            asked.grammar,
+            first.display()
+        )),
+        None => Ok(()),
+    }
 }

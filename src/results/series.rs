@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use super::describe;
 use super::evals::quoted;
 use super::folder::{self, check_place, finished};
+use super::genuine;
 use super::leftovers;
 use super::report;
 use super::robustness::confirmed;
@@ -152,14 +153,21 @@ impl SeriesFolder {
     pub fn summary(&self) -> Result<(Vec<Line>, Option<RuleSet>), String> {
         let mut rules: Option<RuleSet> = None;
         let mut lines = Vec::new();
-        for &seed in &self.series.seeds {
-            let path = self.run(seed);
-            let best = folder::best(&path);
+        let paths = || self.series.seeds.iter().map(|&seed| self.run(seed));
+        let runs: Vec<_> =
+            paths().map(|path| folder::asked(&path).map(|asked| (path, asked))).collect::<Result<_, _>>()?;
+        genuine::check_one_grammar(runs.iter().map(|(path, asked)| (path.as_path(), asked)))?;
+        for (&seed, (path, asked)) in self.series.seeds.iter().zip(&runs) {
+            let best = folder::best(path);
             let design = if best.exists() { Some(SavedDesign::read(&best)?) } else { None };
             if let (None, Some(design)) = (&rules, &design) {
                 rules = Some(design.grammar.compile().map_err(|e| format!("{}: {e}", best.display()))?);
             }
-            let finished = finished(&path)?;
+            let finished = finished(path)?;
+            if let Some(design) = &design {
+                genuine::check_run(design, asked, finished.as_ref())
+                    .map_err(|e| format!("{}: {e}", best.display()))?;
+            }
             let is_complete = finished.is_some();
             let checks =
                 design.as_ref().zip(rules.as_ref()).filter(|_| is_complete).map(|(design, rules)| {

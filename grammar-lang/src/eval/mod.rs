@@ -148,6 +148,9 @@ impl Scope for InCycle<'_> {
 /// The reason for a value that the stage does not know.
 pub const UNKNOWN_HERE: &str = "this is not known at this stage";
 
+/// A time this little outside a motion, s, is rounding.
+const SLACK: f64 = 1e-6;
+
 /// How many values a binder may run over.
 const MOST: usize = 100_000;
 /// So many combinations of values are gone through in one evaluation, of all its aggregates together.
@@ -363,6 +366,14 @@ impl Evaluation<'_> {
                 let ExprKind::Attribute(of, name) = &track.kind else { return Err(missing(expr)) };
                 let of = self.value(of)?;
                 let time = self.number(time)?;
+                if let Some(end) = self.scope.word(Word::End).and_then(|end| end.as_number())
+                    && !(-SLACK..=end + SLACK).contains(&time)
+                {
+                    let reason = format!(
+                        "this is asked for at {time:.3} s, but the motion lasts from 0 to {end:.3} s"
+                    );
+                    return fail(expr, reason);
+                }
                 known(self.scope.attribute_at(&of, name, time))?
             }
             ExprKind::Negate(x) => match self.value(x)? {

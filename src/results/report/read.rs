@@ -9,6 +9,7 @@ use grammar_lang::source::SourceMap;
 
 use super::moves::{Move, lineage, moves};
 use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RESULT, RUN};
+use crate::results::genuine;
 use crate::results::robustness::confirmed;
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::series::{self, RUNS, is_series, run_folder};
@@ -223,6 +224,7 @@ fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, St
     let Some(first) = runs.first() else {
         return Err(format!("{} names no seeds", path.join(RUNS).display()));
     };
+    genuine::check_one_grammar(runs.iter().map(|run| (run.path.as_path(), &run.asked)))?;
     let rules = first.rules.clone();
     let unit = match (&rules, runs.iter().find_map(|run| run.design.as_ref()?.as_ref().ok())) {
         (Ok(rules), _) => rules.0.objective.unit.clone(),
@@ -267,28 +269,16 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String
     let best = path.join(BEST);
     let found = || {
         let design = SavedDesign::read(&best)?;
-        belongs(&design, &asked, &standing)?;
+        let finished = match &standing {
+            Standing::Complete(finished) => Some(&**finished),
+            Standing::UnderWay | Standing::Stopped | Standing::Waiting => None,
+        };
+        genuine::check_run(&design, &asked, finished)?;
         let rules = compiled.get(&design.grammar);
         Ok(Found { design, rules })
     };
     let design = best.exists().then(found);
     Ok(Run { path: path.to_owned(), asked, rules, standing, moves, design, sittings: sittings::read(path) })
-}
-
-/// Checks that a design is that of a run, as far as the two tell.
-fn belongs(design: &SavedDesign, asked: &Asked, standing: &Standing) -> Result<(), String> {
-    if design.seed != asked.seed || design.grammar.rules != asked.rules {
-        return Err(format!(
-            "it is of another run (grammar {}, seed {}): the file was replaced",
-            design.grammar.name, design.seed
-        ));
-    }
-    match standing {
-        Standing::Complete(finished) if finished.value != Some(design.value) => {
-            Err(format!("its value is another one than {RESULT} says: it was changed"))
-        }
-        _ => Ok(()),
-    }
 }
 
 /// Grammars that have been compiled already: runs share them.

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::number;
-use crate::design::assembly::Assembly;
+use crate::design::assembly::{Assembly, Element};
 use crate::simulate::motion::{Motion, Placement};
 
 /// What a row tells of each element: its place in m and its rotation as a quaternion.
@@ -43,6 +43,10 @@ pub fn motion(motion: &Motion) -> String {
     }
     out
 }
+
+/// Another program may let a body settle before its first row: by so much, m and rad.
+const NEAR: f64 = 5e-3;
+const TURNED: f64 = 0.35;
 
 /// Reads what [`motion`] writes. Rows are at equal intervals from time zero to
 /// `duration`; only the last may come early. It tells no bends and no work.
@@ -84,7 +88,8 @@ pub fn read_motion(text: &str, assembly: &Assembly, duration: f64) -> Result<Mot
         }
     }
     let interval = interval(&times, duration)?;
-    let placement = |(body, element): (usize, &crate::design::assembly::Element)| Placement {
+    begins_at_rest(&poses, assembly)?;
+    let placement = |(body, element): (usize, &Element)| Placement {
         body,
         local: Isometry3::identity(),
         shape: element.shape,
@@ -98,6 +103,30 @@ pub fn read_motion(text: &str, assembly: &Assembly, duration: f64) -> Result<Mot
         work: Vec::new(),
         placements: assembly.elements.iter().enumerate().map(placement).collect::<Arc<[_]>>(),
     })
+}
+
+/// A motion begins where the design is at rest: where it does not, it is in another unit or frame, or of another design.
+fn begins_at_rest(poses: &[Isometry3<f64>], assembly: &Assembly) -> Result<(), String> {
+    let most = assembly.elements.iter().map(|element| element.pose.translation.vector.norm());
+    let near = NEAR.max(0.05 * most.fold(0.0, f64::max));
+    let moved = |(pose, element): (&Isometry3<f64>, &Element)| {
+        pose.translation.vector - element.pose.translation.vector
+    };
+    // A body is put down onto the ground.
+    let lifted = poses.iter().zip(&assembly.elements).next().map_or(0.0, |first| moved(first).y);
+    for (number, (pose, element)) in poses.iter().zip(&assembly.elements).enumerate() {
+        let off = (moved((pose, element)) - Vector3::new(0.0, lifted, 0.0)).norm();
+        let turned = pose.rotation.angle_to(&element.pose.rotation);
+        if off > near || turned > TURNED {
+            return Err(format!(
+                "it does not begin where the design is at rest: element{number} is {:.1} mm and {:.0} deg away. Positions are \
+                 in metres, y points up, and the first row is at rest, as `sgc export --to motion` writes it",
+                1e3 * off,
+                turned.to_degrees()
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The time between rows.
