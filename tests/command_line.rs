@@ -619,13 +619,14 @@ fn a_saved_design_is_what_it_says() {
     let design: serde_json::Value = serde_json::from_str(&text).unwrap();
     let edited = folder.path().join("edited.design.json");
     let path = edited.to_string_lossy().into_owned();
-    let said = |command: &[&str], edit: &dyn Fn(&mut serde_json::Value)| {
+    let told = |design: &serde_json::Value, command: &[&str], edit: &dyn Fn(&mut serde_json::Value)| {
         let mut design = design.clone();
         edit(&mut design);
         std::fs::write(&edited, design.to_string()).unwrap();
         let output = sgc(command);
         (code(&output), errors(&output))
     };
+    let said = |command: &[&str], edit: &dyn Fn(&mut serde_json::Value)| told(&design, command, edit);
     assert_eq!(said(&["eval", &path], &|_| {}).0, 0);
     // Whatever was changed, also what nothing else would tell.
     let check = |design: &mut serde_json::Value| design["tasks"][0]["checks"][0]["value"] = 99.5.into();
@@ -645,13 +646,7 @@ fn a_saved_design_is_what_it_says() {
         design.as_object_mut().unwrap().remove("sum").expect("a checksum");
         design
     };
-    let said = |command: &[&str], edit: &dyn Fn(&mut serde_json::Value)| {
-        let mut design = design.clone();
-        edit(&mut design);
-        std::fs::write(&edited, design.to_string()).unwrap();
-        let output = sgc(command);
-        (code(&output), errors(&output))
-    };
+    let said = |command: &[&str], edit: &dyn Fn(&mut serde_json::Value)| told(&design, command, edit);
     let term = |design: &mut serde_json::Value| design["tasks"][0]["terms"][0][1] = 0.25.into();
     let value = |design: &mut serde_json::Value| design["tasks"][0]["value"] = 99.5.into();
     let observed = |design: &mut serde_json::Value| design["observed"]["slid"] = 0.125.into();

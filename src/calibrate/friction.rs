@@ -84,23 +84,12 @@ fn models(rules: &RuleSet) -> Vec<&Model> {
 /// The coefficient of each row.
 fn coefficients(section: &Section, model: &Model) -> Result<Vec<f64>, Problem> {
     let [tilt, pull, weight, mass] = ["tilt", "pull", "weight", "mass"].map(|name| section.numbers(name));
-    if !tilt.is_empty() && !pull.is_empty() {
-        return Err(Problem::contradiction(
-            &section.place,
-            format!(
-                "`{}` gives `tilt` and `pull`, which each say the friction: make two sections of them",
-                section.name
-            ),
-        ));
-    }
-    if !weight.is_empty() && !mass.is_empty() {
-        return Err(Problem::contradiction(
-            &section.place,
-            format!(
-                "`{}` gives `weight` and `mass`, which each say how heavy the part is: keep one",
-                section.name
-            ),
-        ));
+    let twice = [
+        (tilt, pull, "gives `tilt` and `pull`, which each say the friction: make two sections of them"),
+        (weight, mass, "gives `weight` and `mass`, which each say how heavy the part is: keep one"),
+    ];
+    if let Some((.., what)) = twice.iter().find(|(one, other, _)| !one.is_empty() && !other.is_empty()) {
+        return Err(Problem::contradiction(&section.place, format!("`{}` {what}", section.name)));
     }
     if !tilt.is_empty() {
         let slope =

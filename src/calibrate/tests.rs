@@ -217,6 +217,12 @@ fn bad_measurements_are_told_all_at_once_with_their_places() {
         "",
     );
     tell(
+        "friction by two measurements at once",
+        toml,
+        "[b]\nkind = \"friction\"\nfor = \"cube\"\n\"pull [N]\" = [0.05]\n\"mass [g]\" = [8.3]\n\"tilt [deg]\" = [20]\n",
+        "",
+    );
+    tell(
         "friction of nothing",
         toml,
         "[b]\nkind = \"friction\"\nfor = \"cube\"\n\"pull [N]\" = 1\n[c]\nkind = \"friction\"\nfor = \"cube\"\n\"tilt [deg]\" = [30, 95]\n",
