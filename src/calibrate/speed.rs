@@ -18,6 +18,9 @@ const FEWEST: usize = 5;
 /// A curve that turns back by more than this share of its way is none of one motion.
 const STRAY: f64 = 0.15;
 
+/// Runs of which one is this many times as fast as another are told.
+const DIFFERENT: f64 = 1.15;
+
 /// A run of a section: its name, its points in time, and the line of the first.
 struct Curve {
     name: String,
@@ -115,6 +118,17 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: (f64, f64)) 
             "`{}`: {} of {all} points are far from the fit and hardly count{first}. Look at the page.",
             section.name,
             found.far.len()
+        ));
+    }
+    let (least, fastest) =
+        found.alone.iter().fold((f64::INFINITY, 0.0_f64), |(a, b), x| (a.min(*x), b.max(*x)));
+    if fastest > DIFFERENT * least {
+        let shares: Vec<String> = found.alone.iter().map(|share| format!("{share:.2}")).collect();
+        out.push(format!(
+            "`{}`: its runs differ: one by one they are {} times as fast as the fit of all. The interval says how well their \
+             middle is known; if they were to be the same, look at how they were filmed.",
+            section.name,
+            shares.join(", ")
         ));
     }
     let most = found.motions.iter().map(Motion::most).fold(0.0, f64::max);

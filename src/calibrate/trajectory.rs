@@ -10,8 +10,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::monotone::course;
+use super::reality::{CONFIDENCE, t_quantile};
 use super::robust::quantiles;
-use super::statistics::median;
+use super::statistics::{mean_and_deviation, median};
 use crate::derive::random::Stream;
 
 /// How many rows a table may have.
@@ -22,6 +23,8 @@ const GAIN: f64 = 0.01;
 const HUBER: f64 = 1.345;
 /// A residual of more deviations is no scatter.
 const FAR: f64 = 6.0;
+/// Intervals go no further than to this power of e from their speed: two runs that have nothing in common say nothing.
+const FURTHEST: f64 = 3.0;
 /// How often runs are made again from the fit and its residuals.
 const DRAWS: usize = 100;
 /// Turns of the method: with new weights, and within.
@@ -44,6 +47,8 @@ pub(super) struct Fit {
     pub(super) far: Vec<(usize, usize)>,
     /// For each run its delay, and the bends where it begins and ends.
     pub(super) motions: Vec<Motion>,
+    /// How fast each run is by itself, as a share of the speed of all; nothing of a single one.
+    pub(super) alone: Vec<f64>,
 }
 
 /// What a run has of its own.
@@ -119,7 +124,40 @@ fn passage(length: f64, v: f64, w: f64) -> f64 {
 pub(super) fn fit(runs: &[Run], name: &str) -> Option<Fit> {
     let found = chosen(runs)?;
     let fit = found.finish(runs);
-    Some(Fit { within: found.within(runs, &fit, name), ..fit })
+    let alone = alone(runs, &fit);
+    let within = found.within(runs, &fit, name);
+    Some(Fit { within: widened(&within, &fit.rows, &alone), alone, ..fit })
+}
+
+/// How fast each run is by itself, on the middle of its way, as a share of the speed that was fitted to all.
+fn alone(runs: &[Run], fit: &Fit) -> Vec<f64> {
+    if runs.len() < 2 {
+        return Vec::new();
+    }
+    let share = |(run, motion): (&Run, &Motion)| {
+        let own = chosen(std::slice::from_ref(run))?;
+        let own = own.rows(&own.numbers);
+        let ratio = |place: f64| {
+            let bend = motion.begin + place * (motion.end - motion.begin);
+            libm::log(super::lines::at(&own, bend) / super::lines::at(&fit.rows, bend))
+        };
+        Some(libm::exp((2..=8).map(|tenth| ratio(f64::from(tenth) / 10.0)).sum::<f64>() / 7.0))
+    };
+    runs.iter().zip(&fit.motions).map(share).collect::<Option<Vec<_>>>().unwrap_or_default()
+}
+
+/// Intervals that know how runs differ: points of a run tell nothing of what was another from run to run. The speed of all
+/// is then as uncertain as the mean of so few (Student's t, of logarithms).
+fn widened(within: &[(f64, f64)], rows: &[(f64, f64)], alone: &[f64]) -> Vec<(f64, f64)> {
+    let logs: Vec<f64> = alone.iter().map(|share| libm::log(*share)).collect();
+    let (_, deviation) = mean_and_deviation(&logs);
+    let many = logs.len() as f64;
+    let half = match logs.len() {
+        0 | 1 => 0.0,
+        runs => t_quantile(CONFIDENCE, runs - 1) * deviation / many.sqrt(),
+    };
+    let wide = libm::exp(half.min(FURTHEST));
+    within.iter().zip(rows).map(|((low, high), (_, v))| (low.min(v / wide), high.max(v * wide))).collect()
 }
 
 /// The table with as many rows as the points can bear.
@@ -366,6 +404,7 @@ impl Trial {
                 .map(|(at, _)| at)
                 .collect(),
             motions: (0..runs.len()).map(|i| self.motion(&self.numbers, i)).collect(),
+            alone: Vec::new(),
         }
     }
 }
@@ -494,6 +533,36 @@ mod tests {
             let speeds: Vec<f64> = fits.iter().map(|found| at(found, bend)).collect();
             assert!(held >= 17, "{bend} deg: {held} of 24 hold {truth}: {speeds:?}");
         }
+    }
+
+    /// Where each film has a speed of its own, nine of ten intervals hold the speed that they scatter around.
+    #[test]
+    fn intervals_know_how_films_differ() {
+        let mut scatter = noise(11);
+        let held = (0..400)
+            .filter(|_| {
+                let logs = [(); 3].map(|()| 0.08 * scatter());
+                let mean = logs.iter().sum::<f64>() / 3.0;
+                let shares = logs.map(|log| libm::exp(log - mean));
+                let speed = 50.0 * libm::exp(mean);
+                let (low, high) = widened(&[(speed, speed)], &[(0.0, speed)], &shares)[0];
+                (low..=high).contains(&50.0)
+            })
+            .count();
+        assert!((340..=380).contains(&held), "{held} of 400");
+    }
+
+    #[test]
+    fn films_of_several_speeds_are_known_by_them() {
+        let speeds = [44.0, 50.0, 57.0];
+        let films: Vec<Run> = speeds.iter().flat_map(|speed| filmed(&[(0.0, *speed)], 1, 0.5, 0)).collect();
+        let found = fit(&films, "t").unwrap();
+        for (alone, speed) in found.alone.iter().zip(speeds) {
+            assert!((alone * 50.0 / speed - 1.0).abs() < 0.05, "{:?}", found.alone);
+        }
+        let (low, high) = found.within[0];
+        assert!(low.to_degrees() < 44.0 && high.to_degrees() > 57.0, "{low} .. {high}");
+        assert!(fit(&films[..1], "t").unwrap().alone.is_empty());
     }
 
     #[test]
