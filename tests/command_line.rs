@@ -105,6 +105,26 @@ fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
     let output = again(&[]);
     assert_eq!(code(&output), 2);
     assert!(errors(&output).contains("exists already"), "{}", errors(&output));
+    // What only looks like a part of a run is somebody's own.
+    for place in ["sources/thesis.sgr", "archive/3-0.design.json"] {
+        let file = one.join(place);
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::write(&file, "mine").unwrap();
+        let output = again(&["--force"]);
+        assert_eq!(code(&output), 2, "{place}");
+        assert!(errors(&output).contains(place), "{}", errors(&output));
+        std::fs::remove_file(&file).unwrap();
+    }
+    for name in ["evals.csv", "sources"] {
+        let other = folder.path().join(format!("other {name}"));
+        let file = if name == "sources" { other.join("sources/thesis.sgr") } else { other.join(name) };
+        std::fs::create_dir_all(file.parent().unwrap()).unwrap();
+        std::fs::write(&file, "mine").unwrap();
+        let output =
+            sgc(&["run", &grammar, "--force", "--max-evals", "3", "--out", &other.to_string_lossy()]);
+        assert_eq!(code(&output), 2, "{name}");
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), "mine");
+    }
     assert_eq!(code(&again(&["--force"])), 0);
 }
 

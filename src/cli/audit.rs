@@ -34,8 +34,8 @@ pub(super) struct Audit {
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// How many random walks to make
-    #[arg(long, value_name = "N", default_value_t = 200)]
-    walks: usize,
+    #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(..=1_000_000))]
+    walks: u32,
     /// How many moves a walk has
     #[arg(long, value_name = "N", default_value_t = 20)]
     steps: usize,
@@ -115,7 +115,7 @@ impl Audit {
     fn settings(&self) -> Settings {
         Settings {
             seed: self.seed,
-            walks: self.walks,
+            walks: self.walks as usize,
             steps: self.steps,
             temperature: self.temperature,
             budget: self.budget,

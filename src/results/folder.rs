@@ -447,7 +447,8 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, String> {
         ));
     }
     // Only what a run has written is ever replaced.
-    if let Some(foreign) = entries.iter().find(|e| !is_own(path, e)) {
+    if let Some(foreign) = entries.iter().find(|e| !is_own(path, e)).cloned().or_else(|| foreign_within(path))
+    {
         return Err(format!(
             "{} is not only a run folder: \"{foreign}\" in it was not written by a run; --force replaces only run folders",
             path.display()
@@ -458,6 +459,23 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, String> {
         drop(lock(&path.join(RUN))?);
     }
     Ok(true)
+}
+
+/// What in the folders of a run no run has written, if there is anything: where no `run.toml` says what it froze, that is all.
+fn foreign_within(path: &Path) -> Option<String> {
+    let sources = asked(path).map(|asked| asked.sources).unwrap_or_default();
+    let is_source = |name: &str| sources.iter().any(|source| source.file == name);
+    let is_kept = |name: &str| name.ends_with(".design.json") && path.join(archive::TABLE).exists();
+    let within = |folder: &str, is_own: &dyn Fn(&str) -> bool| {
+        let names = entries(&path.join(folder)).unwrap_or_default();
+        let foreign = names.into_iter().find(|name| !is_own(name) && !is_unfinished(name))?;
+        Some(format!("{folder}/{foreign}"))
+    };
+    within(SOURCES, &is_source).or_else(|| within(archive::FOLDER, &is_kept)).or_else(|| {
+        let lacks_its_order = sources.is_empty();
+        let first = entries(path).unwrap_or_default().into_iter().find(|name| !is_unfinished(name));
+        first.filter(|_| lacks_its_order)
+    })
 }
 
 /// Whether what has this name in a folder was written by a run, or of it.
