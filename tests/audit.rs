@@ -287,3 +287,23 @@ fn an_expression_without_a_value_does_not_end_an_audit() {
     );
     assert!(out.contains("different designs by the number of moves"), "{out}");
 }
+
+/// Sixty million values of ten choices are not listed before the budget is asked.
+#[test]
+fn a_budget_holds_between_the_choices_of_a_rule() {
+    let choices: String = (0..10).map(|i| format!("choose c{i} in 0 .. 5\n")).collect();
+    let sum: Vec<String> = (0..10).map(|i| format!("c{i}")).collect();
+    let sum = sum.join(" + ");
+    let turned = format!(
+        "{GROW}rule turn {{ match p : part with free port q\n{choices} attach ball to q turned ({sum}) * 1 deg }}"
+    );
+    let never = format!(
+        "{GROW}rule turn {{ match p : part with free port q\n{}when {sum} > 49\nattach ball to q }}",
+        choices.trim_end()
+    );
+    for declarations in [turned, never] {
+        let rules = cubes(&declarations);
+        let audit = run(&rules, &Settings { budget: 200, ..settings(1) });
+        assert_ne!(audit.depths[1].counted, Counted::All, "{:?}", audit.depths);
+    }
+}

@@ -118,6 +118,16 @@ fn nothing_is_overwritten_unless_by_force_and_nothing_is_half_written() {
     assert!(said(&output).contains("--force"), "{}", said(&output));
     assert!(!bench.join("tendon_bench.sgr").exists());
     assert_eq!(std::fs::read_to_string(bench.join("tendon_bench.html")).unwrap(), "mine");
+    #[cfg(unix)]
+    {
+        // Not even by force what it reads, whatever it is called.
+        std::os::unix::fs::symlink("tendons.toml", bench.join("link.sgr")).unwrap();
+        let measured = std::fs::read(bench.join("tendons.toml")).unwrap();
+        let output = calibrate(&["--for", base, "--force", "--out", "link.sgr"]);
+        assert_eq!(output.status.code(), Some(2), "{}", said(&output));
+        assert!(said(&output).contains("which this command reads"), "{}", said(&output));
+        assert_eq!(std::fs::read(bench.join("tendons.toml")).unwrap(), measured);
+    }
     let output = calibrate(&["--for", base, "--force", "--variant", "mine"]);
     assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     assert!(std::fs::read_to_string(bench.join("tendon_bench.sgr")).unwrap().contains("variant mine of"));

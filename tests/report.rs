@@ -101,7 +101,30 @@ fn two_runs_again_by_force(folder: &Path, runs: &Path) {
     assert_code(&sgc(&[&run[..], &["--force"]].concat()), 2);
     let output = sgc(&["report", path(runs)]);
     assert_code(&output, 2);
-    assert!(errors(&output).contains("\"notes.txt\", which no report writes"), "{}", errors(&output));
+    assert!(errors(&output).contains("\"notes.txt\", which no report wrote"), "{}", errors(&output));
+}
+
+#[test]
+fn a_report_replaces_only_what_a_report_wrote() {
+    let folder = tempfile::tempdir().unwrap();
+    let runs = two_runs(folder.path(), "4", "one");
+    let out = folder.path().join("site");
+    let report = |more: &[&str]| sgc(&[&["report", path(&runs), "--out", path(&out)][..], more].concat());
+    for name in ["index.html", "runs.csv"] {
+        std::fs::create_dir_all(&out).unwrap();
+        std::fs::write(out.join(name), "mine").unwrap();
+        let output = report(&[]);
+        assert_code(&output, 2);
+        assert!(errors(&output).contains(name) && errors(&output).contains("--force"), "{}", errors(&output));
+        assert_eq!(read(out.join(name)), "mine");
+        assert_code(&report(&["--force"]), 0);
+        // What a report wrote is replaced, as long as nobody has edited the page.
+        assert_code(&report(&[]), 0);
+        std::fs::write(out.join("index.html"), read(out.join("index.html")).replace("<h1>", "<h1>My "))
+            .unwrap();
+        assert_code(&report(&[]), 2);
+        std::fs::remove_dir_all(&out).unwrap();
+    }
 }
 
 #[test]

@@ -103,7 +103,10 @@ impl Breadth<'_> {
                 if derivation.weight(self.rules, rule, temperature).is_ok_and(|weight| weight <= 0.0) {
                     continue;
                 }
-                let ways = derivation.applications(self.rules, rule, temperature, &[], &mut self.random);
+                // One more than is left: then it is seen that the budget is spent.
+                let most = self.settings.budget - self.tried + 1;
+                let ways =
+                    derivation.applications(self.rules, rule, temperature, (most, &[]), &mut self.random);
                 let Ok(ways) = ways else { continue };
                 if ways.sampled {
                     self.counted = self.counted.max(Counted::AtLeast);

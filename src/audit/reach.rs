@@ -264,7 +264,9 @@ impl Search<'_> {
             if !builds || !drawn {
                 continue;
             }
-            let found = derivation.applications(self.rules, rule, temperature, &self.hints, &mut self.random);
+            let most = self.settings.budget.saturating_sub(self.tried) + 1;
+            let found =
+                derivation.applications(self.rules, rule, temperature, (most, &self.hints), &mut self.random);
             let Ok(found) = found else { continue };
             self.sampled |= found.sampled;
             ways.extend(found.all.into_iter().map(|locals| (i, locals)));

@@ -1,5 +1,6 @@
 //! `sgc calibrate`: from a bench's measurements to a variant of a grammar.
 
+use std::cell::RefCell;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -9,6 +10,7 @@ use grammar_lang::diagnostics::render::{Format, render};
 use super::exit;
 use super::load;
 use super::output::{self, Fault};
+use super::replace::is_not_read;
 use crate::calibrate::{self, Problem};
 use crate::document::is_name;
 use crate::results::whole::write_whole;
@@ -47,8 +49,10 @@ impl Calibrate {
         let variant = self.name(&out)?;
         self.may_write(&[&out, &page])?;
         let folder = self.measurements.parent().unwrap_or(Path::new(""));
+        let tables = RefCell::new(Vec::new());
         let beside = |file: &str| {
             let path = folder.join(file);
+            tables.borrow_mut().push(path.clone());
             read_text(&path).map(|text| (path.to_string_lossy().into_owned(), text))
         };
         let reading = calibrate::read(&name, &text, &beside);
@@ -66,6 +70,13 @@ impl Calibrate {
         calibrate::rename(&mut findings, &|name| {
             sources.iter().any(|(_, source)| has_word(&source.text, name))
         });
+        let texts = sources.iter().map(|(_, source)| Path::new(&source.name));
+        let tables = tables.borrow();
+        let read: Vec<&Path> =
+            texts.chain(tables.iter().map(PathBuf::as_path)).chain([self.measurements.as_path()]).collect();
+        for file in [&out, &page] {
+            is_not_read(file, &read)?;
+        }
         let base = from_folder(&self.grammar, &out)?;
         let file = self.measurements.file_name().unwrap_or_default().to_string_lossy();
         let text = calibrate::variant::text(&variant, &base, &file, &findings);

@@ -16,7 +16,6 @@ use crate::hardware::compared;
 use crate::hardware::dry_run::{self, Marks};
 use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, Session, State, Status, Wish, picture};
 use crate::results::gait::{self, Gait};
-use crate::results::whole::write_whole;
 
 /// Run the gait of a saved design on hardware
 ///
@@ -117,9 +116,8 @@ impl Drive {
         }
         output::note(&told);
         let out = design.with_file_name("difference.svg");
-        self.replace.may_write(&out, Some(picture::MARK))?;
-        write_whole(&out, &compared::svg("Bends, simulated and played", &gait.changed))
-            .map_err(Fault::usage)?;
+        let drawing = compared::svg("Bends, simulated and played", &gait.changed);
+        self.replace.write_sealed(&out, &drawing, &[design])?;
         output::note(&format!("drawn in {}", out.display()));
         Ok(())
     }
@@ -127,9 +125,7 @@ impl Drive {
     fn show(&self, schedule: &Schedule, design: &Path) -> Result<u8, Fault> {
         output::data(&dry_run::text(schedule, 100, Marks::Blocks))?;
         let out = self.out.clone().unwrap_or_else(|| design.with_file_name("schedule.svg"));
-        self.replace.may_write(&out, Some(picture::MARK))?;
-        write_whole(&out, &picture::svg(schedule))
-            .map_err(|reason| Fault::usage(format!("{reason}; choose another place with --out")))?;
+        self.replace.write_sealed(&out, &picture::svg(schedule), &[design])?;
         output::note(&format!("drawn in {}", out.display()));
         Ok(exit::DONE)
     }

@@ -1,6 +1,6 @@
 //! `sgc export`: a saved design for other simulators, and as text of a grammar.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use grammar_lang::ir::RuleSet;
@@ -60,7 +60,7 @@ impl Export {
         let (derivation, body) = replay::body_of(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         if matches!(self.to, Format::Begin) {
-            return self.write(&beginning(&rules, &names, &derivation.design), None);
+            return self.write(&beginning(&rules, &names, &derivation.design), &path);
         }
         let precision = self.precision.asked();
         let setup = replay::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
@@ -77,17 +77,19 @@ impl Export {
             }
         };
         let text = text.map_err(|unfit| fault(unfit.reason))?;
-        let mark = match self.to {
-            Format::Mjcf => export::MODEL_MARK,
-            _ => text.lines().next().unwrap_or_default(),
-        };
-        self.write(&text, Some(mark))
+        self.write(&text, &path)
     }
 
-    fn write(&self, text: &str, mark: Option<&str>) -> Result<u8, Fault> {
+    /// Writes what was made of a saved design.
+    fn write(&self, text: &str, design: &Path) -> Result<u8, Fault> {
         match &self.out {
             Some(out) => {
-                self.replace.write(out, text, mark)?;
+                match self.to {
+                    Format::Mjcf => self.replace.write_sealed(out, text, &[design])?,
+                    Format::Drive | Format::Begin | Format::Motion => {
+                        self.replace.write(out, text, &[design])?;
+                    }
+                }
                 output::data(&format!("{}\n", out.display()))?;
             }
             None => output::data(text)?,

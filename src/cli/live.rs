@@ -65,7 +65,7 @@ impl Live {
         let began = Instant::now();
         let report = Report::read(std::slice::from_ref(&self.runs), Asker::Going);
         self.tell(
-            report.and_then(|report| report.write_page(&self.place(), Reload::WhileRunning)),
+            report.and_then(|report| report.write_page(&self.place(), Reload::WhileRunning, false)),
             &mut turn,
         );
         turn.next = Instant::now() + EVERY.max(began.elapsed() * REST);
@@ -78,7 +78,7 @@ impl Live {
             return;
         }
         let report = Report::read(std::slice::from_ref(&self.runs), Asker::Gone);
-        let written = report.and_then(|report| report.write(&self.place()));
+        let written = report.and_then(|report| report.write(&self.place(), false));
         if let Ok(mut turn) = self.turn.lock() {
             self.tell(written, &mut turn);
         }

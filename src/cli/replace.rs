@@ -1,55 +1,84 @@
-//! Files that a command writes: what somebody else wrote is not replaced.
+//! Files that a command writes: what somebody else wrote or edited is not replaced.
 
 use std::fs;
-use std::io::Read;
 use std::path::Path;
 
 use clap::Args;
 
 use super::output::Fault;
+use crate::reading;
+use crate::results::seal::{is_as_written, sealed};
 use crate::results::whole::write_whole;
-
-/// So much of a file says who wrote it, in bytes.
-const HEAD: u64 = 4096;
 
 /// Whether to replace what is there.
 #[derive(Args, Clone, Copy)]
 pub(super) struct Replace {
-    /// Replace the file that is there, whoever wrote it
+    /// Replace the file that is there, whoever wrote or edited it
     #[arg(long)]
-    force: bool,
+    pub(super) force: bool,
 }
 
 impl Replace {
-    /// Writes a file. One that is there is replaced only if `mark`, which stands near the beginning of all that the command
-    /// writes, stands near its beginning, too; without a mark it is never replaced.
+    /// Writes a text that cannot tell who wrote it: data, or a grammar. What is there is only replaced
+    /// where that is asked for. `read` are the files that the command has read.
     ///
     /// # Errors
     ///
-    /// [`Fault`] if something else is there, or the file cannot be written.
-    pub(super) fn write(self, out: &Path, text: &str, mark: Option<&str>) -> Result<(), Fault> {
-        self.may_write(out, mark)?;
+    /// [`Fault`] if something else is there, if it is one of the files that were read, or if the file
+    /// cannot be written.
+    pub(super) fn write(self, out: &Path, text: &str, read: &[&Path]) -> Result<(), Fault> {
+        is_not_read(out, read)?;
+        let is_the_same = || reading::own(out).is_ok_and(|there| there == text.as_bytes());
+        if !self.force && is_there(out) && !is_the_same() {
+            return Err(refused(out, "nothing in it tells that this command wrote it"));
+        }
         write_whole(out, text).map_err(Fault::usage)
     }
 
-    /// Refuses to replace what the command did not write.
-    pub(super) fn may_write(self, out: &Path, mark: Option<&str>) -> Result<(), Fault> {
-        // A link that leads nowhere is there, too; what is no file is refused by whoever writes.
-        let is_there = fs::symlink_metadata(out).is_ok() && (out.is_file() || !out.exists());
-        if self.force || !is_there || mark.is_some_and(|mark| has_mark(out, mark)) {
+    /// Writes a page, a drawing or a model, of HTML, SVG or XML. One that is there is replaced if it is still
+    /// as sgc wrote it.
+    ///
+    /// # Errors
+    ///
+    /// As of [`Replace::write`].
+    pub(super) fn write_sealed(self, out: &Path, text: &str, read: &[&Path]) -> Result<(), Fault> {
+        self.may_write_sealed(out, read)?;
+        write_whole(out, &sealed(text)).map_err(Fault::usage)
+    }
+
+    /// Refuses to replace a page, a drawing or a model that is not as sgc wrote it.
+    pub(super) fn may_write_sealed(self, out: &Path, read: &[&Path]) -> Result<(), Fault> {
+        is_not_read(out, read)?;
+        if self.force || !is_there(out) || is_as_written(out) {
             return Ok(());
         }
-        Err(Fault::usage(format!(
-            "{} exists already, and this command did not write it; choose another name with --out, or replace it with --force",
-            out.display()
-        )))
+        Err(refused(out, "this command did not write it, or it was edited since"))
     }
 }
 
-/// Whether something stands near the beginning of a file.
-fn has_mark(path: &Path, mark: &str) -> bool {
-    let mut head = Vec::new();
-    let file = fs::File::open(path);
-    let read = file.and_then(|file| file.take(HEAD).read_to_end(&mut head));
-    read.is_ok() && String::from_utf8_lossy(&head).contains(mark)
+/// Whether there is a file that would be replaced. A link that leads nowhere is there, too; what is no file is
+/// refused by whoever writes.
+fn is_there(out: &Path) -> bool {
+    fs::symlink_metadata(out).is_ok() && (out.is_file() || !out.exists())
+}
+
+/// Refuses to write over what the command has read: nothing else holds it.
+pub(super) fn is_not_read(out: &Path, read: &[&Path]) -> Result<(), Fault> {
+    let Ok(place) = fs::canonicalize(out) else { return Ok(()) };
+    let is_same = |path: &&&Path| fs::canonicalize(path).is_ok_and(|path| path == place);
+    match read.iter().find(is_same) {
+        Some(path) => Err(Fault::usage(format!(
+            "{} is {}, which this command reads; choose another name with --out",
+            out.display(),
+            path.display()
+        ))),
+        None => Ok(()),
+    }
+}
+
+fn refused(out: &Path, why: &str) -> Fault {
+    Fault::usage(format!(
+        "{} exists already, and {why}; choose another name with --out, or replace it with --force",
+        out.display()
+    ))
 }

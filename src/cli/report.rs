@@ -20,6 +20,9 @@ pub(super) struct Report {
     /// Where to write the page and the tables [default: report/ in DIR, of several ./report]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Write into a folder that holds other things, and replace files of the same names
+    #[arg(long)]
+    force: bool,
 }
 
 impl Report {
@@ -30,7 +33,7 @@ impl Report {
         };
         let out = self.out.unwrap_or_else(|| folder.join(FOLDER));
         let report = report::Report::read(&self.folders, Asker::Anybody).map_err(Fault::usage)?;
-        let page = report.write(&out).map_err(Fault::usage)?;
+        let page = report.write(&out, self.force).map_err(Fault::usage)?;
         output::data(&format!("{}\n", page.display()))?;
         output::note("open this page in a browser");
         Ok(exit::DONE)

@@ -35,7 +35,7 @@ impl View {
         let page = view::page(&scene);
         let out = match self.out {
             Some(out) => {
-                self.replace.write(&out, &page, Some(view::MARK))?;
+                self.replace.write_sealed(&out, &page, &[&path])?;
                 out
             }
             None => {
@@ -52,11 +52,11 @@ impl View {
 /// Writes the page beside the design; where nothing can be written, into the current folder.
 fn beside(design: &Path, name: &str, page: &str, replace: Replace) -> Result<PathBuf, Fault> {
     let out = design.with_file_name("view.html");
-    replace.may_write(&out, Some(view::MARK))?;
-    let Err(Fault { code, message }) = replace.write(&out, page, Some(view::MARK)) else { return Ok(out) };
+    replace.may_write_sealed(&out, &[design])?;
+    let Err(Fault { code, message }) = replace.write_sealed(&out, page, &[design]) else { return Ok(out) };
     let here = PathBuf::from(format!("{name}.view.html"));
     replace
-        .write(&here, page, Some(view::MARK))
+        .write_sealed(&here, page, &[design])
         .map_err(|_| Fault { code, message: format!("{message}; choose another place with --out") })?;
     output::note(&format!("{message}; the page is in the current folder instead"));
     Ok(here)

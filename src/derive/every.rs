@@ -12,8 +12,8 @@ use super::{Derivation, DesignScope};
 const VALUES: usize = 1000;
 /// How many values of a continuous domain are drawn.
 const SAMPLES: usize = 4;
-/// How many applications of one rule are listed at most.
-const MOST: usize = 200_000;
+/// How many values are looked at for each application that may be listed: conditions may leave few.
+const LOOKED_AT: usize = 20;
 
 /// The ways in which a rule can be applied.
 #[derive(Clone, Debug, Default)]
@@ -48,7 +48,7 @@ impl Derivation {
         Ok(evaluate(&rule.weight, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0).max(0.0))
     }
 
-    /// Every match of a rule with every choice that can be drawn for it. Of a continuous
+    /// Every match of a rule with every choice that can be drawn for it, but at most so many. Of a continuous
     /// domain the numbers of `hints` are tried that lie in it, and some drawn ones.
     ///
     /// # Errors
@@ -59,12 +59,12 @@ impl Derivation {
         rules: &RuleSet,
         rule: &Rule,
         temperature: f64,
-        hints: &[f64],
+        (most, hints): (usize, &[f64]),
         random: &mut Stream,
     ) -> Result<Applications, EvalError> {
         let scope = DesignScope::new(rules, self).at_temperature(temperature);
         let drawing = Drawing { scope, rule };
-        let mut every = Every { drawing, hints, random, found: Applications::default() };
+        let mut every = Every { drawing, most, looked: 0, hints, random, found: Applications::default() };
         for mut bound in self.matches(rules, rule)? {
             every.choose(0, &mut bound)?;
         }
@@ -135,6 +135,10 @@ impl Derivation {
 
 struct Every<'a> {
     drawing: Drawing<'a>,
+    /// How many applications are listed at most.
+    most: usize,
+    /// How many values were looked at.
+    looked: usize,
     hints: &'a [f64],
     random: &'a mut Stream,
     found: Applications,
@@ -145,11 +149,7 @@ impl Every<'_> {
     fn choose(&mut self, index: usize, locals: &mut Vec<Value>) -> Result<(), EvalError> {
         let rule = self.drawing.rule;
         let Some(choice) = rule.choices.get(index) else {
-            if self.found.all.len() < MOST {
-                self.found.all.push(locals.clone());
-            } else {
-                self.found.sampled = true;
-            }
+            self.found.all.push(locals.clone());
             return Ok(());
         };
         let domain = domain_of(evaluate(&choice.domain, &self.drawing.scope, locals)?);
@@ -169,6 +169,11 @@ impl Every<'_> {
         };
         let depth = locals.len();
         for value in values {
+            self.looked += 1;
+            if self.found.all.len() >= self.most || self.looked / LOOKED_AT > self.most {
+                self.found.sampled = true;
+                break;
+            }
             if self.drawing.fits(value, locals)? {
                 self.choose(index + 1, locals)?;
             }

@@ -76,8 +76,8 @@ fn always(rules: &RuleSet, rule: &Rule, begun: &Derivation) -> Option<Refusal> {
         return None;
     }
     let mut random = Stream::named(0, "refused");
-    let all = begun.applications(rules, rule, 0.0, &[], &mut random).ok()?;
-    if all.sampled || all.all.len() > MOST {
+    let all = begun.applications(rules, rule, 0.0, (MOST, &[]), &mut random).ok()?;
+    if all.sampled {
         return None;
     }
     let mut reason = None;

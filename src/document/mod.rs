@@ -22,9 +22,6 @@ use grammar_lang::syntax::{
 };
 pub use names::is_name;
 
-/// What stands near the beginning of every page.
-pub const MARK: &str = "<meta name=\"generator\" content=\"sgc doc\">";
-
 /// What the comment above a rule says first: one sentence without its full stop, empty if there is none.
 #[must_use]
 pub fn about_rule(sources: &SourceMap, rule: &Rule) -> String {

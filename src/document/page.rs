@@ -17,11 +17,11 @@ pub(super) fn page(title: &str, modules: &[Module]) -> String {
         [module] => heading(module, title),
         _ => format!("<header><h1>{}</h1></header>\n", escape(title)),
     };
-    let (title, mark) = (escape(title), super::MARK);
+    let title = escape(title);
     // Nothing on the page may come from elsewhere, whatever a comment says.
     format!(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n{mark}\n\
+         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<meta name=\"generator\" content=\"sgc\">\n\
          <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">\n\
          <title>{title}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
          <nav aria-label=\"Contents\"><p class=\"top\"><a href=\"#top\">{title}</a></p>\n{index}</nav>\n\

@@ -14,9 +14,6 @@ const BAND: f64 = 26.0;
 const VALVE_ROW: f64 = 42.0;
 const SERVO_ROW: f64 = 118.0;
 
-/// What stands near the beginning of every drawing.
-pub const MARK: &str = "svg { --page: #ffffff; --ink: #1d2126; --quiet: #5f6670;";
-
 pub(super) const STYLE: &str = "\
 svg { --page: #ffffff; --ink: #1d2126; --quiet: #5f6670; --faint: #e3e4e2; --track: #f0f1ef; \
 --inflate: #1f6fd1; --vent: #e08a2e; --curve: #1f6fd1; background: var(--page); }

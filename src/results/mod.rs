@@ -18,6 +18,7 @@ pub mod report;
 pub mod robustness;
 pub mod saved;
 pub mod saving;
+pub mod seal;
 pub mod series;
 pub mod sittings;
 pub mod summary;

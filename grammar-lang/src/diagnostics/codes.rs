@@ -159,6 +159,7 @@ codes! {
     TWICE_IN_SET      "W0721" "twice-in-a-set" Warning;
     FEW_CHANNELS      "W0722" "too-few-channels" Warning;
     OUT_OF_RANGE      "W0723" "bend-out-of-range" Warning;
+    OF_PARTS          "W0724" "not-of-lattices" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

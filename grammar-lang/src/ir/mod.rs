@@ -25,7 +25,7 @@ pub use search::{
 };
 pub use spans::without_spans;
 pub use table::Table;
-pub use terms::builds_on;
+pub use terms::{Lacking, builds_on, lacking};
 pub use ty::Ty;
 
 pub use crate::syntax::Direction;

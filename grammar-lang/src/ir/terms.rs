@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
 
-use super::{Expr, ExprKind, Term};
+use super::{Expr, ExprKind, Function, Group, Term, Word};
 
 /// An expression, and then the terms that it builds on with their names, each once.
 pub fn builds_on<'r>(
@@ -27,4 +27,39 @@ pub fn builds_on<'r>(
         });
     }
     all.into_iter()
+}
+
+/// What bodies made of parts have, and lattices do not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Lacking {
+    /// The core is the first element; the first of a lattice is any ball.
+    Core,
+    /// Actuators.
+    Actuators,
+}
+
+/// Whether this is the first element.
+fn is_core(expr: &Expr) -> bool {
+    let is_all = |of: &Expr| matches!(of.kind, ExprKind::Word(Word::Elements));
+    matches!(&expr.kind, ExprKind::Call(Function::First, of) if of.iter().any(is_all))
+}
+
+/// What an expression reads that a lattice lacks, with the term that reads it if a term does. Whoever picks the first
+/// element out of a list, as in `c in [first(elements)]`, only looks at the others from there: any would do.
+#[must_use]
+pub fn lacking<'r>(expr: &'r Expr, terms: &'r IndexMap<String, Term>) -> Option<(Lacking, Option<&'r str>)> {
+    builds_on(expr, terms).find_map(|(name, expr)| {
+        let mut found = None;
+        expr.any(&mut |e| {
+            found = match &e.kind {
+                ExprKind::Attribute(of, _) | ExprKind::Bind { value: of, .. } => {
+                    is_core(of).then_some(Lacking::Core)
+                }
+                ExprKind::Group(Group::Actuator) => Some(Lacking::Actuators),
+                _ => None,
+            };
+            found.is_some()
+        });
+        Some((found?, name))
+    })
 }

@@ -27,6 +27,7 @@ mod no_value;
 mod nothing_drawn;
 mod nothing_to_search;
 mod odd_size;
+mod of_parts;
 mod out_of_range;
 mod out_of_reach;
 mod outside_lattice;
@@ -82,6 +83,7 @@ const DOUBTFUL: &[Lint] = &[
     twice_in_set::check,
     few_channels::check,
     out_of_range::check,
+    of_parts::check,
     unread::check,
 ];
 

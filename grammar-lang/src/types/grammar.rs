@@ -294,6 +294,7 @@ impl<'a> Checker<'a> {
         if !sound {
             return None;
         }
+        let is_lattice = singles.cell.is_some();
         Some(RuleSet {
             version: ir::VERSION,
             name: name.text.clone(),
@@ -321,7 +322,7 @@ impl<'a> Checker<'a> {
             tasks: tasks.into_iter().map(|(name, (task, _))| (name, task)).collect(),
             targets,
             prototypes,
-            observed: observed.into_iter().map(|name| name.text).collect(),
+            observed: Self::names_observed(observed, &terms, is_lattice),
             novelties,
             terms,
             objective,

@@ -2,10 +2,19 @@
 
 use super::Checker;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::Ty;
+use crate::ir::{self, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{ItemKind, Name};
+use indexmap::IndexMap;
+
+/// A term that is observed.
+pub(super) struct Observed {
+    /// Its name, where that is said.
+    pub(super) name: Name,
+    /// Whether the grammar says so, not a module that it uses.
+    is_own: bool,
+}
 
 impl Checker<'_> {
     /// The terms among some names.
@@ -43,9 +52,9 @@ impl Checker<'_> {
 
     /// What the grammar observes, then what the modules observe that it uses, unless it uses the name for
     /// something else.
-    pub(super) fn all_observed(&mut self) -> Vec<Name> {
+    pub(super) fn all_observed(&mut self) -> Vec<Observed> {
         let program = self.program;
-        let mut all: Vec<Name> = Vec::new();
+        let mut all: Vec<Observed> = Vec::new();
         for declaration in program.observing() {
             let Some(ItemKind::Observe(names)) = program.item(declaration).map(|item| &item.kind) else {
                 continue;
@@ -59,14 +68,28 @@ impl Checker<'_> {
             };
             let names: Vec<Name> = names.iter().filter(|name| is_own || !taken(name)).cloned().collect();
             for name in self.observed(&names) {
-                match all.iter().find(|n| n.text == name.text) {
-                    Some(first) if is_own => self.observed_twice(&name, first.span),
+                match all.iter().find(|one| one.name.text == name.text) {
+                    Some(first) if is_own => self.observed_twice(&name, first.name.span),
                     Some(_) => {}
-                    None => all.push(name),
+                    None => all.push(Observed { name, is_own }),
                 }
             }
         }
         all
+    }
+
+    /// The names of what is observed. What a module observes is left out where it means nothing: of a lattice, what
+    /// reads the core or the actuators.
+    pub(super) fn names_observed(
+        observed: Vec<Observed>,
+        terms: &IndexMap<String, ir::Term>,
+        is_lattice: bool,
+    ) -> Vec<String> {
+        let means_nothing = |one: &Observed| {
+            let term = terms.get(&one.name.text);
+            !one.is_own && is_lattice && term.is_some_and(|term| ir::lacking(&term.value, terms).is_some())
+        };
+        observed.into_iter().filter(|one| !means_nothing(one)).map(|one| one.name.text).collect()
     }
 
     fn observed_twice(&mut self, name: &Name, first: Span) {

@@ -4,6 +4,7 @@ use indexmap::IndexMap;
 
 use super::Checker;
 use super::expr::Context;
+use super::observe::Observed;
 use super::singles::Singles;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
@@ -264,13 +265,13 @@ impl<'a> Checker<'a> {
         tasks: &Tasks,
         actuations: &IndexMap<String, ir::Actuation>,
         terms: &IndexMap<String, ir::Term>,
-        observed: &[Name],
+        observed: &[Observed],
     ) {
         for (number, (task, actuated)) in tasks.values().enumerate() {
             let periods = Periods::of(actuated.values().map(|(with, _)| with.as_str()), actuations);
             let Some((wrong, help)) = periods.fault() else { continue };
             // What is observed is observed of the first task.
-            for name in observed.iter().filter(|_| number == 0) {
+            for Observed { name, .. } in observed.iter().filter(|_| number == 0) {
                 if terms.get(&name.text).is_some_and(|term| period_in(&term.value, terms).is_some()) {
                     self.report(
                         Diagnostic::new(

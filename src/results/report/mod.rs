@@ -19,6 +19,7 @@ pub use read::Asker;
 use gather::{convergence, observed, rejections, rules, runs, sizes, temperature};
 use read::Group;
 
+use super::seal::{is_as_written, sealed};
 use super::whole::{entries, is_unfinished, write_whole};
 
 /// What the folder of a report is called in the folder of its runs.
@@ -70,10 +71,10 @@ impl Report {
     ///
     /// # Errors
     ///
-    /// A sentence: the folder holds something that no report writes, or cannot be written.
-    pub fn write(&self, out: &Path) -> Result<PathBuf, String> {
-        check_place(out)?;
-        fs::create_dir_all(out).map_err(|e| format!("cannot write {}: {e}", out.display()))?;
+    /// A sentence: the folder holds something that no report writes (unless `force`), or cannot be written.
+    pub fn write(&self, out: &Path, force: bool) -> Result<PathBuf, String> {
+        // The page is first: what it is written beside is known to be of a report.
+        let page = self.write_page(out, Reload::Never, force)?;
         for (name, table) in TABLES {
             write_whole(&out.join(name), &table(&self.groups))?;
         }
@@ -81,7 +82,7 @@ impl Report {
         for name in entries(out).unwrap_or_default().iter().filter(|name| is_unfinished(name)) {
             let _ = fs::remove_file(out.join(name));
         }
-        self.write_page(out, Reload::Never)
+        Ok(page)
     }
 
     /// Writes the page alone.
@@ -89,11 +90,13 @@ impl Report {
     /// # Errors
     ///
     /// As of [`Report::write`].
-    pub fn write_page(&self, out: &Path, reload: Reload) -> Result<PathBuf, String> {
-        check_place(out)?;
+    pub fn write_page(&self, out: &Path, reload: Reload, force: bool) -> Result<PathBuf, String> {
+        if !force {
+            check_place(out)?;
+        }
         fs::create_dir_all(out).map_err(|e| format!("cannot write {}: {e}", out.display()))?;
         let page = out.join(PAGE);
-        write_whole(&page, &page::page(&self.groups, &|run| link(out, run), reload))?;
+        write_whole(&page, &sealed(&page::page(&self.groups, &|run| link(out, run), reload)))?;
         Ok(page)
     }
 }
@@ -106,17 +109,20 @@ fn check_place(out: &Path) -> Result<(), String> {
     match foreign(out) {
         Ok(None) => Ok(()),
         Ok(Some(name)) => Err(format!(
-            "{} holds \"{name}\", which no report writes: take it away, or choose another folder with --out",
+            "{} holds \"{name}\", which no report wrote there, or which was edited since: take it away, choose another \
+             folder with --out, or write the report among it with --force",
             out.display()
         )),
         Err(e) => Err(format!("cannot write a report to {}: {e}", out.display())),
     }
 }
 
-/// Something in a folder that no report writes.
+/// Something in a folder that no report wrote. Tables are a report's where its page is.
 fn foreign(folder: &Path) -> std::io::Result<Option<String>> {
-    let is_ours =
-        |name: &str| name == PAGE || TABLES.iter().any(|(table, _)| *table == name) || is_unfinished(name);
+    let has_page = is_as_written(&folder.join(PAGE));
+    let is_ours = |name: &str| {
+        has_page && (name == PAGE || TABLES.iter().any(|(table, _)| *table == name)) || is_unfinished(name)
+    };
     Ok(entries(folder)?.into_iter().find(|name| !is_ours(name)))
 }
 

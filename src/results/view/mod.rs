@@ -19,9 +19,6 @@ use nalgebra::Isometry3;
 use crate::design::assembly::Shape;
 use crate::simulate::Motion;
 
-/// What stands near the beginning of every page.
-pub const MARK: &str = "<html lang=\"en\" data-state=\"loading\"";
-
 /// All that the page shows, as plain data. Texts are shown as they are: units
 /// and rounding are the caller's choice.
 #[derive(Clone, Debug)]

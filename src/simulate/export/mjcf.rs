@@ -27,9 +27,6 @@ const ABOUT: [&str; 4] = [
     "Contacts and limits are as stiff as the time step allows (solref); friction has a round cone (cone, impratio).",
 ];
 
-/// What stands near the beginning of every model.
-pub const MODEL_MARK: &str = ABOUT[0];
-
 /// An assembly as a model of MuJoCo; `title` may be any text, `names` are those of the actuators.
 ///
 /// # Errors
