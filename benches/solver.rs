@@ -13,7 +13,7 @@ use std::time::Instant;
 
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
-use sgc::derive::{Derivation, Stream};
+use sgc::derive::{Candidate, Derivation, Stream};
 use sgc::design::Body;
 use sgc::drive::{Drive, Parameters};
 use sgc::results::saved::SavedDesign;
@@ -106,9 +106,10 @@ fn measured(
     derivation: Arc<Derivation>,
     parameters: impl Fn(&Drive<'_>, &mut Stream) -> Parameters,
 ) -> Measured {
-    let body = Body::new(&derivation.design, rules);
-    let task = rules.tasks.values().next().unwrap();
-    let drive = Drive::new(rules, task, derivation, &body).unwrap();
+    let candidate = Candidate::new(rules, derivation);
+    let task = rules.first_task().unwrap();
+    let drive = Drive::new(&candidate, task).unwrap();
+    let body = &candidate.body;
     let settings = settings(&task.model);
     let mut simulation = model("articulated").unwrap().prepare(&body.assembly, &settings).unwrap();
     // What is not a valid motion ends early, and would flatter.
@@ -117,5 +118,5 @@ fn measured(
         .filter(|targets| simulation.run(std::slice::from_ref(targets)).iter().all(Result::is_ok))
         .take(16)
         .collect();
-    (name.to_owned(), body.clone(), settings, drives)
+    (name.to_owned(), Body::clone(body), settings, drives)
 }

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 use sgc::derive::random::Stream;
-use sgc::derive::{Derivation, check_start, run_example};
+use sgc::derive::{Candidate, Derivation, check_start, run_example};
 use sgc::design::Body;
 use sgc::drive::Drive;
 use sgc::results::names::Names;
@@ -353,14 +353,14 @@ fn actuators_of_a_group_share_their_curves() {
     }";
     let rules = rules(text);
     let made = Arc::new(example(&rules).unwrap());
-    let body = Body::new(&made.design, &rules);
-    let drive = Drive::new(&rules, &rules.tasks[0], made, &body).unwrap();
+    let drive = Drive::new(&Candidate::new(&rules, made), &rules.tasks[0]).unwrap();
     // One period, a pair of bends for each of two channels, one switch for each of three fingers.
     assert_eq!(drive.length(), 1 + 2 * 2 + 3, "{:?}", drive.labels(|id| id.to_string()));
     let parameters = drive.draw(&mut Stream::named(1, "groups"));
     let targets = drive.targets(&parameters).unwrap();
     let row: Vec<f64> = targets.angles.iter().skip(10 * 3).take(3).copied().collect();
-    let channel: Vec<f64> = body.actuators.iter().map(|id| drive_channel(&rules, id)).collect();
+    let channel: Vec<f64> =
+        drive.candidate().body.actuators.iter().map(|id| drive_channel(&rules, id)).collect();
     for i in 0..3 {
         for j in 0..3 {
             assert_eq!(row[i] == row[j], channel[i] == channel[j], "{row:?} {channel:?}");
@@ -561,23 +561,17 @@ fn limits_of_an_objective_under_way_hold() {
                 derivation = next;
             }
         }
-        let derivation = std::sync::Arc::new(derivation);
-        let body = sgc::design::Body::new(&derivation.design, &rules);
-        let drive = sgc::drive::Drive::new(&rules, task, std::sync::Arc::clone(&derivation), &body).unwrap();
+        let candidate = Candidate::new(&rules, Arc::new(derivation));
+        let drive = Drive::new(&candidate, task).unwrap();
         let settings = sgc::search::settings(&task.model);
-        let mut simulation = model("articulated").unwrap().prepare(&body.assembly, &settings).unwrap();
+        let mut simulation =
+            model("articulated").unwrap().prepare(&candidate.body.assembly, &settings).unwrap();
         for _ in 0..4 {
             let parameters = drive.draw(&mut random);
             let targets = drive.targets(&parameters).unwrap();
             let Ok(motion) = simulation.run(&[targets]).remove(0) else { continue };
-            let recording = sgc::score::Recording {
-                derivation: &derivation,
-                body: &body,
-                motion: &motion,
-                drive: &drive,
-                parameters: &parameters,
-            };
-            let value = sgc::score::objective(&rules, task, recording).unwrap();
+            let recording = sgc::score::Recording { drive: &drive, parameters: &parameters, motion: &motion };
+            let value = sgc::score::objective(recording).unwrap();
             for pace in [0.002, 0.02, 0.2] {
                 if motion.outpaces(pace) {
                     continue;
@@ -589,7 +583,7 @@ fn limits_of_an_objective_under_way_hold() {
                     part.poses.truncate(frames * motion.bodies);
                     let recording = sgc::score::Recording { motion: &part, ..recording };
                     let underway = Underway { recording, now, pace };
-                    let (low, high) = limits(&rules, task, underway).unwrap();
+                    let (low, high) = limits(underway).unwrap();
                     assert!(
                         low <= value + 1e-9 && value <= high + 1e-9,
                         "{path} {now} s: {low} {value} {high}"

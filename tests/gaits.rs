@@ -5,8 +5,7 @@ use std::sync::Arc;
 
 use grammar_lang::ir::RuleSet;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
-use sgc::derive::Derivation;
-use sgc::design::Body;
+use sgc::derive::{Candidate, Derivation};
 use sgc::design::assembly::Shape;
 use sgc::drive::Drive;
 use sgc::score::{Observed, Recording, observe};
@@ -64,12 +63,9 @@ fn seen(rules: &RuleSet, way: Way, (along, across): (usize, usize), is_ball: boo
 /// What is observed of a motion, of whatever body it is: the class first.
 pub(crate) fn class_of(rules: &RuleSet, motion: &Motion) -> Vec<Observed> {
     let derivation = Arc::new(Derivation::start(rules, None).unwrap());
-    let body = Body::new(&derivation.design, rules);
-    let (_, task) = rules.tasks.first().unwrap();
-    let drive = Drive::new(rules, task, Arc::clone(&derivation), &body).unwrap();
-    let recording =
-        Recording { derivation: &derivation, body: &body, motion, drive: &drive, parameters: &[] };
-    observe(rules, recording).into_iter().map(Option::unwrap).collect()
+    let candidate = Candidate::new(rules, derivation);
+    let drive = Drive::new(&candidate, rules.first_task().unwrap()).unwrap();
+    observe(Recording { drive: &drive, parameters: &[], motion }).into_iter().map(Option::unwrap).collect()
 }
 
 fn class(seen: &[Observed]) -> &str {

@@ -6,9 +6,8 @@ use std::sync::Arc;
 
 use grammar_lang::ir::{RuleSet, without_spans};
 use nalgebra::{Isometry3, Vector3};
-use sgc::derive::Derivation;
 use sgc::derive::random::Stream;
-use sgc::design::Body;
+use sgc::derive::{Candidate, Derivation};
 use sgc::design::assembly::Element;
 use sgc::drive::Drive;
 use sgc::score::Recording;
@@ -61,10 +60,11 @@ fn engine(rules: &RuleSet) -> String {
         }
     }
     let derivation = Arc::new(moving);
-    let body = Body::new(&derivation.design, rules);
+    let candidate = Candidate::new(rules, derivation);
+    let body = &candidate.body;
     assert!(!body.actuators.is_empty(), "the test needs a body that moves");
-    let (_, task) = rules.tasks.first().unwrap();
-    let drive = Drive::new(rules, task, Arc::clone(&derivation), &body).unwrap();
+    let task = rules.first_task().unwrap();
+    let drive = Drive::new(&candidate, task).unwrap();
     let first = drive.draw(&mut random);
     // Many mutations: a chance of 0.3 or 0.303 shows only in the long run.
     let mut second = first.clone();
@@ -97,15 +97,9 @@ fn engine(rules: &RuleSet) -> String {
             work: vec![0.5; body.actuators.len()],
             placements: placements.into(),
         };
-        let recording = Recording {
-            derivation: &derivation,
-            body: &body,
-            motion: &motion,
-            drive: &drive,
-            parameters: &second,
-        };
+        let recording = Recording { drive: &drive, parameters: &second, motion: &motion };
         // A number that makes a term ask for a time outside the motion changes what it says, too.
-        sgc::score::score(rules, task, recording).map_err(|error| error.reason)
+        sgc::score::score(recording).map_err(|error| error.reason)
     });
     let places = [0.0, 0.1, 0.3, 0.6].map(grammar_lang::eval::Value::Number);
     let patterns: Vec<_> = rules

@@ -39,7 +39,7 @@ fn after_every_step_the_pieces_are_the_elements_of_the_design_then() {
                 now = now.advance(&rules, &mut random, 0.0).result.unwrap_or(now);
             }
             let names = Names::through(&rules, &now);
-            let making = making((&rules, &SourceMap::default()), &now, &names);
+            let making = making(&rules, &SourceMap::default(), &now, &names);
             assert_eq!(making.steps.len(), now.steps.len() + 1);
             let mut designs = vec![Derivation::begin(&rules).design];
             now.retrace(&rules, |_, _, after| designs.push(after.clone()));

@@ -28,7 +28,7 @@ impl Slip {
 /// Fits a section of kind `friction`: the ground, then each further part.
 pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Problem>> {
     let parts = declared::parts(rules, section).map_err(|p| vec![p])?;
-    let Some(model) = rules.tasks.values().next().map(|task| &task.model) else { return Ok(Vec::new()) };
+    let Some(model) = rules.first_task().map(|task| &task.model) else { return Ok(Vec::new()) };
     let mut slips: IndexMap<&str, Vec<f64>> = IndexMap::new();
     let mut problems = Vec::new();
     let coefficients = coefficients(section, model).map_err(|p| vec![p])?;

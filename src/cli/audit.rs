@@ -12,7 +12,7 @@ use super::output::{self, Fault};
 use super::{derive, design, exit, load};
 use crate::audit::{self, Answer, Observer, Settings};
 use crate::derive::Derivation;
-use crate::results::describe;
+use crate::results::describe::Named;
 use crate::results::names::Names;
 
 /// How often progress is told where there is no terminal.
@@ -151,8 +151,9 @@ fn steps(rules: &RuleSet, answer: &Answer) -> Vec<String> {
     match answer {
         Answer::Yes(made) => {
             let Derivation { design, steps, .. } = &made.derivation;
-            let names = Names::through(rules, &made.derivation);
-            steps.iter().map(|step| describe::step(rules, (&names, design), step)).collect()
+            let names = &Names::through(rules, &made.derivation);
+            let named = Named { rules, names, design };
+            steps.iter().map(|step| named.step(step)).collect()
         }
         _ => Vec::new(),
     }

@@ -65,7 +65,7 @@ impl Derive {
         let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
         let first = start(&rules, &sources, self.example.as_deref())?;
         let steps = self.steps.unwrap_or(if self.example.is_some() { 0 } else { 20 });
-        let (text, why_idle) = describe::derived((&rules, &sources), first, self.seed, steps);
+        let (text, why_idle) = describe::derived(&rules, &sources, first, self.seed, steps);
         output::data(&text)?;
         if !why_idle.is_empty() {
             output::note(why_idle.trim_end());

@@ -69,9 +69,9 @@ impl Drive {
             Some(file) => Some(load::grammar(file, &[], self.variant.as_deref())?.0),
             None => None,
         };
-        let asked = (self.task.as_deref(), self.target.as_deref());
-        let gait =
-            gait::gait(&rules, other.as_ref(), &design, asked).map_err(|problems| unfit(&path, &problems))?;
+        let (task, target) = (self.task.as_deref(), self.target.as_deref());
+        let gait = gait::gait(&rules, other.as_ref(), &design, task, target)
+            .map_err(|problems| unfit(&path, &problems))?;
         self.compare(&gait, &path)?;
         match &self.port {
             Some(port) if !self.dry_run => self.play(&gait.schedule, port),

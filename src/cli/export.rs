@@ -10,6 +10,7 @@ use super::exit;
 use super::output::{self, Fault};
 use super::precision::Precision;
 use super::replace::Replace;
+use crate::derive::Candidate;
 use crate::results::beginning::beginning;
 use crate::results::replay;
 use crate::results::saved::SavedDesign;
@@ -57,7 +58,7 @@ impl Export {
         let path = design::file(&self.design);
         let Opened { design, rules, .. } = design::open(&path)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
-        let (derivation, body) = replay::body_of(&rules, &design).map_err(fault)?;
+        let Candidate { derivation, body, .. } = replay::candidate(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         if matches!(self.to, Format::Begin) {
             return self.write(&beginning(&rules, &names, &derivation.design), &path);

@@ -7,9 +7,8 @@ use std::time::{Duration, Instant};
 use grammar_lang::ir::RuleSet;
 
 use super::progress::span;
-use crate::derive::Derivation;
 use crate::derive::random::Stream;
-use crate::design::Body;
+use crate::derive::{Candidate, Derivation};
 use crate::drive::Drive;
 use crate::search::settings;
 use crate::simulate::{Model, Stop};
@@ -28,7 +27,8 @@ pub(super) fn told(
     rules: &RuleSet,
     first: &Derivation,
     model: &dyn Model,
-    (evaluations, flag): (Option<u64>, &AtomicBool),
+    evaluations: Option<u64>,
+    flag: &AtomicBool,
 ) -> Option<String> {
     let mut random = Stream::named(0, "price");
     let mut derivation = first.clone();
@@ -37,21 +37,20 @@ pub(super) fn told(
             derivation = next;
         }
     }
-    let derivation = Arc::new(derivation);
-    let task = rules.tasks.values().next()?;
-    let body = Body::new(&derivation.design, rules);
-    let drive = Drive::new(rules, task, Arc::clone(&derivation), &body).ok()?;
+    let candidate = Candidate::new(rules, Arc::new(derivation));
+    let task = rules.first_task()?;
+    let drive = Drive::new(&candidate, task).ok()?;
     let targets = drive.targets(&drive.draw(&mut random)).ok()?;
     let mut settings = settings(&task.model);
     let whole = settings.duration;
     settings.duration = whole.min(SHARE);
     settings.pace_limit = None;
-    let mut simulation = model.prepare(&body.assembly, &settings).ok()?;
+    let mut simulation = model.prepare(&candidate.body.assembly, &settings).ok()?;
     let begun = Instant::now();
     let done = simulation.run_until(Stop::new(flag, Some(begun + LONGEST)), &[targets]).is_some();
     let tasks = rules.tasks.len() as f64;
     let one = begun.elapsed().mul_f64(tasks * whole / settings.duration);
-    let elements = body.assembly.elements.len();
+    let elements = candidate.body.assembly.elements.len();
     let more = if done { "about" } else { "more than" };
     let all = evaluations.map_or(String::new(), |all| {
         let seconds = one.as_secs_f64() * all as f64;

@@ -108,7 +108,7 @@ impl Run {
             };
             let path = named(format!("{}-{}-to-{last}", rules.name, self.seed));
             let begin = |seed: u64, path: &Path| {
-                RunFolder::create(path, false, &asked(seed), (&grammar, &rules), &state).map(|_| ())
+                RunFolder::create(path, false, &asked(seed), &grammar, &rules, &state).map(|_| ())
             };
             let folder = SeriesFolder::create(&path, self.force, series, begin).map_err(Fault::usage)?;
             return Several { folder, work: self.work, max_evals: None, deadline, flag }.go();
@@ -116,13 +116,13 @@ impl Run {
         let path = named(format!("{}-{}", rules.name, self.seed));
         let asked = asked(self.seed);
         let folder =
-            RunFolder::create(&path, self.force, &asked, (&grammar, &rules), &state).map_err(Fault::usage)?;
+            RunFolder::create(&path, self.force, &asked, &grammar, &rules, &state).map_err(Fault::usage)?;
         if !folder.is_replacing() {
             interrupt::saved(&path);
         }
         if let (false, Some(model)) = (self.work.quiet, simulate::model(&asked.solver)) {
             let _cuttable = interrupt::Cuttable::begin();
-            if let Some(price) = price::told(&rules, &tried, model, (max_evals, flag)) {
+            if let Some(price) = price::told(&rules, &tried, model, max_evals, flag) {
                 output::note(&price);
             }
         }

@@ -31,7 +31,7 @@ impl View {
         let path = design::file(&self.design);
         let Opened { design, rules, sources } = design::open(&path)?;
         let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
-        let scene = picture::scene((&rules, &sources), &design, self.task.as_deref()).map_err(fault)?;
+        let scene = picture::scene(&rules, &sources, &design, self.task.as_deref()).map_err(fault)?;
         let page = view::page(&scene);
         let out = match self.out {
             Some(out) => {

@@ -6,6 +6,7 @@
 //! that rule is out for this move, and another is drawn.
 
 mod apply;
+mod candidate;
 mod choosing;
 mod every;
 mod example;
@@ -22,6 +23,7 @@ use grammar_lang::eval::{EvalError, Value, evaluate};
 use grammar_lang::ir::{Rule, RuleSet};
 
 pub use apply::Blocked;
+pub use candidate::Candidate;
 pub use every::Applications;
 pub use example::run_example;
 pub use record::{Recorded, Step, Steps};

@@ -31,9 +31,8 @@ impl Body {
             return lattice::body(design, rules, lattice);
         }
         let body = Self::of_parts(design, rules);
-        let method = rules.tasks.values().next().map(|task| task.model.method);
-        match method {
-            Some(ir::Method::Balls(Some(filling))) => filled::filled(design, rules, &body, filling),
+        match rules.method() {
+            ir::Method::Balls(Some(filling)) => filled::filled(design, rules, &body, filling),
             _ => body,
         }
     }

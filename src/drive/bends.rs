@@ -1,7 +1,7 @@
 //! What each actuator is asked for, and what its hardware lets it do: over the whole motion, from rest.
 
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::Ty;
+use grammar_lang::ir::{Tendon, Ty};
 
 use super::hardware::follow;
 use super::{Asked, Cycle, Drive};
@@ -30,7 +30,7 @@ impl Drive<'_> {
     }
 
     /// The same where the actuators of a cycle are asked for its points, and in between for what lies straight between
-    /// them: as a board plays it.
+    /// them: as a board plays it. Servos turn straight from one point to the next, whatever bends that comes to.
     ///
     /// # Errors
     ///
@@ -40,10 +40,12 @@ impl Drive<'_> {
         for (id, points) in &cycle.actuators {
             let column = self.actuators.iter().position(|driven| driven.id == *id);
             let (Some(column), Asked::Bends(points)) = (column, points) else { continue };
+            let threads = self.actuators.get(column).and_then(|driven| self.threads(driven));
+            let played = played(points, threads);
             for sample in 0..asked.samples() {
-                let time = sample as f64 * asked.interval;
+                let place = sample as f64 * asked.interval / cycle.period;
                 if let Some(cell) = asked.cell(sample, column) {
-                    *cell = between(points, time / cycle.period);
+                    *cell = played(place);
                 }
             }
         }
@@ -54,7 +56,7 @@ impl Drive<'_> {
         let mut followed = asked.clone();
         self.on_hardware(parameters, &mut followed)?;
         for (column, driven) in self.actuators.iter().enumerate() {
-            let actuator = self.kind_of(driven).and_then(|kind| self.rules.actuators.get(kind));
+            let actuator = self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind));
             if let Some(actuator) = actuator {
                 follow([&actuator.bending_speed, &actuator.relaxing_speed], &mut followed, column);
             }
@@ -73,6 +75,16 @@ impl Drive<'_> {
     }
 }
 
+/// The bend at a place in cycles where a board plays these points.
+fn played(points: &[f64], threads: Option<&Tendon>) -> impl Fn(f64) -> f64 {
+    let turned: Vec<f64> =
+        points.iter().map(|bend| threads.map_or(*bend, |threads| threads.turned(*bend))).collect();
+    move |place| {
+        let turned = between(&turned, place);
+        threads.map_or(turned, |threads| threads.bend(turned))
+    }
+}
+
 /// What lies straight between points at equal distances over a cycle, at a place in cycles.
 fn between(points: &[f64], place: f64) -> f64 {
     let count = points.len();
@@ -84,7 +96,33 @@ fn between(points: &[f64], place: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::between;
+    use grammar_lang::ir::{Table, Tendon};
+
+    use super::{between, played};
+
+    /// A thread that takes twice as much to one side: half way between the ends of the servo is no half way between the
+    /// bends.
+    #[test]
+    fn servos_turn_straight_from_point_to_point() {
+        let threads = Tendon {
+            servo: vec!["D3".to_owned()],
+            opposite: Vec::new(),
+            thread: Table { rows: vec![[-1.0, -0.01], [0.0, 0.0], [1.0, 0.02]] },
+            wheel: 0.01,
+            turn: (-2.0, 2.0),
+            speed: 2.0,
+            pulse: (1e-3, 2e-3),
+            rests: true,
+        };
+        let points = [-1.0, 1.0];
+        let (bent, wound) = (played(&points, None), played(&points, Some(&threads)));
+        for (place, straight, by_thread) in [(0.0, -1.0, -1.0), (0.25, 0.0, 0.25), (0.5, 1.0, 1.0)] {
+            assert!(
+                (bent(place) - straight).abs() < 1e-12 && (wound(place) - by_thread).abs() < 1e-12,
+                "{place}"
+            );
+        }
+    }
 
     #[test]
     fn points_are_joined_by_straight_lines_and_the_last_with_the_first() {

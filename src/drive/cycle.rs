@@ -63,10 +63,10 @@ impl Drive<'_> {
         times: impl Iterator<Item = f64>,
     ) -> Result<Vec<f64>, EvalError> {
         let Some((_, actuation)) = self.actuations.get(driven.actuation) else { return Ok(Vec::new()) };
-        let mut scope = DriveScope::new(self.rules, &self.derivation);
+        let mut scope = DriveScope::new(self.candidate.rules, &self.candidate.derivation);
         let mut locals = self.lets(driven, parameters)?;
         let fixed = locals.len();
-        let actuator = self.kind_of(driven).and_then(|kind| self.rules.actuators.get(kind));
+        let actuator = self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind));
         // Cells are strained as far as they are asked to be.
         let unlimited = (f64::NEG_INFINITY, f64::INFINITY);
         let (low, high) = actuator.map_or(unlimited, |a| a.bend);

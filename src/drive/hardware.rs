@@ -4,7 +4,7 @@
 use grammar_lang::eval::{EvalError, Valve, Valves};
 use grammar_lang::ir::{Backend, Speed, Supply, Target, Tendon};
 
-use super::Drive;
+use super::{Drive, Driven};
 use crate::simulate::Targets;
 
 /// The longest step in which bends are followed, s, where speeds change with the bend or with what the others do:
@@ -46,7 +46,16 @@ impl Inflated<'_> {
 impl Drive<'_> {
     /// The target that the task is simulated on.
     fn target(&self) -> Option<&Target> {
-        self.task.on.as_ref().and_then(|name| self.rules.targets.get(name))
+        self.task.on.as_ref().and_then(|name| self.candidate.rules.targets.get(name))
+    }
+
+    /// The servos that wind up an actuator's threads where the task is simulated on them.
+    pub(super) fn threads(&self, driven: &Driven) -> Option<&Tendon> {
+        let target = self.target().filter(|target| self.kind_of(driven) == Some(target.kind.as_str()))?;
+        match &target.backend {
+            Backend::Tendon(threads) => Some(threads),
+            Backend::Pneumatic(_) => None,
+        }
     }
 
     /// Puts in what valves come to, and keeps the rest to what the hardware can do.
@@ -59,7 +68,9 @@ impl Drive<'_> {
         let mut inflated = Vec::new();
         let mut columns = Vec::new();
         for (column, driven) in self.actuators.iter().enumerate() {
-            let Some(actuator) = self.kind_of(driven).and_then(|kind| self.rules.actuators.get(kind)) else {
+            let Some(actuator) =
+                self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind))
+            else {
                 continue;
             };
             let aimed = target.filter(|target| self.kind_of(driven) == Some(target.kind.as_str()));
@@ -77,7 +88,7 @@ impl Drive<'_> {
                 columns.push(column);
                 continue;
             }
-            if let Some(Backend::Tendon(threads)) = aimed.map(|target| &target.backend) {
+            if let Some(threads) = self.threads(driven) {
                 wind(threads, targets, column);
             }
             let by_bend = [&actuator.bending_speed, &actuator.relaxing_speed];
@@ -103,7 +114,7 @@ fn wind(threads: &Tendon, targets: &mut Targets, column: usize) {
         if sample > 0 {
             turned += (wanted - turned).max(-most).min(most);
         }
-        *bend = threads.thread.inverse(turned * threads.wheel);
+        *bend = threads.bend(turned);
     }
 }
 

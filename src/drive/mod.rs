@@ -11,14 +11,12 @@ mod mutate;
 mod scope;
 mod shares;
 
-use std::sync::Arc;
-
 use grammar_lang::eval::{EvalError, Reference, Value, Valves, evaluate};
-use grammar_lang::ir::{Actuation, Owner, RuleSet, Task, Ty, Variable};
+use grammar_lang::ir::{Actuation, Owner, Task, Ty, Variable};
 
 use crate::derive::random::Stream;
-use crate::derive::{Derivation, DesignScope};
-use crate::design::{Body, PartId};
+use crate::derive::{Candidate, DesignScope};
+use crate::design::PartId;
 use crate::simulate::Targets;
 pub use bends::Bends;
 pub use cycle::{Asked, Cycle};
@@ -64,9 +62,8 @@ struct Driven {
 /// The actuation of one body for one task.
 #[derive(Clone, Debug)]
 pub struct Drive<'r> {
-    rules: &'r RuleSet,
+    candidate: Candidate<'r>,
     task: &'r Task,
-    derivation: Arc<Derivation>,
     /// Actuators in the order of the assembly.
     actuators: Vec<Driven>,
     actuations: Vec<(&'r str, &'r Actuation)>,
@@ -75,37 +72,30 @@ pub struct Drive<'r> {
 }
 
 impl<'r> Drive<'r> {
-    /// The actuation of a body of a derivation for a task.
+    /// The actuation of a body for a task.
     ///
     /// # Errors
     ///
     /// [`EvalError`] when the group of an actuator has no value.
-    pub fn new(
-        rules: &'r RuleSet,
-        task: &'r Task,
-        derivation: Arc<Derivation>,
-        body: &Body,
-    ) -> Result<Self, EvalError> {
+    pub fn new(candidate: &Candidate<'r>, task: &'r Task) -> Result<Self, EvalError> {
         let mut drive = Self {
-            rules,
+            candidate: candidate.clone(),
             task,
-            derivation,
             actuators: Vec::new(),
             actuations: Vec::new(),
             fields: Vec::new(),
             length: 0,
         };
-        for id in &body.actuators {
+        for id in &candidate.body.actuators {
             drive.add(*id)?;
         }
         Ok(drive)
     }
 
     fn add(&mut self, id: PartId) -> Result<(), EvalError> {
-        let derivation = Arc::clone(&self.derivation);
+        let Candidate { rules, derivation, .. } = self.candidate.clone();
         let Some(part) = derivation.design.parts.get(&id) else { return Ok(()) };
         let original = part.image_of.unwrap_or(id);
-        let rules = self.rules;
         let with = self.task.actuated.get(&part.kind);
         let Some((name, actuation)) = with.and_then(|n| rules.actuations.get_key_value(n)) else {
             return Ok(());
@@ -137,6 +127,18 @@ impl<'r> Drive<'r> {
         }
         self.actuators.push(Driven { id, actuation: index, fields });
         Ok(())
+    }
+
+    /// What is driven.
+    #[must_use]
+    pub fn candidate(&self) -> &Candidate<'r> {
+        &self.candidate
+    }
+
+    /// What it does.
+    #[must_use]
+    pub fn task(&self) -> &'r Task {
+        self.task
     }
 
     /// Whether the search has nothing to vary: one evaluation says all.
@@ -224,7 +226,7 @@ impl<'r> Drive<'r> {
     /// none: then it is the least that it may be.
     #[must_use]
     pub fn shared(&self, actuation: &str, variable: &str, parameters: &[f64]) -> Option<Value> {
-        let declared = self.rules.actuations.get(actuation)?;
+        let declared = self.candidate.rules.actuations.get(actuation)?;
         let variable =
             declared.variables.iter().position(|v| v.name == variable && v.owner == Owner::Body)?;
         let index = self.actuations.iter().position(|(n, _)| *n == actuation);
@@ -260,7 +262,7 @@ impl<'r> Drive<'r> {
             if let Some(period) = self.shared(name, "period", parameters) {
                 return Ok(period.as_number().unwrap_or(self.task.model.duration));
             }
-            let Some(actuation) = self.rules.actuations.get(name) else { continue };
+            let Some(actuation) = self.candidate.rules.actuations.get(name) else { continue };
             let Some(place) = actuation.lets.iter().position(|(n, _)| n == "period") else { continue };
             let driven = self
                 .actuators
@@ -276,7 +278,7 @@ impl<'r> Drive<'r> {
 
     /// The locals of an actuator's actuation that do not depend on time.
     fn lets(&self, driven: &Driven, parameters: &[f64]) -> Result<Vec<Value>, EvalError> {
-        let scope = DriveScope::new(self.rules, &self.derivation);
+        let scope = DriveScope::new(self.candidate.rules, &self.candidate.derivation);
         let mut locals = vec![Value::Reference(Reference::Part(driven.id))];
         locals.extend(driven.fields.iter().filter_map(|f| self.value(*f, parameters)));
         if let Some((_, actuation)) = self.actuations.get(driven.actuation) {
@@ -321,7 +323,7 @@ impl<'r> Drive<'r> {
     }
 
     fn kind_of(&self, driven: &Driven) -> Option<&str> {
-        self.derivation.design.parts.get(&driven.id).map(|part| part.kind.as_str())
+        self.candidate.design().parts.get(&driven.id).map(|part| part.kind.as_str())
     }
 
     /// The states of an actuator's valves, if it has any.
@@ -330,7 +332,7 @@ impl<'r> Drive<'r> {
         if actuation.drive.ty != Ty::Valves {
             return Ok(None);
         }
-        let scope = DriveScope::new(self.rules, &self.derivation);
+        let scope = DriveScope::new(self.candidate.rules, &self.candidate.derivation);
         let mut locals = self.lets(driven, parameters)?;
         match evaluate(&actuation.drive, &scope, &mut locals)? {
             Value::Valves(valves) => Ok(Some(Valves::clone(&valves))),

@@ -27,7 +27,7 @@ impl Drive<'_> {
         iteration: usize,
         random: &mut Stream,
     ) -> Result<Parameters, EvalError> {
-        let mut scope = DriveScope::new(self.rules, &self.derivation);
+        let mut scope = DriveScope::new(self.candidate.rules, &self.candidate.derivation);
         scope.temperature = temperature;
         scope.iteration = iteration as f64;
         let number = |e: &Expr| evaluate(e, &scope, &mut Vec::new()).map(|v| v.as_number().unwrap_or(0.0));

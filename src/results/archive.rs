@@ -34,7 +34,8 @@ pub(super) fn write(
     run: &Path,
     rules: &RuleSet,
     archive: &[(Vec<usize>, Best)],
-    (cell, design): (&[usize], &SavedDesign),
+    cell: &[usize],
+    design: &SavedDesign,
 ) -> Result<(), String> {
     let folder = run.join(FOLDER);
     fs::create_dir_all(&folder).map_err(|e| format!("cannot write {}: {e}", folder.display()))?;

@@ -7,7 +7,7 @@ use grammar_lang::eval::evaluate;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::units::{self, Dimension};
 
-use super::describe::{port_name, value};
+use super::describe::{Named, port_name};
 use super::names::Names;
 use crate::derive::Recorded;
 use crate::design::{Design, Part, PartId, ends, pose_at};
@@ -17,6 +17,7 @@ use crate::design::{Design, Part, PartId, ends, pose_at};
 #[must_use]
 pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
     let names = names(called, design);
+    let named = Named { rules, names: called, design };
     let mut text = String::from("begin {\n");
     for (id, name) in &names {
         if let Some(part) = design.parts.get(id) {
@@ -26,8 +27,7 @@ pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
             } else {
                 format!("   # was {}, an image", called.get(*id).unwrap_or_default())
             };
-            let _ =
-                writeln!(text, "  place {name} : {}{side}", placed(rules, (called, design), &names, part));
+            let _ = writeln!(text, "  place {name} : {}{side}", placed(named, &names, part));
         }
     }
     text + "}\n"
@@ -80,12 +80,8 @@ fn turn(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> f64 {
     [part.turn, reflected].into_iter().chain(quarters).find(fits).unwrap_or(part.turn)
 }
 
-fn placed(
-    rules: &RuleSet,
-    (called, design): (&Names, &Design),
-    names: &[(PartId, String)],
-    part: &Part,
-) -> String {
+fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
+    let Named { rules, design, .. } = named;
     let mut text = part.kind.clone();
     let declared = rules.actuators.get(&part.kind).map(|actuator| &actuator.params);
     let params: Vec<String> = part
@@ -96,8 +92,7 @@ fn placed(
             let default = param.and_then(|param| param.default.as_ref());
             let default = default.and_then(|default| evaluate(default, rules, &mut Vec::new()).ok());
             let differs = default.as_ref() != Some(given);
-            let shown =
-                || value(rules, (called, design), &Recorded::new(given), param.map(|param| &param.ty));
+            let shown = || named.value(&Recorded::new(given), param.map(|param| &param.ty));
             differs.then(|| format!("{name} = {}", shown()))
         })
         .collect();

@@ -14,15 +14,6 @@ use crate::derive::random::Stream;
 use crate::derive::{Blocked, Derivation, Recorded, Step};
 use crate::design::{Design, Part, PartId, lattice, ports};
 
-/// What people call a part: its name, or the place of a cell.
-pub(super) fn part_name((names, design): (&Names, &Design), id: PartId) -> String {
-    if let Some([x, y, z]) = lattice::place_of(id) {
-        let kind = design.parts.get(&id).map_or("place", |cell| cell.kind.as_str());
-        return format!("{kind} ({x}, {y}, {z})");
-    }
-    names.get(id).unwrap_or("a part that is gone").to_owned()
-}
-
 /// What people call a port: its name, with its number where several share it.
 pub(super) fn port_name(rules: &RuleSet, part: &Part, port: u8) -> Option<String> {
     let frames = ports(rules, part);
@@ -31,97 +22,159 @@ pub(super) fn port_name(rules: &RuleSet, part: &Part, port: u8) -> Option<String
     Some(if several { format!("{}[{}]", own.name, own.number) } else { own.name.clone() })
 }
 
-pub(super) fn value(
-    rules: &RuleSet,
-    (names, design): (&Names, &Design),
-    recorded: &Recorded,
-    ty: Option<&Ty>,
-) -> String {
-    let several = |items: &[Recorded], ty: Option<&Ty>| {
-        let items: Vec<String> = items.iter().map(|i| value(rules, (names, design), i, ty)).collect();
-        items.join(", ")
-    };
-    match recorded {
-        Recorded::Number(x) => match ty {
-            Some(Ty::Enum(name)) => rules.value_of(name, *x).map_or_else(|| x.to_string(), str::to_owned),
-            _ => units::shown(*x, ty.and_then(Ty::dimension).unwrap_or_default()),
-        },
-        Recorded::List(items) => match ty {
-            Some(Ty::Record(name, fields)) => {
-                let fields = fields.iter().zip(items);
-                let fields: Vec<String> = fields
-                    .map(|((n, ty), i)| format!("{n} = {}", value(rules, (names, design), i, Some(ty))))
-                    .collect();
-                format!("{name}({})", fields.join(", "))
-            }
-            Some(Ty::List(item)) => format!("[{}]", several(items, Some(item))),
-            _ => format!("[{}]", several(items, None)),
-        },
-        Recorded::Set(items) => {
-            let item = match ty {
-                Some(Ty::Domain(item)) => Some(&**item),
-                _ => None,
-            };
-            format!("{{ {} }}", several(items, item))
+/// A design of a grammar, with what people call its parts.
+#[derive(Clone, Copy, Debug)]
+pub struct Named<'a> {
+    /// The rules.
+    pub rules: &'a RuleSet,
+    /// The names, also those of parts that are gone.
+    pub names: &'a Names,
+    /// The design.
+    pub design: &'a Design,
+}
+
+impl Named<'_> {
+    /// What people call a part: its name, or the place of a cell.
+    pub(super) fn part(self, id: PartId) -> String {
+        if let Some([x, y, z]) = lattice::place_of(id) {
+            let kind = self.design.parts.get(&id).map_or("place", |cell| cell.kind.as_str());
+            return format!("{kind} ({x}, {y}, {z})");
         }
-        Recorded::Range(low, high, _) => {
-            let dimension = match ty {
-                Some(Ty::Domain(item)) => item.dimension().unwrap_or_default(),
-                _ => Dimension::NUMBER,
-            };
-            format!("{} .. {}", units::shown(*low, dimension), units::shown(*high, dimension))
-        }
-        Recorded::Table(table) => format!("a table of {} rows", table.rows.len()),
-        Recorded::Valve(state) => format!("{state:?}").to_lowercase(),
-        Recorded::Valves(valves) => format!("a cycle of {} s", valves.period),
-        Recorded::Vector(x) => {
-            let dimension = match ty {
-                Some(Ty::Vector(d)) => *d,
-                _ => Dimension::NUMBER,
-            };
-            format!("vector({})", x.map(|x| units::shown(x, dimension)).join(", "))
-        }
-        Recorded::Rotation(_) => "a rotation".to_owned(),
-        Recorded::Shape(_) => "a shape".to_owned(),
-        Recorded::Curve(_) => "a curve".to_owned(),
-        Recorded::Bool(x) => x.to_string(),
-        Recorded::Text(x) | Recorded::Pattern(x) => x.clone(),
-        Recorded::Kind(name, _) => name.clone(),
-        Recorded::Reference(Reference::Part(id)) => part_name((names, design), *id),
-        Recorded::Reference(Reference::Port(id, port)) => {
-            let name = design.parts.get(id).and_then(|p| port_name(rules, p, *port));
-            name.unwrap_or_else(|| "?".to_owned())
-        }
-        Recorded::Reference(Reference::Joint(id)) => {
-            format!("the joint of {}", part_name((names, design), *id))
-        }
-        Recorded::Reference(Reference::Step(id)) => format!("step {id}"),
-        Recorded::Reference(Reference::Element(id)) => format!("element {id}"),
+        self.names.get(id).unwrap_or("a part that is gone").to_owned()
     }
-}
 
-/// What a step matched and chose in the design before it: names and values.
-#[must_use]
-pub fn choices(rules: &RuleSet, named: (&Names, &Design), step: &Step) -> Vec<(String, String)> {
-    let rule = rules.rules.iter().find(|r| r.name == step.rule);
-    let locals = rule.map(|r| r.locals.as_slice()).unwrap_or_default();
-    let item = |name: &String| {
-        let choice = rule.and_then(|r| r.choices.iter().find(|c| c.name == *name))?;
-        match &choice.domain.ty {
-            Ty::Domain(item) | Ty::List(item) => Some(&**item),
-            _ => None,
+    /// A value as people write it.
+    pub(super) fn value(self, recorded: &Recorded, ty: Option<&Ty>) -> String {
+        let Self { rules, design, .. } = self;
+        let several = |items: &[Recorded], ty: Option<&Ty>| {
+            let items: Vec<String> = items.iter().map(|i| self.value(i, ty)).collect();
+            items.join(", ")
+        };
+        match recorded {
+            Recorded::Number(x) => match ty {
+                Some(Ty::Enum(name)) => rules.value_of(name, *x).map_or_else(|| x.to_string(), str::to_owned),
+                _ => units::shown(*x, ty.and_then(Ty::dimension).unwrap_or_default()),
+            },
+            Recorded::List(items) => match ty {
+                Some(Ty::Record(name, fields)) => {
+                    let fields = fields.iter().zip(items);
+                    let fields: Vec<String> =
+                        fields.map(|((n, ty), i)| format!("{n} = {}", self.value(i, Some(ty)))).collect();
+                    format!("{name}({})", fields.join(", "))
+                }
+                Some(Ty::List(item)) => format!("[{}]", several(items, Some(item))),
+                _ => format!("[{}]", several(items, None)),
+            },
+            Recorded::Set(items) => {
+                let item = match ty {
+                    Some(Ty::Domain(item)) => Some(&**item),
+                    _ => None,
+                };
+                format!("{{ {} }}", several(items, item))
+            }
+            Recorded::Range(low, high, _) => {
+                let dimension = match ty {
+                    Some(Ty::Domain(item)) => item.dimension().unwrap_or_default(),
+                    _ => Dimension::NUMBER,
+                };
+                format!("{} .. {}", units::shown(*low, dimension), units::shown(*high, dimension))
+            }
+            Recorded::Table(table) => format!("a table of {} rows", table.rows.len()),
+            Recorded::Valve(state) => format!("{state:?}").to_lowercase(),
+            Recorded::Valves(valves) => format!("a cycle of {} s", valves.period),
+            Recorded::Vector(x) => {
+                let dimension = match ty {
+                    Some(Ty::Vector(d)) => *d,
+                    _ => Dimension::NUMBER,
+                };
+                format!("vector({})", x.map(|x| units::shown(x, dimension)).join(", "))
+            }
+            Recorded::Rotation(_) => "a rotation".to_owned(),
+            Recorded::Shape(_) => "a shape".to_owned(),
+            Recorded::Curve(_) => "a curve".to_owned(),
+            Recorded::Bool(x) => x.to_string(),
+            Recorded::Text(x) | Recorded::Pattern(x) => x.clone(),
+            Recorded::Kind(name, _) => name.clone(),
+            Recorded::Reference(Reference::Part(id)) => self.part(*id),
+            Recorded::Reference(Reference::Port(id, port)) => {
+                let name = design.parts.get(id).and_then(|p| port_name(rules, p, *port));
+                name.unwrap_or_else(|| "?".to_owned())
+            }
+            Recorded::Reference(Reference::Joint(id)) => {
+                format!("the joint of {}", self.part(*id))
+            }
+            Recorded::Reference(Reference::Step(id)) => format!("step {id}"),
+            Recorded::Reference(Reference::Element(id)) => format!("element {id}"),
         }
-    };
-    let pairs = locals.iter().zip(&step.locals);
-    pairs.map(|(name, local)| (name.clone(), value(rules, named, local, item(name)))).collect()
-}
+    }
 
-/// A step as one line: the rule and what it matched and chose.
-#[must_use]
-pub fn step(rules: &RuleSet, named: (&Names, &Design), step: &Step) -> String {
-    let choices = choices(rules, named, step);
-    let values: Vec<String> = choices.into_iter().map(|(name, value)| format!("{name} = {value}")).collect();
-    format!("{}({})", step.rule, values.join(", "))
+    /// What a step matched and chose in the design before it: names and values.
+    #[must_use]
+    pub fn choices(self, step: &Step) -> Vec<(String, String)> {
+        let rule = self.rules.rules.iter().find(|r| r.name == step.rule);
+        let locals = rule.map(|r| r.locals.as_slice()).unwrap_or_default();
+        let item = |name: &String| {
+            let choice = rule.and_then(|r| r.choices.iter().find(|c| c.name == *name))?;
+            match &choice.domain.ty {
+                Ty::Domain(item) | Ty::List(item) => Some(&**item),
+                _ => None,
+            }
+        };
+        let pairs = locals.iter().zip(&step.locals);
+        pairs.map(|(name, local)| (name.clone(), self.value(local, item(name)))).collect()
+    }
+
+    /// A step as one line: the rule and what it matched and chose.
+    #[must_use]
+    pub fn step(self, step: &Step) -> String {
+        let choices = self.choices(step);
+        let values: Vec<String> =
+            choices.into_iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        format!("{}({})", step.rule, values.join(", "))
+    }
+
+    /// A lattice as text: its cells seen from above, a square of signs for each layer that has some, the highest first. Cells
+    /// that are alike have the same letter.
+    fn layers(self, out: &mut String) {
+        let Self { rules, design, .. } = self;
+        let Some(lattice) = &rules.lattice else { return };
+        let mut kinds: Vec<&IndexMap<String, Value>> = Vec::new();
+        for cell in design.parts.values() {
+            if !kinds.contains(&&cell.params) {
+                kinds.push(&cell.params);
+            }
+        }
+        // Writing to a String never fails.
+        let _ = writeln!(out, "{} cells", design.parts.len());
+        let letter = |kind: usize| char::from_u32('a' as u32 + kind as u32).filter(char::is_ascii_lowercase);
+        for (kind, params) in kinds.iter().enumerate() {
+            let declared = &lattice.cell.params;
+            let shown = params.iter().map(|(name, given)| {
+                let ty = declared.get(name).map(|param| &param.ty);
+                format!("{name} = {}", self.value(&Recorded::new(given), ty))
+            });
+            let shown: Vec<String> = shown.collect();
+            let _ = writeln!(out, "  {} {}({})", letter(kind).unwrap_or('?'), lattice.kind, shown.join(", "));
+        }
+        let [nx, ny, nz] = lattice.sides;
+        for y in (0..ny).rev() {
+            let sign = |x: usize, z: usize| {
+                let id = lattice::cell_at(lattice, [x as i64, y as i64, z as i64])?;
+                let cell = design.parts.get(&id)?;
+                let kind = kinds.iter().position(|params| **params == cell.params)?;
+                Some(letter(kind).unwrap_or('?'))
+            };
+            // Forward is to the right, left is up.
+            let row = |z: usize| (0..nx).map(|x| sign(x, z).unwrap_or('.')).collect::<String>();
+            let rows: Vec<String> = (0..nz).map(row).collect();
+            if rows.iter().any(|row| row.contains(|c| c != '.')) {
+                let _ = writeln!(out, "layer {y}");
+                for row in rows {
+                    let _ = writeln!(out, "  {row}");
+                }
+            }
+        }
+    }
 }
 
 /// A derivation: its steps, then its parts, as stable text.
@@ -129,15 +182,16 @@ pub fn step(rules: &RuleSet, named: (&Names, &Design), step: &Step) -> String {
 pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     let design = &derivation.design;
     let names = &Names::through(rules, derivation);
+    let named = Named { rules, names, design };
     let mut out = String::from("steps\n");
     let mut number = 0;
     derivation.retrace(rules, |made, before, _| {
         number += 1;
         // Writing to a String never fails.
-        let _ = writeln!(out, "  {number:>2}. {}", step(rules, (names, before), made));
+        let _ = writeln!(out, "  {number:>2}. {}", Named { design: before, ..named }.step(made));
     });
     if rules.lattice.is_some() {
-        layers(&mut out, rules, (names, design));
+        named.layers(&mut out);
         let _ = writeln!(out, "body {}", design.canonical_hash(rules));
         return out;
     }
@@ -145,77 +199,31 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     for (index, (id, part)) in design.parts.iter().enumerate() {
         let held = part.held_by.map_or(String::new(), |(holder, port)| {
             let port = design.parts.get(&holder).and_then(|p| port_name(rules, p, port));
-            format!(" on {}.{}", part_name((names, design), holder), port.unwrap_or_else(|| "?".to_owned()))
+            format!(" on {}.{}", named.part(holder), port.unwrap_or_else(|| "?".to_owned()))
         });
         let turn = if part.turn == 0.0 {
             String::new()
         } else {
             format!(", turned {} deg", (part.turn.to_degrees() * 1e3).round() / 1e3)
         };
-        let image =
-            part.image_of.map_or(String::new(), |o| format!(", image of {}", part_name((names, design), o)));
+        let image = part.image_of.map_or(String::new(), |o| format!(", image of {}", named.part(o)));
         let p = part.pose.translation.vector * 1e3;
         let at = [p.x, p.y, p.z].map(|x| {
             let x = (x * 1e3).round() / 1e3;
             if x == 0.0 { 0.0 } else { x }
         });
-        let _ = writeln!(
-            out,
-            "  {index:>2}. {}{held}{turn}{image}, at {at:?} mm",
-            part_name((names, design), *id)
-        );
+        let _ = writeln!(out, "  {index:>2}. {}{held}{turn}{image}, at {at:?} mm", named.part(*id));
     }
     let _ = writeln!(out, "body {}", design.canonical_hash(rules));
     out
-}
-
-/// A lattice as text: its cells seen from above, a square of signs for each layer that has some, the highest first. Cells
-/// that are alike have the same letter.
-fn layers(out: &mut String, rules: &RuleSet, (names, design): (&Names, &Design)) {
-    let Some(lattice) = &rules.lattice else { return };
-    let mut kinds: Vec<&IndexMap<String, Value>> = Vec::new();
-    for cell in design.parts.values() {
-        if !kinds.contains(&&cell.params) {
-            kinds.push(&cell.params);
-        }
-    }
-    // Writing to a String never fails.
-    let _ = writeln!(out, "{} cells", design.parts.len());
-    let letter = |kind: usize| char::from_u32('a' as u32 + kind as u32).filter(char::is_ascii_lowercase);
-    for (kind, params) in kinds.iter().enumerate() {
-        let declared = &lattice.cell.params;
-        let shown = params.iter().map(|(name, given)| {
-            let ty = declared.get(name).map(|param| &param.ty);
-            format!("{name} = {}", value(rules, (names, design), &Recorded::new(given), ty))
-        });
-        let shown: Vec<String> = shown.collect();
-        let _ = writeln!(out, "  {} {}({})", letter(kind).unwrap_or('?'), lattice.kind, shown.join(", "));
-    }
-    let [nx, ny, nz] = lattice.sides;
-    for y in (0..ny).rev() {
-        let sign = |x: usize, z: usize| {
-            let id = lattice::cell_at(lattice, [x as i64, y as i64, z as i64])?;
-            let cell = design.parts.get(&id)?;
-            let kind = kinds.iter().position(|params| **params == cell.params)?;
-            Some(letter(kind).unwrap_or('?'))
-        };
-        // Forward is to the right, left is up.
-        let row = |z: usize| (0..nx).map(|x| sign(x, z).unwrap_or('.')).collect::<String>();
-        let rows: Vec<String> = (0..nz).map(row).collect();
-        if rows.iter().any(|row| row.contains(|c| c != '.')) {
-            let _ = writeln!(out, "layer {y}");
-            for row in rows {
-                let _ = writeln!(out, "  {row}");
-            }
-        }
-    }
 }
 
 /// The derivation that a seed gives in some moves, as stable text: what `sgc derive` prints; and
 /// why some of its moves did nothing, empty if none was.
 #[must_use]
 pub fn derived(
-    (rules, sources): (&RuleSet, &SourceMap),
+    rules: &RuleSet,
+    sources: &SourceMap,
     first: Derivation,
     seed: u64,
     moves: usize,
@@ -236,13 +244,15 @@ pub fn derived(
             }
         }
     }
-    (derivation(rules, &now), why_idle((rules, sources), (idle, moves), &stopped))
+    (derivation(rules, &now), why_idle(rules, sources, idle, moves, &stopped))
 }
 
 /// Why moves did nothing: what stopped each rule in them, and how often.
 fn why_idle(
-    (rules, sources): (&RuleSet, &SourceMap),
-    (idle, moves): (usize, usize),
+    rules: &RuleSet,
+    sources: &SourceMap,
+    idle: usize,
+    moves: usize,
     stopped: &BTreeMap<(usize, Blocked), usize>,
 ) -> String {
     if idle == 0 {

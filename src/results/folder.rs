@@ -218,7 +218,8 @@ impl RunFolder {
         path: &Path,
         force: bool,
         asked: &Asked,
-        (grammar, rules): (&Grammar, &RuleSet),
+        grammar: &Grammar,
+        rules: &RuleSet,
         state: &State,
     ) -> Result<Self, String> {
         // A link is followed: what it points to is replaced, not the link.
@@ -226,7 +227,7 @@ impl RunFolder {
         let aside = check_place(path, force)?.then(|| aside(path));
         leftovers::clear_unfinished(path);
         let mut folder =
-            make_folder(path, aside.as_deref(), |path| Self::fill(path, asked, (grammar, rules), state))?;
+            make_folder(path, aside.as_deref(), |path| Self::fill(path, asked, grammar, rules, state))?;
         // A process may have been killed when it had just moved the older run away.
         let replaced = aside.or_else(|| if force { leftovers::older(path) } else { None });
         folder.path = path.to_owned();
@@ -238,7 +239,8 @@ impl RunFolder {
     fn fill(
         path: &Path,
         asked: &Asked,
-        (grammar, rules): (&Grammar, &RuleSet),
+        grammar: &Grammar,
+        rules: &RuleSet,
         state: &State,
     ) -> Result<Self, String> {
         let fault = |what: &Path, e: &dyn std::fmt::Display| format!("cannot write {}: {e}", what.display());
@@ -360,9 +362,10 @@ impl RunFolder {
         &self,
         rules: &RuleSet,
         archive: &[(Vec<usize>, Best)],
-        new: (&[usize], &SavedDesign),
+        cell: &[usize],
+        design: &SavedDesign,
     ) -> Result<(), String> {
-        archive::write(&self.path, rules, archive, new)
+        archive::write(&self.path, rules, archive, cell, design)
     }
 
     /// Replaces the best design.

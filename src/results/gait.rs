@@ -43,15 +43,17 @@ pub fn gait(
     rules: &RuleSet,
     of: Option<&RuleSet>,
     design: &SavedDesign,
-    (task, target): (Option<&str>, Option<&str>),
+    task: Option<&str>,
+    target: Option<&str>,
 ) -> Result<Gait, Vec<String>> {
     let one = |text: String| vec![text];
     let saved = design.task(task).map_err(one)?;
-    let (derivation, body) = replay::body_of(rules, design).map_err(one)?;
-    let (own, simulated, parameters) = replay::drive_of(rules, saved, (&derivation, &body)).map_err(one)?;
+    let candidate = replay::candidate(rules, design).map_err(one)?;
+    let (simulated, parameters) = replay::drive_of(&candidate, saved).map_err(one)?;
+    let own = simulated.task();
     let name = target_name(of.unwrap_or(rules), target, own.on.as_deref()).map_err(one)?;
     let played = on_target(rules, of, &saved.name, &name);
-    let (_, drive, _) = replay::drive_of(&played, saved, (&derivation, &body)).map_err(one)?;
+    let (drive, _) = replay::drive_of(&candidate.under(&played), saved).map_err(one)?;
     let Some(target) = played.targets.get(&name) else {
         return Err(one(format!("there is no target `{name}`")));
     };
@@ -67,7 +69,7 @@ pub fn gait(
         return Err(one(format!("the design has no `{}` for the target `{name}` to drive", target.kind)));
     }
     let driven: Vec<PartId> = cycle.actuators.iter().map(|(id, _)| *id).collect();
-    let called = design.names(rules, &derivation);
+    let called = design.names(rules, &candidate.derivation);
     let names = called.all(&driven);
     let texts = |problems: Vec<Problem>| problems.iter().map(ToString::to_string).collect::<Vec<String>>();
     let backend = backend(target);

@@ -5,7 +5,7 @@ use std::path::Path;
 use grammar_lang::ir::RuleSet;
 
 use super::folder::{Asked, Finished, RESULT};
-use super::replay::{Replayed, body_of, drive_of};
+use super::replay::{Replayed, candidate, drive_of};
 use super::saved::SavedDesign;
 
 /// Checks that the derivation of a design leads, by its own grammar, to the body that was saved.
@@ -14,17 +14,17 @@ use super::saved::SavedDesign;
 ///
 /// A sentence: it does not.
 pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), String> {
-    let (derivation, body) = body_of(rules, design)?;
-    if derivation.design.canonical_hash(rules) != design.body {
+    let candidate = candidate(rules, design)?;
+    if candidate.design().canonical_hash(rules) != design.body {
         return Err("its derivation does not lead to the body that was saved: it was changed".to_owned());
     }
     // Earlier versions wrote no names.
     let is_named = !design.own_names.is_empty();
     if is_named {
-        design.own_names.check(&body.actuators)?;
+        design.own_names.check(&candidate.body.actuators)?;
     }
     for saved in &design.tasks {
-        let (_, drive, _) = drive_of(rules, saved, (&derivation, &body))?;
+        let (drive, _) = drive_of(&candidate, saved)?;
         if !is_named {
             continue;
         }
@@ -44,7 +44,7 @@ pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), String> {
 /// # Errors
 ///
 /// A sentence that names the first difference.
-pub fn check_values(design: &SavedDesign, replayed: &Replayed) -> Result<(), String> {
+pub fn check_values(design: &SavedDesign, replayed: &Replayed<'_>) -> Result<(), String> {
     let is_same = |a: f64, b: f64| a.to_bits() == b.to_bits();
     if !replayed.value.is_some_and(|value| is_same(value, design.value))
         || replayed.tasks.len() != design.tasks.len()

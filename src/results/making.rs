@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
-use super::describe;
+use super::describe::Named;
 use super::names::Names;
 use super::view::{Look, Made, Making, Piece};
 use crate::derive::{Derivation, Step};
@@ -17,14 +17,16 @@ use crate::document::about_rule;
 ///
 /// Steps that were taken back are none of its steps, and do not show.
 #[must_use]
-pub fn making((rules, sources): (&RuleSet, &SourceMap), derivation: &Derivation, names: &Names) -> Making {
+pub fn making(rules: &RuleSet, sources: &SourceMap, derivation: &Derivation, names: &Names) -> Making {
     let begin = Derivation::begin(rules).design;
-    let mut making = Making { steps: vec![begun(names, &begin)], pieces: Vec::new() };
+    let named = Named { rules, names, design: &begin };
+    let mut making = Making { steps: vec![begun(named)], pieces: Vec::new() };
     let mut there = BTreeMap::new();
-    follow(rules, names, (&Design::default(), &begin), &mut making, &mut there);
+    follow(&Design::default(), named, &mut making, &mut there);
     derivation.retrace(rules, |step, before, after| {
-        making.steps.push(made((rules, sources), names, step, (before, after)));
-        follow(rules, names, (before, after), &mut making, &mut there);
+        let (old, new) = (Named { design: before, ..named }, Named { design: after, ..named });
+        making.steps.push(made(sources, step, old, new));
+        follow(before, new, &mut making, &mut there);
     });
     making
 }
@@ -46,12 +48,12 @@ pub(super) fn look(rules: &RuleSet, part: &Part, shape: Shape) -> Look {
 /// Takes over what the last step did to the elements. `there` says which pieces the elements of
 /// the design are: by their part and their place in it.
 fn follow(
-    rules: &RuleSet,
-    names: &Names,
-    (before, after): (&Design, &Design),
+    before: &Design,
+    named: Named<'_>,
     making: &mut Making,
     there: &mut BTreeMap<(PartId, usize), usize>,
 ) {
+    let Named { rules, design: after, .. } = named;
     let step = making.steps.len() - 1;
     let body = Body::new(after, rules);
     let mut gone = std::mem::take(there);
@@ -62,7 +64,7 @@ fn follow(
         let key = (*id, *place);
         *place += 1;
         let look = look(rules, part, element.shape);
-        let name = describe::part_name((names, after), *id);
+        let name = named.part(*id);
         let known = gone.get(&key).copied();
         let piece = known.and_then(|index| making.pieces.get_mut(index)).filter(|piece| piece.look == look);
         let index = match (piece, known) {
@@ -98,9 +100,8 @@ fn is_other(before: &Part, after: &Part) -> bool {
 }
 
 /// The beginning in words.
-fn begun(names: &Names, design: &Design) -> Made {
-    let parts: Vec<String> =
-        design.parts.keys().map(|id| describe::part_name((names, design), *id)).collect();
+fn begun(named: Named<'_>) -> Made {
+    let parts: Vec<String> = named.design.parts.keys().map(|id| named.part(*id)).collect();
     Made {
         rule: "begin".to_owned(),
         about: "The design that every derivation starts from".to_owned(),
@@ -110,25 +111,21 @@ fn begun(names: &Names, design: &Design) -> Made {
 }
 
 /// A step in words.
-fn made(
-    (rules, sources): (&RuleSet, &SourceMap),
-    names: &Names,
-    step: &Step,
-    designs: (&Design, &Design),
-) -> Made {
-    let rule = rules.rules.iter().find(|rule| rule.name == step.rule);
+fn made(sources: &SourceMap, step: &Step, before: Named<'_>, after: Named<'_>) -> Made {
+    let rule = before.rules.rules.iter().find(|rule| rule.name == step.rule);
     Made {
         rule: step.rule.clone(),
         about: rule.map_or_else(String::new, |rule| about_rule(sources, rule)),
-        choices: describe::choices(rules, (names, designs.0), step),
-        done: done(names, designs),
+        choices: before.choices(step),
+        done: done(before, after),
     }
 }
 
 /// What a step did to the parts, in words.
-fn done(names: &Names, (before, after): (&Design, &Design)) -> String {
-    let old = |id: PartId| describe::part_name((names, before), id);
-    let new = |id: PartId| describe::part_name((names, after), id);
+fn done(old: Named<'_>, new: Named<'_>) -> String {
+    let (before, after) = (old.design, new.design);
+    let old = |id: PartId| old.part(id);
+    let new = |id: PartId| new.part(id);
     let mut said = Vec::new();
     let mut say = |verb: &str, names: Vec<String>| {
         if !names.is_empty() {

@@ -15,30 +15,32 @@ use crate::design::lattice;
 ///
 /// A sentence: the design does not fit its grammar, or its motion is not valid.
 pub fn scene(
-    (rules, sources): (&RuleSet, &SourceMap),
+    rules: &RuleSet,
+    sources: &SourceMap,
     design: &SavedDesign,
     task: Option<&str>,
 ) -> Result<Scene, String> {
     let mut replayed = replay::replay(rules, design, &design.solver, replay::Precision::Model)?;
     genuine::check_body(rules, design)?;
     genuine::check_values(design, &replayed)?;
+    let candidate = replayed.candidate.clone();
     let saved = design.task(task)?;
     let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or("it has no task")?;
     let moved = replayed.tasks.swap_remove(place);
     let motion = moved.motion.map_err(|_| "the motion is not valid")?;
-    let parts = &replayed.derivation.design.parts;
-    let names = design.names(rules, &replayed.derivation);
-    let elements = replayed
+    let parts = &candidate.derivation.design.parts;
+    let names = design.names(rules, &candidate.derivation);
+    let elements = candidate
         .body
         .assembly
         .elements
         .iter()
-        .zip(&replayed.body.parts_of_elements)
+        .zip(&candidate.body.parts_of_elements)
         .enumerate()
         .filter_map(|(index, (element, id))| {
-            let swelling = replayed.body.assembly.swellings.iter().find(|s| s.element == index);
+            let swelling = candidate.body.assembly.swellings.iter().find(|s| s.element == index);
             let actuator = swelling.map(|swelling| swelling.actuator);
-            let actuator = actuator.or_else(|| replayed.body.actuators.iter().position(|a| a == id));
+            let actuator = actuator.or_else(|| candidate.body.actuators.iter().position(|a| a == id));
             let mut look = look(rules, parts.get(id)?, element.shape);
             if !lattice::is_cell(*id) {
                 look.label = names.get(*id)?.to_owned();
@@ -47,7 +49,7 @@ pub fn scene(
         })
         .collect();
     let targets = &moved.targets;
-    let curves = replayed
+    let curves = candidate
         .body
         .actuators
         .iter()
@@ -94,8 +96,10 @@ pub fn scene(
                 design.solver
             ),
             match &rules.lattice {
-                Some(_) => format!("{} cells of {} kinds{shown}", parts.len(), replayed.body.actuators.len()),
-                None => format!("{} parts, {} actuators{shown}", parts.len(), replayed.body.actuators.len()),
+                Some(_) => {
+                    format!("{} cells of {} kinds{shown}", parts.len(), candidate.body.actuators.len())
+                }
+                None => format!("{} parts, {} actuators{shown}", parts.len(), candidate.body.actuators.len()),
             },
         ],
         value: describe::quantity(design.value, &design.unit),
@@ -108,7 +112,7 @@ pub fn scene(
         motion,
         curves,
         strain: rules.lattice.is_some(),
-        making: making((rules, sources), &replayed.derivation, &names),
+        making: making(rules, sources, &candidate.derivation, &names),
         checks,
     })
 }

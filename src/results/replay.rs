@@ -8,7 +8,7 @@ use indexmap::IndexMap;
 
 use super::robustness::Shift;
 use super::saved::{SavedDesign, SavedTask};
-use crate::derive::Derivation;
+use crate::derive::{Candidate, Derivation};
 use crate::design::Body;
 use crate::design::assembly::Assembly;
 use crate::drive::Drive;
@@ -17,11 +17,9 @@ use crate::search::settings;
 use crate::simulate::{self, Invalid, Motion, Settings, Stop};
 
 /// A saved design that has been simulated again.
-pub struct Replayed {
-    /// The derivation that its steps lead to.
-    pub derivation: Arc<Derivation>,
-    /// Elements and joints.
-    pub body: Body,
+pub struct Replayed<'r> {
+    /// What its steps lead to.
+    pub candidate: Candidate<'r>,
     /// What it did in each task.
     pub tasks: Vec<ReplayedTask>,
     /// What was observed of its motion in the first task, in SI units; empty if that is not valid.
@@ -49,17 +47,17 @@ pub struct ReplayedTask {
 /// # Errors
 ///
 /// A sentence that says what does not fit.
-pub fn replay(
-    rules: &RuleSet,
+pub fn replay<'r>(
+    rules: &'r RuleSet,
     design: &SavedDesign,
     solver: &str,
     precision: Precision,
-) -> Result<Replayed, String> {
-    let (derivation, body) = body_of(rules, design)?;
+) -> Result<Replayed<'r>, String> {
+    let candidate = candidate(rules, design)?;
     let mut tasks: Vec<ReplayedTask> = Vec::new();
     for saved in &design.tasks {
         let trial = Trial { solver, precision, shift: None, stop: Stop::NEVER };
-        tasks.push(replay_task(rules, saved, (&derivation, &body), trial)?);
+        tasks.push(replay_task(&candidate, saved, trial)?);
     }
     if tasks.len() != rules.tasks.len() {
         return Err("its tasks are not those of this grammar".to_owned());
@@ -67,31 +65,28 @@ pub fn replay(
     let values: Option<Vec<(&str, f64)>> =
         tasks.iter().map(|t| Some((t.name.as_str(), t.score.as_ref()?.value))).collect();
     let value = match values {
-        Some(values) => Some(score::outcome(rules, &derivation, &values).map_err(|e| e.reason)?),
+        Some(values) => Some(score::outcome(rules, &candidate.derivation, &values).map_err(|e| e.reason)?),
         None => None,
     };
     let observed = match (tasks.first().map(|task| &task.motion), design.tasks.first()) {
         (Some(Ok(motion)), Some(saved)) if !rules.observed.is_empty() => {
-            let recorded = recorded(rules, saved, (&derivation, &body), motion, |recording| {
-                score::observe(rules, recording)
-            })?;
+            let recorded = recorded(&candidate, saved, motion, score::observe)?;
             rules.observed.iter().cloned().zip(recorded).collect()
         }
         _ => IndexMap::new(),
     };
-    Ok(Replayed { derivation, body, tasks, observed, value })
+    Ok(Replayed { candidate, tasks, observed, value })
 }
 
 /// Asks something of a motion of a saved design.
 fn recorded<T>(
-    rules: &RuleSet,
+    candidate: &Candidate<'_>,
     saved: &SavedTask,
-    (derivation, body): (&Arc<Derivation>, &Body),
     motion: &Motion,
     ask: impl FnOnce(Recording<'_>) -> T,
 ) -> Result<T, String> {
-    let (_, drive, parameters) = drive_of(rules, saved, (derivation, body))?;
-    Ok(ask(Recording { derivation, body, motion, drive: &drive, parameters: &parameters }))
+    let (drive, parameters) = drive_of(candidate, saved)?;
+    Ok(ask(Recording { drive: &drive, parameters: &parameters, motion }))
 }
 
 /// Quantities of the score stage for a saved design: those of its motion in the first task, simulated again.
@@ -104,15 +99,14 @@ pub fn quantities(
     design: &SavedDesign,
     wanted: &[&Expr],
 ) -> Result<Vec<Result<f64, EvalError>>, String> {
-    let of = body_of(rules, design)?;
-    let of = (&of.0, &of.1);
+    let candidate = candidate(rules, design)?;
     let saved = design.task(None)?;
     let trial = Trial { solver: &design.solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
-    let replayed = replay_task(rules, saved, of, trial)?;
+    let replayed = replay_task(&candidate, saved, trial)?;
     let motion = replayed.motion.map_err(|why| format!("its motion is not valid: {}", why.describe()))?;
-    recorded(rules, saved, of, &motion, |recording| {
+    recorded(&candidate, saved, &motion, |recording| {
         let one = |expr: &&Expr| {
-            let values = score::quantities(rules, recording, &[expr])?;
+            let values = score::quantities(recording, &[expr])?;
             Ok(values.first().copied().unwrap_or(0.0))
         };
         wanted.iter().map(one).collect()
@@ -163,31 +157,28 @@ impl Precision {
     }
 }
 
-/// The body that the steps of a saved design lead to.
-pub(crate) fn body_of(rules: &RuleSet, design: &SavedDesign) -> Result<(Arc<Derivation>, Body), String> {
+/// What the steps of a saved design lead to.
+pub(crate) fn candidate<'r>(rules: &'r RuleSet, design: &SavedDesign) -> Result<Candidate<'r>, String> {
     let derivation = Derivation::replay(rules, &design.derivation)
         .map_err(|(n, reason)| format!("step {n} of its derivation cannot be applied: {reason}"))?;
-    let body = Body::new(&derivation.design, rules);
-    Ok((Arc::new(derivation), body))
+    Ok(Candidate::new(rules, Arc::new(derivation)))
 }
 
-/// A task with what drives the design in it.
-struct Driven<'a> {
-    task: &'a Task,
-    drive: Drive<'a>,
+/// What drives a design in a task.
+struct Driven<'r> {
+    drive: Drive<'r>,
     parameters: Vec<f64>,
     targets: simulate::Targets,
     settings: simulate::Settings,
 }
 
-/// A task with its drive and the values that were saved for it.
-pub(super) fn drive_of<'a>(
-    rules: &'a RuleSet,
+/// The drive of a design in a saved task, and the values that were saved for it.
+pub(super) fn drive_of<'r>(
+    candidate: &Candidate<'r>,
     saved: &SavedTask,
-    (derivation, body): (&Arc<Derivation>, &Body),
-) -> Result<(&'a Task, Drive<'a>, Vec<f64>), String> {
-    let task = task_of(rules, saved)?;
-    let drive = Drive::new(rules, task, Arc::clone(derivation), body).map_err(|e| e.reason)?;
+) -> Result<(Drive<'r>, Vec<f64>), String> {
+    let task = task_of(candidate.rules, saved)?;
+    let drive = Drive::new(candidate, task).map_err(|e| e.reason)?;
     let parameters = saved.parameters();
     // Whose value it is, is told by its place; earlier versions called actuators otherwise.
     let variable = |label: &str| label.split(" of ").next().unwrap_or_default().to_owned();
@@ -197,77 +188,55 @@ pub(super) fn drive_of<'a>(
     if !fit || !drive.fits(&parameters) {
         return Err("its drive does not fit the actuation of this grammar".to_owned());
     }
-    Ok((task, drive, parameters))
+    Ok((drive, parameters))
 }
 
-impl<'a> Driven<'a> {
-    fn new(
-        rules: &'a RuleSet,
-        saved: &SavedTask,
-        of: (&Arc<Derivation>, &Body),
-        precision: Precision,
-    ) -> Result<Self, String> {
-        let (task, drive, parameters) = drive_of(rules, saved, of)?;
+impl<'r> Driven<'r> {
+    fn new(candidate: &Candidate<'r>, saved: &SavedTask, precision: Precision) -> Result<Self, String> {
+        let (drive, parameters) = drive_of(candidate, saved)?;
         let targets = drive.targets(&parameters).map_err(|e| e.reason)?;
-        let settings = precision.apply(settings(&task.model));
-        Ok(Self { task, drive, parameters, targets, settings })
+        let settings = precision.apply(settings(&drive.task().model));
+        Ok(Self { drive, parameters, targets, settings })
     }
 
-    fn score(
-        &self,
-        rules: &RuleSet,
-        (derivation, body): (&Arc<Derivation>, &Body),
-        motion: &Motion,
-    ) -> Result<Score, String> {
-        score(rules, self.task, self.recording((derivation, body), motion)).map_err(|e| e.reason)
+    fn score(&self, motion: &Motion) -> Result<Score, String> {
+        score(self.recording(motion)).map_err(|e| e.reason)
     }
 
-    fn recording<'m>(
-        &'m self,
-        (derivation, body): (&'m Arc<Derivation>, &'m Body),
-        motion: &'m Motion,
-    ) -> Recording<'m> {
-        Recording { derivation, body, motion, drive: &self.drive, parameters: &self.parameters }
+    fn recording<'m>(&'m self, motion: &'m Motion) -> Recording<'m> {
+        Recording { drive: &self.drive, parameters: &self.parameters, motion }
     }
-}
 
-impl Driven<'_> {
     /// How fast the robot was, as the target that it is simulated on says.
-    fn speed(
-        &self,
-        rules: &RuleSet,
-        (derivation, body): (&Arc<Derivation>, &Body),
-        motion: &Motion,
-    ) -> Result<Option<(String, f64)>, String> {
-        let target = self.task.on.as_ref().and_then(|name| rules.targets.get_key_value(name));
+    fn speed(&self, motion: &Motion) -> Result<Option<(String, f64)>, String> {
+        let rules = self.drive.candidate().rules;
+        let target = self.drive.task().on.as_ref().and_then(|name| rules.targets.get_key_value(name));
         let Some((name, wanted)) = target.and_then(|(name, target)| Some((name, target.speed.as_ref()?)))
         else {
             return Ok(None);
         };
-        let recording = self.recording((derivation, body), motion);
-        let speeds = score::quantities(rules, recording, &[wanted]).map_err(|e| e.reason)?;
+        let speeds = score::quantities(self.recording(motion), &[wanted]).map_err(|e| e.reason)?;
         Ok(speeds.first().map(|speed| (name.clone(), *speed)))
     }
 }
 
 pub(super) fn replay_task(
-    rules: &RuleSet,
+    candidate: &Candidate<'_>,
     saved: &SavedTask,
-    of: (&Arc<Derivation>, &Body),
     trial: Trial<'_>,
 ) -> Result<ReplayedTask, String> {
-    let mut driven = Driven::new(rules, saved, of, trial.precision)?;
-    let mut assembly = of.1.assembly.clone();
+    let mut driven = Driven::new(candidate, saved, trial.precision)?;
+    let mut assembly = candidate.body.assembly.clone();
     if let Some(shift) = trial.shift {
         shift.apply(&mut assembly, &mut driven.settings);
     }
-    let motion = simulated(&assembly, &driven.settings, &driven.targets, (trial.solver, trial.stop))?;
+    let motion = simulated(&assembly, &driven.settings, &driven.targets, trial.solver, trial.stop)?;
     let score = match &motion {
-        Ok(motion) => Some(driven.score(rules, of, motion)?),
+        Ok(motion) => Some(driven.score(motion)?),
         Err(_) => None,
     };
     let speed = match &motion {
-        Ok(motion) => driven.speed(rules, of, motion)?,
+        Ok(motion) => driven.speed(motion)?,
         Err(_) => None,
     };
     Ok(ReplayedTask { name: saved.name.clone(), motion, targets: driven.targets, score, speed })
@@ -277,7 +246,8 @@ fn simulated(
     assembly: &Assembly,
     settings: &simulate::Settings,
     targets: &simulate::Targets,
-    (solver, stop): (&str, Stop<'_>),
+    solver: &str,
+    stop: Stop<'_>,
 ) -> Result<Result<Motion, Invalid>, String> {
     let model = simulate::model(solver).ok_or_else(|| format!("there is no solver `{solver}`"))?;
     let mut simulation = model.prepare(assembly, settings).map_err(|u| u.reason)?;
@@ -289,7 +259,7 @@ fn simulated(
 /// What is simulated when a design does a task.
 pub struct Setup {
     /// Elements and joints.
-    pub body: Body,
+    pub body: Arc<Body>,
     /// The numbers of the simulation.
     pub settings: simulate::Settings,
     /// The targets of its actuators.
@@ -303,7 +273,7 @@ impl Setup {
     ///
     /// A sentence that says what does not fit, or that the motion is not valid.
     pub fn motion(&self, solver: &str) -> Result<Motion, String> {
-        simulated(&self.body.assembly, &self.settings, &self.targets, (solver, Stop::NEVER))?
+        simulated(&self.body.assembly, &self.settings, &self.targets, solver, Stop::NEVER)?
             .map_err(|why| format!("the motion is not valid: {}", why.describe()))
     }
 }
@@ -319,10 +289,9 @@ pub fn setup(
     task: Option<&str>,
     precision: Precision,
 ) -> Result<Setup, String> {
-    let (derivation, body) = body_of(rules, design)?;
-    let Driven { targets, settings, .. } =
-        Driven::new(rules, design.task(task)?, (&derivation, &body), precision)?;
-    Ok(Setup { body, settings, targets })
+    let candidate = candidate(rules, design)?;
+    let Driven { targets, settings, .. } = Driven::new(&candidate, design.task(task)?, precision)?;
+    Ok(Setup { body: candidate.body, settings, targets })
 }
 
 /// Scores a motion that another program has made of a design (see
@@ -338,14 +307,12 @@ pub fn score_of(
     task: Option<&str>,
     motion: &str,
 ) -> Result<(Score, Vec<Option<Observed>>), String> {
-    let (derivation, body) = body_of(rules, design)?;
-    let saved = design.task(task)?;
-    let driven = Driven::new(rules, saved, (&derivation, &body), Precision::Model)?;
-    let motion = simulate::export::read_motion(motion, &body.assembly, driven.settings.duration)?;
-    let score = driven.score(rules, (&derivation, &body), &motion)?;
-    let is_first = design.tasks.first().is_some_and(|first| first.name == saved.name);
-    let recording = driven.recording((&derivation, &body), &motion);
-    Ok((score, if is_first { score::observe(rules, recording) } else { Vec::new() }))
+    let candidate = candidate(rules, design)?;
+    let driven = Driven::new(&candidate, design.task(task)?, Precision::Model)?;
+    let motion = simulate::export::read_motion(motion, &candidate.body.assembly, driven.settings.duration)?;
+    let score = driven.score(&motion)?;
+    let is_first = rules.is_first(driven.drive.task());
+    Ok((score, if is_first { score::observe(driven.recording(&motion)) } else { Vec::new() }))
 }
 
 fn task_of<'r>(rules: &'r RuleSet, saved: &SavedTask) -> Result<&'r Task, String> {

@@ -3,7 +3,7 @@
 use grammar_lang::ir::RuleSet;
 
 use super::describe;
-use super::replay::{Precision, Trial, body_of, replay_task};
+use super::replay::{Precision, Trial, candidate, replay_task};
 use super::saved::{Check, Measured, SavedDesign, SavedTask};
 use crate::design::assembly::{Assembly, JointKind};
 use crate::search::keeps;
@@ -72,7 +72,7 @@ impl Shift {
 /// A sentence that says what does not fit, or that it was stopped.
 pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Result<SavedDesign, String> {
     let mut design = design.clone();
-    let (derivation, body) = body_of(rules, &design)?;
+    let candidate = candidate(rules, &design)?;
     let solver = design.solver.as_str();
     let plain = Trial { solver, precision: Precision::Model, shift: None, stop };
     let mut trials = vec![
@@ -88,7 +88,7 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Res
         for &(name, trial) in &trials {
             if saved.checks.iter().all(|check| check.name != name) {
                 // A check without a value does not confirm: the best stands, and says so.
-                let replayed = replay_task(rules, saved, (&derivation, &body), trial);
+                let replayed = replay_task(&candidate, saved, trial);
                 // One that was given up says nothing.
                 if replayed.is_err() && stop.is_asked() {
                     return Err("stopped before all cross-checks were made".to_owned());
@@ -97,7 +97,7 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Res
                     if trial.shift == Some(Shift::Ice) { Measured::Drift } else { Measured::Value };
                 let value = replayed.ok().and_then(|replayed| match measured {
                     Measured::Value => Some(replayed.score?.value),
-                    Measured::Drift => Some(replayed.motion.ok()?.drift(&body.assembly)),
+                    Measured::Drift => Some(replayed.motion.ok()?.drift(&candidate.body.assembly)),
                 });
                 saved.checks.push(Check { name: name.to_owned(), value, measured });
             }

@@ -8,7 +8,7 @@ use super::names::Names;
 use super::replay::{Precision, Trial, replay_task};
 use super::robustness::HALF_STEP;
 use super::saved::{Check, Grammar, Measured, SavedDesign, SavedTask};
-use crate::design::Body;
+use crate::derive::Candidate;
 use crate::drive::Drive;
 use crate::score;
 use crate::search::Best;
@@ -26,7 +26,7 @@ pub fn save(
     solver: &str,
     best: &Best,
 ) -> Result<SavedDesign, String> {
-    let body = Body::new(&best.derivation.design, rules);
+    let candidate = Candidate::new(rules, Arc::clone(&best.derivation));
     let mut design = SavedDesign::new(
         grammar,
         seed,
@@ -39,10 +39,10 @@ pub fn save(
     design.observed = rules.observed.iter().cloned().zip(best.observed().iter().cloned()).collect();
     design.own_names = Names::of(rules, &best.derivation.design);
     let names = design.own_names.clone();
-    for ((name, task), tune) in rules.tasks.iter().zip(&best.tasks) {
-        let drive = Drive::new(rules, task, Arc::clone(&best.derivation), &body).map_err(|e| e.reason)?;
+    for (task, tune) in rules.tasks.values().zip(&best.tasks) {
+        let drive = Drive::new(&candidate, task).map_err(|e| e.reason)?;
         let mut saved = SavedTask {
-            name: name.clone(),
+            name: task.name.clone(),
             value: tune.value,
             unit: task.objective.unit.clone(),
             terms: Vec::new(),
@@ -54,7 +54,7 @@ pub fn save(
                 .collect(),
         };
         let trial = Trial { solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
-        let replayed = replay_task(rules, &saved, (&best.derivation, &body), trial)?;
+        let replayed = replay_task(&candidate, &saved, trial)?;
         saved.terms = replayed.score.map(|s| s.terms).unwrap_or_default();
         if let Some(half) = tune.half_step {
             let (name, value) = (HALF_STEP.to_owned(), Some(half));

@@ -5,7 +5,7 @@
 //! be anything. So a bound that follows holds, and where none follows there is none.
 
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
-use grammar_lang::ir::{Binder, Expr, ExprKind, Function, Gather, Operator, RuleSet, Task, Word};
+use grammar_lang::ir::{Binder, Expr, ExprKind, Function, Gather, Operator, RuleSet, Word};
 
 use super::{MotionScope, Recording};
 
@@ -25,8 +25,10 @@ pub struct Underway<'a> {
 /// # Errors
 ///
 /// [`EvalError`] when what is known already has no value.
-pub fn limits(rules: &RuleSet, task: &Task, underway: Underway<'_>) -> Result<(f64, f64), EvalError> {
-    let scope = MotionScope::new(rules, underway.recording)?;
+pub fn limits(underway: Underway<'_>) -> Result<(f64, f64), EvalError> {
+    let drive = underway.recording.drive;
+    let (rules, task) = (drive.candidate().rules, drive.task());
+    let scope = MotionScope::new(underway.recording)?;
     let limits = Limits { rules, scope: &scope, underway };
     Ok(limits.of(&task.objective.value, &mut Vec::new())?.range())
 }

@@ -11,7 +11,7 @@ use grammar_lang::ir::{Expr, RuleSet, Task, Term, Word, builds_on};
 
 pub use observed::{Observed, observe};
 
-use crate::derive::{Derivation, DesignScope};
+use crate::derive::{Candidate, Derivation, DesignScope};
 use crate::design::Body;
 use crate::drive::Drive;
 use crate::simulate::{Motion, Sliding};
@@ -28,25 +28,22 @@ pub struct Score {
 /// A recorded motion with everything that it is the motion of.
 #[derive(Clone, Copy)]
 pub struct Recording<'a> {
-    /// The design.
-    pub derivation: &'a Derivation,
-    /// Its elements.
-    pub body: &'a Body,
-    /// What was recorded.
-    pub motion: &'a Motion,
-    /// The actuation.
+    /// The actuation, with the body and the task.
     pub drive: &'a Drive<'a>,
     /// The values of its varied quantities.
     pub parameters: &'a [f64],
+    /// What was recorded.
+    pub motion: &'a Motion,
 }
 
-/// Scores a motion by a task.
+/// Scores a motion by its task.
 ///
 /// # Errors
 ///
 /// [`EvalError`] when a term or the objective has no value.
-pub fn score(rules: &RuleSet, task: &Task, recording: Recording<'_>) -> Result<Score, EvalError> {
-    let scope = MotionScope::new(rules, recording)?;
+pub fn score(recording: Recording<'_>) -> Result<Score, EvalError> {
+    let (rules, task) = (recording.drive.candidate().rules, recording.drive.task());
+    let scope = MotionScope::new(recording)?;
     let mut terms = Vec::with_capacity(rules.terms.len());
     for (name, term) in used(rules, task) {
         terms.push((name.to_owned(), number(&observed::value(name, term, &scope)?)));
@@ -66,8 +63,8 @@ fn used<'r>(rules: &'r RuleSet, task: &'r Task) -> Vec<(&'r str, &'r Term)> {
 /// # Errors
 ///
 /// [`EvalError`] when the objective has no value.
-pub fn objective(rules: &RuleSet, task: &Task, recording: Recording<'_>) -> Result<f64, EvalError> {
-    value(task, &MotionScope::new(rules, recording)?)
+pub fn objective(recording: Recording<'_>) -> Result<f64, EvalError> {
+    value(recording.drive.task(), &MotionScope::new(recording)?)
 }
 
 /// Any quantities of the score stage, in SI units; a Bool is 0 or 1.
@@ -75,12 +72,8 @@ pub fn objective(rules: &RuleSet, task: &Task, recording: Recording<'_>) -> Resu
 /// # Errors
 ///
 /// [`EvalError`] when one has no value.
-pub fn quantities(
-    rules: &RuleSet,
-    recording: Recording<'_>,
-    wanted: &[&Expr],
-) -> Result<Vec<f64>, EvalError> {
-    let scope = MotionScope::new(rules, recording)?;
+pub fn quantities(recording: Recording<'_>, wanted: &[&Expr]) -> Result<Vec<f64>, EvalError> {
+    let scope = MotionScope::new(recording)?;
     wanted.iter().map(|expr| Ok(number(&evaluate(expr, &scope, &mut Vec::new())?))).collect()
 }
 
@@ -108,17 +101,22 @@ struct MotionScope<'a> {
 }
 
 impl<'a> MotionScope<'a> {
-    fn new(rules: &'a RuleSet, recording: Recording<'a>) -> Result<Self, EvalError> {
+    fn new(recording: Recording<'a>) -> Result<Self, EvalError> {
+        let Candidate { rules, derivation, .. } = recording.drive.candidate();
         let period = recording.drive.period(recording.parameters)?;
-        let design = DesignScope::new(rules, recording.derivation);
+        let design = DesignScope::new(rules, derivation);
         Ok(Self { design, recording, period, terms: RefCell::default(), sliding: OnceCell::new() })
+    }
+
+    fn body(&self) -> &'a Body {
+        &self.recording.drive.candidate().body
     }
 
     /// The element that stands for a thing: itself, or the first one of a part.
     fn element(&self, of: &Value) -> Option<usize> {
         match of {
             Value::Reference(Reference::Element(element)) => Some(*element as usize),
-            Value::Reference(Reference::Part(part)) => self.recording.body.elements_of(*part).next(),
+            Value::Reference(Reference::Part(part)) => self.body().elements_of(*part).next(),
             _ => None,
         }
     }
@@ -156,7 +154,7 @@ impl Scope for MotionScope<'_> {
     }
 
     fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
-        let Recording { body, motion, .. } = self.recording;
+        let (body, motion) = (self.body(), self.recording.motion);
         match (of, name) {
             (Value::Reference(Reference::Element(element)), "size") => {
                 motion.size(*element as usize).map(Value::Number)

@@ -32,8 +32,9 @@ impl fmt::Display for Observed {
 
 /// The values of the terms that a grammar observes, in their order; none where a term has no value for a motion.
 #[must_use]
-pub fn observe(rules: &RuleSet, recording: Recording<'_>) -> Vec<Option<Observed>> {
-    let Ok(scope) = MotionScope::new(rules, recording) else { return vec![None; rules.observed.len()] };
+pub fn observe(recording: Recording<'_>) -> Vec<Option<Observed>> {
+    let rules = recording.drive.candidate().rules;
+    let Ok(scope) = MotionScope::new(recording) else { return vec![None; rules.observed.len()] };
     let one = |name: &String| {
         let term = rules.terms.get(name)?;
         told(rules, &term.ty, &value(name, term, &scope).ok()?)

@@ -1,30 +1,21 @@
 //! One body, tuned for each task in turn. What was found counts only if every task has a value.
 
-use std::sync::Arc;
-
 use grammar_lang::ir::{RuleSet, Task};
 
-use super::cache::Cache;
-use super::crew::Crew;
-use super::curves::{Pace, Tuner};
+use super::curves::{Pace, Streams, Tuner};
+use super::evaluator::{Engine, Evaluator};
 use super::state::{Body, Tune, Tuning};
 use super::tally::{Missing, Tally};
 use super::{Bounds, Failure};
-use crate::derive::Derivation;
 use crate::derive::random::Stream;
+use crate::derive::{Candidate, Derivation};
 use crate::drive::{Drive, Parameters};
-use crate::simulate::Model;
 
 /// The loops over the curves of one body. What they know is in a [`Body`].
 pub(super) struct Tasks<'a> {
-    pub(super) rules: &'a RuleSet,
-    pub(super) model: &'a dyn Model,
-    pub(super) cache: &'a Cache,
-    pub(super) crew: &'a Crew,
-    pub(super) derivation: Arc<Derivation>,
-    pub(super) seed: u64,
-    /// Names their streams of random numbers, together with the name of the task.
-    pub(super) name: String,
+    pub(super) candidate: Candidate<'a>,
+    pub(super) engine: Engine<'a>,
+    pub(super) streams: Streams,
     /// Curves to begin with, by task; none where they are drawn at random.
     pub(super) warm: Vec<Parameters>,
     pub(super) bounds: Bounds<'a>,
@@ -37,8 +28,9 @@ pub(super) struct Tasks<'a> {
 impl<'a> Tasks<'a> {
     /// Goes on by a batch of evaluations.
     pub(super) fn advance(&mut self, body: &mut Body, spent: &mut u64) -> Result<Pace, Failure> {
-        let Some((name, task)) = self.rules.tasks.get_index(body.done) else { return Ok(Pace::Done) };
-        let pace = match self.advance_task(name, task, body, spent) {
+        let tasks = &self.candidate.rules.tasks;
+        let Some((_, task)) = tasks.get_index(body.done) else { return Ok(Pace::Done) };
+        let pace = match self.advance_task(task, body, spent) {
             // What the actuation cannot say of this body it may say of others. It counts as an
             // evaluation, or a search among such bodies would not end.
             Err(Failure::Expression(error)) if *spent > 1 => {
@@ -54,33 +46,16 @@ impl<'a> Tasks<'a> {
         }
         self.tuner = None;
         body.close();
-        Ok(if body.done < self.rules.tasks.len() { Pace::More } else { Pace::Done })
+        Ok(if body.done < tasks.len() { Pace::More } else { Pace::Done })
     }
 
-    fn advance_task(
-        &mut self,
-        name: &str,
-        task: &'a Task,
-        body: &mut Body,
-        spent: &mut u64,
-    ) -> Result<Pace, Failure> {
+    fn advance_task(&mut self, task: &'a Task, body: &mut Body, spent: &mut u64) -> Result<Pace, Failure> {
         let tuner = match &mut self.tuner {
             Some(tuner) => tuner,
             none => {
-                let stream = if name == RuleSet::ONLY_TASK {
-                    self.name.clone()
-                } else {
-                    format!("{} {name}", self.name)
-                };
-                none.insert(Tuner::new(
-                    (self.rules, task),
-                    (self.model, self.cache),
-                    self.crew,
-                    &self.derivation,
-                    (self.seed, stream),
-                    self.warm.get(body.done),
-                    (self.bounds, self.known),
-                )?)
+                let evaluator = Evaluator::new(&self.candidate, task, self.engine)?;
+                let (streams, warm) = (self.streams.of_task(task), self.warm.get(body.done));
+                none.insert(Tuner::new(evaluator, streams, warm, self.bounds, self.known))
             }
         };
         tuner.advance(&mut body.tuning, spent)
@@ -90,20 +65,18 @@ impl<'a> Tasks<'a> {
 /// Curves for a body that was made of another: those of the other for the actuators that are still there, and
 /// random ones for the rest. For each task; empty where the other has none.
 pub(super) fn inherited(
-    rules: &RuleSet,
-    (of, tunes): (&Arc<Derivation>, &[Tune]),
-    derivation: &Arc<Derivation>,
+    parent: &Candidate<'_>,
+    tunes: &[Tune],
+    own: &Candidate<'_>,
     random: &mut Stream,
 ) -> Vec<Parameters> {
-    let own = crate::design::Body::new(&derivation.design, rules);
-    let others = crate::design::Body::new(&of.design, rules);
     let inherit = |(task, tune): (&Task, &Tune)| {
-        let drive = Drive::new(rules, task, Arc::clone(derivation), &own).ok()?;
-        let from = Drive::new(rules, task, Arc::clone(of), &others).ok()?;
+        let drive = Drive::new(own, task).ok()?;
+        let from = Drive::new(parent, task).ok()?;
         let fresh = drive.draw(random);
         Some(drive.inherit(&from, &tune.parameters, fresh))
     };
-    let all: Option<Vec<_>> = rules.tasks.values().zip(tunes).map(inherit).collect();
+    let all: Option<Vec<_>> = own.rules.tasks.values().zip(tunes).map(inherit).collect();
     all.unwrap_or_default()
 }
 

@@ -1,7 +1,7 @@
 //! Evaluates parameters of one body: drive, simulation, score.
 
 use std::collections::BTreeMap;
-use std::sync::{Arc, Mutex};
+use std::sync::Mutex;
 
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{self, Expr, RuleSet, Task};
@@ -11,8 +11,7 @@ use super::Failure;
 use super::cache::{self, Cache, Key, Subject};
 use super::crew::Crew;
 use super::tally::Missing;
-use crate::derive::Derivation;
-use crate::design::Body;
+use crate::derive::Candidate;
 use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
@@ -33,20 +32,25 @@ pub(super) struct Evaluated {
     pub(super) observed: Option<Vec<Option<Observed>>>,
 }
 
-/// Evaluates parameters of one body, several at a time.
+/// What evaluations are made with.
+#[derive(Clone, Copy)]
+pub(super) struct Engine<'r> {
+    /// What simulates.
+    pub(super) model: &'r dyn Model,
+    /// What is known already.
+    pub(super) cache: &'r Cache,
+    /// The threads.
+    pub(super) crew: &'r Crew,
+}
+
+/// Evaluates parameters of one body for one task, several at a time.
 pub(super) struct Evaluator<'r> {
-    rules: &'r RuleSet,
-    task: &'r Task,
-    derivation: Arc<Derivation>,
-    body: Body,
-    cache: &'r Cache,
+    engine: Engine<'r>,
     /// Names evaluations of this body, and of it at half the step.
     subjects: (Subject, Subject),
     /// The actuation of the body.
     pub(super) drive: Drive<'r>,
-    model: &'r dyn Model,
     settings: Settings,
-    crew: &'r Crew,
     /// One simulation for each thread that has been needed; at least one.
     workers: Vec<Box<dyn Simulation>>,
     /// The simulation at half the step.
@@ -60,8 +64,10 @@ pub(super) struct Evaluator<'r> {
 /// The solver that a grammar's models are meant for.
 #[must_use]
 pub fn solver(rules: &RuleSet) -> &'static str {
-    let balls = rules.tasks.values().any(|task| matches!(task.model.method, ir::Method::Balls(_)));
-    if balls { simulate::BALLS } else { simulate::MODELS.first().copied().unwrap_or_default() }
+    match rules.method() {
+        ir::Method::Balls(_) => simulate::BALLS,
+        ir::Method::Hinges => simulate::MODELS.first().copied().unwrap_or_default(),
+    }
 }
 
 /// A model's numbers as a solver takes them.
@@ -88,49 +94,31 @@ impl<'r> Evaluator<'r> {
     ///
     /// [`Failure`] when the model cannot simulate it, or an expression has no value.
     pub(super) fn new(
-        rules: &'r RuleSet,
+        candidate: &Candidate<'r>,
         task: &'r Task,
-        (model, cache): (&'r dyn Model, &'r Cache),
-        derivation: Arc<Derivation>,
-        crew: &'r Crew,
+        engine: Engine<'r>,
     ) -> Result<Self, Failure> {
-        let body = Body::new(&derivation.design, rules);
-        let drive = Drive::new(rules, task, Arc::clone(&derivation), &body)?;
-        let full = settings(&task.model);
-        let workers = vec![model.prepare(&body.assembly, &full)?];
-        let fine = model.prepare(&body.assembly, &full.finer())?;
-        let name = rules.tasks.iter().find(|(_, t)| std::ptr::eq(*t, task)).map_or("", |(name, _)| name);
-        let subjects = (cache::subject(&derivation, name, false), cache::subject(&derivation, name, true));
-        let first = rules.tasks.values().next();
-        let observes = !rules.observed.is_empty() && first.is_some_and(|first| std::ptr::eq(first, task));
+        let Candidate { rules, derivation, body } = candidate;
+        let drive = Drive::new(candidate, task)?;
+        let settings = settings(&task.model);
+        let workers = vec![engine.model.prepare(&body.assembly, &settings)?];
+        let fine = engine.model.prepare(&body.assembly, &settings.finer())?;
+        let subject = |is_fine| cache::subject(derivation, &task.name, is_fine);
+        let subjects = (subject(false), subject(true));
+        let observes = !rules.observed.is_empty() && rules.is_first(task);
         let observed_above = f64::NEG_INFINITY;
-        Ok(Self {
-            rules,
-            task,
-            derivation,
-            body,
-            cache,
-            subjects,
-            drive,
-            model,
-            settings: full,
-            crew,
-            workers,
-            fine,
-            observes,
-            observed_above,
-        })
+        Ok(Self { engine, subjects, drive, settings, workers, fine, observes, observed_above })
     }
 
     /// How many evaluations can go on at once now: threads, and lanes of each.
     pub(super) fn room(&self) -> (usize, usize) {
-        (self.crew.threads(), self.workers.iter().map(|worker| worker.lanes()).min().unwrap_or(1))
+        (self.engine.crew.threads(), self.workers.iter().map(|worker| worker.lanes()).min().unwrap_or(1))
     }
 
     /// How many hinges the body has.
     pub(super) fn hinges(&self) -> usize {
         let is_hinge = |joint: &&Joint| matches!(joint.kind, JointKind::Hinge(_));
-        self.body.assembly.joints.iter().filter(is_hinge).count()
+        self.drive.candidate().body.assembly.joints.iter().filter(is_hinge).count()
     }
 
     /// Evaluates several parameters at once; each as if it were alone. None if it was
@@ -153,7 +141,7 @@ impl<'r> Evaluator<'r> {
         let mut values: Vec<Option<Evaluated>> = keys
             .iter()
             .zip(batch)
-            .map(|(key, (_, need))| self.cache.get(key, *need).filter(is_enough))
+            .map(|(key, (_, need))| self.engine.cache.get(key, *need).filter(is_enough))
             .collect();
         let open: Vec<usize> = (0..batch.len()).filter(|&i| values[i].is_none()).collect();
         if !open.is_empty() {
@@ -170,7 +158,7 @@ impl<'r> Evaluator<'r> {
             let simulated = self.simulate(stop, &unknown)?;
             for i in open {
                 let value = &simulated[places[&keys[i]]];
-                self.cache.keep(keys[i], value);
+                self.engine.cache.keep(keys[i], value);
                 values[i] = Some(value.clone());
             }
         }
@@ -180,25 +168,31 @@ impl<'r> Evaluator<'r> {
     /// The value of parameters that were evaluated before.
     pub(super) fn known(&self, parameters: &Parameters) -> Option<Valued> {
         let key = Cache::key(&self.subjects.0, parameters);
-        self.cache.get(&key, f64::NEG_INFINITY).map(|known| known.value)
+        self.engine.cache.get(&key, f64::NEG_INFINITY).map(|known| known.value)
     }
 
     /// Whether a motion of this value is observed.
     fn is_observed(&self, value: &Valued) -> bool {
-        let Self { task, observes, observed_above, .. } = self;
-        Judging::is_observed(task, observes.then_some(*observed_above), value)
+        self.judging().is_observed(value)
+    }
+
+    /// What values motions.
+    fn judging(&self) -> Judging<'_> {
+        let Self { drive, observes, observed_above, .. } = self;
+        Judging { drive, observed_above: observes.then_some(*observed_above) }
     }
 
     fn simulate(&mut self, stop: Stop<'_>, batch: &[(Parameters, f64)]) -> Option<Vec<Evaluated>> {
-        let threads = self.crew.threads().min(batch.len());
+        let Engine { model, crew, .. } = self.engine;
+        let threads = crew.threads().min(batch.len());
         while self.workers.len() < threads {
             // What could be prepared once can be prepared again.
-            let Ok(worker) = self.model.prepare(&self.body.assembly, &self.settings) else { break };
+            let assembly = &self.drive.candidate().body.assembly;
+            let Ok(worker) = model.prepare(assembly, &self.settings) else { break };
             self.workers.push(worker);
         }
-        let Self { rules, task, derivation, body, drive, crew, workers, observes, observed_above, .. } = self;
-        let observed_above = observes.then_some(*observed_above);
-        let one = Judging { rules, task, derivation, body, drive, observed_above };
+        let Self { drive, workers, observes, observed_above, .. } = self;
+        let one = Judging { drive, observed_above: observes.then_some(*observed_above) };
         let share = batch.len().div_ceil(threads.clamp(1, workers.len())).max(1);
         if let ([worker, ..], true) = (workers.as_mut_slice(), batch.len() <= share) {
             return one.values(stop, worker.as_mut(), batch);
@@ -216,29 +210,29 @@ impl<'r> Evaluator<'r> {
     /// The value at half the step; none if it was asked to stop before that was known.
     pub(super) fn at_half_step(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Valued> {
         let key = Cache::key(&self.subjects.1, parameters);
-        if let Some(known) = self.cache.get(&key, f64::NEG_INFINITY) {
+        if let Some(known) = self.engine.cache.get(&key, f64::NEG_INFINITY) {
             return Some(known.value);
         }
-        let Self { rules, task, derivation, body, drive, fine, .. } = self;
-        let judging = Judging { rules, task, derivation, body, drive, observed_above: None };
+        let Self { drive, fine, .. } = self;
+        let judging = Judging { drive, observed_above: None };
         let one = (parameters.clone(), f64::NEG_INFINITY);
         let value = judging.values(stop, fine.as_mut(), &[one])?.into_iter().next()?;
-        self.cache.keep(key, &value);
+        self.engine.cache.keep(key, &value);
         Some(value.value)
     }
 
     /// Works out the values of several at half the step, side by side, so that they are known when they are asked for.
     pub(super) fn prepare_half_steps(&mut self, stop: Stop<'_>, likely: &[Parameters]) {
         let unknown = |one: &&Parameters| {
-            self.cache.get(&Cache::key(&self.subjects.1, one), f64::NEG_INFINITY).is_none()
+            self.engine.cache.get(&Cache::key(&self.subjects.1, one), f64::NEG_INFINITY).is_none()
         };
         let batch: Vec<_> =
             likely.iter().filter(unknown).map(|one| (one.clone(), f64::NEG_INFINITY)).collect();
-        let Self { rules, task, derivation, body, drive, fine, .. } = self;
-        let judging = Judging { rules, task, derivation, body, drive, observed_above: None };
+        let Self { drive, fine, .. } = self;
+        let judging = Judging { drive, observed_above: None };
         let values = judging.values(stop, fine.as_mut(), &batch);
         for ((one, _), value) in batch.iter().zip(values.into_iter().flatten()) {
-            self.cache.keep(Cache::key(&self.subjects.1, one), &value);
+            self.engine.cache.keep(Cache::key(&self.subjects.1, one), &value);
         }
     }
 
@@ -249,7 +243,7 @@ impl<'r> Evaluator<'r> {
         parameters: &Parameters,
         described: &[&Expr],
     ) -> Option<Result<Vec<f64>, Missing>> {
-        let Self { rules, derivation, body, drive, workers, .. } = self;
+        let Self { drive, workers, .. } = self;
         let worker = workers.first_mut()?;
         let targets = match drive.targets(parameters) {
             Ok(targets) => targets,
@@ -257,18 +251,14 @@ impl<'r> Evaluator<'r> {
         };
         let motion = worker.run_until(stop, std::slice::from_ref(&targets))?.into_iter().next()?;
         Some(motion.map_err(Missing::Motion).and_then(|motion| {
-            let recording = Recording { derivation, body, motion: &motion, drive, parameters };
-            score::quantities(rules, recording, described).map_err(Missing::Expression)
+            let recording = Recording { drive, parameters, motion: &motion };
+            score::quantities(recording, described).map_err(Missing::Expression)
         }))
     }
 }
 
 /// What turns parameters into a value, apart from the simulation.
 struct Judging<'a> {
-    rules: &'a RuleSet,
-    task: &'a Task,
-    derivation: &'a Derivation,
-    body: &'a Body,
     drive: &'a Drive<'a>,
     /// The value, where more is better, above which motions are observed, if any are.
     observed_above: Option<f64>,
@@ -276,9 +266,9 @@ struct Judging<'a> {
 
 impl Judging<'_> {
     /// Whether a motion of this value is observed.
-    fn is_observed(task: &Task, above: Option<f64>, value: &Valued) -> bool {
-        let fitness = |value: f64| task.objective.direction.fitness(value);
-        above.is_some_and(|above| value.as_ref().is_ok_and(|value| fitness(*value) > above))
+    fn is_observed(&self, value: &Valued) -> bool {
+        let fitness = |value: f64| self.drive.task().objective.direction.fitness(value);
+        self.observed_above.is_some_and(|above| value.as_ref().is_ok_and(|value| fitness(*value) > above))
     }
 
     /// The values of parameters, simulated side by side; none if that was stopped.
@@ -297,7 +287,7 @@ impl Judging<'_> {
             batch: driven.iter().map(|(_, one)| *one).collect(),
             least: drives.iter().map(|_| Mutex::new(f64::INFINITY)).collect(),
         };
-        let motions = match self.task.model.pace_limit {
+        let motions = match self.drive.task().model.pace_limit {
             Some(_) => simulation.run_watched(stop, &drives, &watch)?,
             None => simulation.run_until(stop, &drives)?,
         };
@@ -315,8 +305,8 @@ impl Judging<'_> {
                 Err(why) => return Evaluated { value: Err(Missing::Motion(why)), ceiling, observed: None },
             };
             let value = self.score(&motion, parameters).map_err(Missing::Expression);
-            let observed = Self::is_observed(self.task, self.observed_above, &value)
-                .then(|| score::observe(self.rules, self.recording(&motion, parameters)));
+            let observed =
+                self.is_observed(&value).then(|| score::observe(self.recording(&motion, parameters)));
             Evaluated { value, ceiling, observed }
         };
         Some(targets.into_iter().zip(batch).map(&mut value).collect())
@@ -324,21 +314,20 @@ impl Judging<'_> {
 
     /// What the value of a motion under way can come to at most, where more is better.
     fn ceiling(&self, motion: &Motion, parameters: &[f64], now: f64) -> Option<f64> {
-        let Self { rules, task, .. } = *self;
+        let task = self.drive.task();
         let recording = self.recording(motion, parameters);
         let underway = Underway { recording, now, pace: task.model.pace_limit? };
-        let (low, high) = ceiling::limits(rules, task, underway).ok()?;
+        let (low, high) = ceiling::limits(underway).ok()?;
         let direction = task.objective.direction;
         Some(direction.fitness(direction.better(low, high)))
     }
 
     fn recording<'a>(&'a self, motion: &'a Motion, parameters: &'a [f64]) -> Recording<'a> {
-        let Self { derivation, body, drive, .. } = *self;
-        Recording { derivation, body, motion, drive, parameters }
+        Recording { drive: self.drive, parameters, motion }
     }
 
     fn score(&self, motion: &Motion, parameters: &[f64]) -> Result<f64, EvalError> {
-        score::objective(self.rules, self.task, self.recording(motion, parameters))
+        score::objective(self.recording(motion, parameters))
     }
 }
 

@@ -78,18 +78,24 @@ pub(super) struct BodyChain<D> {
     pub(super) standing: Standing,
 }
 
-/// A design that is being tried.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Trial<D> {
-    pub(super) derivation: D,
+/// What a move made a design of.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Origin {
     /// The move that made the design that it was made of; none for the initial design.
     pub(super) parent: Option<usize>,
     /// The chain that tries it.
     pub(super) chain: usize,
-    /// The rule that made it of the current one.
+    /// The rule that made it of the current one; none if nothing could be applied.
     pub(super) rule: Option<String>,
     /// Rules that were drawn before, and what blocked each.
     pub(super) blocked: Vec<(String, String)>,
+}
+
+/// A design that is being tried.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Trial<D> {
+    pub(super) derivation: D,
+    pub(super) origin: Origin,
     /// The random number that decides whether it is accepted.
     pub(super) drawn: f64,
     /// Curves to begin with, by task; empty where they are drawn at random.
@@ -233,10 +239,7 @@ impl State {
             iteration: None,
             trial: Some(Trial {
                 derivation: first,
-                parent: None,
-                chain: 0,
-                rule: None,
-                blocked: Vec::new(),
+                origin: Origin::default(),
                 drawn: 0.0,
                 warm: Vec::new(),
                 body: Body::default(),
@@ -321,16 +324,9 @@ impl<D> State<D> {
             None => None,
         };
         let trial = match self.trial {
-            Some(Trial { derivation, parent, chain, rule, blocked, drawn, warm, body }) => Some(Trial {
-                derivation: change(derivation)?,
-                parent,
-                chain,
-                rule,
-                blocked,
-                drawn,
-                warm,
-                body,
-            }),
+            Some(Trial { derivation, origin, drawn, warm, body }) => {
+                Some(Trial { derivation: change(derivation)?, origin, drawn, warm, body })
+            }
             None => None,
         };
         let best = match self.best {

@@ -131,6 +131,12 @@ impl Tendon {
     pub fn turned(&self, bend: f64) -> f64 {
         self.thread.at(self.reachable(bend)) / self.wheel
     }
+
+    /// The bend that a servo comes to where it is turned so far, rad.
+    #[must_use]
+    pub fn bend(&self, turned: f64) -> f64 {
+        self.thread.inverse(turned * self.wheel)
+    }
 }
 
 /// A robot that was built, and what became of its speed.

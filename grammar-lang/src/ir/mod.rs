@@ -107,6 +107,9 @@ pub struct RuleSet {
 /// What a body is asked to do, with its own actuation and its own search of curves.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Task {
+    /// Its name: the key under which [`RuleSet::tasks`] has it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub name: String,
     /// Which actuation drives which actuator.
     pub actuated: IndexMap<String, String>,
     /// The simulation model.
@@ -658,6 +661,24 @@ pub struct Objective {
 impl RuleSet {
     /// The name of the task of a grammar that names none.
     pub const ONLY_TASK: &str = "";
+
+    /// The first task: what is observed is observed of its motion.
+    #[must_use]
+    pub fn first_task(&self) -> Option<&Task> {
+        self.tasks.values().next()
+    }
+
+    /// Whether a task is the first.
+    #[must_use]
+    pub fn is_first(&self, task: &Task) -> bool {
+        self.first_task().is_some_and(|first| first.name == task.name)
+    }
+
+    /// How the bodies are simulated: all tasks of a grammar have one method.
+    #[must_use]
+    pub fn method(&self) -> Method {
+        self.first_task().map_or(Method::Hinges, |task| task.model.method)
+    }
 
     /// Whether something drives parts of a kind: an actuator, or cells that a task actuates.
     #[must_use]

@@ -52,6 +52,7 @@ impl<'a> Checker<'a> {
             let mut objective = objective?;
             let actuated = singles.actuated.clone();
             let task = ir::Task {
+                name: RuleSet::ONLY_TASK.to_owned(),
                 actuated: names_only(&actuated),
                 model: singles.model.clone()?,
                 on: singles.on.map(|on| on.text.clone()),
@@ -131,7 +132,13 @@ impl<'a> Checker<'a> {
             );
         }
         let on = on.map(|on| on.text.clone());
-        let task = ir::Task { actuated: names_only(&actuated), model: model?, on, objective: objective? };
+        let task = ir::Task {
+            name: name.text.clone(),
+            actuated: names_only(&actuated),
+            model: model?,
+            on,
+            objective: objective?,
+        };
         Some((task, actuated))
     }
 

@@ -15,13 +15,14 @@ use grammar_lang::ir::RuleSet;
 
 use super::super::Bounds;
 use super::super::body::Tasks;
-use super::super::cache::{self, Cache, Subject};
+use super::super::cache::{self, Subject};
 use super::super::crew::{Crew, Jobs};
 use super::super::curves::Pace;
+use super::super::evaluator::Engine;
 use super::super::state::{Body, Trial, Tune};
-use crate::derive::Derivation;
+use crate::derive::{Candidate, Derivation};
 use crate::drive::Parameters;
-use crate::simulate::{Model, Stop};
+use crate::simulate::Stop;
 
 /// Helpers look this often whether there are more threads now.
 const LOOK: Duration = Duration::from_millis(200);
@@ -58,8 +59,8 @@ impl Order {
 #[derive(Clone, Copy)]
 pub(super) struct Search<'a> {
     pub(super) rules: &'a RuleSet,
-    pub(super) model: &'a dyn Model,
-    pub(super) cache: &'a Cache,
+    /// What the search evaluates with; helpers have threads of their own.
+    pub(super) engine: Engine<'a>,
     pub(super) seed: u64,
     pub(super) bounds: Bounds<'a>,
 }
@@ -206,16 +207,12 @@ impl<'a> Ahead<'a> {
 impl Helper {
     /// Tunes a body; what came of it, if that was not stopped.
     fn tune(&self, order: Order, search: Search<'_>, alone: &Crew) -> Option<Found> {
-        let Search { rules, model, cache, seed, bounds } = search;
+        let Search { rules, engine, seed, bounds } = search;
         let Order { key: (number, _), derivation, warm, known } = order;
         let mut tasks = Tasks {
-            rules,
-            model,
-            cache,
-            crew: alone,
-            derivation: Arc::clone(&derivation),
-            seed,
-            name: super::curves(number),
+            candidate: Candidate::new(rules, Arc::clone(&derivation)),
+            engine: Engine { crew: alone, ..engine },
+            streams: super::curves(seed, number),
             warm,
             bounds: bounds.ahead(&self.recalled),
             known,

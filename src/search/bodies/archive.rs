@@ -10,8 +10,8 @@ use super::super::schedule::{Plan, Stand};
 use super::super::state::{Best, Designs, Place, Trial};
 use super::super::{Bounds, Failure};
 use super::{Begun, Bodies, Described, End};
-use crate::derive::Derivation;
 use crate::derive::random::Stream;
+use crate::derive::{Candidate, Derivation};
 
 /// The cell that a value falls into; what lies beyond the ends belongs to the outermost ones.
 fn cell(descriptor: &Descriptor, value: f64) -> usize {
@@ -58,16 +58,15 @@ impl Bodies<'_> {
         let Some(Archive { descriptors }) = self.rules.search.archive() else {
             return Ok(Described::Nothing);
         };
-        let (Some(Trial { derivation, body, .. }), Some(task)) =
-            (&self.state.trial, self.rules.tasks.values().next())
+        let (Some(Trial { derivation, body, .. }), Some(task)) = (&self.state.trial, self.rules.first_task())
         else {
             return Ok(Described::Nothing);
         };
         let Some(tune) = body.tunes.first().filter(|_| body.tunes.len() == self.rules.tasks.len()) else {
             return Ok(Described::Nothing);
         };
-        let model = (self.model, self.cache);
-        let mut evaluator = Evaluator::new(self.rules, task, model, Arc::clone(derivation), self.crew)?;
+        let candidate = Candidate::new(self.rules, Arc::clone(derivation));
+        let mut evaluator = Evaluator::new(&candidate, task, self.engine)?;
         let described: Vec<_> = descriptors.values().map(|descriptor| &descriptor.value).collect();
         let Bounds { stop, .. } = self.bounds;
         let Some(values) = evaluator.describe(stop, &tune.parameters, &described) else {

@@ -13,14 +13,15 @@ use grammar_lang::ir::{BodyLoop, BodyMethod, RuleSet};
 use super::body::{Tasks, inherited};
 use super::cache::Cache;
 use super::crew::Crew;
-use super::curves::Pace;
+use super::curves::{Pace, Streams};
+use super::evaluator::Engine;
 use super::gains::Gains;
 use super::schedule::{Course, Iteration};
-use super::state::{Best, Body, Designs, Place, State, Trial, Tune};
+use super::state::{Best, Body, Designs, Origin, Place, State, Trial, Tune};
 use super::tally::Tally;
 use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES};
 use crate::derive::random::Stream;
-use crate::derive::{Blocked, Derivation};
+use crate::derive::{Blocked, Candidate, Derivation};
 use crate::score::Observed;
 use crate::simulate::Model;
 use ahead::{Ahead, Found, Home, Order};
@@ -134,11 +135,18 @@ enum Described {
     Stopped(End),
 }
 
+/// What became of a move of a body.
+#[derive(Default)]
+struct Judged {
+    value: Option<f64>,
+    observed: Vec<Option<Observed>>,
+    accepted: bool,
+    tally: Tally,
+}
+
 struct Bodies<'a> {
     rules: &'a RuleSet,
-    model: &'a dyn Model,
-    crew: &'a Crew,
-    cache: &'a Cache,
+    engine: Engine<'a>,
     /// Those who tune what may come; none where it is only supposed.
     ahead: Option<&'a Ahead<'a>>,
     seed: u64,
@@ -177,9 +185,9 @@ impl Costs {
     }
 }
 
-/// The name of the streams of random numbers for the curves of a body.
-fn curves(number: usize) -> String {
-    format!("curves {number}")
+/// The streams of random numbers for the curves of a body.
+fn curves(seed: u64, number: usize) -> Streams {
+    Streams { seed, name: format!("curves {number}") }
 }
 
 /// Runs the search that a rule set asks for, from a first design. `stop` may be set from
@@ -216,12 +224,11 @@ pub fn go_on(
     let bounds = Bounds::new(limits, stop);
     let seed = limits.seed;
     let cache = Cache::default();
+    let engine = Engine { model, cache: &cache, crew: &crew };
     let ahead = Ahead::new(&limits.jobs, &crew);
     let mut search = Bodies {
         rules,
-        model,
-        crew: &crew,
-        cache: &cache,
+        engine,
         ahead: Some(&ahead),
         seed,
         bounds,
@@ -234,7 +241,7 @@ pub fn go_on(
     let end = std::thread::scope(|scope| {
         let _home = Home(&ahead);
         for number in 0..ahead.helpers() {
-            let (ahead, of) = (&ahead, ahead::Search { rules, model, cache: &cache, seed, bounds });
+            let (ahead, of) = (&ahead, ahead::Search { rules, engine, seed, bounds });
             scope.spawn(move || ahead.help(number, of));
         }
         search.go()
@@ -261,13 +268,9 @@ pub fn tune_body(
     let crew = Crew::new(&limits.jobs)?;
     let cache = Cache::default();
     let mut tasks = Tasks {
-        rules,
-        model,
-        cache: &cache,
-        crew: &crew,
-        derivation: Arc::clone(derivation),
-        seed: limits.seed,
-        name: "body".to_owned(),
+        candidate: Candidate::new(rules, Arc::clone(derivation)),
+        engine: Engine { model, cache: &cache, crew: &crew },
+        streams: Streams { seed: limits.seed, name: "body".to_owned() },
         warm: Vec::new(),
         bounds: Bounds::new(limits, stop),
         known: f64::NEG_INFINITY,
@@ -358,7 +361,9 @@ impl Bodies<'_> {
         let warm = match &step.result {
             Some(next) if is_warm => {
                 let mut random = Stream::named(self.seed, &format!("warm {number}"));
-                inherited(rules, (&derivation, &tunes), &Arc::new(next.clone()), &mut random)
+                let parent = Candidate::new(rules, Arc::clone(&derivation));
+                let own = Candidate::new(rules, Arc::new(next.clone()));
+                inherited(&parent, &tunes, &own, &mut random)
             }
             _ => Vec::new(),
         };
@@ -388,14 +393,15 @@ impl Bodies<'_> {
             if let Some(chain) = state.chain(chain) {
                 chain.standing.note(false);
             }
-            let from = (chain, Some(parent));
-            self.tell(&derivation, from, (None, blocked), (None, Vec::new()), false, Tally::default())?;
+            let origin = Origin { parent: Some(parent), chain, rule: None, blocked };
+            self.tell(&derivation, origin, Judged::default())?;
             return Ok(stuck.then_some(End::Stuck));
         };
         state.idle_moves = 0;
         let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
-        let (derivation, parent, body) = (Arc::new(next), Some(parent), Body::default());
-        state.trial = Some(Trial { derivation, parent, chain, rule, blocked, drawn, warm, body });
+        let origin = Origin { parent: Some(parent), chain, rule, blocked };
+        let (derivation, body) = (Arc::new(next), Body::default());
+        state.trial = Some(Trial { derivation, origin, drawn, warm, body });
         Ok(None)
     }
 
@@ -422,13 +428,9 @@ impl Bodies<'_> {
         self.costs.begun = self.state.spent;
         let mut tasks = Tasks {
             known,
-            rules: self.rules,
-            model: self.model,
-            cache: self.cache,
-            crew: self.crew,
-            derivation: Arc::clone(&trial.derivation),
-            seed: self.seed,
-            name: curves(self.state.moves),
+            candidate: Candidate::new(self.rules, Arc::clone(&trial.derivation)),
+            engine: self.engine,
+            streams: curves(self.seed, self.state.moves),
             warm: trial.warm.clone(),
             bounds: self.bounds,
             tuner: None,
@@ -479,10 +481,10 @@ impl Bodies<'_> {
         is_cut: bool,
     ) -> Result<(), Failure> {
         let (found, tally) = std::mem::take(&mut trial.body).found(self.rules, &trial.derivation);
-        if let Some(chain) = self.state.chains().get(trial.chain) {
+        if let Some(chain) = self.state.chains().get(trial.origin.chain) {
             let gain = self.fitness(found.as_ref().map(|(_, value)| *value)) - self.fitness(chain.at.value);
             // From nothing to nothing is no gain.
-            self.gains.learn(trial.chain, if gain.is_nan() { f64::NEG_INFINITY } else { gain });
+            self.gains.learn(trial.origin.chain, if gain.is_nan() { f64::NEG_INFINITY } else { gain });
         }
         self.settle(trial, (found, tally), cell, is_cut)
     }
@@ -495,7 +497,7 @@ impl Bodies<'_> {
         cell: Option<Vec<usize>>,
         is_cut: bool,
     ) -> Result<(), Failure> {
-        let Trial { derivation, parent, chain, rule, blocked, drawn, .. } = trial;
+        let Trial { derivation, origin, drawn, .. } = trial;
         let value = found.as_ref().map(|(_, value)| *value);
         let first = self.state.moves == 0;
         self.state.bodies += 1;
@@ -512,15 +514,14 @@ impl Bodies<'_> {
             self.begin_designs(place.clone());
             true
         } else {
-            !is_cut && self.accept(chain, &place, drawn)
+            !is_cut && self.accept(origin.chain, &place, drawn)
         };
         let kept = match cell {
             Some(cell) => self.keep_of_kind(cell, place)?,
             None => false,
         };
         let mistake = tally.no_value.keys().next().filter(|_| first && value.is_none()).cloned();
-        let from = (chain, parent);
-        self.tell(&derivation, from, (rule, blocked), (value, observed), accepted || kept, tally)?;
+        self.tell(&derivation, origin, Judged { value, observed, accepted: accepted || kept, tally })?;
         // What has no value for the very first design is a mistake in the grammar.
         mistake.map_or(Ok(()), |error| Err(error.into()))
     }
@@ -555,11 +556,8 @@ impl Bodies<'_> {
     fn tell(
         &mut self,
         derivation: &Derivation,
-        (chain, parent): (usize, Option<usize>),
-        (rule, blocked): (Option<String>, Vec<(String, String)>),
-        (value, observed): (Option<f64>, Vec<Option<Observed>>),
-        accepted: bool,
-        tally: Tally,
+        Origin { parent, chain, rule, blocked }: Origin,
+        Judged { value, observed, accepted, tally }: Judged,
     ) -> Result<(), Failure> {
         let rules = self.rules;
         let state = &self.state;

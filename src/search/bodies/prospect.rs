@@ -106,7 +106,7 @@ impl<'a> Bodies<'a> {
         }
         let (least, current, now) = self.standing(state, trial);
         let sure = is_at_hand && self.is_sure(state, trial);
-        let chance = if sure { 1.0 } else { self.gains.chance(trial.chain, least - current) };
+        let chance = if sure { 1.0 } else { self.gains.chance(trial.origin.chain, least - current) };
         // As if it came to a little more than it needs, or to what it has come to so far.
         let enough = (least + 1e-6 * (1.0 + least.abs())).max(f64::MIN);
         let fitness = if is_at_hand { now.max(enough) } else { enough };
@@ -121,7 +121,7 @@ impl<'a> Bodies<'a> {
 
     /// What the body that a state tries needs to be accepted, what its chain has, and what it has come to so far.
     fn standing(&self, state: &State, trial: &Trial<Arc<Derivation>>) -> (f64, f64, f64) {
-        let Some(chain) = state.chains().get(trial.chain) else {
+        let Some(chain) = state.chains().get(trial.origin.chain) else {
             return (f64::NEG_INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY);
         };
         let current = self.fitness(chain.at.value);
@@ -131,7 +131,8 @@ impl<'a> Bodies<'a> {
 
     /// Whether the body at hand will be accepted whatever comes: its best is good enough already.
     fn is_sure(&self, state: &State, trial: &Trial<Arc<Derivation>>) -> bool {
-        let Some(chain) = state.chains().get(trial.chain).filter(|_| self.rules.tasks.len() == 1) else {
+        let Some(chain) = state.chains().get(trial.origin.chain).filter(|_| self.rules.tasks.len() == 1)
+        else {
             return false;
         };
         let (_, current, now) = self.standing(state, trial);
@@ -143,9 +144,7 @@ impl<'a> Bodies<'a> {
         let mut nobody = Nobody;
         let mut search = Bodies {
             rules: self.rules,
-            model: self.model,
-            crew: self.crew,
-            cache: self.cache,
+            engine: self.engine,
             ahead: None,
             seed: self.seed,
             bounds: self.bounds,
@@ -175,7 +174,7 @@ mod tests {
 
     use grammar_lang::source::SourceMap;
 
-    use super::super::{Costs, Crew, Gains};
+    use super::super::{Costs, Crew, Engine, Gains};
     use super::*;
     use crate::search::{Bounds, Jobs, Limits, cache::Cache};
     use crate::simulate;
@@ -207,9 +206,7 @@ mod tests {
         let mut nobody = Nobody;
         let mut search = Bodies {
             rules: &rules,
-            model: simulate::model("articulated").unwrap(),
-            crew: &crew,
-            cache: &cache,
+            engine: Engine { model: simulate::model("articulated").unwrap(), crew: &crew, cache: &cache },
             // Nobody helps: what is wanted is looked at only.
             ahead: None,
             seed: limits.seed,

@@ -6,8 +6,9 @@ use super::super::gains::least_gain;
 use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange, neighbours};
 use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
-use super::futures::Candidate;
+use super::futures::Neighbour;
 use super::{Pace, Tuner, best};
+use crate::derive::Candidate;
 use crate::drive::Parameters;
 
 /// Chains that begin with curves whose fitness is known.
@@ -113,7 +114,8 @@ impl Tuner<'_> {
         course: &'p Course,
         stand: Stand<'p>,
     ) -> Plan<'p> {
-        Plan { rules: self.rules, derivation: &self.derivation, schedule, course, stand }
+        let Candidate { rules, derivation, .. } = self.candidate();
+        Plan { rules, derivation, schedule, course, stand }
     }
 
     /// Goes on with the random walk: points drawn evenly, as the steps of a walk depend on the
@@ -185,7 +187,7 @@ impl Tuner<'_> {
             if self.bounds.exhausted(*spent).is_some() {
                 break;
             }
-            let (chain, Candidate { parameters, drawn, .. }) = (&mut chains[*turn], &candidates[*turn][now]);
+            let (chain, Neighbour { parameters, drawn, .. }) = (&mut chains[*turn], &candidates[*turn][now]);
             let evaluated = values[*turn][now].clone();
             let new = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |v| self.fitness(*v));
             let sound = if evaluated.ceiling < needed(chain, *drawn) {

@@ -10,6 +10,7 @@ use super::super::Failure;
 use super::super::schedule::{Course, Iteration, Plan, Stand};
 use super::super::state::{Distribution, Tuning};
 use super::{Pace, Tuner, best};
+use crate::derive::Candidate;
 use crate::drive::Parameters;
 
 /// Samples of a generation, at least: two to follow and two to leave.
@@ -87,7 +88,8 @@ impl Tuner<'_> {
 
     fn plan_of<'p>(&'p self, schedule: &'p Schedule, state: &'p Distribution) -> Plan<'p> {
         let stand = Stand::Distribution(state.spread());
-        Plan { rules: self.rules, derivation: &self.derivation, schedule, course: &state.course, stand }
+        let Candidate { rules, derivation, .. } = self.candidate();
+        Plan { rules, derivation, schedule, course: &state.course, stand }
     }
 }
 

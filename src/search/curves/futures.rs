@@ -10,7 +10,7 @@ use super::{Tuner, best};
 use crate::drive::Parameters;
 
 /// A move that may come to pass.
-pub(super) struct Candidate {
+pub(super) struct Neighbour {
     pub(super) parameters: Parameters,
     /// The random number that decides on it.
     pub(super) drawn: f64,
@@ -30,10 +30,10 @@ impl Tuner<'_> {
         tuning: &Tuning,
         state: &Chains,
         number: usize,
-    ) -> Result<(Vec<Guess>, Vec<Candidate>), Failure> {
+    ) -> Result<(Vec<Guess>, Vec<Neighbour>), Failure> {
         let chain = &state.chains[number];
         let horizon = self.horizon(how, tuning, state, number);
-        let mut candidates: Vec<Candidate> = Vec::new();
+        let mut candidates: Vec<Neighbour> = Vec::new();
         let guesses = self.forecast.likeliest(state.chains.len(), |depth, from| {
             let Some((iteration, temperature)) = horizon.at(depth) else { return Ok(None) };
             let made = chain.number + depth as u64;
@@ -64,7 +64,7 @@ impl Tuner<'_> {
                 _ => self.forecast.gains.chance(number, least_gain(temperature, drawn)),
             };
             let is_free = known.is_some() || candidates.iter().any(|other| other.parameters == parameters);
-            candidates.push(Candidate { parameters, drawn, fitness: known });
+            candidates.push(Neighbour { parameters, drawn, fitness: known });
             Ok(Some(Outlook { acceptance, is_free }))
         })?;
         Ok((guesses, candidates))

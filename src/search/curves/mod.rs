@@ -5,21 +5,16 @@ mod evolution;
 mod forecast;
 mod futures;
 
-use std::sync::Arc;
-
 use grammar_lang::ir::{CurveLoop, CurveMethod, Direction, RuleSet, Task};
 
-use super::cache::Cache;
-use super::crew::Crew;
 use super::evaluator::{Evaluated, Evaluator};
 use super::schedule::Course;
 use super::state::{Curves, Tune, Tuning};
 use super::tally::Missing;
 use super::{Bounds, End, Failure, keeps};
-use crate::derive::Derivation;
+use crate::derive::Candidate;
 use crate::derive::random::Stream;
 use crate::drive::Parameters;
-use crate::simulate::Model;
 use annealing::Annealed;
 use forecast::Forecast;
 
@@ -34,17 +29,35 @@ pub(super) enum Pace {
     Cut(End),
 }
 
+/// The streams of random numbers of a body's curves.
+#[derive(Clone, Debug)]
+pub(super) struct Streams {
+    pub(super) seed: u64,
+    /// What they are named after.
+    pub(super) name: String,
+}
+
+impl Streams {
+    /// Those of a task.
+    pub(super) fn of_task(&self, task: &Task) -> Self {
+        let name = match task.name.as_str() {
+            RuleSet::ONLY_TASK => self.name.clone(),
+            task => format!("{} {task}", self.name),
+        };
+        Self { seed: self.seed, name }
+    }
+
+    fn stream(&self, what: &str) -> Stream {
+        Stream::named(self.seed, &format!("{}/{what}", self.name))
+    }
+}
+
 /// The loop over the curves of one body for one task. What it knows is in a [`Tuning`]; here is only
 /// what can be made again.
 pub(super) struct Tuner<'a> {
-    rules: &'a RuleSet,
-    task: &'a Task,
-    derivation: Arc<Derivation>,
     evaluator: Evaluator<'a>,
     forecast: Forecast,
-    seed: u64,
-    /// Names its streams of random numbers.
-    name: String,
+    streams: Streams,
     /// Curves to begin with, if not with random ones.
     warm: Option<Parameters>,
     bounds: Bounds<'a>,
@@ -53,34 +66,39 @@ pub(super) struct Tuner<'a> {
 }
 
 impl<'a> Tuner<'a> {
+    /// A loop that begins with some curves, if they fit the body.
     pub(super) fn new(
-        (rules, task): (&'a RuleSet, &'a Task),
-        (model, cache): (&'a dyn Model, &'a Cache),
-        crew: &'a Crew,
-        derivation: &Arc<Derivation>,
-        (seed, name): (u64, String),
+        evaluator: Evaluator<'a>,
+        streams: Streams,
         warm: Option<&Parameters>,
-        (bounds, known): (Bounds<'a>, f64),
-    ) -> Result<Self, Failure> {
-        let evaluator = Evaluator::new(rules, task, (model, cache), Arc::clone(derivation), crew)?;
+        bounds: Bounds<'a>,
+        known: f64,
+    ) -> Self {
         let forecast = Forecast::new(&evaluator, bounds.lanes);
         let warm = warm.filter(|warm| evaluator.drive.fits(warm)).cloned();
-        let derivation = Arc::clone(derivation);
-        Ok(Self { rules, task, derivation, evaluator, forecast, seed, name, warm, bounds, known })
+        Self { evaluator, forecast, streams, warm, bounds, known }
     }
 
     fn stream(&self, what: &str) -> Stream {
-        Stream::named(self.seed, &format!("{}/{what}", self.name))
+        self.streams.stream(what)
+    }
+
+    fn candidate(&self) -> &Candidate<'a> {
+        self.evaluator.drive.candidate()
+    }
+
+    fn task(&self) -> &'a Task {
+        self.evaluator.drive.task()
     }
 
     /// The value on a scale where more is better.
     fn fitness(&self, value: f64) -> f64 {
-        self.task.objective.direction.fitness(value)
+        self.task().objective.direction.fitness(value)
     }
 
     /// The loop, where there is something to tune.
     fn looped(&self) -> Option<&'a CurveLoop> {
-        self.rules.search.curves.as_ref().filter(|_| !self.evaluator.drive.is_fixed())
+        self.candidate().rules.search.curves.as_ref().filter(|_| !self.evaluator.drive.is_fixed())
     }
 
     /// Curves that a chain begins with.
@@ -137,7 +155,7 @@ impl<'a> Tuner<'a> {
             };
             fitness.push(known.filter(|_| sound));
         }
-        let course = Course::new(self.task.objective.direction, best(&now));
+        let course = Course::new(self.task().objective.direction, best(&now));
         now.loops = Some(match method {
             Some(CurveMethod::CmaEs(cma_es)) => {
                 Curves::Distribution(self.distribution(&starts[0], cma_es.spread, course))
@@ -187,7 +205,7 @@ impl<'a> Tuner<'a> {
                 return Ok(None);
             };
             *spent += 1;
-            half_step = half.ok().filter(|&half| keeps(self.rules, self.task, value, half));
+            half_step = half.ok().filter(|&half| keeps(self.candidate().rules, self.task(), value, half));
             if half_step.is_none() {
                 *spent += 1;
                 tuning.tally.unstable += 1;
@@ -224,13 +242,13 @@ impl<'a> Tuner<'a> {
     /// Whether a best of this fitness could lose something: where more is better, a value that is not positive has
     /// nothing to lose.
     fn can_lose(&self, fitness: f64) -> bool {
-        self.is_actuated() && (fitness > 0.0 || self.task.objective.direction == Direction::Minimize)
+        self.is_actuated() && (fitness > 0.0 || self.task().objective.direction == Direction::Minimize)
     }
 
     /// Whether anything in the body moves by itself.
     fn is_actuated(&self) -> bool {
-        let rules = self.rules;
-        self.derivation.design.parts.values().any(|p| rules.is_driven(&p.kind))
+        let Candidate { rules, derivation, .. } = self.candidate();
+        derivation.design.parts.values().any(|p| rules.is_driven(&p.kind))
     }
 }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::Isometry3;
 
+use crate::derive::Candidate;
 use crate::design::assembly::Shape;
 use crate::results::report::read::{Found, Run};
 use crate::results::{making, replay};
@@ -27,7 +28,7 @@ pub(crate) fn pieces(run: &Run) -> Option<Result<Vec<Piece>, String>> {
 
 fn made(found: &Found) -> Result<Vec<Piece>, String> {
     let rules = &found.rules.as_ref().map_err(Clone::clone)?.0;
-    let (derivation, body) = replay::body_of(rules, &found.design)?;
+    let Candidate { derivation, body, .. } = replay::candidate(rules, &found.design)?;
     if derivation.design.canonical_hash(rules) != found.design.body {
         return Err("its derivation does not lead to the body that was saved: it was changed".to_owned());
     }

@@ -1,0 +1,40 @@
+//! A design that is to be simulated and scored, with all that it is a design of.
+
+use std::sync::Arc;
+
+use grammar_lang::ir::RuleSet;
+
+use super::Derivation;
+use crate::design::{Body, Design};
+
+/// A design with the rules that made it, how they made it, and the body that it is. Copies share all of it.
+#[derive(Clone, Debug)]
+pub struct Candidate<'r> {
+    /// The rules.
+    pub rules: &'r RuleSet,
+    /// How they made the design.
+    pub derivation: Arc<Derivation>,
+    /// Its elements and joints.
+    pub body: Arc<Body>,
+}
+
+impl<'r> Candidate<'r> {
+    /// The body of a derivation.
+    #[must_use]
+    pub fn new(rules: &'r RuleSet, derivation: Arc<Derivation>) -> Self {
+        let body = Arc::new(Body::new(&derivation.design, rules));
+        Self { rules, derivation, body }
+    }
+
+    /// The same body under rules that say otherwise only what drives it.
+    #[must_use]
+    pub fn under<'s>(&self, rules: &'s RuleSet) -> Candidate<'s> {
+        Candidate { rules, derivation: Arc::clone(&self.derivation), body: Arc::clone(&self.body) }
+    }
+
+    /// The design.
+    #[must_use]
+    pub fn design(&self) -> &Design {
+        &self.derivation.design
+    }
+}
