@@ -25,6 +25,7 @@ const ENGINE: &[&str] = &[
 const LANGUAGE: &[&str] = &[
     "source",
     "units",
+    "shape",
     "diagnostics",
     "syntax",
     "format",

@@ -77,6 +77,7 @@ impl Kept {
             Shape::Box { half } => Form::Box([half.x, half.y, half.z]),
             Shape::Ball { radius } => Form::Ball(radius),
             Shape::Cylinder { radius, half_length } => Form::Cylinder(radius, half_length),
+            Shape::Capsule { .. } => panic!("none of the kept bodies has a capsule"),
         };
         let placements =
             motion.placements.iter().map(|p| (p.body, seven(&p.local), form(&p.shape))).collect();
@@ -128,11 +129,7 @@ fn kept() -> Vec<Kept> {
 
 /// The corners of what is drawn of an element.
 fn corners(shape: &Shape) -> Vec<Point3<f64>> {
-    let half = match *shape {
-        Shape::Box { half } => half,
-        Shape::Ball { radius } => Vector3::repeat(radius),
-        Shape::Cylinder { radius, half_length } => Vector3::new(half_length, radius, radius),
-    };
+    let half = shape.half_extents();
     let signs = [-1.0, 1.0];
     let each = signs.iter().flat_map(|x| signs.iter().flat_map(move |y| signs.map(move |z| (*x, *y, z))));
     each.map(|(x, y, z)| Point3::new(x * half.x, y * half.y, z * half.z)).collect()

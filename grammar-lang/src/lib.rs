@@ -10,6 +10,7 @@ pub mod format;
 pub mod ir;
 pub mod lint;
 pub mod names;
+pub mod shape;
 pub mod source;
 pub mod syntax;
 pub mod testing;

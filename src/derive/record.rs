@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use grammar_lang::eval::{Curve, Domain, KindValue, Reference, Value, Valve, Valves};
-use grammar_lang::ir::{Shape, Table};
+use grammar_lang::ir::{Form, Table};
 use serde::{Deserialize, Serialize};
 
 /// One rule application: what it matched and what it chose.
@@ -47,7 +47,7 @@ pub enum Recorded {
     /// A rotation.
     Rotation([f64; 4]),
     /// A shape.
-    Shape(Shape),
+    Shape(Form),
     /// A curve.
     Curve(Curve),
     /// A measured function.

@@ -8,7 +8,7 @@
 
 use nalgebra::{Isometry3, Point3, UnitVector3};
 
-pub use super::shape::Shape;
+pub use grammar_lang::shape::Shape;
 
 /// One simulated rigid piece: a cube, a ball or one cylinder of an actuator.
 #[derive(Clone, Debug, PartialEq)]

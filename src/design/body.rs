@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::ir::{self, RuleSet};
+use grammar_lang::ir::{self, Form, RuleSet};
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
 use super::assembly::{Assembly, Element, Hinge, Joint, JointKind, Shape};
@@ -81,11 +81,12 @@ impl Body {
             self.parts_of_elements.push(id);
         };
         if let Some(block) = rules.parts.get(&part.kind) {
-            push(shape_of(block.shape), part.pose * upright(block.shape), block.mass, block.friction);
+            push(block.shape.shape, part.pose * upright(block.shape), block.mass, block.friction);
             return (first, first);
         }
         let Some(actuator) = rules.actuators.get(&part.kind) else { return (first, first) };
-        let ir::Shape::Cylinder(radius, length) = actuator.segment else { return (first, first) };
+        let Shape::Cylinder { radius, half_length } = actuator.segment.shape else { return (first, first) };
+        let length = 2.0 * half_length;
         let count = segments(part);
         let hinges = cuts(length, count);
         let starts = || std::iter::once(0.0).chain(hinges.iter().copied());
@@ -142,22 +143,11 @@ fn cuts(length: f64, count: usize) -> Vec<f64> {
     (0..hinges).map(|hinge| share * (hinge as f64 + 0.5)).collect()
 }
 
-/// How an element lies in its part: a disk is a cylinder that stands.
-fn upright(shape: ir::Shape) -> Isometry3<f64> {
-    match shape {
-        ir::Shape::Disk(..) => {
-            Isometry3::from_parts(Vector3::zeros().into(), about(2, std::f64::consts::FRAC_PI_2))
-        }
-        _ => Isometry3::identity(),
-    }
-}
-
-fn shape_of(shape: ir::Shape) -> Shape {
-    match shape {
-        ir::Shape::Box(edges) => Shape::Box { half: Vector3::from(edges) / 2.0 },
-        ir::Shape::Sphere(radius) => Shape::Ball { radius },
-        ir::Shape::Cylinder(radius, length) | ir::Shape::Disk(radius, length) => {
-            Shape::Cylinder { radius, half_length: length / 2.0 }
-        }
+/// How an element lies in its part.
+fn upright(form: Form) -> Isometry3<f64> {
+    if form.stands {
+        Isometry3::from_parts(Vector3::zeros().into(), about(2, std::f64::consts::FRAC_PI_2))
+    } else {
+        Isometry3::identity()
     }
 }

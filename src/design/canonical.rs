@@ -1,10 +1,11 @@
 //! A hash of a body that ignores how it was derived.
 
 use grammar_lang::eval::Value;
-use grammar_lang::ir::{RuleSet, Shape};
+use grammar_lang::ir::RuleSet;
 use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
+use super::assembly::Shape;
 use super::{Design, Part};
 
 /// Places and directions are compared on this grid (m, or parts of one).
@@ -32,12 +33,12 @@ fn describe(part: &Part, rules: &RuleSet) -> String {
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|a| part.pose.rotation * a);
     // With ports of its own a part has a front and a back wherever they are.
     let plain = rules.parts.get(&part.kind).filter(|b| b.ports.is_empty());
-    let turned = match plain.map(|b| b.shape) {
-        Some(Shape::Sphere(_)) => String::new(),
-        Some(Shape::Box(edges)) => {
+    let turned = match plain.map(|b| b.shape.shape) {
+        Some(Shape::Ball { .. }) => String::new(),
+        Some(Shape::Box { half }) => {
             // A cube turned by a quarter is the same cube.
             let mut lines: Vec<(i64, [i64; 3])> =
-                axes.iter().zip(edges).map(|(a, edge)| (snap(edge), line(*a))).collect();
+                axes.iter().zip(&half).map(|(a, half)| (snap(2.0 * half), line(*a))).collect();
             lines.sort_unstable();
             format!("{lines:?}")
         }

@@ -7,7 +7,7 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::ir::{self, Filling, JOINED, RuleSet};
+use grammar_lang::ir::{Filling, JOINED, RuleSet};
 use nalgebra::Point3;
 
 use super::assembly::{Assembly, Element, Shape, Spring, Swelling};
@@ -96,7 +96,7 @@ fn is_inside(element: &Element, point: &Point3<f64>) -> bool {
 /// The strain of a point of an actuator for each radian that the whole actuator bends; none of a passive part.
 fn gain(design: &Design, rules: &RuleSet, id: PartId, point: &Point3<f64>) -> Option<f64> {
     let part = design.parts.get(&id)?;
-    let ir::Shape::Cylinder(_, segment) = rules.actuators.get(&part.kind)?.segment else { return None };
+    let segment = 2.0 * rules.actuators.get(&part.kind)?.segment.half_extents().x;
     let local = part.pose.inverse() * point;
     // It bends towards its own top: what is above its axis becomes shorter.
     Some(-local.y / (segment * segments(part) as f64))

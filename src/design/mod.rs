@@ -12,7 +12,6 @@ mod filled;
 pub mod lattice;
 mod overlap;
 mod port;
-mod shape;
 mod symmetry;
 
 use std::collections::BTreeMap;

@@ -4,7 +4,7 @@ use grammar_lang::ir::RuleSet;
 use nalgebra::{Isometry3, UnitQuaternion, Vector3};
 use parry3d_f64::math::Pose;
 use parry3d_f64::query;
-use parry3d_f64::shape::{Ball, Cuboid, Cylinder};
+use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder};
 
 use super::assembly::Shape;
 use super::{Body, Design};
@@ -17,6 +17,7 @@ enum Solid {
     Ball(Ball),
     Box(Cuboid),
     Cylinder(Cylinder),
+    Capsule(Capsule),
 }
 
 impl Solid {
@@ -30,6 +31,9 @@ impl Solid {
             Shape::Cylinder { radius, half_length } => {
                 Self::Cylinder(Cylinder::new(half_length * SHRINK, radius * SHRINK))
             }
+            Shape::Capsule { radius, half_straight } => {
+                Self::Capsule(Capsule::new_x(half_straight * SHRINK, radius * SHRINK))
+            }
         }
     }
 
@@ -38,6 +42,7 @@ impl Solid {
             Self::Ball(s) => s,
             Self::Box(s) => s,
             Self::Cylinder(s) => s,
+            Self::Capsule(s) => s,
         }
     }
 }

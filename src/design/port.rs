@@ -5,7 +5,7 @@
 //! actuator reaches from its `base`, where it is held, along x to its `tip`.
 
 use grammar_lang::eval::Value;
-use grammar_lang::ir::{self, ACTUATOR_PORTS, BLOCK_PORTS, RuleSet, Shape};
+use grammar_lang::ir::{self, ACTUATOR_PORTS, BLOCK_PORTS, RuleSet};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::Part;
@@ -80,20 +80,15 @@ pub fn ports(rules: &RuleSet, part: &Part) -> Vec<PortFrame> {
         return faces
             .map(|(name, axes)| {
                 let out = Vector3::from(axes[0]);
-                let reach = match block.shape {
-                    Shape::Box(edges) => Vector3::from(edges).component_mul(&out).norm() / 2.0,
-                    Shape::Disk(_, height) if out.y != 0.0 => height / 2.0,
-                    Shape::Sphere(radius) | Shape::Cylinder(radius, _) | Shape::Disk(radius, _) => radius,
-                };
+                let reach = block.shape.half_extents().component_mul(&out).norm();
                 let frame = Isometry3::from_parts((out * reach).into(), rotation(axes));
                 PortFrame { name: (*name).to_owned(), number: 0.0, frame }
             })
             .collect();
     }
-    let length = match rules.actuators.get(&part.kind).map(|a| a.segment) {
-        Some(Shape::Cylinder(_, length)) => length * segments(part) as f64,
-        _ => 0.0,
-    };
+    let segment =
+        rules.actuators.get(&part.kind).map_or(0.0, |actuator| 2.0 * actuator.segment.half_extents().x);
+    let length = segment * segments(part) as f64;
     let base = Isometry3::from_parts(Translation3::identity(), rotation(BLOCK[1]));
     let tip = Isometry3::translation(length, 0.0, 0.0);
     let ends = ACTUATOR_PORTS.iter().zip([base, tip]);

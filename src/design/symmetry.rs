@@ -6,9 +6,10 @@
 //! mirrored z axis: its left and right are swapped, and an actuator that bends by
 //! the same angle about its own z axis moves as the mirror image does.
 
-use grammar_lang::ir::{RuleSet, Shape, Symmetry};
+use grammar_lang::ir::{Form, RuleSet, Symmetry};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
+use super::assembly::Shape;
 use super::port::{self, ports};
 use super::{Design, Part, PartId, Refusal};
 
@@ -66,13 +67,18 @@ impl Image {
         let want = image.rotation.to_rotation_matrix();
         let relative = want.matrix().transpose() * have.matrix();
         match rules.parts.get(&part.kind).map(|p| p.shape) {
-            Some(Shape::Sphere(_)) => true,
-            Some(Shape::Disk(..)) => relative[(1, 1)].abs() > 1.0 - 1e-6,
-            Some(Shape::Box(edges)) => {
+            Some(Form { shape: Shape::Ball { .. }, .. }) => true,
+            Some(Form { shape: Shape::Box { half }, .. }) => {
                 // Every edge must lie along an edge of the same length.
                 (0..3).all(|i| {
-                    (0..3).any(|j| relative[(i, j)].abs() > 1.0 - 1e-6 && (edges[i] - edges[j]).abs() < SAME)
+                    (0..3).any(|j| {
+                        relative[(i, j)].abs() > 1.0 - 1e-6 && 2.0 * (half[i] - half[j]).abs() < SAME
+                    })
                 })
+            }
+            Some(Form { shape, stands }) if shape.is_round() => {
+                let axis = usize::from(stands);
+                relative[(axis, axis)].abs() > 1.0 - 1e-6
             }
             _ => (have.matrix() - want.matrix()).norm() < 1e-6,
         }

@@ -56,29 +56,12 @@ impl Sliding {
         // The point that touches is another one after a roll: what touches before goes on, what touches after
         // has come, and the mean of both errs in the third order of the turn only.
         let way = |point: Point3<f64>| after * point - before * point;
-        let slid = horizontal(&((way(sole(shape, before)) + way(sole(shape, after))) / 2.0));
+        let slid = horizontal(&((way(shape.sole(before, FLAT)) + way(shape.sole(after, FLAT))) / 2.0));
         if slid > SLIDES * span {
             self.slid += slid;
             self.sliding += span;
         }
     }
-}
-
-/// The point of a shape, in its own frame, with which it touches the ground in a pose.
-fn sole(shape: &Shape, pose: &Isometry3<f64>) -> Point3<f64> {
-    let down = -(pose.rotation.inverse() * Vector3::y());
-    let side = |along: f64| (along / FLAT).clamp(-1.0, 1.0);
-    Point3::from(match *shape {
-        Shape::Box { half } => half.component_mul(&down.map(side)),
-        Shape::Ball { radius } => down * radius,
-        Shape::Cylinder { radius, half_length } => {
-            let around = Vector3::new(0.0, down.y, down.z);
-            let width = around.norm();
-            // What stands on its end touches with the middle of it.
-            let out = if width > 0.0 { around / width * (radius * side(width)) } else { around };
-            Vector3::new(half_length * side(down.x), 0.0, 0.0) + out
-        }
-    })
 }
 
 fn horizontal(way: &Vector3<f64>) -> f64 {

@@ -72,10 +72,7 @@ impl Reasoning<'_> {
             | F::Vector
             | F::Bezier
             | F::Cycle
-            | F::Box
-            | F::Sphere
-            | F::Cylinder
-            | F::Disk
+            | F::Solid(_)
             | F::Normal
             | F::Uniform => return Abstract::Any,
         })

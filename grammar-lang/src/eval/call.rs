@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Curve, EvalError, Evaluation, Result_, Value, Valve, Valves, fail, missing};
-use crate::ir::{Expr, ExprKind, Function, Shape, Word};
+use crate::ir::{Expr, ExprKind, Function, Word};
 
 impl Function {
     /// Whether it makes a number out of numbers alone.
@@ -166,10 +166,6 @@ impl Evaluation<'_> {
                     Err(reason) => return fail(expr, reason),
                 }
             }
-            F::Box => Value::Shape(Shape::Box([number(0)?, number(1)?, number(2)?])),
-            F::Sphere => Value::Shape(Shape::Sphere(number(0)?)),
-            F::Cylinder => Value::Shape(Shape::Cylinder(number(0)?, number(1)?)),
-            F::Disk => Value::Shape(Shape::Disk(number(0)?, number(1)?)),
             F::Normal | F::Uniform => {
                 Value::List([Value::Number(number(0)?), Value::Number(number(1)?)].into())
             }
@@ -180,6 +176,13 @@ impl Evaluation<'_> {
                 }
                 None => return Err(missing(expr)),
             },
+            F::Solid(solid) => {
+                let lengths: Vec<f64> = (0..solid.lengths()).map(number).collect::<Result<_, _>>()?;
+                match solid.form(&lengths) {
+                    Ok(form) => Value::Shape(form),
+                    Err(reason) => return fail(expr, reason),
+                }
+            }
             _ => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
         })
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::{Curve, Valve, Valves};
-use crate::ir::{Shape, Table};
+use crate::ir::{Form, Table};
 
 /// A value, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -31,7 +31,7 @@ pub enum Value {
     /// States of valves over a cycle.
     Valves(Arc<Valves>),
     /// A shape.
-    Shape(Shape),
+    Shape(Form),
     /// A kind of part, with parameters.
     Kind(Arc<KindValue>),
     /// Something in the design.

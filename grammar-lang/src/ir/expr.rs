@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Ty;
+use super::{Solid, Ty};
 use crate::source::Span;
 pub use crate::syntax::ast::{Gather, Operator, Painting};
 
@@ -129,20 +129,21 @@ pub enum ExprKind {
 }
 
 macro_rules! words {
-    ($(#[$meta:meta])* $name:ident { $($variant:ident $text:literal $doc:literal;)* }) => {
+    ($(#[$meta:meta])* $name:ident { $($variant:ident $text:literal $doc:literal;)* }
+     $($(#[$of_meta:meta])* $of:ident { $($one:ident)* })?) => {
         $(#[$meta])*
         #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
         #[serde(rename_all = "snake_case")]
-        pub enum $name { $(#[doc = $doc] $variant),* }
+        pub enum $name { $(#[doc = $doc] $variant,)* $($(#[$of_meta])* $of($of))? }
         impl $name {
             /// Every one, in the order of the reference.
-            pub const ALL: &[Self] = &[$(Self::$variant),*];
+            pub const ALL: &[Self] = &[$(Self::$variant,)* $($(Self::$of($of::$one)),*)?];
             /// How a grammar writes it.
             #[must_use]
-            pub fn text(self) -> &'static str { match self { $(Self::$variant => $text),* } }
+            pub fn text(self) -> &'static str { match self { $(Self::$variant => $text,)* $(Self::$of(of) => of.text())? } }
             /// What it means.
             #[must_use]
-            pub fn doc(self) -> &'static str { match self { $(Self::$variant => $doc),* } }
+            pub fn doc(self) -> &'static str { match self { $(Self::$variant => $doc,)* $(Self::$of(of) => of.doc())? } }
             /// The one that a grammar writes like this.
             #[must_use]
             pub fn named(text: &str) -> Option<Self> { Self::ALL.iter().copied().find(|w| w.text() == text) }
@@ -213,10 +214,6 @@ words! {
         Last "last" "The last item of a list.";
         Bezier "bezier" "A Bezier curve over a cycle, through the first and last of its control points.";
         Cycle "cycle" "cycle(period, shares, states, phase): states of valves that take turns, each for its share of the period.";
-        Box "box" "box(x, y, z): a box with these edges.";
-        Sphere "sphere" "sphere(radius)";
-        Cylinder "cylinder" "cylinder(radius, length), its axis along x.";
-        Disk "disk" "disk(radius, height), its axis upright.";
         Normal "normal" "normal(mean, standard deviation): a distribution.";
         Uniform "uniform" "uniform(low, high): a distribution.";
         Gain "gain" "gain(n): what the best value gained in the last n iterations.";
@@ -225,6 +222,9 @@ words! {
         Neighbours "neighbours" "The parts that are joined to a part, or the cells to a cell: up to 18.";
         Images "images" "The images of a part under the symmetry, without itself.";
     }
+    /// A function that makes shapes.
+    #[serde(untagged)]
+    Solid { Box Sphere Cylinder Disk Capsule }
 }
 
 impl Expr {

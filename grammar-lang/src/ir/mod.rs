@@ -1,6 +1,7 @@
 //! The typed rule set: what the engine runs. SI numbers, spans kept, serialisable.
 
 mod expr;
+mod form;
 mod hardware;
 mod lattice;
 mod novelty;
@@ -15,6 +16,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Painting, Word};
+pub use form::{Form, Solid};
 pub use hardware::{Backend, PINS, Pneumatic, Prototype, Supply, Target, Tendon};
 pub use lattice::{Cell, Cells, Fallback, JOINED, Lattice};
 pub use novelty::{Feature, Novelty};
@@ -134,25 +136,11 @@ pub struct Param {
     pub span: Span,
 }
 
-/// A shape, in metres.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Shape {
-    /// Edge lengths along x, y and z.
-    Box([f64; 3]),
-    /// Radius.
-    Sphere(f64),
-    /// Radius, then length along x.
-    Cylinder(f64, f64),
-    /// Radius, then height along y.
-    Disk(f64, f64),
-}
-
 /// A passive part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// Its shape.
-    pub shape: Shape,
+    pub shape: Form,
     /// Mass in kg.
     pub mass: f64,
     /// Coulomb coefficient of its surface.
@@ -212,7 +200,7 @@ impl Speed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
     /// One segment.
-    pub segment: Shape,
+    pub segment: Form,
     /// Mass of one segment in kg.
     pub mass: f64,
     /// Coulomb coefficient of its surface.

@@ -6,9 +6,9 @@ use std::fmt::Write;
 use indexmap::IndexMap;
 
 use super::{
-    Actuation, Actuator, Archive, Backend, Cells, Descriptor, Effect, Expr, ExprKind, Feature, Gather, Group,
-    Holding, InstanceParam, Kernel, Matched, Method, Model, Objective, Owner, Part, Pneumatic, Rule, RuleSet,
-    Schedule, SearchMethod, Shape, Speed, Spread, Symmetry, Table, Target, Tendon, Ty,
+    Actuation, Actuator, Archive, Backend, Cells, Descriptor, Effect, Expr, ExprKind, Feature, Form, Gather,
+    Group, Holding, InstanceParam, Kernel, Matched, Method, Model, Objective, Owner, Part, Pneumatic, Rule,
+    RuleSet, Schedule, SearchMethod, Speed, Spread, Symmetry, Table, Target, Tendon, Ty,
 };
 use crate::units::{self, Dimension};
 
@@ -46,14 +46,10 @@ fn tabulated(table: &Table, from: Dimension, to: Dimension) -> String {
     format!("table {{ {} }}", rows.join(", "))
 }
 
-fn shape(shape: Shape) -> String {
-    let length = |x: f64| named(x, "Length");
-    match shape {
-        Shape::Box([x, y, z]) => format!("box({}, {}, {})", length(x), length(y), length(z)),
-        Shape::Sphere(r) => format!("sphere({})", length(r)),
-        Shape::Cylinder(r, l) => format!("cylinder({}, {})", length(r), length(l)),
-        Shape::Disk(r, h) => format!("disk({}, {})", length(r), length(h)),
-    }
+fn shape(form: Form) -> String {
+    let (solid, lengths) = form.written();
+    let lengths: Vec<String> = lengths.into_iter().map(|x| named(x, "Length")).collect();
+    format!("{}({})", solid.text(), lengths.join(", "))
 }
 
 fn group(group: &Group) -> &str {

@@ -1,7 +1,6 @@
 //! Parts that are larger than a room or thinner than a hair: mostly a wrong unit.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::Shape;
 use crate::units::{self, Dimension};
 
 use super::known::Known;
@@ -15,12 +14,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let parts = ruleset.parts.iter().map(|(name, p)| (name, p.shape, p.span));
     let actuators = ruleset.actuators.iter().map(|(name, a)| (name, a.segment, a.span));
     for (name, shape, span) in parts.chain(actuators) {
-        let sizes = match shape {
-            Shape::Box(edges) => edges.to_vec(),
-            Shape::Sphere(radius) => vec![2.0 * radius],
-            Shape::Cylinder(radius, length) | Shape::Disk(radius, length) => vec![2.0 * radius, length],
-        };
-        let odd = sizes.into_iter().find(|size| !(LEAST..=MOST).contains(size));
+        let sizes = shape.half_extents() * 2.0;
+        let odd = sizes.iter().copied().find(|size| !(LEAST..=MOST).contains(size));
         if let Some(size) = odd {
             let than = if size > MOST { "longer than 10 m" } else { "thinner than 0.1 mm" };
             findings.push(

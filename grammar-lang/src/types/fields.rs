@@ -7,7 +7,7 @@ use super::expr::Context;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest, respell};
 use crate::eval::Value;
-use crate::ir::{self, Shape, Ty};
+use crate::ir::{self, Form, Solid, Ty};
 use crate::syntax::ast::{self, Block, Field, Name};
 use crate::units::Dimension;
 
@@ -309,7 +309,7 @@ impl Checker<'_> {
     }
 
     /// The mass of one piece: given, or from its density.
-    fn mass(&mut self, from: &Values<'_>, shape: Option<Shape>, cx: &Context) -> Option<f64> {
+    fn mass(&mut self, from: &Values<'_>, shape: Option<Form>, cx: &Context) -> Option<f64> {
         if let (Some((mass, _)), Some((name, _))) = (from.values.get("mass"), from.values.get("density")) {
             self.report(
                 Diagnostic::new(Code::DUPLICATE, name.span, "mass and density are both given")
@@ -325,17 +325,13 @@ impl Checker<'_> {
         if from.values.contains_key("mass") {
             return self.number(from, "mass", "Mass", Sign::Positive, "8 g", cx);
         }
-        Some(self.number(from, "density", "Density", Sign::Positive, "1 g/cm^3", cx)? * volume(shape?))
+        Some(self.number(from, "density", "Density", Sign::Positive, "1 g/cm^3", cx)? * shape?.shape.volume())
     }
 
-    fn shape(&mut self, from: &Values<'_>, name: &str, example: &str, cx: &Context) -> Option<Shape> {
+    fn shape(&mut self, from: &Values<'_>, name: &str, example: &str, cx: &Context) -> Option<Form> {
         let (value, span) = self.value(from, name, &Ty::Shape, example, cx)?;
         let Value::Shape(shape) = value else { return None };
-        let sizes = match shape {
-            Shape::Box(edges) => edges.to_vec(),
-            Shape::Sphere(radius) => vec![radius],
-            Shape::Cylinder(radius, length) | Shape::Disk(radius, length) => vec![radius, length],
-        };
+        let (solid, sizes) = shape.written();
         let segment = name == "segment";
         if let Some(bad) = sizes.iter().find(|s| **s <= 0.0) {
             self.report(
@@ -345,13 +341,13 @@ impl Checker<'_> {
             );
             return None;
         }
-        if segment != matches!(shape, Shape::Cylinder(..)) {
+        if segment != (solid == Solid::Cylinder) {
             let (message, help) = if segment {
                 ("a segment is a cylinder", "write `segment = cylinder(radius, length)`")
             } else {
                 (
-                    "a passive part is a box, a sphere or a disk",
-                    "write `box(x, y, z)`, `sphere(radius)` or `disk(radius, height)`",
+                    "a passive part is a box, a sphere, a disk or a capsule",
+                    "write `box(x, y, z)`, `sphere(radius)`, `disk(radius, height)` or `capsule(radius, length)`",
                 )
             };
             self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("another shape").help(help));
@@ -771,15 +767,5 @@ impl Checker<'_> {
             speed_limit: speed_limit?,
             pace_limit,
         })
-    }
-}
-
-/// The volume of a shape in m^3.
-fn volume(shape: Shape) -> f64 {
-    use std::f64::consts::PI;
-    match shape {
-        Shape::Box([x, y, z]) => x * y * z,
-        Shape::Sphere(r) => 4.0 / 3.0 * PI * r * r * r,
-        Shape::Cylinder(r, length) | Shape::Disk(r, length) => PI * r * r * length,
     }
 }

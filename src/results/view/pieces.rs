@@ -76,12 +76,7 @@ fn rounded(pose: &Isometry3<f64>) -> [f64; 7] {
 
 /// A shape as its kind and lengths in m.
 fn shape(shape: &Shape) -> (&'static str, Vec<f64>) {
-    let (kind, lengths) = match *shape {
-        Shape::Box { half } => ("box", vec![half.x, half.y, half.z]),
-        Shape::Ball { radius } => ("ball", vec![radius]),
-        Shape::Cylinder { radius, half_length } => ("cylinder", vec![radius, half_length]),
-    };
-    (kind, lengths.into_iter().map(finite).collect())
+    (shape.name(), shape.lengths().into_iter().map(finite).collect())
 }
 
 /// The colour if it is one, else grey: nothing but a colour may reach the page.

@@ -1,11 +1,11 @@
 //! Which parts of the body touch each other.
 //!
 //! Elements whose bodies are at least two hinges apart may collide. Every
-//! shape is its core plus a rounding: a ball is a point, boxes and cylinders
+//! shape is its core plus a rounding: a ball is a point, a capsule a line, boxes and cylinders
 //! are shrunk by a fifth of their smallest half size, so faces stay where they
 //! are and only edges are rounded. The closest points of two cores are found
 //! by alternating projections (von Neumann): the closest point of a box,
-//! cylinder or point is a closed form, and going to and fro between two convex
+//! cylinder, line or point is a closed form, and going to and fro between two convex
 //! sets converges to their distance. Each step goes on from the last one's
 //! points. There is one contact per pair; where two faces meet flat it lies
 //! anywhere on them. Pairs that overlap at rest by more than the roundings do
@@ -47,6 +47,8 @@ enum Core<S> {
     Box(V3<S>),
     /// Half length along x and radius.
     Cylinder(S, S),
+    /// Half length along x.
+    Line(S),
 }
 
 impl<S: Scalar> Core<S> {
@@ -61,6 +63,10 @@ impl<S: Scalar> Core<S> {
                 let outside = (radius * radius).less(square);
                 let k = S::pick(outside, radius / square.sqrt(), radius.like(1.0));
                 [clamp(p[0], half_length), p[1] * k, p[2] * k]
+            }
+            Self::Line(half_length) => {
+                let zero = p[0].like(0.0);
+                [clamp(p[0], half_length), zero, zero]
             }
         }
     }
@@ -390,6 +396,7 @@ fn hull<S: Scalar>(kit: S::Kit, piece: &Piece) -> Hull<S> {
             let rounding = radius.min(half_length) * ROUNDING;
             (Core::Cylinder(of(half_length - rounding), of(radius - rounding)), rounding)
         }
+        Shape::Capsule { radius, half_straight } => (Core::Line(of(half_straight)), radius),
     };
     Hull {
         body: piece.body,

@@ -1,6 +1,6 @@
 //! Which points of the body may touch the ground.
 //!
-//! A box has its corners, a ball its lowest point. A cylinder has, on each
+//! A box has its corners, a ball its lowest point, a capsule that of each end. A cylinder has, on each
 //! end, the lowest point of the rim (so that it rolls) and four points fixed
 //! to the rim (so that it stands when the lowest point is anywhere). As the
 //! ground is flat, only the convex hull of a body can touch it: corners inside
@@ -48,6 +48,8 @@ enum Sole<S> {
     Ball(S),
     /// Axis in the body's frame, half length, rim.
     Cylinder { axis: V3<S>, half_length: S, radius: S, fan: [V3<S>; FAN] },
+    /// From the centre to the middle of one end in the body's frame, radius.
+    Capsule { end: V3<S>, radius: S },
 }
 
 /// One element.
@@ -82,11 +84,16 @@ impl<S: Scalar> Ground<S> {
                 Shape::Box { .. } => Sole::Corners(hulls.corners(kit, index)),
                 Shape::Ball { radius } => Sole::Ball(S::of(kit, radius * LENGTH)),
                 Shape::Cylinder { radius, half_length } => cylinder(kit, local, radius, half_length),
+                Shape::Capsule { radius, half_straight } => Sole::Capsule {
+                    end: constant(kit, (local.rotation * Vector3::x() * half_straight * LENGTH).into()),
+                    radius: S::of(kit, radius * LENGTH),
+                },
             };
             let count = match &sole {
                 Sole::Corners(corners) => corners.len(),
                 Sole::Ball(_) => 1,
                 Sole::Cylinder { .. } => CYLINDER_SLOTS,
+                Sole::Capsule { .. } => 2,
             };
             feet.push(Foot {
                 body: piece.body,
@@ -143,6 +150,14 @@ impl<S: Scalar> Foot<S> {
             Sole::Ball(radius) => {
                 let zero = radius.like(0.0);
                 offers.add(0, ([zero, -*radius, zero], [zero; 3]), low);
+            }
+            Sole::Capsule { end, radius } => {
+                let end = apply(&frame.rotation, *end);
+                for (slot, middle) in [end, scale(end, height.like(-1.0))].into_iter().enumerate() {
+                    // Below the middle of the end, wherever that goes.
+                    let point = [middle[0], middle[1] - *radius, middle[2]];
+                    offers.add(slot, (point, cross(frame.spin, middle)), low);
+                }
             }
             Sole::Corners(corners) => {
                 for (slot, &corner) in corners.iter().enumerate() {

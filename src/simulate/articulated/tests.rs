@@ -258,7 +258,7 @@ fn a_block_rests_on_a_slope_below_the_friction_angle() {
     assert!((far / expected - 1.0).abs() < 0.03, "slid {far} cm, not {expected}");
 }
 
-/// A ball and a cylinder roll down a slope with the inertia of a filled body.
+/// A ball, a cylinder and a capsule roll down a slope with the inertia of a filled body.
 #[test]
 fn round_bodies_roll() {
     let radius = 0.02;
@@ -267,25 +267,48 @@ fn round_bodies_roll() {
     let expected = 0.5 * 981.0 * libm::sin(slope) * 4.0 / 1.4;
     assert!((ball / expected - 1.0).abs() < 0.02, "ball {ball} cm, not {expected}");
 
-    let lying = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.3);
-    let pose = Isometry3::from_parts(Translation3::identity(), lying);
-    let cylinder = element(Shape::Cylinder { radius, half_length: 0.03 }, pose);
-    let assembly = Assembly { elements: vec![cylinder], ..Assembly::default() };
-    let mut solver = solver::<f32>(&assembly, &fine(1.0 / 240.0));
-    let down = lying * Vector3::z();
-    let s = 981.0 * libm::sin(slope);
-    solver.gravity = [(s * down.x) as f32, (-981.0 * libm::cos(slope)) as f32, (s * down.z) as f32];
-    for _ in 0..480 {
-        solver.advance();
+    // Of a capsule, the ends have the inertia of a ball.
+    let (tube, ends) = (2.0 * 0.03, 4.0 / 3.0 * radius);
+    let mixed = (0.5 * tube + 0.4 * ends) / (tube + ends);
+    for (shape, inertia) in [
+        (Shape::Cylinder { radius, half_length: 0.03 }, 0.5),
+        (Shape::Capsule { radius, half_straight: 0.03 }, mixed),
+    ] {
+        let lying = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.3);
+        let pose = Isometry3::from_parts(Translation3::identity(), lying);
+        let assembly = Assembly { elements: vec![element(shape, pose)], ..Assembly::default() };
+        let mut solver = solver::<f32>(&assembly, &fine(1.0 / 240.0));
+        let down = lying * Vector3::z();
+        let s = 981.0 * libm::sin(slope);
+        solver.gravity = [(s * down.x) as f32, (-981.0 * libm::cos(slope)) as f32, (s * down.z) as f32];
+        for _ in 0..480 {
+            solver.advance();
+        }
+        let [x, y, z] = solver.state.position.map(f64::from);
+        let (far, expected) = (libm::hypot(x, z), 0.5 * s * 4.0 / (1.0 + inertia));
+        assert!((far / expected - 1.0).abs() < 0.02, "{shape:?}: {far} cm, not {expected}");
+        assert!((y - 2.0).abs() < 0.01, "it hops or sinks: {y}");
     }
-    let [x, y, z] = solver.state.position.map(f64::from);
-    let expected = 0.5 * s * 4.0 / 1.5;
-    assert!(
-        (libm::hypot(x, z) / expected - 1.0).abs() < 0.02,
-        "cylinder {} cm, not {expected}",
-        libm::hypot(x, z)
-    );
-    assert!((y - 2.0).abs() < 0.01, "it hops or sinks: {y}");
+}
+
+/// On ice nothing pushes sideways: a capsule that falls over sinks straight down, and ends on its side.
+#[test]
+fn a_capsule_falls_over_on_ice() {
+    for tilt in [0.1, 0.7, 1.3] {
+        // From standing: its x axis is nearly upright.
+        let leaning = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_2 - tilt);
+        let pose = Isometry3::from_parts(Translation3::identity(), leaning);
+        let capsule = element(Shape::Capsule { radius: 0.01, half_straight: 0.02 }, pose);
+        let assembly = Assembly { elements: vec![capsule], ..Assembly::default() };
+        let settings = Settings { ground_friction: 0.0, ..fine(1.0 / 240.0) };
+        let mut solver = solver::<f32>(&assembly, &settings);
+        for _ in 0..960 {
+            solver.advance();
+        }
+        let [x, y, z] = solver.state.position.map(f64::from);
+        assert!(libm::hypot(x, z) < 1e-3, "tilt {tilt}: went {x}, {z} cm");
+        assert!((y - 1.0).abs() < 0.01, "tilt {tilt}: at {y} cm");
+    }
 }
 
 /// Cylinders stand, and lie, without moving; a leaning one falls over.
@@ -412,6 +435,7 @@ fn parts_do_not_pass_through_each_other() {
         (Shape::Ball { radius: 0.01 }, 1.97, 2.01),
         (Shape::Box { half: Vector3::repeat(0.01) }, 2.15, 2.24),
         (Shape::Cylinder { radius: 0.01, half_length: 0.01 }, 2.15, 2.24),
+        (Shape::Capsule { radius: 0.01, half_straight: 0.005 }, 1.97, 2.7),
     ] {
         let mut body = Builder::default();
         body.0.actuators = 2;

@@ -155,15 +155,14 @@ fn inertia_of(inertia: &Matrix3<f64>) -> String {
 
 fn geom(xml: &mut Xml, element: usize, piece: &Piece) {
     let Isometry3 { rotation, translation } = piece.local;
+    // What is round about x lies along z in MuJoCo: a quarter turn about y brings z to x.
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    let lay = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(half, 0.0, half, 0.0));
     let (kind, size, rotation) = match piece.shape {
         Shape::Box { half } => ("box", vec![half.x, half.y, half.z], rotation),
         Shape::Ball { radius } => ("sphere", vec![radius], rotation),
-        Shape::Cylinder { radius, half_length } => {
-            // Those of MuJoCo lie along z: a quarter turn about y brings z to x.
-            let half = std::f64::consts::FRAC_1_SQRT_2;
-            let lay = UnitQuaternion::new_unchecked(nalgebra::Quaternion::new(half, 0.0, half, 0.0));
-            ("cylinder", vec![radius, half_length], rotation * lay)
-        }
+        Shape::Cylinder { radius, half_length } => ("cylinder", vec![radius, half_length], rotation * lay),
+        Shape::Capsule { radius, half_straight } => ("capsule", vec![radius, half_straight], rotation * lay),
     };
     let q = (turn() * rotation).into_inner();
     xml.leaf(

@@ -36,6 +36,23 @@ fn numbers(node: Node<'_, '_>, attribute: &str) -> Vec<f64> {
 }
 
 #[test]
+fn a_capsule_lies_along_its_own_x() {
+    let shape = Shape::Capsule { radius: 0.01, half_straight: 0.02 };
+    let body = Assembly {
+        elements: vec![bodies::element(shape, nalgebra::Isometry3::identity())],
+        ..Assembly::default()
+    };
+    let model = mjcf(&body, &settings(), ("capsule", &names())).unwrap();
+    let document = Document::parse(&model).unwrap();
+    let geom = all(&document, "geom").find(|geom| geom.attribute("type") == Some("capsule")).unwrap();
+    assert_eq!(numbers(geom, "size"), [0.01, 0.02]);
+    let [w, x, y, z] = <[f64; 4]>::try_from(numbers(geom, "quat")).unwrap();
+    let turn = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(w, x, y, z));
+    // Its z there is the x of the element, which is x there, too.
+    assert!(((turn * Vector3::z()).x.abs() - 1.0).abs() < 1e-5, "{turn}");
+}
+
+#[test]
 fn a_small_model() {
     insta::assert_snapshot!(mjcf(&small(), &settings(), ("small", &names())).unwrap());
 }

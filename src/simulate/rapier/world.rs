@@ -243,6 +243,7 @@ fn collider(piece: &Piece, self_collision: bool) -> Collider {
             local.rotation *= UnitQuaternion::new_unchecked(lay);
             SharedShape::cylinder(size(half_length), size(radius))
         }
+        Shape::Capsule { radius, half_straight } => SharedShape::capsule_x(size(half_straight), size(radius)),
     };
     let others = if self_collision { GROUND | ROBOT } else { GROUND };
     ColliderBuilder::new(shape)

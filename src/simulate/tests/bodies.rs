@@ -12,12 +12,7 @@ const RADIUS: f64 = 0.01;
 const HALF_LENGTH: f64 = 0.008;
 
 pub(crate) fn element(shape: Shape, pose: Isometry3<f64>) -> Element {
-    let volume = match shape {
-        Shape::Box { half } => 8.0 * half.x * half.y * half.z,
-        Shape::Ball { radius } => 4.0 / 3.0 * std::f64::consts::PI * radius * radius * radius,
-        Shape::Cylinder { radius, half_length } => 2.0 * std::f64::consts::PI * radius * radius * half_length,
-    };
-    Element { shape, pose, mass: DENSITY * volume, friction: 0.8 }
+    Element { shape, pose, mass: DENSITY * shape.volume(), friction: 0.8 }
 }
 
 pub(crate) fn cube(place: Vector3<f64>) -> Element {

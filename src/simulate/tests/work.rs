@@ -119,6 +119,7 @@ fn the_lowest_point_is_on_the_ground_at_rest() {
         Shape::Box { half: Vector3::new(0.01, 0.02, 0.03) },
         Shape::Ball { radius: 0.015 },
         Shape::Cylinder { radius: 0.01, half_length: 0.025 },
+        Shape::Capsule { radius: 0.01, half_straight: 0.025 },
     ];
     for shape in shapes {
         for (z, x) in turns {
@@ -138,5 +139,6 @@ fn the_size_is_the_longest_extent() {
     assert_eq!(size(Shape::Ball { radius: 0.02 }), 0.04);
     assert_eq!(size(Shape::Cylinder { radius: 0.01, half_length: 0.03 }), 0.06);
     assert_eq!(size(Shape::Cylinder { radius: 0.03, half_length: 0.01 }), 0.06);
+    assert_eq!(size(Shape::Capsule { radius: 0.01, half_straight: 0.02 }), 0.06);
     assert_eq!(still(Shape::Ball { radius: 0.02 }, none).size(1), None);
 }

@@ -1,14 +1,12 @@
 //! Bodies as pictures: seen from the side and above in parallel projection, the farthest faces drawn first.
 
+use grammar_lang::shape::{CORNERS, Face, Outline, around};
 use nalgebra::{Point3, Vector3};
 
 use super::chart::path;
-use crate::design::assembly::Shape;
 use crate::markup::escape;
 use crate::results::report::gather::bodies::Piece;
 
-/// Corners of what is round.
-const CORNERS: usize = 16;
 /// The size of a picture.
 pub(super) const SIZE: (f64, f64) = (240.0, 180.0);
 /// Room at each side, and at the bottom for the scale.
@@ -36,77 +34,31 @@ impl View {
     }
 }
 
-/// A flat piece of a surface.
-struct Face {
-    corners: Vec<Point3<f64>>,
-    normal: Vector3<f64>,
-}
-
-/// The faces of a piece in the world; a ball is no faces.
-fn faces(piece: &Piece) -> Vec<Face> {
-    let (corners, sides): (Vec<Vec<Point3<f64>>>, Vec<Vector3<f64>>) = match piece.shape {
-        Shape::Ball { .. } => return Vec::new(),
-        Shape::Box { half } => (0..6).map(|side| box_side(half, side)).unzip(),
-        Shape::Cylinder { radius, half_length } => cylinder(radius, half_length).into_iter().unzip(),
+/// The surface of a piece in the world.
+fn surface(piece: &Piece) -> Outline {
+    let Outline { faces, balls } = piece.shape.outline();
+    let face = |face: Face| Face {
+        corners: face.corners.iter().map(|corner| piece.pose * corner).collect(),
+        normal: piece.pose * face.normal,
     };
-    let made = corners.into_iter().zip(sides).map(|(corners, normal)| Face {
-        corners: corners.iter().map(|corner| piece.pose * corner).collect(),
-        normal: piece.pose * normal,
-    });
-    made.collect()
-}
-
-fn box_side(half: Vector3<f64>, side: usize) -> (Vec<Point3<f64>>, Vector3<f64>) {
-    let axis = side % 3;
-    let (u, v) = ((axis + 1) % 3, (axis + 2) % 3);
-    let sign = if side < 3 { 1.0 } else { -1.0 };
-    let corner = |a: f64, b: f64| {
-        let mut at = Vector3::zeros();
-        (at[axis], at[u], at[v]) = (sign * half[axis], a * half[u], b * half[v]);
-        Point3::from(at)
-    };
-    let mut normal = Vector3::zeros();
-    normal[axis] = sign;
-    (vec![corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], normal)
-}
-
-/// Directions around the x axis.
-fn around(i: usize, many: usize) -> Vector3<f64> {
-    let (sin, cos) = libm::sincos(std::f64::consts::TAU * i as f64 / many as f64);
-    Vector3::new(0.0, cos, sin)
-}
-
-fn cylinder(radius: f64, half: f64) -> Vec<(Vec<Point3<f64>>, Vector3<f64>)> {
-    let rim = |x: f64, i: usize| Point3::from(around(i, CORNERS) * radius + Vector3::new(x, 0.0, 0.0));
-    let side = |i: usize| {
-        (
-            vec![rim(-half, i), rim(half, i), rim(half, i + 1), rim(-half, i + 1)],
-            around(2 * i + 1, 2 * CORNERS),
-        )
-    };
-    let cap = |x: f64| {
-        ((0..CORNERS).map(|i| rim(x, i)).collect(), Vector3::new(x / half.abs().max(1e-12), 0.0, 0.0))
-    };
-    (0..CORNERS).map(side).chain([cap(-half), cap(half)]).collect()
+    let ball = |(centre, radius)| (piece.pose * centre, radius);
+    Outline { faces: faces.into_iter().map(face).collect(), balls: balls.into_iter().map(ball).collect() }
 }
 
 /// Points that hold a piece between them.
 fn outline(piece: &Piece) -> Vec<Point3<f64>> {
-    match piece.shape {
-        Shape::Ball { radius } => {
-            let centre = Point3::from(piece.pose.translation.vector);
-            let view = View::new();
-            let rim = |i| {
-                let along = around(i, CORNERS);
-                [
-                    centre + (view.right * along.y + view.up * along.z) * radius,
-                    centre + Vector3::new(along.y, 0.0, along.z) * radius,
-                ]
-            };
-            (0..CORNERS).flat_map(rim).collect()
-        }
-        _ => faces(piece).into_iter().flat_map(|face| face.corners).collect(),
-    }
+    let view = View::new();
+    let Outline { faces, balls } = surface(piece);
+    let rim = |(centre, radius): (Point3<f64>, f64)| {
+        (0..CORNERS).flat_map(move |i| {
+            let along = around(i, CORNERS);
+            [
+                centre + (view.right * along.y + view.up * along.z) * radius,
+                centre + Vector3::new(along.y, 0.0, along.z) * radius,
+            ]
+        })
+    };
+    faces.into_iter().flat_map(|face| face.corners).chain(balls.into_iter().flat_map(rim)).collect()
 }
 
 /// How wide and high some bodies are in the picture, in m, with their shadows.
@@ -116,15 +68,7 @@ pub(super) fn extent(pieces: &[Piece]) -> (f64, f64) {
 }
 
 fn ground(pieces: &[Piece]) -> f64 {
-    pieces.iter().flat_map(outline).chain(balls_below(pieces)).map(|p| p.y).fold(f64::INFINITY, f64::min)
-}
-
-fn balls_below(pieces: &[Piece]) -> Vec<Point3<f64>> {
-    let below = |piece: &Piece| match piece.shape {
-        Shape::Ball { radius } => Some(Point3::from(piece.pose.translation.vector - Vector3::y() * radius)),
-        _ => None,
-    };
-    pieces.iter().filter_map(below).collect()
+    pieces.iter().map(|piece| piece.shape.lowest(&piece.pose)).fold(f64::INFINITY, f64::min)
 }
 
 fn bounds(pieces: &[Piece]) -> ((f64, f64), (f64, f64)) {
@@ -162,11 +106,11 @@ pub(super) fn picture(pieces: &[Piece], scale: f64, told: &str) -> String {
     let mut marks: Vec<(f64, String)> = Vec::new();
     for piece in pieces {
         let depth = |point: &Point3<f64>| view.near.dot(&point.coords);
-        if let Shape::Ball { radius } = piece.shape {
-            let centre = Point3::from(piece.pose.translation.vector);
+        let Outline { faces, balls } = surface(piece);
+        for (centre, radius) in balls {
             marks.push((depth(&centre), ball(place(&centre), radius * scale, &piece.colour)));
         }
-        for face in faces(piece).iter().filter(|face| face.normal.dot(&view.near) > 1e-6) {
+        for face in faces.iter().filter(|face| face.normal.dot(&view.near) > 1e-6) {
             let middle = face.corners.iter().map(depth).sum::<f64>() / face.corners.len().max(1) as f64;
             let bright = 0.62 + 0.42 * face.normal.dot(&view.light).max(0.0);
             let fill = shaded(&piece.colour, bright);
@@ -283,6 +227,7 @@ fn shaded(colour: &str, bright: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::assembly::Shape;
     use nalgebra::Isometry3;
 
     fn piece(shape: Shape, x: f64) -> Piece {

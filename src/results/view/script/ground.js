@@ -254,22 +254,22 @@ class Ground {
   shade(index, shape, at, axes, tools) {
     const { matrix, colour } = tools;
     const [kind, lengths] = shape;
-    const half = kind === "box" ? lengths : kind === "ball" ? [0, 0, 0] : [lengths[1], lengths[0], lengths[0]];
+    const half = kind === "ball" ? [0, 0, 0] : halves(shape), isAxial = isRound(shape);
     const least = Math.min(...lengths);
     let x = at[0], z = at[2], gap = at[1];
     const spread = [0, 0, 0], flat = 0.06 * least;
     if (kind === "ball") gap -= lengths[0];
-    const round = kind === "cylinder" ? Math.hypot(axes[1][1], axes[2][1]) : 0;
+    const round = isAxial ? Math.hypot(axes[1][1], axes[2][1]) : 0;
     for (let k = 0; k < 3; k++) {
       const rise = axes[k][1];
       // A round side has one lowest line; its share of each radial axis follows from the rise.
-      const reach = kind === "cylinder" && k > 0 ? half[k] * Math.abs(rise) / (round || 1) : half[k];
+      const reach = isAxial && k > 0 ? half[k] * Math.abs(rise) / (round || 1) : half[k];
       gap -= reach * Math.abs(rise);
       const lean = Math.max(-1, Math.min(1, (rise * half[k]) / flat));
-      const shift = kind === "cylinder" && k > 0 ? (reach * Math.sign(rise)) * Math.min(1, (round * half[k]) / flat) : half[k] * lean;
+      const shift = isAxial && k > 0 ? (reach * Math.sign(rise)) * Math.min(1, (round * half[k]) / flat) : half[k] * lean;
       x -= shift * axes[k][0];
       z -= shift * axes[k][2];
-      spread[k] = kind === "cylinder" && k > 0 ? half[k] * (1 - Math.min(1, (round * half[k]) / flat)) : half[k] * (1 - Math.abs(lean));
+      spread[k] = isAxial && k > 0 ? half[k] * (1 - Math.min(1, (round * half[k]) / flat)) : half[k] * (1 - Math.abs(lean));
     }
     // The two most level axes carry the patch.
     const order = [0, 1, 2].sort((a, b) => Math.abs(axes[a][1]) - Math.abs(axes[b][1]) || a - b);

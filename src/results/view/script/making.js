@@ -9,10 +9,7 @@ function holding(list, step) {
 
 /** How far a shape reaches below its centre, turned by i, j, k, w. */
 function below(shape, [, , , i, j, k, w]) {
-  const half = halves(shape), rise = [2 * (i * j + k * w), 1 - 2 * (i * i + k * k), 2 * (j * k - i * w)];
-  if (shape[0] === "ball") return half[0];
-  if (shape[0] === "cylinder") return half[0] * Math.abs(rise[0]) + half[1] * Math.sqrt(Math.max(0, 1 - rise[0] * rise[0]));
-  return half.reduce((sum, length, axis) => sum + length * Math.abs(rise[axis]), 0);
+  return depth(shape, [2 * (i * j + k * w), 1 - 2 * (i * i + k * k), 2 * (j * k - i * w)]);
 }
 
 class Making {

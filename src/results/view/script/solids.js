@@ -13,21 +13,50 @@ function cylinder(radius, half) {
   return new THREE.LatheGeometry(points, 40).rotateZ(-Math.PI / 2);
 }
 
+/** A capsule along x. */
+function capsule(radius, half) {
+  const points = [], steps = 12;
+  for (const side of [-1, 1]) {
+    for (let step = 0; step <= steps; step++) {
+      const angle = (side < 0 ? step : steps - step) / steps * Math.PI / 2;
+      points.push(new THREE.Vector2(radius * Math.sin(angle), side * (half + radius * Math.cos(angle))));
+    }
+  }
+  return new THREE.LatheGeometry(points, 40).rotateZ(-Math.PI / 2);
+}
+
 /** The geometry of a shape; see `Look` in pieces.rs. */
 function geometry([kind, lengths]) {
   if (kind === "ball") return new THREE.SphereGeometry(lengths[0], 40, 28);
   if (kind === "cylinder") return cylinder(...lengths);
+  if (kind === "capsule") return capsule(...lengths);
   return new THREE.RoundedBoxGeometry(...lengths.map((half) => 2 * half), 3, 0.12 * Math.min(...lengths));
 }
 
 /** The radius of the ball around a shape. */
 function radius([kind, lengths]) {
+  if (kind === "capsule") return lengths[0] + lengths[1];
   return kind === "ball" ? lengths[0] : Math.hypot(...lengths);
 }
 
 /** Half the extent of a shape along its own axes. */
 function halves([kind, lengths]) {
+  if (kind === "capsule") return [lengths[0] + lengths[1], lengths[0], lengths[0]];
   return kind === "box" ? lengths : kind === "ball" ? Array(3).fill(lengths[0]) : [lengths[1], lengths[0], lengths[0]];
+}
+
+/** Whether a shape is round about its x axis alone. */
+function isRound([kind]) {
+  return kind === "cylinder" || kind === "capsule";
+}
+
+/** How far a shape reaches below its centre, where its axes rise by these. */
+function depth(shape, rise) {
+  const half = halves(shape);
+  if (shape[0] === "ball") return half[0];
+  if (shape[0] === "capsule") return shape[1][1] * Math.abs(rise[0]) + shape[1][0];
+  if (isRound(shape)) return half[0] * Math.abs(rise[0]) + half[1] * Math.sqrt(Math.max(0, 1 - rise[0] * rise[0]));
+  return half.reduce((sum, length, axis) => sum + length * Math.abs(rise[axis]), 0);
 }
 
 /** One instanced mesh for all elements of one shape: a few draw calls even for hundreds of balls. */
