@@ -2,41 +2,10 @@
 
 use grammar_lang::names::declared;
 use grammar_lang::syntax::ast::{Item, ItemKind};
+use grammar_lang::syntax::declarations::{SETTINGS, kind};
 
 use super::Module;
 use super::lex::{Kind, pieces};
-
-/// The words that open declarations, and what several of them are called. A
-/// word that is not here heads its group itself.
-const TITLES: &[(&str, &str)] = &[
-    ("param", "Parameters"),
-    ("let", "Constants"),
-    ("enum", "Enumerations"),
-    ("record", "Records"),
-    ("part", "Parts"),
-    ("actuator", "Actuators"),
-    ("cell", "Cells"),
-    ("lattice", "Lattices"),
-    ("pattern", "Patterns"),
-    ("rule", "Rules"),
-    ("require", "Requirements"),
-    ("prefer", "Preferences"),
-    ("actuation", "Actuations"),
-    ("term", "Terms"),
-    ("task", "Tasks"),
-    ("model", "Models"),
-    ("search", "Searches"),
-    ("variant", "Variants"),
-    ("table", "Tables"),
-    ("target", "Targets"),
-    ("prototype", "Prototypes"),
-    ("novelty", "Novelty sets"),
-    ("example", "Examples"),
-];
-
-/// The words whose declarations say how a grammar is run.
-const SETTINGS: &[&str] = &["symmetry", "begin", "actuate", "simulate", "maximize", "minimize", "observe"];
-const SETTINGS_TITLE: &str = "Settings";
 
 /// The words after which a name may be left out.
 const MAYBE_NAMED: &[&str] = &["require", "prefer", "search"];
@@ -77,7 +46,7 @@ pub(super) fn groups(module: &Module) -> Vec<Group<'_>> {
         }
     }
     // Settings are what the rest leads to.
-    groups.sort_by_key(|group| group.title == SETTINGS_TITLE);
+    groups.sort_by_key(|group| group.title == SETTINGS);
     groups
 }
 
@@ -90,7 +59,7 @@ fn entry<'a>(module: &'a Module, item: &'a Item) -> Entry<'a> {
 
 /// The name of a declaration that others cannot import, or of a kind that is not known here.
 fn second_word<'a>(word: &str, source: &'a str) -> Option<&'a str> {
-    if SETTINGS.contains(&word) || MAYBE_NAMED.contains(&word) {
+    if kind(word).is_some_and(|kind| kind.several == SETTINGS) || MAYBE_NAMED.contains(&word) {
         return None;
     }
     let mut pieces = pieces(source).into_iter().filter(|piece| piece.kind != Kind::Space).skip(1);
@@ -99,11 +68,10 @@ fn second_word<'a>(word: &str, source: &'a str) -> Option<&'a str> {
 
 fn title(entry: &Entry<'_>) -> String {
     // `search NAME` without a block chooses one; with a block it declares one.
-    if SETTINGS.contains(&entry.word) || entry.word == "search" && entry.name.is_none() {
-        return SETTINGS_TITLE.to_owned();
+    if entry.word == "search" && entry.name.is_none() {
+        return SETTINGS.to_owned();
     }
-    let known = TITLES.iter().find(|(word, _)| *word == entry.word);
-    known.map_or_else(|| entry.word.to_owned(), |(_, title)| (*title).to_owned())
+    kind(entry.word).map_or_else(|| entry.word.to_owned(), |kind| kind.several.to_owned())
 }
 
 /// The text of an item: with a comment that follows on its last line, without

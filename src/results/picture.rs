@@ -2,12 +2,14 @@
 
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
+use indexmap::IndexMap;
 
 use super::making::{look, making};
-use super::saved::SavedDesign;
+use super::saved::{SavedDesign, SavedTask};
 use super::view::{Check, Curve, Element, Scene};
 use super::{describe, genuine, replay, robustness, summary};
 use crate::design::lattice;
+use crate::score::Observed;
 
 /// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named.
 ///
@@ -60,7 +62,6 @@ pub fn scene(
             targets: targets.angles.iter().skip(i).step_by(targets.actuators.max(1)).copied().collect(),
         })
         .collect();
-    let unit = &saved.unit;
     let checks = saved
         .checks
         .iter()
@@ -70,20 +71,7 @@ pub fn scene(
             ok: robustness::confirmed(rules, saved, check),
         })
         .collect();
-    // Of several tasks, the page shows one and tells the values of all.
-    let named = design.tasks.iter().filter(|t| t.name != RuleSet::ONLY_TASK);
-    let values: Vec<(String, String)> = named
-        .map(|t| (format!("task {}", t.name), describe::quantity(t.value, &t.unit)))
-        .chain(design.penalties.iter().map(|(name, weight)| {
-            (
-                format!("not fulfilled: {name}"),
-                describe::quantity(summary::signed(rules, *weight), &design.unit),
-            )
-        }))
-        .collect();
-    let observed = replayed.observed.iter().map(|(name, value)| {
-        (format!("observed: {name}"), summary::observed_value(rules, name, value.as_ref()))
-    });
+    let terms = terms(rules, design, saved, &replayed.observed);
     let shown =
         if saved.name == RuleSet::ONLY_TASK { String::new() } else { format!(", task {}", saved.name) };
     Ok(Scene {
@@ -103,11 +91,7 @@ pub fn scene(
             },
         ],
         value: describe::quantity(design.value, &design.unit),
-        terms: values
-            .into_iter()
-            .chain(saved.terms.iter().map(|(name, v)| (name.clone(), describe::term(rules, unit, name, *v))))
-            .chain(observed)
-            .collect(),
+        terms,
         elements,
         motion,
         curves,
@@ -115,4 +99,26 @@ pub fn scene(
         making: making(rules, sources, &candidate.derivation, &names),
         checks,
     })
+}
+
+/// What is told beside the value: those of the tasks, where there are several, and what it gives up; the terms of one
+/// task; what was observed.
+fn terms(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    saved: &SavedTask,
+    observed: &IndexMap<String, Option<Observed>>,
+) -> Vec<(String, String)> {
+    let tasks = design.tasks.iter().filter(|t| t.name != RuleSet::ONLY_TASK);
+    let tasks = tasks.map(|t| (format!("task {}", t.name), describe::quantity(t.value, &t.unit)));
+    let penalties = design.penalties.iter().map(|(name, weight)| {
+        let lost = describe::quantity(summary::signed(rules, *weight), &design.unit);
+        (format!("not fulfilled: {name}"), lost)
+    });
+    let terms =
+        saved.terms.iter().map(|(name, v)| (name.clone(), describe::term(rules, &saved.unit, name, *v)));
+    let observed = observed.iter().map(|(name, value)| {
+        (format!("observed: {name}"), summary::observed_value(rules, name, value.as_ref()))
+    });
+    tasks.chain(penalties).chain(terms).chain(observed).collect()
 }

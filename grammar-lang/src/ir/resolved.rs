@@ -7,8 +7,8 @@ use indexmap::IndexMap;
 
 use super::{
     Actuation, Actuator, Archive, Backend, Cells, Descriptor, Effect, Expr, ExprKind, Feature, Form, Gather,
-    Group, Holding, InstanceParam, Kernel, Matched, Method, Model, Objective, Owner, Part, Pneumatic, Rule,
-    RuleSet, Schedule, SearchMethod, Speed, Spread, Symmetry, Table, Target, Tendon, Ty,
+    Group, Holding, InstanceParam, Kernel, Matched, Method, Model, Novelty, Objective, Owner, Part,
+    Pneumatic, Rule, RuleSet, Schedule, SearchMethod, Speed, Spread, Symmetry, Table, Target, Tendon, Ty,
 };
 use crate::units::{self, Dimension};
 
@@ -85,6 +85,30 @@ impl Writer<'_> {
 
     fn rule_set(&mut self) {
         let rules = self.rules;
+        self.declared();
+        self.begun();
+        rules.rules.iter().for_each(|rule| self.rule(rule));
+        self.gap();
+        self.required();
+        rules.actuations.iter().for_each(|(name, actuation)| self.actuation(name, actuation));
+        self.gap();
+        self.scored();
+        self.asked();
+        let from = rules.from.as_ref().map_or(String::new(), |from| format!(" from {from}"));
+        self.line(0, format!("search {}{from} {{", rules.search.name));
+        self.line(1, format!("keep = {}", rules.search.keep));
+        if let Some(bodies) = &rules.search.bodies {
+            self.searched("bodies", &bodies.schedule, bodies.method(), false);
+        }
+        if let Some(curves) = &rules.search.curves {
+            self.searched("curves", &curves.schedule, curves.method(), curves.warm);
+        }
+        self.line(0, "}");
+    }
+
+    /// Parameters, parts and patterns.
+    fn declared(&mut self) {
+        let rules = self.rules;
         self.line(0, format!("grammar {}", rules.name));
         self.gap();
         for (name, param) in &rules.params {
@@ -100,6 +124,11 @@ impl Writer<'_> {
             self.line(0, format!("pattern {name} = {value}"));
         }
         self.gap();
+    }
+
+    /// The initial design and its symmetry.
+    fn begun(&mut self) {
+        let rules = self.rules;
         self.line(
             0,
             match rules.symmetry {
@@ -129,8 +158,11 @@ impl Writer<'_> {
             self.line(1, format!("place {} : {what}{on}", placed.name));
         }
         self.line(0, "}");
-        rules.rules.iter().for_each(|rule| self.rule(rule));
-        self.gap();
+    }
+
+    /// What designs must and should be.
+    fn required(&mut self) {
+        let rules = self.rules;
         for fallback in &rules.fallbacks {
             let condition = self.expr(&fallback.condition, &Names::new());
             self.line(0, format!("fallback {} when {condition}", fallback.rule));
@@ -150,8 +182,11 @@ impl Writer<'_> {
             let weight = self.expr(&preference.weight, &Names::new());
             self.line(0, format!("prefer {} : {condition} weight {weight}", preference.name));
         }
-        rules.actuations.iter().for_each(|(name, actuation)| self.actuation(name, actuation));
-        self.gap();
+    }
+
+    /// Terms, hardware, and what is observed.
+    fn scored(&mut self) {
+        let rules = self.rules;
         for (name, term) in &rules.terms {
             let value = self.expr(&term.value, &Names::new());
             self.line(0, format!("term {name} : {} = {value}", term.ty));
@@ -173,27 +208,35 @@ impl Writer<'_> {
         if !rules.observed.is_empty() {
             self.line(0, format!("observe {}", rules.observed.join(", ")));
         }
-        for (name, novelty) in &rules.novelties {
-            self.line(0, format!("novelty {name} {{"));
-            for (name, Feature { value, weight, .. }) in &novelty.features {
-                let value = self.expr(value, &Names::new());
-                self.line(1, format!("feature {name} = {value} weight {weight}"));
-            }
-            for (name, values) in &novelty.known {
-                let fields = novelty.features.iter().zip(values);
-                let fields: Vec<String> = fields
-                    .map(|((name, feature), value)| match &feature.ty {
-                        Ty::Enum(of) => format!("{name} = {}", rules.value_of(of, *value).unwrap_or("?")),
-                        Ty::Bool => format!("{name} = {}", *value != 0.0),
-                        ty => {
-                            format!("{name} = {}", units::shown(*value, ty.dimension().unwrap_or_default()))
-                        }
-                    })
-                    .collect();
-                self.line(1, format!("known {name:?} {{ {} }}", fields.join("  ")));
-            }
-            self.line(0, "}");
+        rules.novelties.iter().for_each(|(name, novelty)| self.novelty(name, novelty));
+    }
+
+    fn novelty(&mut self, name: &str, novelty: &Novelty) {
+        let rules = self.rules;
+        self.line(0, format!("novelty {name} {{"));
+        for (name, Feature { value, weight, .. }) in &novelty.features {
+            let value = self.expr(value, &Names::new());
+            self.line(1, format!("feature {name} = {value} weight {weight}"));
         }
+        for (name, values) in &novelty.known {
+            let fields = novelty.features.iter().zip(values);
+            let fields: Vec<String> = fields
+                .map(|((name, feature), value)| match &feature.ty {
+                    Ty::Enum(of) => format!("{name} = {}", rules.value_of(of, *value).unwrap_or("?")),
+                    Ty::Bool => format!("{name} = {}", *value != 0.0),
+                    ty => {
+                        format!("{name} = {}", units::shown(*value, ty.dimension().unwrap_or_default()))
+                    }
+                })
+                .collect();
+            self.line(1, format!("known {name:?} {{ {} }}", fields.join("  ")));
+        }
+        self.line(0, "}");
+    }
+
+    /// The tasks, and what is wanted of all together.
+    fn asked(&mut self) {
+        let rules = self.rules;
         for (name, task) in &rules.tasks {
             let indent = usize::from(*name != RuleSet::ONLY_TASK);
             self.gap();
@@ -213,16 +256,6 @@ impl Writer<'_> {
         if !rules.tasks.contains_key(RuleSet::ONLY_TASK) {
             self.objective(0, &rules.objective);
         }
-        let from = rules.from.as_ref().map_or(String::new(), |from| format!(" from {from}"));
-        self.line(0, format!("search {}{from} {{", rules.search.name));
-        self.line(1, format!("keep = {}", rules.search.keep));
-        if let Some(bodies) = &rules.search.bodies {
-            self.searched("bodies", &bodies.schedule, bodies.method(), false);
-        }
-        if let Some(curves) = &rules.search.curves {
-            self.searched("curves", &curves.schedule, curves.method(), curves.warm);
-        }
-        self.line(0, "}");
     }
 
     fn part(&mut self, name: &str, part: &Part) {

@@ -144,13 +144,6 @@ impl Program {
 pub fn declared(item: &Item) -> Option<&Name> {
     match &item.kind {
         ItemKind::Param(p) => Some(&p.name),
-        ItemKind::Part(b)
-        | ItemKind::Actuator(b)
-        | ItemKind::Cell(b)
-        | ItemKind::Model(b)
-        | ItemKind::Search(b)
-        | ItemKind::Target { block: b, .. }
-        | ItemKind::Prototype(b, _) => Some(&b.name),
         ItemKind::Table(t) => Some(&t.name),
         ItemKind::Rule(n, _)
         | ItemKind::Pattern(n, _)
@@ -163,7 +156,7 @@ pub fn declared(item: &Item) -> Option<&Name> {
         | ItemKind::Example(n, _) => Some(n),
         ItemKind::Require { name, .. } | ItemKind::Prefer { name, .. } => name.as_ref(),
         ItemKind::Actuation { name, .. } => Some(name),
-        _ => None,
+        kind => kind.block().map(|block| &block.name),
     }
 }
 

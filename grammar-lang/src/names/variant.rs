@@ -480,16 +480,6 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
             Ok(())
         }
         (ItemKind::Rule(_, clauses), [field]) => change_rule(clauses, field, change),
-        (
-            ItemKind::Part(block)
-            | ItemKind::Actuator(block)
-            | ItemKind::Cell(block)
-            | ItemKind::Model(block)
-            | ItemKind::Search(block)
-            | ItemKind::Target { block, .. }
-            | ItemKind::Prototype(block, _),
-            rest,
-        ) => change_block(block, rest, change),
         (ItemKind::Novelty(_, clauses), rest) => change_novelty(clauses, rest, change),
         (ItemKind::Actuation { clauses, .. }, [field]) => {
             let mut names = Vec::new();
@@ -518,7 +508,10 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
             Err(names)
         }
         (ItemKind::Rule(_, clauses), _) => Err(choices_of(clauses)),
-        _ => Err(Vec::new()),
+        (kind, rest) => match kind.block_mut() {
+            Some(block) => change_block(block, rest, change),
+            None => Err(Vec::new()),
+        },
     }
 }
 

@@ -163,6 +163,77 @@ pub enum ItemKind {
     Variant(Variant),
 }
 
+impl ItemKind {
+    /// The word that opens it.
+    #[must_use]
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Grammar(_) => "grammar",
+            Self::Use { .. } => "use",
+            Self::Param(_) => "param",
+            Self::Part(_) => "part",
+            Self::Actuator(_) => "actuator",
+            Self::Model(_) => "model",
+            Self::Search(_) | Self::UseSearch(..) => "search",
+            Self::Symmetry(..) => "symmetry",
+            Self::Begin(..) => "begin",
+            Self::Cell(_) => "cell",
+            Self::Lattice(..) => "lattice",
+            Self::Fallback { .. } => "fallback",
+            Self::Rule(..) => "rule",
+            Self::Require { .. } => "require",
+            Self::Pattern(..) => "pattern",
+            Self::Actuation { .. } => "actuation",
+            Self::Actuate(..) => "actuate",
+            Self::Simulate { .. } => "simulate",
+            Self::Table(_) => "table",
+            Self::Target { .. } => "target",
+            Self::Prototype(..) => "prototype",
+            Self::Observe(_) => "observe",
+            Self::Novelty(..) => "novelty",
+            Self::Term(..) => "term",
+            Self::Objective { direction: Direction::Maximize, .. } => "maximize",
+            Self::Objective { direction: Direction::Minimize, .. } => "minimize",
+            Self::Let(..) => "let",
+            Self::Enum(..) => "enum",
+            Self::Record(..) => "record",
+            Self::Prefer { .. } => "prefer",
+            Self::Task(..) => "task",
+            Self::Example(..) => "example",
+            Self::Variant(_) => "variant",
+        }
+    }
+
+    /// The block of named values that it is, if it is one.
+    #[must_use]
+    pub fn block(&self) -> Option<&Block> {
+        match self {
+            Self::Part(block)
+            | Self::Actuator(block)
+            | Self::Cell(block)
+            | Self::Model(block)
+            | Self::Search(block)
+            | Self::Target { block, .. }
+            | Self::Prototype(block, _) => Some(block),
+            _ => None,
+        }
+    }
+
+    /// The same, to change it.
+    pub fn block_mut(&mut self) -> Option<&mut Block> {
+        match self {
+            Self::Part(block)
+            | Self::Actuator(block)
+            | Self::Cell(block)
+            | Self::Model(block)
+            | Self::Search(block)
+            | Self::Target { block, .. }
+            | Self::Prototype(block, _) => Some(block),
+            _ => None,
+        }
+    }
+}
+
 /// A clause of a novelty set.
 #[derive(Clone, Debug)]
 pub enum NoveltyClause {

@@ -1,43 +1,7 @@
-//! What declarations and clauses look like: shown where one cannot be read.
+//! What clauses and edits look like, as declarations do: shown where one cannot be read.
 
+use super::declarations::kind;
 use super::parse::Rule;
-
-/// Declarations, by their first words.
-const DECLARATIONS: &[(&str, &str)] = &[
-    ("grammar", "grammar my_walker"),
-    ("use", "use std.blocks { cube, ball }"),
-    ("param", "param longest : Length in 5 cm .. 40 cm = 20 cm"),
-    ("part", "part brick { ... }"),
-    ("actuator", "actuator finger { ... }"),
-    ("cell", "cell soft { ... }"),
-    ("lattice", "lattice 15 x 15 x 15 of soft"),
-    ("fallback", "fallback undo when count(cell) >= 800"),
-    ("model", "model slow { ... }"),
-    ("search", "search nested_annealing"),
-    ("begin", "begin { place core : cube }"),
-    ("symmetry", "symmetry radial 3 about y"),
-    ("rule", "rule grow { ... }"),
-    ("require", "require few : count(part) <= 20 because \"the box is small\""),
-    ("prefer", "prefer simple : count(actuator) <= 4 weight 3 because \"actuators are work\""),
-    ("pattern", "pattern swing = 60 deg * sin(cycle * 360 deg)"),
-    ("actuation", "actuation wave for a : actuator { ... }"),
-    ("actuate", "actuate bender with bezier_pac"),
-    ("term", "term far : Length = max over e in elements of height(e.position at end)"),
-    ("maximize", "maximize travel in cm"),
-    ("minimize", "minimize travel in cm"),
-    ("task", "task ahead { maximize travel in cm }"),
-    ("simulate", "simulate hinge_model for 20 s"),
-    ("table", "table lengths : Angle -> Length { 0 deg -> 0 mm, 90 deg -> 21 mm }"),
-    ("target", "target valves on pneumatic for bender { ... }"),
-    ("prototype", "prototype A on pneumatic { simulated = 35.6 m/h  measured = 5 m/h }"),
-    ("observe", "observe travel, fall"),
-    ("novelty", "novelty mine { ... }"),
-    ("let", "let width = 3 mm"),
-    ("enum", "enum Surface { carpet, sand }"),
-    ("record", "record Servo { torque : Torque, mass : Mass }"),
-    ("example", "example two_legs { ... }"),
-    ("variant", "variant workshop of \"./codesign.sgr\" { ... }"),
-];
 
 /// Clauses of rules, actuations, tasks, examples and blocks.
 const CLAUSES: &[(&str, &str)] = &[
@@ -78,20 +42,23 @@ const EDITS: &[(&str, &str)] = &[
 
 /// What a declaration or clause that begins with this word looks like.
 pub(super) fn form(entry: Rule, first: &str) -> Option<&'static str> {
-    let in_order: &[&[(&str, &str)]] = match entry {
+    let of =
+        |forms: &[(&str, &'static str)]| forms.iter().find(|(word, _)| *word == first).map(|(_, form)| *form);
+    let declaration = || kind(first).map(|kind| kind.form);
+    match entry {
         // A field may be called like a declaration: `record` of a model.
-        Rule::only_field if !["param", "port"].contains(&first) => return None,
-        Rule::only_edit => &[EDITS, DECLARATIONS, CLAUSES],
-        Rule::only_item => &[DECLARATIONS, CLAUSES, EDITS],
-        _ => &[CLAUSES, DECLARATIONS, EDITS],
-    };
-    in_order.iter().flat_map(|t| t.iter()).find(|(word, _)| *word == first).map(|(_, form)| *form)
+        Rule::only_field if !["param", "port"].contains(&first) => None,
+        Rule::only_edit => of(EDITS).or_else(declaration).or_else(|| of(CLAUSES)),
+        Rule::only_item => declaration().or_else(|| of(CLAUSES)).or_else(|| of(EDITS)),
+        _ => of(CLAUSES).or_else(declaration).or_else(|| of(EDITS)),
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use pest::Parser;
 
+    use super::super::declarations::KINDS;
     use super::super::parse::SgrParser;
     use super::*;
 
@@ -101,8 +68,8 @@ mod tests {
             let form = form.replace("{ ... }", "{ }");
             assert!(SgrParser::parse(entry, &form).is_ok(), "{form}");
         };
-        for (_, form) in DECLARATIONS {
-            read(Rule::only_item, form);
+        for kind in KINDS {
+            read(Rule::only_item, kind.form);
         }
         for (_, form) in EDITS {
             read(Rule::only_edit, form);

@@ -2,6 +2,7 @@
 
 pub mod ast;
 mod braces;
+pub mod declarations;
 mod direction;
 pub(crate) mod earlier;
 mod forms;
@@ -24,40 +25,3 @@ pub fn parse(sources: &SourceMap, file: FileId) -> (ast::Module, Vec<Diagnostic>
     let text = sources.get(file).map_or("", |s| s.text.as_str());
     parse::module(text, file)
 }
-
-/// The words that open a declaration.
-pub(crate) const ITEM_WORDS: &[&str] = &[
-    "grammar",
-    "use",
-    "param",
-    "part",
-    "actuator",
-    "symmetry",
-    "cell",
-    "lattice",
-    "fallback",
-    "begin",
-    "rule",
-    "require",
-    "pattern",
-    "actuation",
-    "actuate",
-    "model",
-    "simulate",
-    "term",
-    "maximize",
-    "minimize",
-    "search",
-    "let",
-    "enum",
-    "record",
-    "prefer",
-    "task",
-    "example",
-    "variant",
-    "table",
-    "target",
-    "prototype",
-    "observe",
-    "novelty",
-];

@@ -171,7 +171,7 @@ fn refuse(text: &str, file: FileId) -> Option<Diagnostic> {
         // Words that recurse without a bracket: many in one expression are as deep as brackets.
         if words.contains(&word) {
             run += 1;
-        } else if super::ITEM_WORDS.contains(&word) {
+        } else if super::declarations::ITEM_WORDS.contains(&word) {
             run = 0;
         }
         if run > 4 * DEEPEST {

@@ -4,11 +4,11 @@ use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
 use pest::iterators::Pair;
 
-use super::ITEM_WORDS;
-use super::ast::{Block, Item, ItemKind, Module};
+use super::ast::{Item, ItemKind, Module};
 use super::braces::{
     bare, doubled_brace, find_bare, is_all_within, last_line_end, matching_close, two_braces,
 };
+use super::declarations::{Clauses, ITEM_WORDS, kind};
 use super::forms::form;
 use super::lower::Lowering;
 use super::parse::{Rule, SgrParser};
@@ -157,16 +157,16 @@ fn by_clause(
 ) -> Option<Item> {
     let piece = text.get(start..end)?;
     let open = find_bare(piece, '{')?;
-    let (words, entry): (&[&str], Rule) = match first {
-        "rule" => (RULE_CLAUSES, Rule::only_rule),
-        "actuation" => (ACTUATION_CLAUSES, Rule::only_actuation),
-        "begin" => (&["place"], Rule::only_begin),
-        "task" => (TASK_CLAUSES, Rule::only_task),
-        "example" => (EXAMPLE_CLAUSES, Rule::only_example),
-        "variant" => (EDITS, Rule::only_edit),
-        "novelty" => (NOVELTY_CLAUSES, Rule::only_novelty),
-        "part" | "actuator" | "cell" | "model" | "search" => (&[], Rule::only_field),
-        _ => return None,
+    let (words, entry): (&[&str], Rule) = match kind(first)?.clauses {
+        Clauses::Rule => (RULE_CLAUSES, Rule::only_rule),
+        Clauses::Actuation => (ACTUATION_CLAUSES, Rule::only_actuation),
+        Clauses::Begin => (&["place"], Rule::only_begin),
+        Clauses::Task => (TASK_CLAUSES, Rule::only_task),
+        Clauses::Example => (EXAMPLE_CLAUSES, Rule::only_example),
+        Clauses::Edits => (EDITS, Rule::only_edit),
+        Clauses::Novelty => (NOVELTY_CLAUSES, Rule::only_novelty),
+        Clauses::Fields => (&[], Rule::only_field),
+        Clauses::None => return None,
     };
     if let Some(second) = doubled_brace(piece, open) {
         let (error, clean) = two_braces(text, start, end, second, file);
@@ -289,14 +289,11 @@ fn fill<'a>(item: &mut Item, lowering: &mut Lowering<'a>, clause: Pair<'a, Rule>
         ItemKind::Example(_, clauses) => clauses.extend(lowering.example_clause(clause)),
         ItemKind::Novelty(_, clauses) => clauses.extend(lowering.novelty_clause(clause)),
         ItemKind::Variant(variant) => variant.edits.extend(lowering.edit(clause)),
-        ItemKind::Part(Block { fields, .. })
-        | ItemKind::Actuator(Block { fields, .. })
-        | ItemKind::Cell(Block { fields, .. })
-        | ItemKind::Model(Block { fields, .. })
-        | ItemKind::Search(Block { fields, .. })
-        | ItemKind::Target { block: Block { fields, .. }, .. }
-        | ItemKind::Prototype(Block { fields, .. }, _) => fields.extend(lowering.field(clause)),
-        _ => {}
+        other => {
+            if let Some(block) = other.block_mut() {
+                block.fields.extend(lowering.field(clause));
+            }
+        }
     }
 }
 

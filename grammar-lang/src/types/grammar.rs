@@ -10,6 +10,7 @@ use crate::ir::{self, RuleSet};
 use crate::names::{Declaration, LoadedModule, declared};
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Name};
+use crate::syntax::declarations::Counts;
 
 /// What rules and their neighbours come to.
 struct Derived {
@@ -127,17 +128,7 @@ impl<'a> Checker<'a> {
         let mut idle: Vec<(&Name, String)> = Vec::new();
         let used = |d: &Declaration, c: &Self| c.touched.contains(d) || rest.contains(d);
         for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
-            let by_itself = matches!(
-                item.kind,
-                ItemKind::Rule(..)
-                    | ItemKind::Require { .. }
-                    | ItemKind::Prefer { .. }
-                    | ItemKind::Example(..)
-                    | ItemKind::Task(..)
-                    | ItemKind::Target { .. }
-                    | ItemKind::Prototype(..)
-                    | ItemKind::Novelty(..)
-            );
+            let by_itself = item.kind.kind().is_some_and(|kind| kind.counts != Counts::WhereUsed);
             there.extend(declared(item).map(|n| n.span));
             if let (Some(name), false, false) = (declared(item), by_itself, used(declaration, self)) {
                 idle.push((name, format!("nothing uses `{}`", name.text)));
@@ -150,15 +141,7 @@ impl<'a> Checker<'a> {
             });
         for name in imports.flatten() {
             let Some((declaration, item)) = program.lookup(name.span, &name.text) else { continue };
-            let by_itself = matches!(
-                item.kind,
-                ItemKind::Rule(..)
-                    | ItemKind::Require { .. }
-                    | ItemKind::Prefer { .. }
-                    | ItemKind::Target { .. }
-                    | ItemKind::Prototype(..)
-                    | ItemKind::Novelty(..)
-            );
+            let by_itself = item.kind.kind().is_some_and(|kind| kind.counts == Counts::Everywhere);
             there.push(name.span);
             if !by_itself && !used(&declaration, self) {
                 idle.push((name, format!("`{}` is imported, but nothing uses it", name.text)));

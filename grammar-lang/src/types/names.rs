@@ -105,17 +105,7 @@ impl Checker<'_> {
                     &format!("ask for its value: `{name}.value`"),
                 );
             }
-            ItemKind::Record(..) => "a record",
-            ItemKind::Example(..) => "an example",
-            ItemKind::Prefer { .. } => "a preference",
-            ItemKind::Rule(..) => "a rule",
-            ItemKind::Model(_) => "a model",
-            ItemKind::Target { .. } => "a target",
-            ItemKind::Prototype(..) => "a prototype",
-            ItemKind::Novelty(..) => "a novelty set",
-            ItemKind::Search(_) => "a search",
-            ItemKind::Actuation { .. } => "an actuation",
-            _ => "a requirement",
+            other => other.kind().map_or("a declaration", |kind| kind.what),
         };
         self.wrong(span, format!("`{name}` is {what}, not a value"), "only values can be calculated with")
     }
