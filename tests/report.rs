@@ -122,7 +122,9 @@ fn a_report_replaces_only_what_a_report_wrote() {
         assert_code(&report(&[]), 0);
         std::fs::write(out.join("index.html"), read(out.join("index.html")).replace("<h1>", "<h1>My "))
             .unwrap();
-        assert_code(&report(&[]), 2);
+        let output = report(&[]);
+        assert_code(&output, 2);
+        assert!(errors(&output).contains("\"index.html\""), "{}", errors(&output));
         std::fs::remove_dir_all(&out).unwrap();
     }
 }

@@ -119,7 +119,11 @@ fn check_place(out: &Path) -> Result<(), String> {
 
 /// Something in a folder that no report wrote. Tables are a report's where its page is.
 fn foreign(folder: &Path) -> std::io::Result<Option<String>> {
-    let has_page = is_as_written(&folder.join(PAGE));
+    let page = folder.join(PAGE);
+    let has_page = is_as_written(&page);
+    if !has_page && page.exists() {
+        return Ok(Some(PAGE.to_owned()));
+    }
     let is_ours = |name: &str| {
         has_page && (name == PAGE || TABLES.iter().any(|(table, _)| *table == name)) || is_unfinished(name)
     };
