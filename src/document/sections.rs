@@ -3,6 +3,7 @@
 use grammar_lang::names::declared;
 use grammar_lang::syntax::ast::{Item, ItemKind};
 use grammar_lang::syntax::declarations::{SETTINGS, kind};
+use grammar_lang::syntax::{TokenKind, tokens};
 
 use super::Module;
 use super::lex::{Kind, pieces};
@@ -77,27 +78,31 @@ fn title(entry: &Entry<'_>) -> String {
 /// The text of an item: with a comment that follows on its last line, without
 /// those on lines below, which belong to what comes next.
 fn source(text: &str, range: std::ops::Range<usize>) -> &str {
-    let rest = text.get(range.end..).unwrap_or("");
-    let line = rest.split('\n').next().unwrap_or("");
-    let end = range.end + if line.trim_start().starts_with('#') { line.len() } else { 0 };
-    let mut source = text.get(range.start..end).unwrap_or("").trim_end();
-    while let Some((before, last)) = source.rsplit_once('\n') {
-        if !last.trim().is_empty() && !last.trim_start().starts_with('#') {
-            break;
+    let rest = text.get(range.start..).unwrap_or("");
+    let (mut end, mut is_same_line) = (0, false);
+    for token in tokens(rest) {
+        match token.kind {
+            TokenKind::Space => is_same_line &= !token.text.contains('\n'),
+            TokenKind::Comment if is_same_line => end = token.end(),
+            TokenKind::Comment => {}
+            _ if token.start >= range.len() => break,
+            _ => (end, is_same_line) = (token.end(), true),
         }
-        source = before.trim_end();
     }
-    source
+    rest.get(..end).unwrap_or("").trim_end()
 }
 
 /// The comment at the head of a text, unless it belongs to the declaration right below it.
 fn head(text: &str) -> String {
-    let mut lines = text.trim_start_matches('\u{FEFF}').trim_start().lines().map(str::trim).peekable();
+    let mut tokens = tokens(text).skip_while(|t| t.kind == TokenKind::Space);
     let mut doc = Vec::new();
-    while let Some(line) = lines.next_if(|line| line.starts_with("##")) {
-        doc.push(line.trim_start_matches('#').trim());
+    let mut next = tokens.next();
+    while let Some(line) = next.filter(|t| t.kind == TokenKind::Comment && t.text.starts_with("##")) {
+        doc.push(line.text.trim_start_matches('#').trim());
+        let ends = tokens.next().is_none_or(|space| space.text.matches('\n').count() > 1);
+        next = if ends { None } else { tokens.next() };
     }
-    if lines.peek().is_none_or(|line| line.is_empty()) { doc.join("\n") } else { String::new() }
+    if next.is_none() { doc.join("\n") } else { String::new() }
 }
 
 /// What a text says about itself: the comment of its `grammar` line, or the one at its head.

@@ -32,10 +32,10 @@ pub(super) struct Gap {
 }
 
 pub(super) fn gaps(tree: &Tree<'_>, trivia: &[Trivia<'_>]) -> Vec<Gap> {
-    let mut gaps: Vec<Gap> = Vec::with_capacity(tree.tokens.len());
+    let mut gaps: Vec<Gap> = Vec::with_capacity(tree.leaves.len());
     let mut open: Vec<usize> = Vec::new();
-    for (i, token) in tree.tokens.iter().enumerate() {
-        let before = i.checked_sub(1).and_then(|b| tree.tokens.get(b)).map_or("", |t| t.text);
+    for (i, token) in tree.leaves.iter().enumerate() {
+        let before = i.checked_sub(1).and_then(|b| tree.leaves.get(b)).map_or("", |t| t.text);
         let commented = i.checked_sub(1).and_then(|b| trivia.get(b)).is_some_and(|t| t.after.is_some());
         let here = trivia.get(i);
         let pair = tree.meeting(i);

@@ -32,7 +32,7 @@ struct Owner {
 
 pub(super) fn lines(tree: &Tree<'_>) -> Vec<Line> {
     let owners = owners(tree);
-    let mut owner_of: Vec<Option<usize>> = vec![None; tree.tokens.len()];
+    let mut owner_of: Vec<Option<usize>> = vec![None; tree.leaves.len()];
     for (i, owner) in owners.iter().enumerate() {
         // Inner owners come later and take over.
         owner_of.iter_mut().take(owner.end).skip(owner.first).for_each(|o| *o = Some(i));
@@ -69,7 +69,7 @@ fn owners(tree: &Tree<'_>) -> Vec<Owner> {
             ended = last;
         }
         // A declaration in the middle of a line, after a word, goes on in that line.
-        let before = first.checked_sub(1).and_then(|i| tree.tokens.get(i));
+        let before = first.checked_sub(1).and_then(|i| tree.leaves.get(i));
         let begins = ended == first || before.is_none_or(|t| t.text == "{");
         if begins && around.last().is_none_or(|(outer, _)| *outer != first) {
             owners.push(Owner { node, first, end, level: around.len(), keyword: first_word(&pair.rule) });

@@ -43,9 +43,9 @@ pub fn format(sources: &SourceMap, file: FileId) -> Result<String, Unformatted> 
         return Err(Unformatted::Errors(found));
     }
     let text = sources.get(file).map_or("", |s| s.text.as_str());
-    let tree = syntax::tokens(text).ok_or(Unformatted::Altered)?;
+    let tree = syntax::tree(text).ok_or(Unformatted::Altered)?;
     let formatted = lay_out(text, &tree);
-    match syntax::tokens(&formatted) {
+    match syntax::tree(&formatted) {
         Some(after) if same(&tree, &after) => Ok(formatted),
         _ => Err(Unformatted::Altered),
     }
@@ -65,11 +65,11 @@ fn lay_out(text: &str, tree: &Tree<'_>) -> String {
 /// Whether two texts have the same tokens in the same pairs, with the same
 /// comments at the same places.
 fn same(a: &Tree<'_>, b: &Tree<'_>) -> bool {
-    let words = a.tokens.iter().map(|t| t.text).eq(b.tokens.iter().map(|t| t.text));
+    let words = a.leaves.iter().map(|t| t.text).eq(b.leaves.iter().map(|t| t.text));
     let pair = |node: &'_ Node| (node.first, node.end);
     let pairs = a.nodes().iter().map(pair).eq(b.nodes().iter().map(pair))
         && a.nodes().iter().map(|n| &n.rule).eq(b.nodes().iter().map(|n| &n.rule));
-    let place = |tree: &Tree<'_>, start| tree.tokens.partition_point(|t| t.start < start);
+    let place = |tree: &Tree<'_>, start| tree.leaves.partition_point(|t| t.start < start);
     let comments = a.comments.iter().map(|c| (c.text, place(a, c.start)));
     let comments = comments.eq(b.comments.iter().map(|c| (c.text, place(b, c.start))));
     words && pairs && comments

@@ -26,7 +26,7 @@ pub(super) fn print(tree: &Tree<'_>, trivia: &[Trivia<'_>], lines: &[Line], layo
         printer.line(line, previous.is_none_or(|indent| indent < line.indent));
         previous = Some(line.indent);
     }
-    if let Some(end) = trivia.get(tree.tokens.len()) {
+    if let Some(end) = trivia.get(tree.leaves.len()) {
         printer.notes(&end.before, 0, previous.is_none());
     }
     text(&printer.rows)
@@ -55,7 +55,7 @@ impl<'a> Printer<'a> {
                 }
                 self.rows.push(Row { indent: line.indent, ..Row::default() });
             }
-            let text = self.tree.tokens.get(token).map_or("", |t| t.text);
+            let text = self.tree.leaves.get(token).map_or("", |t| t.text);
             if let Some(row) = self.rows.last_mut() {
                 row.text += text;
                 row.comment = trivia.after;

@@ -241,11 +241,11 @@ const BETWEEN: &[&str] = &[
 
 /// The same tokens and comments with other space and further comments between them.
 fn shaken(text: &str, choices: &[usize]) -> String {
-    let tree = syntax::tokens(text).unwrap();
+    let tree = syntax::tree(text).unwrap();
     let mut comments = tree.comments.iter().peekable();
     let mut choices = choices.iter().cycle();
     let mut out = String::new();
-    for (i, token) in tree.tokens.iter().enumerate() {
+    for (i, token) in tree.leaves.iter().enumerate() {
         while let Some(comment) = comments.next_if(|c| c.start < token.start) {
             out += &format!("{}\n", comment.text);
         }

@@ -36,7 +36,7 @@ pub(super) fn trivia<'a>(text: &str, tree: &Tree<'a>) -> Vec<Trivia<'a>> {
     let mut comments = tree.comments.iter().peekable();
     let lines = |from: usize, to: usize| text.get(from..to).unwrap_or("").matches('\n').count();
     let mut end = 0;
-    let places = tree.tokens.iter().map(|t| (t.start, t.text.len())).chain([(text.len(), 0)]);
+    let places = tree.leaves.iter().map(|t| (t.start, t.text.len())).chain([(text.len(), 0)]);
     for (start, length) in places {
         let mut here = Trivia::default();
         while let Some(comment) = comments.next_if(|c| c.start < start) {

@@ -5,6 +5,7 @@ mod braces;
 pub mod declarations;
 mod direction;
 pub(crate) mod earlier;
+mod explain;
 mod forms;
 mod levels;
 mod lower;
@@ -13,12 +14,14 @@ mod recover;
 mod slip;
 mod strange;
 mod tokens;
+mod tree;
 
 use crate::diagnostics::Diagnostic;
 use crate::source::{FileId, SourceMap};
 
 pub use direction::Direction;
-pub(crate) use tokens::{Node, Tree, tokens};
+pub use tokens::{Token, TokenKind, tokens};
+pub(crate) use tree::{Node, Tree, tree};
 
 /// Reads a text: always a tree, and every error that its form has.
 pub fn parse(sources: &SourceMap, file: FileId) -> (ast::Module, Vec<Diagnostic>) {

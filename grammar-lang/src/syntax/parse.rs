@@ -1,12 +1,15 @@
 //! Runs the grammar over a whole text and gathers items and errors.
 
+use std::borrow::Cow;
+
 use pest::Parser;
 use pest::iterators::Pair;
 use pest_derive::Parser;
 
 use super::ast::Module;
-use super::braces::bare;
+use super::declarations::ITEM_WORDS;
 use super::lower::Lowering;
+use super::tokens::{Scan, Token, TokenKind, deeper};
 use super::{recover, strange};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{FileId, Span};
@@ -18,7 +21,7 @@ pub(super) struct SgrParser;
 
 /// How many brackets may be open at once: recursion in the parser and in all
 /// that walks the tree is bounded by it.
-const DEEPEST: usize = 48;
+const DEEPEST: i32 = 48;
 
 /// Declarations with a name that stand outside all blocks, but for those of a variant.
 const BLOCKS: &[&str] = &[
@@ -40,52 +43,53 @@ const BLOCKS: &[&str] = &[
 const LONGEST: usize = 64 << 20;
 
 pub(super) fn module(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
-    if let Some(refusal) = refuse(text, file) {
-        return (Module::default(), vec![refusal]);
-    }
-    let clean = strange::cleaned(text, file);
-    let (module, mut errors) = items(&clean.text, file);
+    let scan = match scanned(text, file) {
+        Ok(scan) => scan,
+        Err(refusal) => return (Module::default(), vec![*refusal]),
+    };
+    let clean = strange::cleaned(&scan, file);
+    let (module, mut errors) = match &clean.text {
+        Cow::Borrowed(_) => items(&scan, file),
+        Cow::Owned(text) => items(&Scan::new(text), file),
+    };
     errors.retain(|e| !clean.is_echo(e));
     errors.extend(clean.errors);
     (module, errors)
 }
 
 /// Reads a clean text declaration by declaration.
-fn items(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
+fn items(scan: &Scan<'_>, file: FileId) -> (Module, Vec<Diagnostic>) {
+    let text = scan.text;
     let mut lowering = Lowering::new(text, file, 0);
-    let mut module = Module::default();
-    let pairs = match SgrParser::parse(Rule::file, text) {
-        Ok(pairs) => pairs,
-        // `file` matches every text; should it not, the whole text is junk.
-        Err(_) => {
-            let mut errors = lowering.finish();
-            recover::junk(text, 0, text.len(), file, &mut module, &mut errors);
-            return (module, errors);
-        }
+    let mut found = Found::default();
+    // `file` matches every text; should it not, the whole text is junk.
+    let Ok(pairs) = SgrParser::parse(Rule::file, text) else {
+        recover::junk(scan, scan.stretch(0, text.len()), file, &mut found);
+        return (found.module, found.errors);
     };
-    let mut errors = Vec::new();
     let mut pairs = pairs.flat_map(Pair::into_inner).peekable();
     while let Some(pair) = pairs.next() {
+        let span = pair.as_span();
         match pair.as_rule() {
             // What goes on in the same line belongs to the declaration, and is where it went wrong.
             Rule::item if pairs.peek().is_some_and(|next| goes_on(text, &pair, next)) => {
-                let end = pairs.next().map_or(0, |junk| junk.as_span().end());
-                recover::junk(text, pair.as_span().start(), end, file, &mut module, &mut errors);
+                let end = pairs.next().map_or(span.end(), |junk| junk.as_span().end());
+                recover::junk(scan, scan.stretch(span.start(), end), file, &mut found);
             }
-            Rule::item => {
-                if let Some(item) = lowering.item(pair) {
-                    module.items.push(item);
-                }
-            }
-            Rule::junk => {
-                let span = pair.as_span();
-                recover::junk(text, span.start(), span.end(), file, &mut module, &mut errors);
-            }
+            Rule::item => found.module.items.extend(lowering.item(pair)),
+            Rule::junk => recover::junk(scan, scan.stretch(span.start(), span.end()), file, &mut found),
             _ => {}
         }
     }
-    errors.extend(lowering.finish());
-    (module, errors)
+    found.errors.extend(lowering.finish());
+    (found.module, found.errors)
+}
+
+/// What a text holds, and what is wrong with it.
+#[derive(Default)]
+pub(super) struct Found {
+    pub(super) module: Module,
+    pub(super) errors: Vec<Diagnostic>,
 }
 
 /// Whether a declaration is followed by something unreadable in its last line.
@@ -95,100 +99,80 @@ fn goes_on(text: &str, item: &Pair<'_, Rule>, next: &Pair<'_, Rule>) -> bool {
     next.as_rule() == Rule::junk && !between.contains('\n')
 }
 
-/// Knows where a block ends for certain, although its `}` is missing.
-struct Blocks<'a> {
-    text: &'a str,
-    /// From here on blocks may hold declarations.
-    variants: usize,
-}
-
-impl<'a> Blocks<'a> {
-    fn new(text: &'a str) -> Self {
-        Self { text, variants: text.find("variant").unwrap_or(text.len()) }
-    }
-
-    /// Whether everything that is open ends before the line at a place: the line begins a declaration
-    /// that nothing but a variant can hold. So the parser does not go deeper there, either.
-    fn end_before(&self, place: usize) -> bool {
-        let rest = self.text.get(place..).unwrap_or("");
-        let word = rest.split([' ', '\t']).next().unwrap_or("");
-        place < self.variants && BLOCKS.contains(&word) && rest.get(word.len() + 1..).is_some_and(is_name)
-    }
-}
-
-/// Whether a text begins with a letter, as names do.
-fn is_name(text: &str) -> bool {
-    text.trim_start_matches([' ', '\t']).starts_with(|c: char| c.is_alphabetic() || c == '_')
-}
-
-/// Texts that are not worth parsing.
-fn refuse(text: &str, file: FileId) -> Option<Diagnostic> {
-    let at = |start, end| Span::new(file, start, end);
+/// The tokens of a text that is worth parsing.
+fn scanned(text: &str, file: FileId) -> Result<Scan<'_>, Box<Diagnostic>> {
+    let refuse =
+        |code, start, end, message: &str| Diagnostic::new(code, Span::new(file, start, end), message);
     if text.len() > LONGEST {
-        return Some(
-            Diagnostic::new(Code::NOT_TEXT, at(0, 0), "this file is larger than 64 MB")
+        return Err(Box::new(
+            refuse(Code::NOT_TEXT, 0, 0, "this file is larger than 64 MB")
                 .help("a grammar is a few kilobytes of text; is this the right file?"),
-        );
+        ));
     }
     if let Some(place) = text.find('\0').or_else(|| text.find('\u{FFFD}')) {
-        return Some(
-            Diagnostic::new(
-                Code::NOT_TEXT,
-                at(place, place + text.get(place..).and_then(|t| t.chars().next()).map_or(1, char::len_utf8)),
-                "this file is not text",
-            )
-            .label("the first byte that no text has")
-            .help("a grammar is a plain text file in UTF-8: save it again with that encoding"),
-        );
+        let length = text.get(place..).and_then(|t| t.chars().next()).map_or(1, char::len_utf8);
+        return Err(Box::new(
+            refuse(Code::NOT_TEXT, place, place + length, "this file is not text")
+                .label("the first byte that no text has")
+                .help("a grammar is a plain text file in UTF-8: save it again with that encoding"),
+        ));
     }
-    let mut depth = 0usize;
-    let blocks = Blocks::new(text);
-    let mut prefixes = 0usize;
-    for (place, c) in bare(text) {
-        match c {
-            '\n' if blocks.end_before(place + 1) => depth = 0,
-            '(' | '[' | '{' => depth += 1,
-            ')' | ']' | '}' => depth = depth.saturating_sub(1),
-            _ => {}
-        }
-        // Chains of `-` recurse as brackets do.
-        prefixes = match c {
-            '-' => prefixes + 1,
-            c if c.is_whitespace() => prefixes,
-            _ => 0,
-        };
-        if depth > DEEPEST || prefixes > DEEPEST {
-            return Some(
-                Diagnostic::new(Code::TOO_DEEP, at(place, place + c.len_utf8()), "this is nested too deeply")
-                    .label(format!("level {}", DEEPEST + 1))
-                    .help("give parts of it a name with `let`"),
-            );
-        }
+    let scan = Scan::new(text);
+    if let Some(deep) = too_deep(scan.tokens()) {
+        return Err(Box::new(
+            refuse(Code::TOO_DEEP, deep.start, deep.end(), "this is nested too deeply")
+                .label(format!("level {}", DEEPEST + 1))
+                .help("give parts of it a name with `let`"),
+        ));
     }
+    if scan.tokens().iter().all(Token::is_silent) {
+        return Err(Box::new(
+            refuse(Code::EMPTY, 0, 0, "this file declares nothing")
+                .help("a grammar begins with `grammar NAME`"),
+        ));
+    }
+    Ok(scan)
+}
+
+/// The token at which more would recurse than the parser can bear.
+fn too_deep<'t, 'a>(tokens: &'t [Token<'a>]) -> Option<&'t Token<'a>> {
+    // Words that recurse without a bracket: many in one expression are as deep as brackets.
     let words = ["if", "not", "forall", "exists", "over"];
-    let mut run = 0usize;
-    for word in text.split_whitespace() {
-        // Words that recurse without a bracket: many in one expression are as deep as brackets.
-        if words.contains(&word) {
-            run += 1;
-        } else if super::declarations::ITEM_WORDS.contains(&word) {
-            run = 0;
+    let is_word = |token: &Token<'_>, word| token.kind == TokenKind::Word && token.text == word;
+    // From here on blocks may hold declarations.
+    let variants = tokens.iter().position(|t| is_word(t, "variant")).unwrap_or(tokens.len());
+    let (mut depth, mut minuses, mut recursing) = (0i32, 0, 0);
+    for (place, token) in tokens.iter().enumerate() {
+        if token.is_silent() {
+            continue;
         }
-        if run > 4 * DEEPEST {
-            return Some(
-                Diagnostic::new(Code::TOO_DEEP, at(0, 0), "an expression in this file is nested too deeply")
-                    .help("give parts of it a name with `let`"),
-            );
+        if place < variants && begins_outside(tokens, place) {
+            depth = 0;
+        }
+        depth = (depth + deeper(token, &["(", "[", "{"], &[")", "]", "}"])).max(0);
+        // Chains of `-` recurse as brackets do.
+        minuses = if token.text == "-" { minuses + 1 } else { 0 };
+        if token.kind == TokenKind::Word {
+            if words.contains(&token.text) {
+                recursing += 1;
+            } else if ITEM_WORDS.contains(&token.text) {
+                recursing = 0;
+            }
+        }
+        if depth > DEEPEST || minuses > DEEPEST || recursing > 4 * DEEPEST {
+            return Some(token);
         }
     }
-    let bare = text
-        .lines()
-        .map(|l| {
-            l.split('#').next().unwrap_or("").trim_matches(|c: char| c.is_whitespace() || c == '\u{FEFF}')
-        })
-        .all(str::is_empty);
-    bare.then(|| {
-        Diagnostic::new(Code::EMPTY, at(0, 0), "this file declares nothing")
-            .help("a grammar begins with `grammar NAME`")
-    })
+    None
+}
+
+/// Whether all that is open ends before a token for certain, although braces are missing: it begins
+/// a declaration with a name that nothing but a variant can hold, at the start of a line. So the parser
+/// does not go deeper there, either.
+fn begins_outside(tokens: &[Token<'_>], place: usize) -> bool {
+    let at = |place: usize| tokens.get(place);
+    let begins_line = place == 0 || at(place - 1).is_some_and(|before| before.text.ends_with('\n'));
+    let is_named = at(place + 1).is_some_and(|space| space.is_silent() && !space.text.contains('\n'))
+        && at(place + 2).is_some_and(|name| name.kind == TokenKind::Word);
+    begins_line && is_named && at(place).is_some_and(|word| BLOCKS.contains(&word.text))
 }

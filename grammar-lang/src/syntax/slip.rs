@@ -1,5 +1,7 @@
 //! Common slips at the place where the parser stopped, with what was meant.
 
+use super::braces::span;
+use super::tokens::Stretch;
 use crate::diagnostics::{Diagnostic, Fix};
 use crate::source::{FileId, Span};
 
@@ -28,10 +30,8 @@ const COUNT: &str =
 /// Where the parser stopped.
 pub(super) struct Stop<'a> {
     /// The declaration or clause.
-    pub(super) piece: &'a str,
-    /// Where it begins in the file.
-    pub(super) start: usize,
-    /// Where the parser stopped in the piece.
+    pub(super) piece: Stretch<'a>,
+    /// Where the parser stopped in the file.
     pub(super) place: usize,
     /// The word or sign that stands there.
     pub(super) found: &'a str,
@@ -42,22 +42,35 @@ pub(super) struct Stop<'a> {
 
 impl Stop<'_> {
     fn span(&self, length: usize) -> Span {
-        let start = self.start + self.place;
-        Span::new(self.file, start, start + length)
+        Span::new(self.file, self.place, self.place + length)
+    }
+
+    /// The piece up to where the parser stopped.
+    fn read(&self) -> Stretch<'_> {
+        self.piece.part(self.piece.start, self.place)
     }
 
     fn before(&self) -> &str {
-        self.piece.get(..self.place).unwrap_or("")
+        self.read().text()
+    }
+
+    /// The piece from a number of bytes behind where the parser stopped.
+    fn unread(&self, skipped: usize) -> Stretch<'_> {
+        self.piece.part(self.place + skipped, self.piece.end)
     }
 
     fn rest(&self) -> &str {
-        self.piece.get(self.place..).unwrap_or("")
+        self.unread(0).text()
     }
 
     /// The word that the clause begins with; several may stand in a piece.
     fn clause(&self) -> &str {
-        let line = self.before().rsplit('\n').next().unwrap_or("");
-        line.split_whitespace().next().unwrap_or("")
+        self.read().lines().last().map_or("", Stretch::first_word)
+    }
+
+    /// The last token before the stop.
+    fn last(&self) -> &str {
+        self.read().tokens().next_back().map_or("", |token| token.text)
     }
 
     fn expects(&self, what: &str) -> bool {
@@ -115,8 +128,7 @@ impl Stop<'_> {
         let fix = inner.find(curly).and_then(|close| {
             let close_start = self.place + open.len_utf8() + close;
             let length = inner.get(close..)?.chars().next()?.len_utf8();
-            let start = self.start + close_start;
-            let close = Span::new(self.file, start, start + length);
+            let close = Span::new(self.file, close_start, close_start + length);
             Some(Fix::replace(self.span(open.len_utf8()), "\"", help.clone()).and(close, "\""))
         });
         Some((help, fix))
@@ -138,7 +150,7 @@ impl Stop<'_> {
             Some(Fix::replace(self.span(length), by, format!("write `{by}` instead of `{found}`")))
         };
         let words = "`==` compares two values, `=` gives a value to a name";
-        let condition = ["require", "when", "unless"].iter().any(|w| self.piece.starts_with(w));
+        let condition = ["require", "when", "unless"].iter().any(|w| self.piece.first_word() == *w);
         let alone = !self.rest().get(1..).unwrap_or("").starts_with(['=', '<', '>', '~']);
         match self.found {
             "==" if self.expects("`=`") => Some((words.to_owned(), replace(2, "="))),
@@ -148,7 +160,9 @@ impl Stop<'_> {
                 Some(Fix::replace(first, "=", "write `=` instead of `==`"))
             })),
             // A condition may begin with a name, too: what is meant is not certain.
-            "=" if self.expects("`:`") && ["require", "prefer"].iter().any(|w| self.piece.starts_with(w)) => {
+            "=" if self.expects("`:`")
+                && ["require", "prefer"].iter().any(|w| self.piece.first_word() == *w) =>
+            {
                 let help = "a `:` stands between the name and the condition; `==` compares two values";
                 Some((help.to_owned(), None))
             }
@@ -174,7 +188,7 @@ impl Stop<'_> {
             let message = "a decimal number is written with a point".to_owned();
             return Some((message.clone(), Some(Fix::replace(self.span(1), ".", message))));
         }
-        let rest = after.split(['\n', '#']).next().map(str::trim).filter(|rest| !rest.is_empty())?;
+        let rest = Some(self.unread(1).rest_of_line()).filter(|rest| !rest.is_empty())?;
         let help = match self.clause() {
             "choose" => {
                 let first = self.before().rsplit_once(" in ").map_or("", |(_, values)| values).trim();
@@ -191,7 +205,7 @@ impl Stop<'_> {
     /// `1 < x < 3`
     fn chained(&self) -> Option<(String, Option<Fix>)> {
         let signs = ["<", ">", "<=", ">=", "==", "!="];
-        let compared = || self.before().split_whitespace().any(|word| signs.contains(&word));
+        let compared = || self.read().tokens().any(|token| signs.contains(&token.text));
         (signs.contains(&self.found) && compared()).then(|| {
             let help = "comparisons do not chain: join two of them, as in `1 < x and x < 3`";
             (help.to_owned(), None)
@@ -200,33 +214,31 @@ impl Stop<'_> {
 
     /// `attach cube at q`, of which the parser has taken `at q` for a time.
     fn attached_at(&self) -> Option<Span> {
-        let attaches = self.piece.starts_with("attach") || self.piece.starts_with("place");
-        let at = self.before().find(" at ").filter(|_| attaches && self.expects("`to`"))?;
-        let start = self.start + at + 1;
-        Some(Span::new(self.file, start, start + 2))
+        let attaches = matches!(self.piece.first_word(), "attach" | "place");
+        let at = self.read().tokens().find(|token| token.text == "at");
+        at.filter(|_| attaches && self.expects("`to`")).map(|at| span(at, self.file))
     }
 
     /// A little word of plain English where the language has another, or a sign.
     fn little_word(&self) -> Option<(String, Option<Fix>)> {
-        let last = self.before().split_whitespace().next_back().unwrap_or("");
-        let word = last.trim_start_matches(|c: char| !c.is_alphabetic());
+        let last = self.last();
         let counts = self
             .before()
             .rfind('(')
             .is_some_and(|open| self.before().get(..open).is_some_and(|before| before.ends_with("count")));
-        let gathers = ["sum", "mean", "count", "min", "max", "forall", "exists"].contains(&word);
+        let gathers = ["sum", "mean", "count", "min", "max", "forall", "exists"].contains(&last);
         let help = match self.found {
             "of" if self.expects("`in`") => {
                 "say over which things it runs with `in`, and of what with `of`: \
                  `max over e in elements of e.size`"
             }
-            ")" | "," if self.expects("`:`") && self.piece.starts_with("let") => {
+            ")" | "," if self.expects("`:`") && self.piece.first_word() == "let" => {
                 "say of which kind a parameter is: `let half(x : Length) = x / 2`"
             }
             "{" if self.expects("`where`") => {
                 "a condition follows `where`: `match s : step where s adds part`"
             }
-            "=" if self.piece.starts_with("choose") => {
+            "=" if self.piece.first_word() == "choose" => {
                 "a choice is drawn from a domain: `choose n in 3 .. 6`; one value is given by `let n = 3`"
             }
             "where" | "in" if counts => COUNT,
@@ -239,7 +251,7 @@ impl Stop<'_> {
             _ if self.expects("`:`") && self.expects("`where`") && self.before().contains("in ") => {
                 "a `:` stands before what must hold: `forall p in part: p.mass < 9 g`"
             }
-            _ if self.expects("a text in quotes") && word == "because" => {
+            _ if self.expects("a text in quotes") && last == "because" => {
                 "write the reason in quotes: `because \"the box is small\"`"
             }
             _ => return None,
@@ -250,8 +262,8 @@ impl Stop<'_> {
     /// A sign at the end of a line that needs none.
     fn needless(&self) -> Option<(String, Option<Fix>)> {
         let sign = Some(self.found).filter(|f| [";", ","].contains(f))?;
-        let rest = self.rest().get(1..)?.trim_start_matches([' ', '\t', '\r']);
-        let last = rest.is_empty() || rest.starts_with(['\n', '#', '}']);
+        let after = self.unread(1);
+        let last = after.rest_of_line().is_empty() || after.first().is_some_and(|t| t.text == "}");
         last.then(|| {
             let fix = Fix::replace(self.span(1), "", format!("remove `{sign}`"));
             (format!("a line needs no `{sign}` at its end"), Some(fix))
@@ -260,9 +272,7 @@ impl Stop<'_> {
 
     /// A calculated time after `at`.
     fn time(&self) -> Option<(String, Option<Fix>)> {
-        let before = self.before().trim_end();
-        let at = before.ends_with("at") && !before.trim_end_matches("at").ends_with(char::is_alphanumeric);
-        (self.found == "-" && at).then(|| {
+        (self.found == "-" && self.last() == "at").then(|| {
             let help = "times count from the start of the motion, which is 0 s; a time that is calculated \
                         stands in brackets: `at (end - 1 s)`";
             (help.to_owned(), None)

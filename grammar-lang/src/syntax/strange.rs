@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 use std::ops::RangeInclusive;
 
+use super::tokens::{Scan, Token, TokenKind};
 use crate::diagnostics::{Code, Diagnostic, Fix};
 use crate::source::{FileId, Span};
 
@@ -28,8 +29,9 @@ impl Cleaned<'_> {
 }
 
 /// Takes out what the parser should not see.
-pub(super) fn cleaned(text: &str, file: FileId) -> Cleaned<'_> {
-    let found = scan(text);
+pub(super) fn cleaned<'a>(scan: &Scan<'a>, file: FileId) -> Cleaned<'a> {
+    let text = scan.text;
+    let found: Vec<Strange> = scan.tokens().iter().flat_map(strange).collect();
     if found.is_empty() {
         return Cleaned { text: Cow::Borrowed(text), errors: Vec::new(), open: Vec::new() };
     }
@@ -49,9 +51,6 @@ pub(super) fn cleaned(text: &str, file: FileId) -> Cleaned<'_> {
         errors.push(strange.diagnostic(text, file));
     }
     clean.push_str(text.get(done..).unwrap_or(""));
-    if found.last().is_some_and(|s| matches!(s.kind, Kind::OpenText { .. }) && s.start == text.len()) {
-        clean.push('"');
-    }
     Cleaned { text: Cow::Owned(clean), errors, open }
 }
 
@@ -82,41 +81,31 @@ fn is_nothing(c: char) -> bool {
     matches!(c, '\u{AD}' | '\u{61C}' | '\u{180E}' | '\u{200B}'..='\u{200F}' | '\u{202A}'..='\u{202E}' | '\u{2060}'..='\u{2069}')
 }
 
-/// Walks over the text outside comments; invisible characters within a text in quotes are its own.
-fn scan(text: &str) -> Vec<Strange> {
-    let mut found = Vec::new();
-    let mut comment = false;
-    let mut quote = None;
-    let mut escaped = false;
-    for (place, c) in text.char_indices() {
-        let end = place + c.len_utf8();
-        let strange = |kind, stand_in| Strange { kind, start: place, end, stand_in };
-        if escaped {
-            // A backslash takes the next character as it is, even the end of a line.
-            escaped = false;
-            continue;
+/// What is strange about a token; invisible characters within a comment or a text in quotes are its own.
+fn strange(token: &Token<'_>) -> Vec<Strange> {
+    let invisible = |(place, c): (usize, char)| {
+        let kind = match c {
+            c if is_blank(c) => Kind::Blank(c),
+            c if is_nothing(c) => Kind::Nothing(c),
+            _ => return None,
+        };
+        let start = token.start + place;
+        Some(Strange { kind, start, end: start + c.len_utf8(), stand_in: " " })
+    };
+    match token.kind {
+        TokenKind::Text { closed: false } => {
+            let end = token.end();
+            // The quote takes the place of the end of the line.
+            vec![Strange {
+                kind: Kind::OpenText { quote: token.start },
+                start: end,
+                end: end + 1,
+                stand_in: "\"",
+            }]
         }
-        match (c, quote) {
-            ('\n', _) => {
-                found.extend(quote.map(|quote| strange(Kind::OpenText { quote }, "\"")));
-                (quote, comment) = (None, false);
-            }
-            _ if comment => {}
-            ('"', Some(_)) => quote = None,
-            ('\\', Some(_)) => escaped = true,
-            (_, Some(_)) => {}
-            ('"', None) => quote = Some(place),
-            ('#', None) => comment = true,
-            (c, None) if is_blank(c) => found.push(strange(Kind::Blank(c), " ")),
-            (c, None) if is_nothing(c) => found.push(strange(Kind::Nothing(c), " ")),
-            _ => {}
-        }
+        TokenKind::Space | TokenKind::Sign => token.text.char_indices().filter_map(invisible).collect(),
+        _ => Vec::new(),
     }
-    if let Some(quote) = quote {
-        let end = text.len();
-        found.push(Strange { kind: Kind::OpenText { quote }, start: end, end, stand_in: "\"" });
-    }
-    found
 }
 
 impl Strange {
@@ -171,7 +160,7 @@ mod tests {
     use super::*;
 
     fn mended(text: &str) -> (Vec<String>, String) {
-        let errors = cleaned(text, FileId(0)).errors;
+        let errors = cleaned(&Scan::new(text), FileId(0)).errors;
         let edits: Vec<_> = errors.iter().filter_map(|e| e.fix.clone()).flat_map(|f| f.edits).collect();
         let messages = errors.iter().map(|e| e.message.clone()).collect();
         (messages, crate::diagnostics::apply(text, &edits).unwrap())
@@ -197,7 +186,7 @@ mod tests {
     #[test]
     fn places_do_not_move() {
         let text = "let a\u{2003}= \"abc\nlet b = 4\u{A0}m";
-        let Cleaned { text: clean, errors, .. } = cleaned(text, FileId(0));
+        let Cleaned { text: clean, errors, .. } = cleaned(&Scan::new(text), FileId(0));
         assert_eq!(clean.len(), text.len());
         assert_eq!(errors.len(), 3);
         assert_eq!(clean.find("let b"), text.find("let b"));

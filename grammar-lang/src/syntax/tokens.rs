@@ -1,237 +1,284 @@
-//! The tokens of a text, and the pairs of the grammar that hold them, for a
-//! layer that cares for the form of a text and not for its meaning.
+//! The one reading of a text: where its comments, texts in quotes, numbers, words and signs are. Whatever
+//! looks at the form of a text looks at these tokens: what comes before the parser, what says why a
+//! text cannot be parsed, the formatter, and the colours of a page. `grammar.pest` describes the
+//! same tokens; a test compares the two.
 
-use std::collections::BTreeMap;
-use std::iter::Peekable;
-use std::rc::Rc;
+/// What a token is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TokenKind {
+    /// White space, with the ends of lines.
+    Space,
+    /// `#` and the rest of the line.
+    Comment,
+    /// A text in quotes; one that is not `closed` ends with its line.
+    Text {
+        /// Whether its second quote is there.
+        closed: bool,
+    },
+    /// A number without its unit.
+    Number,
+    /// A name, a keyword, a unit.
+    Word,
+    /// Anything else: a bracket, an operator, a character that the language does not know.
+    Sign,
+}
 
-use pest::Parser;
-use pest::iterators::{Pair, Pairs};
-
-use super::levels::Level;
-use super::parse::{Rule, SgrParser};
-
-/// A stretch of a text that is never divided: a word, a number, a sign, a text in quotes, a comment.
-pub(crate) struct Token<'a> {
+/// A stretch of a text that is never divided.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Token<'a> {
+    /// What it is.
+    pub kind: TokenKind,
     /// How it is written.
-    pub(crate) text: &'a str,
+    pub text: &'a str,
     /// Where it begins, in bytes.
-    pub(crate) start: usize,
-    /// The innermost pair that holds it.
-    pub(crate) node: usize,
+    pub start: usize,
 }
 
-/// A pair of the grammar: a stretch of tokens with a name.
-pub(crate) struct Node {
-    /// The name in `grammar.pest`.
-    pub(crate) rule: Rc<str>,
-    /// The pair around it; the root is its own parent.
-    pub(crate) parent: usize,
-    /// How many pairs are around it.
-    pub(crate) depth: usize,
+/// Signs of more than one character.
+const LONG_SIGNS: &[&str] = &["<=", ">=", "==", "!=", "->", ".."];
+
+impl Token<'_> {
+    /// One past its last byte.
+    #[must_use]
+    pub fn end(&self) -> usize {
+        self.start + self.text.len()
+    }
+
+    /// Whether it says nothing to the parser.
+    #[must_use]
+    pub fn is_silent(&self) -> bool {
+        matches!(self.kind, TokenKind::Space | TokenKind::Comment)
+    }
+}
+
+/// The tokens of any text, in its order. Together they are the text.
+pub fn tokens(text: &str) -> impl Iterator<Item = Token<'_>> + Clone {
+    let mut start = 0;
+    std::iter::from_fn(move || {
+        let rest = text.get(start..)?;
+        let (kind, length) = first(rest)?;
+        let token = Token { kind, text: rest.get(..length)?, start };
+        start += length;
+        Some(token)
+    })
+}
+
+/// The first token of a text: its kind and length.
+fn first(text: &str) -> Option<(TokenKind, usize)> {
+    let c = text.chars().next()?;
+    Some(match c {
+        c if is_space(c) => (TokenKind::Space, run(text, is_space)),
+        '#' => (TokenKind::Comment, run(text, |c| c != '\n')),
+        '"' => quoted(text),
+        c if c.is_ascii_digit() => (TokenKind::Number, number(text)),
+        c if c == '_' || unicode_ident::is_xid_start(c) => {
+            (TokenKind::Word, run(text, unicode_ident::is_xid_continue))
+        }
+        c => {
+            let long = LONG_SIGNS.iter().find(|sign| text.starts_with(**sign));
+            (TokenKind::Sign, long.map_or(c.len_utf8(), |sign| sign.len()))
+        }
+    })
+}
+
+/// The byte order mark is one: editors put it at the start of a file.
+fn is_space(c: char) -> bool {
+    c.is_whitespace() || c == '\u{FEFF}'
+}
+
+/// How many bytes at the start hold for all their characters.
+fn run(text: &str, holds: impl Fn(char) -> bool) -> usize {
+    text.find(|c| !holds(c)).unwrap_or(text.len())
+}
+
+/// A text in quotes, where a backslash takes the next character as it is, even the end of a line.
+fn quoted(text: &str) -> (TokenKind, usize) {
+    let mut escaped = false;
+    for (place, c) in text.char_indices().skip(1) {
+        match c {
+            _ if escaped => escaped = false,
+            '\\' => escaped = true,
+            '\n' => return (TokenKind::Text { closed: false }, place),
+            '"' => return (TokenKind::Text { closed: true }, place + 1),
+            _ => {}
+        }
+    }
+    (TokenKind::Text { closed: false }, text.len())
+}
+
+fn number(text: &str) -> usize {
+    let after = |place: usize| text.get(place..).unwrap_or("");
+    let digits = |text: &str| run(text, |c| c.is_ascii_digit());
+    let mut end = digits(text);
+    // `1 .. 2` may be written without spaces, so a point needs a digit after it.
+    let decimals = after(end).strip_prefix('.').map_or(0, digits);
+    if decimals > 0 {
+        end += 1 + decimals;
+    }
+    if let Some(power) = after(end).strip_prefix(['e', 'E']) {
+        let sign = usize::from(power.starts_with(['+', '-']));
+        let power = power.get(sign..).map_or(0, digits);
+        if power > 0 {
+            end += 1 + sign + power;
+        }
+    }
+    end
+}
+
+/// A text with its tokens.
+pub(super) struct Scan<'a> {
+    pub(super) text: &'a str,
+    tokens: Vec<Token<'a>>,
+}
+
+impl<'a> Scan<'a> {
+    pub(super) fn new(text: &'a str) -> Self {
+        Self { text, tokens: tokens(text).collect() }
+    }
+
+    /// All of them, with space and comments.
+    pub(super) fn tokens(&self) -> &[Token<'a>] {
+        &self.tokens
+    }
+
+    /// Part of the text, from where a token begins to where one ends.
+    pub(super) fn stretch(&self, start: usize, end: usize) -> Stretch<'_> {
+        Stretch { scan: self, start, end }
+    }
+}
+
+/// Part of a scanned text. Places are those of the whole text.
+#[derive(Clone, Copy)]
+pub(super) struct Stretch<'a> {
+    scan: &'a Scan<'a>,
+    pub(super) start: usize,
+    pub(super) end: usize,
+}
+
+impl<'a> Stretch<'a> {
+    pub(super) fn text(self) -> &'a str {
+        self.scan.text.get(self.start..self.end).unwrap_or("")
+    }
+
+    /// Part of this stretch.
+    pub(super) fn part(self, start: usize, end: usize) -> Self {
+        Self { start, end, ..self }
+    }
+
+    /// What the line of the stretch's beginning holds before it.
+    pub(super) fn before_on_line(self) -> &'a str {
+        self.scan.text.get(..self.start).unwrap_or("").rsplit('\n').next().unwrap_or("")
+    }
+
+    /// Its tokens with comments and space.
+    pub(super) fn all(self) -> &'a [Token<'a>] {
+        let tokens = self.scan.tokens();
+        let place = |at: usize| tokens.partition_point(|token| token.start < at);
+        tokens.get(place(self.start)..place(self.end)).unwrap_or(&[])
+    }
+
+    /// Its tokens without comments and space.
+    pub(super) fn tokens(self) -> impl DoubleEndedIterator<Item = &'a Token<'a>> + Clone {
+        self.all().iter().filter(|token| !token.is_silent())
+    }
+
     /// Its first token.
-    pub(crate) first: usize,
-    /// One past its last token.
-    pub(crate) end: usize,
-}
-
-/// A text as tokens and comments in the order of the text, and pairs, outer before inner.
-pub(crate) struct Tree<'a> {
-    pub(crate) tokens: Vec<Token<'a>>,
-    pub(crate) comments: Vec<Token<'a>>,
-    nodes: Vec<Node>,
-}
-
-/// Pairs whose inside is not to be taken apart.
-const WHOLE: &[Rule] = &[Rule::text];
-
-/// Reads a text; `None` if it is not one that the grammar describes.
-pub(crate) fn tokens(text: &str) -> Option<Tree<'_>> {
-    let file = SgrParser::parse(Rule::file, text).ok()?.next()?;
-    let mut walk = Walk {
-        text,
-        names: BTreeMap::new(),
-        levels: BTreeMap::new(),
-        tree: Tree { tokens: Vec::new(), comments: Vec::new(), nodes: Vec::new() },
-    };
-    walk.pair(file, 0, 0);
-    Some(walk.tree)
-}
-
-impl Tree<'_> {
-    /// Every pair, outer before inner.
-    pub(crate) fn nodes(&self) -> &[Node] {
-        &self.nodes
+    pub(super) fn first(self) -> Option<&'a Token<'a>> {
+        self.tokens().next()
     }
 
-    /// The names of the pairs that begin with a token, inner before outer.
-    pub(crate) fn beginning_with(&self, token: usize) -> impl Iterator<Item = &str> {
-        self.around(token).take_while(move |n| n.first == token).map(|n| &*n.rule)
+    /// The word that it begins with; empty if it begins with something else.
+    pub(super) fn first_word(self) -> &'a str {
+        self.first().filter(|t| t.kind == TokenKind::Word && t.start == self.start).map_or("", |t| t.text)
     }
 
-    /// The name of the pair that a token is a direct part of: the one around
-    /// the token's own pair, or, for a sign without a pair of its own, the
-    /// innermost.
-    pub(crate) fn holder(&self, token: usize) -> usize {
-        let Some(own) = self.tokens.get(token).map(|t| t.node) else { return 0 };
-        match self.nodes.get(own) {
-            Some(node) if node.end - node.first == 1 => node.parent,
-            _ => own,
-        }
+    /// Its words.
+    pub(super) fn words(self) -> impl Iterator<Item = &'a str> {
+        self.tokens().filter(|t| t.kind == TokenKind::Word).map(|t| t.text)
     }
 
-    /// The innermost pair that holds both a token and the one before it.
-    pub(crate) fn meeting(&self, token: usize) -> usize {
-        let of = |token: usize| self.tokens.get(token).map_or(0, |t| t.node);
-        let (mut a, mut b) = (of(token.saturating_sub(1)), of(token));
-        while a != b {
-            let (Some(of_a), Some(of_b)) = (self.nodes.get(a), self.nodes.get(b)) else { return 0 };
-            if of_a.depth >= of_b.depth {
-                a = of_a.parent;
-            }
-            if of_b.depth >= of_a.depth {
-                b = of_b.parent;
-            }
-        }
-        a
+    /// Where its last line ends that holds more than a comment, with a comment that ends it.
+    pub(super) fn line_end(self) -> usize {
+        let lines = self.lines().filter(|line| line.first().is_some());
+        lines.last().map_or(self.start, |line| line.start + line.text().trim_end().len())
     }
 
-    /// The pairs around a token, from the inside out.
-    fn around(&self, token: usize) -> impl Iterator<Item = &Node> {
-        let innermost = self.tokens.get(token).and_then(|t| self.nodes.get(t.node));
-        std::iter::successors(innermost, |n| (n.depth > 0).then(|| self.nodes.get(n.parent)).flatten())
+    /// What stands at a place or, after space and comments, first behind it: a token, or the rest of one.
+    /// A text in quotes is its first quote.
+    pub(super) fn token_from(self, place: usize) -> Option<(usize, &'a str)> {
+        let tokens = self.scan.tokens();
+        let from = tokens.partition_point(|token| token.end() <= place);
+        let token = tokens.get(from..)?.iter().find(|token| !token.is_silent())?;
+        let start = place.max(token.start);
+        let rest = token.text.get(start - token.start..).filter(|_| start < self.end)?;
+        let is_text = matches!(token.kind, TokenKind::Text { .. });
+        let length = if is_text { rest.chars().next()?.len_utf8() } else { rest.len() };
+        Some((start, rest.get(..length)?))
+    }
+
+    /// What follows on the line that the stretch begins in, without a comment.
+    pub(super) fn rest_of_line(self) -> &'a str {
+        let ends = |t: &&Token<'_>| t.text.contains('\n') || t.kind == TokenKind::Comment;
+        let end = self.all().iter().find(ends).map_or(self.end, |t| t.start);
+        self.part(self.start, end).text().trim()
+    }
+
+    /// Its lines that hold more than space; in the middle of a text in quotes none begins.
+    pub(super) fn lines(self) -> impl Iterator<Item = Stretch<'a>> {
+        let mut rest = self;
+        std::iter::from_fn(move || {
+            let first = rest.all().iter().find(|t| t.kind != TokenKind::Space)?;
+            let ends = |t: &&Token<'_>| t.kind == TokenKind::Space && t.text.contains('\n');
+            let start = first.start;
+            let end = rest.part(start, rest.end).all().iter().find(ends).map_or(rest.end, |t| t.start);
+            rest = rest.part(end, rest.end);
+            Some(rest.part(start, end))
+        })
     }
 }
 
-struct Walk<'a> {
-    text: &'a str,
-    names: BTreeMap<Rule, Rc<str>>,
-    levels: BTreeMap<&'static str, Rc<str>>,
-    tree: Tree<'a>,
+/// By how much a token makes brackets deeper.
+pub(super) fn deeper(token: &Token<'_>, open: &[&str], close: &[&str]) -> i32 {
+    if token.kind != TokenKind::Sign {
+        return 0;
+    }
+    i32::from(open.contains(&token.text)) - i32::from(close.contains(&token.text))
 }
 
-impl<'a> Walk<'a> {
-    fn pair(&mut self, pair: Pair<'a, Rule>, parent: usize, depth: usize) {
-        let (rule, span) = (pair.as_rule(), pair.as_span());
-        if rule == Rule::COMMENT {
-            let text = span.as_str().trim_end();
-            self.tree.comments.push(Token { text, start: span.start(), node: parent });
-            return;
-        }
-        let name = Rc::clone(self.names.entry(rule).or_insert_with(|| format!("{rule:?}").into()));
-        let id = self.open(name, parent, depth);
-        let mut at = span.start();
-        if WHOLE.contains(&rule) {
-            self.tree.tokens.push(Token { text: span.as_str(), start: at, node: id });
-            at = span.end();
-        } else if let Some(level) = Level::loosest(rule) {
-            self.row(level, pair.into_inner().peekable(), rule, id, depth);
-            // In a row every sign has a pair.
-            at = span.end();
-        } else {
-            for child in pair.into_inner() {
-                let inside = child.as_span();
-                self.between(at, inside.start(), id);
-                self.pair(child, id, depth + 1);
-                at = inside.end();
-            }
-        }
-        self.between(at, span.end(), id);
-        self.close(id);
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn kinds(text: &str) -> Vec<(&str, TokenKind)> {
+        tokens(text).filter(|t| t.kind != TokenKind::Space).map(|t| (t.text, t.kind)).collect()
     }
 
-    fn open(&mut self, rule: Rc<str>, parent: usize, depth: usize) -> usize {
-        let (id, first) = (self.tree.nodes.len(), self.tree.tokens.len());
-        self.tree.nodes.push(Node { rule, parent, depth, first, end: first });
-        id
+    #[test]
+    fn quotes_and_comments_hide_each_other() {
+        use TokenKind::{Comment, Text, Word};
+        let closed = Text { closed: true };
+        assert_eq!(
+            kinds("a \"# no\" # \"no\nb"),
+            [("a", Word), ("\"# no\"", closed), ("# \"no", Comment), ("b", Word)]
+        );
+        assert_eq!(kinds("\"a \\\" b\" c"), [("\"a \\\" b\"", closed), ("c", Word)]);
+        assert_eq!(kinds("\"a\\\nb\""), [("\"a\\\nb\"", closed)]);
+        assert_eq!(kinds("\"a\nb"), [("\"a", Text { closed: false }), ("b", Word)]);
     }
 
-    fn close(&mut self, id: usize) {
-        let end = self.tree.tokens.len();
-        if let Some(node) = self.tree.nodes.get_mut(id) {
-            node.end = end;
-        }
+    #[test]
+    fn numbers_end_before_ranges_members_and_units() {
+        let texts = |text| kinds(text).into_iter().map(|(text, _)| text).collect::<Vec<_>>();
+        assert_eq!(texts("1..2.5e-3mm"), ["1", "..", "2.5e-3", "mm"]);
+        assert_eq!(texts("3e 4.x"), ["3", "e", "4", ".", "x"]);
+        assert_eq!(texts("a<=-b->c"), ["a", "<=", "-", "b", "->", "c"]);
     }
 
-    /// The inside of a flat row of operators and operands, with the levels that it stands for.
-    fn row(
-        &mut self,
-        level: Level,
-        mut row: Peekable<Pairs<'a, Rule>>,
-        rule: Rule,
-        node: usize,
-        depth: usize,
-    ) {
-        if rule == Rule::expr {
-            self.level(Some(level), &mut row, node, depth + 1);
-        } else {
-            // The pair is the level itself.
-            self.inside(level, &mut row, node, depth);
-        }
-        for rest in row {
-            self.pair(rest, node, depth + 1);
-        }
-    }
-
-    /// As much of a row as belongs to a level, as a pair of its own.
-    fn level(
-        &mut self,
-        level: Option<Level>,
-        row: &mut Peekable<Pairs<'a, Rule>>,
-        parent: usize,
-        depth: usize,
-    ) {
-        self.comments(row, parent, depth);
-        let Some(level) = level else {
-            if let Some(operand) = row.next() {
-                self.pair(operand, parent, depth);
-            }
-            return;
-        };
-        let name = level.name();
-        let name = Rc::clone(self.levels.entry(name).or_insert_with(|| name.into()));
-        let id = self.open(name, parent, depth);
-        self.inside(level, row, id, depth);
-        self.close(id);
-    }
-
-    fn inside(&mut self, level: Level, row: &mut Peekable<Pairs<'a, Rule>>, node: usize, depth: usize) {
-        if level.is_prefix() {
-            let operator = row.next_if(|n| level.has(n.as_rule()));
-            let inner = if operator.is_some() { Some(level) } else { level.tighter() };
-            if let Some(operator) = operator {
-                self.pair(operator, node, depth + 1);
-            }
-            return self.level(inner, row, node, depth + 1);
-        }
-        self.level(level.tighter(), row, node, depth + 1);
-        self.comments(row, node, depth + 1);
-        while let Some(operator) = row.next_if(|n| level.has(n.as_rule())) {
-            self.pair(operator, node, depth + 1);
-            self.level(level.tighter(), row, node, depth + 1);
-            self.comments(row, node, depth + 1);
-        }
-    }
-
-    /// The comments that come next in a row.
-    fn comments(&mut self, row: &mut Peekable<Pairs<'a, Rule>>, node: usize, depth: usize) {
-        while let Some(comment) = row.next_if(|n| n.as_rule() == Rule::COMMENT) {
-            self.pair(comment, node, depth);
-        }
-    }
-
-    /// Text that no inner pair claims: the whole of a pair without inner ones,
-    /// or a sign that the grammar writes in quotes among other pairs.
-    fn between(&mut self, from: usize, to: usize, node: usize) {
-        let space = |c: char| c.is_whitespace() || c == '\u{FEFF}';
-        let stretch = self.text.get(from..to).unwrap_or("");
-        let mut at = from;
-        for piece in stretch.split_inclusive(space) {
-            let text = piece.trim_matches(space);
-            if !text.is_empty() {
-                self.tree.tokens.push(Token { text, start: at, node });
-            }
-            at += piece.len();
+    proptest::proptest! {
+        #[test]
+        fn tokens_make_up_any_text(text in "[ -~\\n\\t#\"\\\\é]{0,80}") {
+            let all: String = tokens(&text).map(|t| t.text).collect();
+            proptest::prop_assert_eq!(all, text);
         }
     }
 }

@@ -1,0 +1,231 @@
+//! Says what the parser expected where it stopped, in words.
+
+use pest::Parser;
+use pest::error::{ErrorVariant, InputLocation};
+
+use super::forms::form;
+use super::parse::{Rule, SgrParser};
+use super::slip::Stop;
+use super::tokens::{Stretch, TokenKind};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::source::{FileId, Span};
+
+/// What may follow a piece that is complete.
+const END: &str = "the end of the declaration";
+
+/// Turns the parser's own error into words.
+pub(super) fn explain(piece: Stretch<'_>, entry: Rule, file: FileId) -> Diagnostic {
+    let error = match SgrParser::parse(entry, piece.text()) {
+        Err(error) => error,
+        Ok(_) => {
+            let span = Span::new(file, piece.start, piece.end);
+            return Diagnostic::new(Code::SYNTAX, span, "this cannot be read");
+        }
+    };
+    let (InputLocation::Pos(stop) | InputLocation::Span((stop, _))) = error.location;
+    // pest stops before white space and comments; people look at the word after them.
+    let found = piece.token_from(piece.start + stop);
+    let positives = match &error.variant {
+        ErrorVariant::ParsingError { positives, .. } => all_expected(positives),
+        ErrorVariant::CustomError { .. } => Vec::new(),
+    };
+    let mut expected: Vec<&str> = Vec::new();
+    for words in positives.into_iter().filter_map(describe) {
+        if !expected.contains(&words) {
+            expected.push(words);
+        }
+    }
+    let in_expression = expected.contains(&"an operator");
+    narrow(&mut expected);
+    let piece_name = if entry == Rule::only_item { "the declaration" } else { "the clause" };
+    let wanted = listed(&expected).replace(END, &format!("the end of {piece_name}"));
+    let (place, text) = found.unwrap_or((piece.end, ""));
+    let (span, message) = if text.is_empty() {
+        let last = piece.start + piece.text().trim_end().len();
+        (Span::new(file, last, last), format!("expected {wanted}, but {piece_name} ends here"))
+    } else {
+        (Span::new(file, place, place + text.len()), format!("expected {wanted}, found `{text}`"))
+    };
+    let help = no_name(&wanted, text);
+    let like = help.is_none().then(|| looks_like(entry, piece, place, &expected)).flatten();
+    if in_expression && !expected.contains(&"an operator") {
+        expected.push("an operator");
+    }
+    let error = Diagnostic::new(Code::SYNTAX, span, message)
+        .label(if text.is_empty() { "something is missing here" } else { "not expected here" })
+        .help_if(help);
+    let error = Stop { piece, place, found: text, expected: &expected, file }.explain(error);
+    if error.help.is_some() { error } else { error.help_if(like) }
+}
+
+/// Leaves what is most likely missing of all that could go on.
+fn narrow(expected: &mut Vec<&str>) {
+    // Operators can follow almost everything: they hide what is really missing.
+    let in_expression = expected.contains(&"an operator");
+    if expected.len() > 1 {
+        expected.retain(|e| *e != "an operator");
+    }
+    // So do the other ways to go on after a value, where something else must follow.
+    let on = ["an operator", "`[`", "`(`", "`in`", "`..`"];
+    if in_expression && expected.iter().any(|e| !on.contains(e)) {
+        expected.retain(|e| !on.contains(e));
+    }
+    // Where a declaration may end, what else could go on is beside the point.
+    if expected.contains(&END) {
+        expected.retain(|e| !["`[`", "`(`", "`in`", "`..`", "a value"].contains(e));
+    }
+    // Where a bracket is open, it is more likely to be closed than to be followed by another.
+    if expected.iter().any(|e| ["`)`", "`]`"].contains(e)) {
+        expected.retain(|e| !["`[`", "`(`", "`in`", "`..`"].contains(e));
+    }
+}
+
+/// Alternatives as people list them.
+fn listed(expected: &[&str]) -> String {
+    match expected {
+        [] => "something else".to_owned(),
+        [one] => (*one).to_owned(),
+        [head @ .., last] => {
+            let head = head.iter().take(6).copied().collect::<Vec<_>>().join(", ");
+            format!("{head} or {last}")
+        }
+    }
+}
+
+/// What to say where a word of the language stands in the place of a name.
+fn no_name(wanted: &str, found: &str) -> Option<String> {
+    let reserved = || {
+        SgrParser::parse(Rule::keyword, found)
+            .is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found))
+    };
+    if !wanted.contains("a name") {
+        None
+    } else if matches!(found, "part" | "actuator" | "cell") {
+        Some(format!("give it a name first, as in `p : {found}`"))
+    } else {
+        reserved().then(|| format!("`{found}` is a word of the language: choose another name"))
+    }
+}
+
+/// What the whole declaration or clause looks like, where that helps: not in the middle of a value.
+fn looks_like(entry: Rule, piece: Stretch<'_>, place: usize, expected: &[&str]) -> Option<String> {
+    let before = piece.part(piece.start, place);
+    let last = before.tokens().next_back();
+    let after_word = last.is_some_and(|t| matches!(t.kind, TokenKind::Word | TokenKind::Number));
+    let inside = expected.iter().any(|e| ["`)`", "`]`", "`then`", "`else`"].contains(e));
+    if inside || expected == ["a value"] && !after_word {
+        return None;
+    }
+    let first = piece.first_word();
+    // What stands on a line of its own, as in an example of a variant, is nearer.
+    let line = before.lines().last().map_or("", Stretch::first_word);
+    if let Some(form) = form(entry, line).or_else(|| form(entry, first)) {
+        return Some(format!("write for example `{form}`"));
+    }
+    let field = entry == Rule::only_field && expected.contains(&"`=`");
+    field.then(|| format!("write `{first} = VALUE`"))
+}
+
+/// What the parser expected, with the brackets that it looked ahead for: where an operator can
+/// follow, they can, too.
+fn all_expected(positives: &[Rule]) -> Vec<Rule> {
+    let mut all = positives.to_vec();
+    if positives.contains(&Rule::product_op) {
+        all.extend([Rule::bracket_open, Rule::paren_open]);
+        all.sort();
+        all.dedup();
+    }
+    all
+}
+
+/// The words that people use for what the grammar expects.
+fn describe(rule: Rule) -> Option<&'static str> {
+    Some(match rule {
+        Rule::name | Rule::word | Rule::ident => "a name",
+        Rule::kind_name | Rule::kind_word => "a kind of part",
+        Rule::type_name => "a type",
+        Rule::expr
+        | Rule::range
+        | Rule::primary
+        | Rule::sum
+        | Rule::postfix
+        | Rule::number
+        | Rule::quantity
+        | Rule::set
+        | Rule::list
+        | Rule::condition
+        | Rule::cases
+        | Rule::kw_match
+        | Rule::minus
+        | Rule::aggregate
+        | Rule::aggregate_word
+        | Rule::quantifier
+        | Rule::boolean
+        | Rule::kw_not
+        | Rule::kw_if
+        | Rule::kw_forall
+        | Rule::kw_exists => "a value",
+        Rule::compare_op
+        | Rule::sum_op
+        | Rule::product_op
+        | Rule::member
+        | Rule::call
+        | Rule::index
+        | Rule::dots
+        | Rule::kw_and
+        | Rule::kw_or
+        | Rule::kw_at
+        | Rule::dot
+        | Rule::kw_is
+        | Rule::kw_adds
+        | Rule::unit_text => "an operator",
+        Rule::text | Rule::quote => "a text in quotes",
+        Rule::brace_open => "`{`",
+        Rule::brace_close => "`}`",
+        Rule::bracket_open => "`[`",
+        Rule::bracket_close => "`]`",
+        Rule::paren_open => "`(`",
+        Rule::paren_close => "`)`",
+        Rule::comma => "`,`",
+        Rule::colon => "`:`",
+        Rule::equals => "`=`",
+        Rule::kw_in => "`in`",
+        Rule::kw_for => "`for`",
+        Rule::kw_on => "`on`",
+        Rule::kw_with => "`with`",
+        Rule::kw_to | Rule::to_part => "`to`",
+        Rule::kw_by => "`by`",
+        Rule::kw_of => "`of`",
+        Rule::kw_over => "`over`",
+        Rule::kw_because => "`because`",
+        Rule::kw_then => "`then`",
+        Rule::kw_else => "`else`",
+        Rule::kw_turned | Rule::turned_part => "`turned`",
+        Rule::kw_from => "`from`",
+        Rule::kw_facing => "`facing`",
+        Rule::kw_about => "`about`",
+        Rule::kw_x => "`x`",
+        Rule::kw_when => "`when`",
+        Rule::side => "a number",
+        Rule::kw_weight => "`weight`",
+        Rule::arrow => "`->`",
+        Rule::path => "what is changed, such as `bender.bend`",
+        Rule::link => "a name",
+        Rule::item => "a declaration",
+        Rule::edit => "`set`, `narrow`, `drop`, `replace` or `add`",
+        Rule::task_clause => "`actuate`, `simulate`, `maximize` or `minimize`",
+        Rule::example_clause => "`step`, `refuse` or `expect`",
+        Rule::kw_where | Rule::where_part => "`where`",
+        Rule::kw_port => "`port`",
+        Rule::kw_free => "`free`",
+        Rule::free_port => "`with free port`",
+        Rule::module_path => "a module such as `std.blocks`",
+        Rule::mutate_part => "`mutate`",
+        Rule::flip_part => "`flip`",
+        Rule::field_clause | Rule::field | Rule::group => "`name = value`",
+        Rule::rule_clause => "a clause such as `match`",
+        Rule::actuation_clause => "a clause such as `vary`",
+        Rule::EOI => END,
+        _ => return None,
+    })
+}
