@@ -4,6 +4,7 @@ use grammar_lang::eval::{KindValue, Reference, Value};
 use grammar_lang::ir::RuleSet;
 use sgc::derive::Derivation;
 use sgc::derive::random::Stream;
+use sgc::design::{CORE, PartId, first_of};
 use sgc::results::names::Names;
 use sgc::testing;
 
@@ -31,7 +32,7 @@ fn cube() -> Value {
 }
 
 /// Adds a cube at a port of a part.
-fn add_cube(rules: &RuleSet, derivation: &Derivation, part: u64, port: u8) -> Option<Derivation> {
+fn add_cube(rules: &RuleSet, derivation: &Derivation, part: PartId, port: u8) -> Option<Derivation> {
     let locals = [
         Value::Reference(Reference::Part(part)),
         Value::Reference(Reference::Port(part, port)),
@@ -85,9 +86,9 @@ fn designs_are_their_own_mirror_image() {
 fn a_part_off_the_mirror_plane_comes_with_its_image_and_goes_with_it() {
     let rules = grammar("grammars/codesign.sgr");
     let start = Derivation::begin(&rules);
-    let front = add_cube(&rules, &start, 0, 0).unwrap();
+    let front = add_cube(&rules, &start, CORE, 0).unwrap();
     assert_eq!(front.design.parts.len(), 2, "on the plane: one part");
-    let sides = add_cube(&rules, &start, 0, 2).unwrap();
+    let sides = add_cube(&rules, &start, CORE, 2).unwrap();
     assert_eq!(sides.design.parts.len(), 3, "off the plane: two parts");
     let step = Value::Reference(Reference::Step(sides.steps[0].id));
     let undone = apply(&rules, &sides, "undo", &[step]).unwrap();
@@ -100,18 +101,18 @@ fn the_hash_ignores_the_order_of_derivation() {
     let rules = grammar("grammars/codesign.sgr");
     let start = Derivation::begin(&rules);
     let (top, side) = (4, 2);
-    let one = add_cube(&rules, &add_cube(&rules, &start, 0, top).unwrap(), 0, side).unwrap();
-    let other = add_cube(&rules, &add_cube(&rules, &start, 0, side).unwrap(), 0, top).unwrap();
+    let one = add_cube(&rules, &add_cube(&rules, &start, CORE, top).unwrap(), CORE, side).unwrap();
+    let other = add_cube(&rules, &add_cube(&rules, &start, CORE, side).unwrap(), CORE, top).unwrap();
     assert_ne!(one.steps, other.steps);
     assert_eq!(one.design.canonical_hash(&rules), other.design.canonical_hash(&rules));
-    let less = add_cube(&rules, &start, 0, top).unwrap();
+    let less = add_cube(&rules, &start, CORE, top).unwrap();
     assert_ne!(less.design.canonical_hash(&rules), one.design.canonical_hash(&rules));
 }
 
 #[test]
 fn a_step_that_others_build_on_cannot_be_undone() {
     let rules = grammar("grammars/codesign.sgr");
-    let one = add_cube(&rules, &Derivation::begin(&rules), 0, 0).unwrap();
+    let one = add_cube(&rules, &Derivation::begin(&rules), CORE, 0).unwrap();
     let child = *one.design.parts.keys().last().unwrap();
     let two = add_cube(&rules, &one, child, 0).unwrap();
     let undo = |step: usize| {
@@ -126,10 +127,10 @@ fn a_step_that_others_build_on_cannot_be_undone() {
 fn parts_may_touch_but_not_overlap() {
     let rules = grammar("grammars/codesign.sgr");
     // Round the corner: front, then left of it, then back: beside the core's left.
-    let mut design = add_cube(&rules, &Derivation::begin(&rules), 0, 0).unwrap();
+    let mut design = add_cube(&rules, &Derivation::begin(&rules), CORE, 0).unwrap();
     let front = *design.design.parts.keys().last().unwrap();
     design = add_cube(&rules, &design, front, 2).unwrap();
-    assert!(add_cube(&rules, &design, 0, 2).is_some(), "cubes that touch face to face");
+    assert!(add_cube(&rules, &design, CORE, 2).is_some(), "cubes that touch face to face");
     // A cube whose place is taken by another that hangs elsewhere.
     let side = design.design.parts.keys().copied().nth(2).unwrap();
     let beside_core = (0..6).filter_map(|port| add_cube(&rules, &design, side, port)).find(|d| {
@@ -139,7 +140,7 @@ fn parts_may_touch_but_not_overlap() {
             .any(|p| (p.pose.translation.vector.x).abs() < 1e-9 && p.pose.translation.vector.z > 0.01)
     });
     let taken = beside_core.expect("a cube beside the core");
-    assert!(add_cube(&rules, &taken, 0, 2).is_none(), "the place beside the core is taken");
+    assert!(add_cube(&rules, &taken, CORE, 2).is_none(), "the place beside the core is taken");
 }
 
 #[test]
@@ -211,7 +212,7 @@ fn every_part_has_one_name_whatever_step_is_spoken_of() {
         for seed in 0..8 {
             let derivation = derive(&rules, seed, 30);
             let (of, through) = (Names::of(&rules, &derivation.design), Names::through(&rules, &derivation));
-            let parts: Vec<u64> = derivation.design.parts.keys().copied().collect();
+            let parts: Vec<PartId> = derivation.design.parts.keys().copied().collect();
             assert_eq!(of.check(&parts), Ok(()));
             assert_eq!(through.check(&parts), Ok(()));
             let mut numbers: Vec<(String, usize)> = Vec::new();
@@ -247,14 +248,14 @@ fn every_part_has_one_name_whatever_step_is_spoken_of() {
 #[test]
 fn names_that_a_file_gives_are_each_of_one_part() {
     let names = |text: &str| serde_json::from_str::<Names>(text).unwrap();
-    assert_eq!(names(r#"{"0":"core","256":"left leg"}"#).check(&[0, 256]), Ok(()));
+    assert_eq!(names(r#"{"0":"core","256":"left leg"}"#).check(&[CORE, first_of(1)]), Ok(()));
     for (text, says) in [
         (r#"{"0":"core"}"#, "its part 256 has no name in it"),
         (r#"{"0":"core","256":"core"}"#, "two of its parts are called `core`"),
         (r#"{"0":"core","256":" "}"#, "` ` is no name for its part 256"),
         (r#"{"0":"core","256":"a\u001b[2J"}"#, "is no name for its part 256"),
     ] {
-        let said = names(text).check(&[0, 256]).unwrap_err();
+        let said = names(text).check(&[CORE, first_of(1)]).unwrap_err();
         assert!(said.contains(says), "{said}");
     }
 }

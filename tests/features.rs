@@ -368,7 +368,7 @@ fn actuators_of_a_group_share_their_curves() {
     }
 }
 
-fn drive_channel(rules: &RuleSet, id: &u64) -> f64 {
+fn drive_channel(rules: &RuleSet, id: &sgc::design::PartId) -> f64 {
     let made = example(rules).unwrap();
     made.design.parts[id].params["channel"].as_number().unwrap()
 }

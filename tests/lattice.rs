@@ -1,13 +1,15 @@
 //! Lattices: what rules do to cells, and what becomes of them.
 
 use std::collections::BTreeSet;
+use std::sync::Arc;
 
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 use sgc::derive::random::Stream;
-use sgc::derive::{Derivation, run_example};
+use sgc::derive::{Candidate, Derivation, run_example};
 use sgc::design::lattice::place_of;
 use sgc::design::{Body, Design};
+use sgc::drive::Drive;
 
 use crate::support::{grammar, root};
 
@@ -38,8 +40,12 @@ search   walked_annealing
 ";
 
 fn rules(text: &str) -> RuleSet {
+    rules_of(&format!("{HEAD}\n{text}"))
+}
+
+fn rules_of(text: &str) -> RuleSet {
     let mut sources = SourceMap::default();
-    let entry = sources.add(root().join("grammars/lump.sgr").to_string_lossy(), format!("{HEAD}\n{text}"));
+    let entry = sources.add(root().join("grammars/lump.sgr").to_string_lossy(), text);
     let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[], None);
     let errors: Vec<_> = compiled.diagnostics.iter().filter(|d| d.is_error()).collect();
     assert!(errors.is_empty(), "{errors:#?}");
@@ -109,6 +115,37 @@ fn endless_regions_are_cut_and_endless_repetitions_refused() {
     let locals = [grammar_lang::eval::Value::Reference(grammar_lang::eval::Reference::Part(cell))];
     let refused = derivation.apply(&rules, often, &locals).unwrap_err();
     assert!(refused.reason.contains("more than 1000 times"), "{}", refused.reason);
+}
+
+/// A term reads the cell of an element: its parameters and its place.
+#[test]
+fn terms_read_the_cells_of_elements() {
+    let text = HEAD.replace(
+        "maximize travel in cm",
+        "term counted : Number = count over e in elements where e.cell.side == 1 and e.cell.filled and e.cell.x < 3
+         maximize counted",
+    );
+    let rules = rules_of(&format!(
+        "{text}
+        lattice 5 x 1 x 2 of gel
+        begin {{ fill region(cell(0, 0, 0), 0 .. 4, 0, 0 .. 1) with gel(side = 1) }}
+        rule other {{
+          match c : cell
+          paint c with gel(side = -1)
+        }}
+        example x {{
+          step s = other(c = cell(1, 0, 0))
+        }}"
+    ));
+    let candidate = Candidate::new(&rules, Arc::new(example(&rules)));
+    let drive = Drive::new(&candidate, rules.first_task().unwrap()).unwrap();
+    let parameters = drive.draw(&mut Stream::named(1, "cells"));
+    let settings = sgc::search::settings(&drive.task().model);
+    let model = sgc::simulate::model("balls").unwrap();
+    let mut simulation = model.prepare(&candidate.body.assembly, &settings).unwrap();
+    let motion = simulation.run(&[drive.targets(&parameters).unwrap()]).remove(0).unwrap();
+    let recording = sgc::score::Recording { drive: &drive, parameters: &parameters, motion: &motion };
+    assert_eq!(sgc::score::objective(recording), Ok(5.0));
 }
 
 #[test]

@@ -9,7 +9,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grammar_lang::eval::{EvalError, Value, evaluate};
-use grammar_lang::ir::{Effect, Expr, ExprKind, Matched, Rule, RuleSet, Spread, Word};
+use grammar_lang::ir::{Effect, Expr, ExprKind, Matched, Rule, RuleSet, SearchWord, Spread, Word};
 
 use super::{Observer, Settings};
 use crate::derive::random::Stream;
@@ -135,7 +135,7 @@ fn only_attaches(rules: &RuleSet) -> bool {
 }
 
 fn reads_temperature(expr: &Expr) -> bool {
-    expr.any(&mut |e| matches!(e.kind, ExprKind::Word(Word::Temperature)))
+    expr.any(&mut |e| matches!(e.kind, ExprKind::Word(Word::Search(SearchWord::Temperature))))
 }
 
 /// Whether a rule may be drawn at one temperature and not at another.

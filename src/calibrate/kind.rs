@@ -26,11 +26,11 @@ pub enum Kind {
 pub(super) struct Column {
     pub(super) name: &'static str,
     /// The name of the dimension of its numbers; a column of words has none.
-    pub(super) dimension: Option<&'static str>,
+    pub(super) dimension: Option<Dimension>,
     pub(super) is_needed: bool,
 }
 
-const fn numbers(name: &'static str, dimension: &'static str) -> Column {
+const fn numbers(name: &'static str, dimension: Dimension) -> Column {
     Column { name, dimension: Some(dimension), is_needed: true }
 }
 
@@ -45,18 +45,18 @@ const fn if_there(column: Column) -> Column {
 impl Column {
     /// The dimension of its numbers.
     pub(super) fn measured_in(&self) -> Option<Dimension> {
-        self.dimension.and_then(Dimension::named)
+        self.dimension
     }
 
     /// How its header may read, with a unit.
     pub(super) fn example(&self) -> String {
         let unit = match self.dimension {
-            Some("Angle") => "deg",
-            Some("Length") => "mm",
-            Some("Time") => "s",
-            Some("Force") => "N",
-            Some("Mass") => "g",
-            Some("Velocity") => "m/h",
+            Some(Dimension::ANGLE) => "deg",
+            Some(Dimension::LENGTH) => "mm",
+            Some(Dimension::TIME) => "s",
+            Some(Dimension::FORCE) => "N",
+            Some(Dimension::MASS) => "g",
+            Some(Dimension::VELOCITY) => "m/h",
             _ => return self.name.to_owned(),
         };
         format!("{} [{unit}]", self.name)
@@ -84,26 +84,32 @@ impl Kind {
 
     /// Its columns.
     pub(super) fn columns(self) -> &'static [Column] {
-        const THREAD: &[Column] = &[numbers("angle", "Angle"), numbers("thread", "Length")];
+        const THREAD: &[Column] = &[numbers("angle", Dimension::ANGLE), numbers("thread", Dimension::LENGTH)];
         const SPEED: &[Column] =
-            &[numbers("time", "Time"), numbers("angle", "Angle"), if_there(words("run"))];
-        const TIP: &[Column] =
-            &[if_there(numbers("angle", "Angle")), numbers("force", "Force"), numbers("arm", "Length")];
-        const MASS: &[Column] =
-            &[if_there(words("part")), numbers("mass", "Mass"), if_there(numbers("segments", "Number"))];
+            &[numbers("time", Dimension::TIME), numbers("angle", Dimension::ANGLE), if_there(words("run"))];
+        const TIP: &[Column] = &[
+            if_there(numbers("angle", Dimension::ANGLE)),
+            numbers("force", Dimension::FORCE),
+            numbers("arm", Dimension::LENGTH),
+        ];
+        const MASS: &[Column] = &[
+            if_there(words("part")),
+            numbers("mass", Dimension::MASS),
+            if_there(numbers("segments", Dimension::NUMBER)),
+        ];
         const FRICTION: &[Column] = &[
             if_there(words("part")),
-            if_there(numbers("tilt", "Angle")),
-            if_there(numbers("pull", "Force")),
-            if_there(numbers("weight", "Force")),
-            if_there(numbers("mass", "Mass")),
+            if_there(numbers("tilt", Dimension::ANGLE)),
+            if_there(numbers("pull", Dimension::FORCE)),
+            if_there(numbers("weight", Dimension::FORCE)),
+            if_there(numbers("mass", Dimension::MASS)),
         ];
         const PROTOTYPE: &[Column] = &[
             words("name"),
             words("build"),
-            numbers("simulated", "Velocity"),
-            numbers("measured", "Velocity"),
-            if_there(numbers("length", "Length")),
+            numbers("simulated", Dimension::VELOCITY),
+            numbers("measured", Dimension::VELOCITY),
+            if_there(numbers("length", Dimension::LENGTH)),
         ];
         match self {
             Self::Thread => THREAD,

@@ -148,7 +148,7 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: (f64, f64)) 
 
 /// What the grammar says of a speed.
 fn so_far(speed: &Speed) -> String {
-    let dimension = Dimension::named("AngularVelocity").unwrap_or_default();
+    let dimension = Dimension::ANGULAR_VELOCITY;
     match speed {
         Speed::Constant(speed) => shown(*speed, dimension),
         Speed::ByBend(table) => declared::tabulated(table, dimension),

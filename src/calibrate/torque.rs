@@ -72,7 +72,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         place: section.place.clone(),
         source: section.source.clone(),
         quantity: format!("{name}.torque"),
-        old: Some(shown(actuator.torque, Dimension::named("Torque").unwrap_or_default())),
+        old: Some(shown(actuator.torque, Dimension::TORQUE)),
         change: Change::Number { path: format!("{name}.torque"), value },
         interval: centre.figures("N*m/rad"),
         factor: Some(mean / actuator.torque),

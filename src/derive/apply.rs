@@ -6,6 +6,7 @@ use grammar_lang::ir::{Binder, Cells, Effect, Expr, ExprKind, Holding, Painting,
 use super::Derivation;
 use super::record::{Recorded, Step};
 use super::scope::DesignScope;
+use crate::design::step_of;
 use crate::design::{Attachment, Design, PartId, Refusal};
 
 /// Why a rule could not be applied.
@@ -203,7 +204,7 @@ impl Derivation {
         for old in self.steps.iter().filter(|s| s.id != step) {
             let there_no_more = |reference: &Reference| match reference {
                 Reference::Part(id) | Reference::Port(id, _) | Reference::Joint(id) => {
-                    id >> 8 == step && !again.design.parts.contains_key(id)
+                    step_of(*id) == step && !again.design.parts.contains_key(id)
                 }
                 _ => false,
             };
@@ -318,7 +319,7 @@ fn missing(expr: &Expr) -> EvalError {
     EvalError { span: expr.span, reason: "this names nothing in the design".to_owned() }
 }
 
-fn part_in(expr: &Expr, scope: &DesignScope<'_>, locals: &mut Vec<Value>) -> Result<u64, EvalError> {
+fn part_in(expr: &Expr, scope: &DesignScope<'_>, locals: &mut Vec<Value>) -> Result<PartId, EvalError> {
     match evaluate(expr, scope, locals)? {
         Value::Reference(Reference::Part(id)) => Ok(id),
         _ => Err(missing(expr)),

@@ -8,6 +8,7 @@ use grammar_lang::units;
 
 use super::choosing::domain_of;
 use super::{Blocked, Derivation, DesignScope};
+use crate::design::step_of;
 
 /// Derives an example and checks what it expects.
 ///
@@ -54,7 +55,7 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                 })?;
                 let id = step.steps.last().map_or(0, |s| s.id);
                 derivation = step;
-                let product = derivation.design.parts.keys().find(|p| *p >> 8 == id);
+                let product = derivation.design.parts.keys().find(|p| step_of(**p) == id);
                 locals.push(Value::Reference(Reference::Step(id)));
                 let made = product.map_or(Reference::Step(id), |p| Reference::Part(*p));
                 locals.push(Value::Reference(made));

@@ -4,6 +4,7 @@ use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
 use grammar_lang::ir::{Match, Matched, Rule, RuleSet};
 
 use super::{Derivation, DesignScope};
+use crate::design::PartId;
 
 /// So many matches of one rule are listed at most: whatever lies beyond is not drawn.
 const MOST: usize = 200_000;
@@ -89,7 +90,7 @@ impl Search<'_> {
                 .map(|(id, _)| vec![of(Reference::Joint(*id))])
                 .collect(),
             Matched::Port { of: owner } => {
-                let parts: Vec<u64> = match owner {
+                let parts: Vec<PartId> = match owner {
                     Some(slot) => part_in(slot).into_iter().collect(),
                     None => design.parts.keys().copied().collect(),
                 };
@@ -99,7 +100,7 @@ impl Search<'_> {
                 ports.map(|(id, p)| vec![of(Reference::Port(id, p))]).collect()
             }
             Matched::Part { kind, port, joined_to } => {
-                let parts: Vec<u64> = match joined_to {
+                let parts: Vec<PartId> = match joined_to {
                     Some(slot) => part_in(slot).map_or(Vec::new(), |id| design.neighbours(id)),
                     None => design.parts.keys().copied().collect(),
                 };

@@ -1,7 +1,10 @@
 //! What the expressions of the derivation can read: the design so far.
 
 use grammar_lang::eval::{Domain, Reference, Scope, Value};
-use grammar_lang::ir::{Function, Group, Lattice, RuleSet, Word};
+use grammar_lang::ir::{
+    Attribute, CellAttribute, DesignFunction, DesignWord, Group, JointAttribute, Lattice, PartAttribute,
+    PortAttribute, RuleSet, SearchWord, StepAttribute, Word,
+};
 
 use super::Derivation;
 use crate::design::{Design, PartId, lattice, ports};
@@ -48,69 +51,80 @@ impl<'a> DesignScope<'a> {
         }
     }
 
-    fn port_attribute(&self, id: PartId, port: u8, name: &str) -> Option<Value> {
+    fn port_attribute(&self, id: PartId, port: u8, attribute: PortAttribute) -> Option<Value> {
         let design = self.design_of(id);
-        match name {
-            "part" => Some(reference(Reference::Part(id))),
-            "free" => Some(Value::Bool(design.is_free(self.rules, id, port))),
-            "index" => {
+        Some(match attribute {
+            PortAttribute::Part => reference(Reference::Part(id)),
+            PortAttribute::Free => Value::Bool(design.is_free(self.rules, id, port)),
+            PortAttribute::Index => {
                 let frames = ports(self.rules, design.parts.get(&id)?);
-                Some(Value::Number(frames.get(port as usize)?.number))
+                Value::Number(frames.get(port as usize)?.number)
             }
-            _ => None,
-        }
-    }
-
-    fn part_attribute(&self, id: PartId, name: &str) -> Option<Value> {
-        let design = self.design_of(id);
-        let part = design.parts.get(&id)?;
-        Some(match name {
-            "turn" => Value::Number(part.turn),
-            "image" => Value::Number(f64::from(part.image)),
-            "depth" => Value::Number(design.depth(id) as f64),
-            "mass" => Value::Number(design.mass(self.rules, id)?),
-            // The core holds itself.
-            "holder" => reference(Reference::Part(part.held_by.map_or(id, |(holder, _)| holder))),
-            "twin" => reference(Reference::Part(design.twin(id))),
-            // A parameter of that name is what the actuator itself says.
-            _ if part.params.contains_key(name) => part.params.get(name).cloned()?,
-            "least_bend" => Value::Number(self.rules.actuators.get(&part.kind)?.bend.0),
-            "greatest_bend" => Value::Number(self.rules.actuators.get(&part.kind)?.bend.1),
-            _ => return None,
         })
     }
 
-    /// An attribute of a place, or of the cell there.
-    fn cell_attribute(&self, id: PartId, name: &str) -> Option<Value> {
-        let axis = ["x", "y", "z"].iter().position(|axis| *axis == name);
-        if let Some(axis) = axis {
-            let place = lattice::place_of(id)?;
-            return place.get(axis).map(|at| Value::Number(*at as f64));
-        }
-        let cell = self.design().parts.get(&id);
-        if name == "filled" { Some(Value::Bool(cell.is_some())) } else { cell?.params.get(name).cloned() }
+    fn part_attribute(&self, id: PartId, attribute: PartAttribute) -> Option<Value> {
+        let design = self.design_of(id);
+        let part = design.parts.get(&id).filter(|_| !lattice::is_cell(id))?;
+        // A parameter of that name is what the actuator itself says.
+        let own = || part.params.get(attribute.text()).cloned();
+        let bend = || Some(self.rules.actuators.get(&part.kind)?.bend);
+        Some(match attribute {
+            PartAttribute::Turn => Value::Number(part.turn),
+            PartAttribute::Image => Value::Number(f64::from(part.image)),
+            PartAttribute::Depth => Value::Number(design.depth(id) as f64),
+            PartAttribute::Mass => Value::Number(design.mass(self.rules, id)?),
+            // The core holds itself.
+            PartAttribute::Holder => {
+                reference(Reference::Part(part.held_by.map_or(id, |(holder, _)| holder)))
+            }
+            PartAttribute::Twin => reference(Reference::Part(design.twin(id))),
+            PartAttribute::LeastBend => own().or_else(|| Some(Value::Number(bend()?.0)))?,
+            PartAttribute::GreatestBend => own().or_else(|| Some(Value::Number(bend()?.1)))?,
+            // Only a motion has it.
+            PartAttribute::Work => own()?,
+        })
     }
 
-    fn step_attribute(&self, id: u64, name: &str) -> Option<Value> {
+    /// An attribute of a place.
+    fn cell_attribute(&self, id: PartId, attribute: CellAttribute) -> Option<Value> {
+        let [x, y, z] = lattice::place_of(id)?;
+        Some(match attribute {
+            CellAttribute::X => Value::Number(x as f64),
+            CellAttribute::Y => Value::Number(y as f64),
+            CellAttribute::Z => Value::Number(z as f64),
+            CellAttribute::Filled => Value::Bool(self.design().parts.contains_key(&id)),
+        })
+    }
+
+    fn joint_attribute(&self, held: PartId, attribute: JointAttribute) -> Option<Value> {
+        let (holder, port) = self.design_of(held).parts.get(&held)?.held_by?;
+        Some(reference(match attribute {
+            JointAttribute::Holder => Reference::Part(holder),
+            JointAttribute::Held => Reference::Part(held),
+            JointAttribute::Port => Reference::Port(holder, port),
+        }))
+    }
+
+    fn step_attribute(&self, id: u64, attribute: StepAttribute) -> Option<Value> {
         let (i, step) = self.derivation.steps.iter().enumerate().find(|(_, s)| s.id == id)?;
-        match name {
-            "rule" => Some(Value::Text(step.rule.as_str().into())),
-            "number" => Some(Value::Number((i + 1) as f64)),
-            _ => None,
-        }
+        Some(match attribute {
+            StepAttribute::Rule => Value::Text(step.rule.as_str().into()),
+            StepAttribute::Number => Value::Number((i + 1) as f64),
+        })
     }
 }
 
 impl DesignScope<'_> {
     /// The functions that know a lattice.
-    fn call_in(&self, lattice: &Lattice, function: Function, arguments: &[Value]) -> Option<Value> {
+    fn call_in(&self, lattice: &Lattice, function: DesignFunction, arguments: &[Value]) -> Option<Value> {
         match function {
-            Function::Cell => {
+            DesignFunction::Cell => {
                 let [x, y, z] = arguments else { return None };
                 let place = [x.as_number()? as i64, y.as_number()? as i64, z.as_number()? as i64];
                 lattice::cell_at(lattice, place).map(cell)
             }
-            Function::Region => {
+            DesignFunction::Region => {
                 let [from, x, y, z] = arguments else { return None };
                 let [nx, ny, nz] = lattice.sides;
                 let (from, [x, y, z]) = (part(from)?, [offsets(x, nx)?, offsets(y, ny)?, offsets(z, nz)?]);
@@ -123,11 +137,11 @@ impl DesignScope<'_> {
                 }
                 Some(Value::List(places.into()))
             }
-            Function::Neighbours => {
+            DesignFunction::Neighbours => {
                 let joined = self.design().joined(lattice, part(arguments.first()?)?);
                 Some(Value::List(joined.into_iter().map(cell).collect()))
             }
-            _ => None,
+            DesignFunction::Images => None,
         }
     }
 }
@@ -168,15 +182,17 @@ impl Scope for DesignScope<'_> {
 
     fn word(&self, word: Word) -> Option<Value> {
         match word {
-            Word::Connected => Some(Value::Bool(match &self.rules.lattice {
-                Some(lattice) => self.design().is_one_piece(lattice),
-                None => self.design().is_connected(),
-            })),
-            Word::Middle => lattice::middle(self.rules.lattice.as_ref()?).map(cell),
-            Word::NoOverlap if self.rules.lattice.is_some() => Some(Value::Bool(true)),
-            Word::NoOverlap => Some(Value::Bool(self.design().no_overlap(self.rules))),
-            Word::Temperature => self.temperature.map(Value::Number),
-            _ => None,
+            Word::Design(word) => Some(match (word, &self.rules.lattice) {
+                (DesignWord::Connected, Some(lattice)) => Value::Bool(self.design().is_one_piece(lattice)),
+                (DesignWord::Connected, None) => Value::Bool(self.design().is_connected()),
+                (DesignWord::Middle, lattice) => lattice::middle(lattice.as_ref()?).map(cell)?,
+                (DesignWord::NoOverlap, Some(_)) => Value::Bool(true),
+                (DesignWord::NoOverlap, None) => Value::Bool(self.design().no_overlap(self.rules)),
+            }),
+            Word::Search(SearchWord::Temperature) => self.temperature.map(Value::Number),
+            Word::Search(_) | Word::Motion(_) | Word::Time | Word::Cycle => None,
+            // These mean the same everywhere.
+            Word::Pi | Word::Closed | Word::Inflate | Word::Vent => None,
         }
     }
 
@@ -200,22 +216,30 @@ impl Scope for DesignScope<'_> {
         Some(design.parts.iter().any(|(id, p)| p.step == *step && design.belongs(self.rules, *id, group)))
     }
 
-    fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
-        match of {
-            Value::Reference(Reference::Part(id)) if lattice::is_cell(*id) => self.cell_attribute(*id, name),
-            Value::Reference(Reference::Part(id)) => self.part_attribute(*id, name),
-            Value::Reference(Reference::Port(id, port)) => self.port_attribute(*id, *port, name),
-            Value::Reference(Reference::Step(id)) => self.step_attribute(*id, name),
-            Value::Reference(Reference::Joint(held)) => {
-                let (holder, port) = self.design_of(*held).parts.get(held)?.held_by?;
-                match name {
-                    "holder" => Some(reference(Reference::Part(holder))),
-                    "held" => Some(reference(Reference::Part(*held))),
-                    "port" => Some(reference(Reference::Port(holder, port))),
-                    _ => None,
-                }
+    fn attribute(&self, of: Reference, attribute: &Attribute) -> Option<Value> {
+        match (attribute, of) {
+            (Attribute::Part(attribute), Reference::Part(id)) => self.part_attribute(id, *attribute),
+            (Attribute::Cell(attribute), Reference::Part(id)) => self.cell_attribute(id, *attribute),
+            (Attribute::Port(attribute), Reference::Port(id, port)) => {
+                self.port_attribute(id, port, *attribute)
             }
-            _ => None,
+            (Attribute::Joint(attribute), Reference::Joint(held)) => self.joint_attribute(held, *attribute),
+            (Attribute::Step(attribute), Reference::Step(id)) => self.step_attribute(id, *attribute),
+            (Attribute::Param(name), Reference::Part(id)) => {
+                self.design_of(id).parts.get(&id)?.params.get(name).cloned()
+            }
+            // Only a motion has them, or a vector.
+            (Attribute::Element(_) | Attribute::Track(_) | Attribute::Axis(_), _) => None,
+            // The checker lets nothing else through.
+            (
+                Attribute::Part(_)
+                | Attribute::Cell(_)
+                | Attribute::Port(_)
+                | Attribute::Joint(_)
+                | Attribute::Step(_)
+                | Attribute::Param(_),
+                _,
+            ) => None,
         }
     }
 
@@ -238,15 +262,15 @@ impl Scope for DesignScope<'_> {
         Some(lattice::clusters(self.rules.lattice.as_ref()?, &cells?))
     }
 
-    fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
+    fn call(&self, function: DesignFunction, arguments: &[Value]) -> Option<Value> {
         if let Some(lattice) = &self.rules.lattice {
             return self.call_in(lattice, function, arguments);
         }
         let id = part(arguments.first()?)?;
         let design = self.design_of(id);
         let parts = match function {
-            Function::Neighbours => design.neighbours(id),
-            Function::Images => design.orbit(id).into_iter().filter(|other| *other != id).collect(),
+            DesignFunction::Neighbours => design.neighbours(id),
+            DesignFunction::Images => design.orbit(id).into_iter().filter(|other| *other != id).collect(),
             _ => return None,
         };
         Some(Value::List(parts.into_iter().map(|id| reference(Reference::Part(id))).collect()))

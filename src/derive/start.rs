@@ -11,6 +11,7 @@ use grammar_lang::source::{FileId, SourceMap};
 
 use super::apply::{Blocked, attachment};
 use super::{Derivation, DesignScope};
+use crate::design::CORE;
 use crate::design::{Design, Refusal};
 
 /// The initial design, and what of it cannot be placed.
@@ -51,7 +52,7 @@ fn place(rules: &RuleSet, derivation: &mut Derivation, placed: &Placed) -> Resul
         None => {
             let Value::Kind(kind) = evaluate(&placed.what, &scope, &mut Vec::new())? else { return Ok(()) };
             derivation.design = Design::core(rules, &kind.name, &kind.params).map_err(refused)?;
-            0
+            CORE
         }
         Some(on) => {
             let attachment = attachment(&placed.what, on, &scope, &mut Vec::new())?;

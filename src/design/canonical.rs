@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
 use super::assembly::Shape;
-use super::{Design, Part};
+use super::{Design, Part, PartId};
 
 /// Places and directions are compared on this grid (m, or parts of one).
 const GRID: f64 = 1e-6;
@@ -59,7 +59,7 @@ fn describe(part: &Part, rules: &RuleSet) -> String {
 /// The parts of a design, each with its place and with what holds it, in order: two designs
 /// are the same body if all of these are the same.
 pub(super) fn pieces(design: &Design, rules: &RuleSet) -> Vec<String> {
-    let described = |id: u64| design.parts.get(&id).map_or(String::new(), |part| describe(part, rules));
+    let described = |id: PartId| design.parts.get(&id).map_or(String::new(), |part| describe(part, rules));
     let mut pieces: Vec<String> = design
         .parts
         .iter()
@@ -73,10 +73,10 @@ pub(super) fn pieces(design: &Design, rules: &RuleSet) -> Vec<String> {
 }
 
 pub(super) fn hash(design: &Design, rules: &RuleSet) -> String {
-    let mut described: Vec<(String, u64)> =
+    let mut described: Vec<(String, PartId)> =
         design.parts.iter().map(|(id, p)| (describe(p, rules), *id)).collect();
     described.sort_unstable();
-    let index = |id: u64| described.iter().position(|(_, i)| *i == id);
+    let index = |id: PartId| described.iter().position(|(_, i)| *i == id);
     let mut joints: Vec<(Option<usize>, Option<usize>)> = design
         .parts
         .iter()

@@ -1,12 +1,12 @@
 //! Changes of a design: attaching, setting, removing, replacing, with all images.
 
 use grammar_lang::eval::Value;
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Settable};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
 use super::port::{self, ends, ports};
-use super::{Attachment, Design, Part, PartId, Refusal, symmetry};
+use super::{Attachment, Design, Part, PartId, Refusal, first_of, step_of, symmetry};
 
 impl Design {
     /// Attaches a part and its images; `step` numbers the step that does. Gives the part.
@@ -72,9 +72,9 @@ impl Design {
     }
 
     fn next_id(&self, step: u64) -> Result<PartId, Refusal> {
-        let last = self.parts.keys().filter(|id| **id >> 8 == step).max();
-        let next = last.map_or(step << 8, |id| id + 1);
-        if next >> 8 == step { Ok(next) } else { Err(Refusal::TooMany) }
+        let last = self.parts.keys().filter(|id| step_of(**id) == step).max();
+        let next = last.map_or(first_of(step), |id| PartId::from_number(id.number() + 1));
+        if step_of(next) == step { Ok(next) } else { Err(Refusal::TooMany) }
     }
 
     /// Sets `turn` or a parameter of a part and of its images.
@@ -86,7 +86,7 @@ impl Design {
         &mut self,
         rules: &RuleSet,
         id: PartId,
-        attribute: &str,
+        attribute: &Settable,
         value: &Value,
     ) -> Result<(), Refusal> {
         if !self.parts.contains_key(&id) {
@@ -94,11 +94,12 @@ impl Design {
         }
         for id in self.orbit(id) {
             let part = self.parts.get_mut(&id).ok_or(Refusal::Gone)?;
-            if attribute == "turn" {
-                part.turn = normal_turn(value.as_number().ok_or(Refusal::Gone)?);
-            } else {
-                in_domain(rules, &part.kind, attribute, value)?;
-                part.params.insert(attribute.to_owned(), value.clone());
+            match attribute {
+                Settable::Turn => part.turn = normal_turn(value.as_number().ok_or(Refusal::Gone)?),
+                Settable::Param(name) => {
+                    in_domain(rules, &part.kind, name, value)?;
+                    part.params.insert(name.clone(), value.clone());
+                }
             }
         }
         self.place_all(rules)?;

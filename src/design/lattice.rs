@@ -14,7 +14,7 @@ use super::assembly::{Assembly, Element, Shape, Spring, Swelling};
 use super::{Body, Design, Part, PartId, Refusal, change};
 
 /// Set in the numbers of cells, and of no other parts.
-const CELL: PartId = 1 << 62;
+const CELL: u64 = 1 << 62;
 /// How many bits of a number say where a cell is along one side: those of x are the lowest.
 const BITS: u32 = 17;
 
@@ -24,7 +24,7 @@ pub type Place = [usize; 3];
 /// Whether a part is a cell.
 #[must_use]
 pub fn is_cell(id: PartId) -> bool {
-    id & CELL != 0
+    id.number() & CELL != 0
 }
 
 /// The number of the cell at a place; none beyond the grid.
@@ -37,13 +37,13 @@ pub fn cell_at(lattice: &Lattice, place: [i64; 3]) -> Option<PartId> {
         }
         number |= (at as u64) << (axis * BITS);
     }
-    Some(number)
+    Some(PartId::from_number(number))
 }
 
 /// The place of a cell.
 #[must_use]
 pub fn place_of(id: PartId) -> Option<Place> {
-    let along = |axis: u32| (id >> (axis * BITS) & ((1 << BITS) - 1)) as usize;
+    let along = |axis: u32| (id.number() >> (axis * BITS) & ((1 << BITS) - 1)) as usize;
     is_cell(id).then(|| [along(0), along(1), along(2)])
 }
 

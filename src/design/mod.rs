@@ -16,6 +16,7 @@ mod symmetry;
 
 use std::collections::BTreeMap;
 
+pub use grammar_lang::eval::PartId;
 use grammar_lang::eval::Value;
 use grammar_lang::ir::{Group, RuleSet};
 use indexmap::IndexMap;
@@ -25,9 +26,24 @@ pub use body::Body;
 pub use port::{PortFrame, ports};
 pub(crate) use port::{ends, pose_at};
 
-/// Names a part for as long as the step that made it exists: the step's number
-/// in the upper bits, the part's number within the step in the lower eight.
-pub type PartId = u64;
+/// How many bits of a part's number say which of its step's parts it is; the bits above them are the
+/// step's number.
+const PART_BITS: u32 = 8;
+
+/// The core: the first part of the initial design.
+pub const CORE: PartId = PartId::from_number(0);
+
+/// The number of the first part that a step makes.
+#[must_use]
+pub fn first_of(step: u64) -> PartId {
+    PartId::from_number(step << PART_BITS)
+}
+
+/// The step that made a part.
+#[must_use]
+pub fn step_of(id: PartId) -> u64 {
+    id.number() >> PART_BITS
+}
 
 /// A part of a design.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,7 +142,7 @@ impl Design {
         if !images.iter().all(|image| image.keeps(rules, &part)) {
             return Err(Refusal::Asymmetric);
         }
-        Ok(Self { parts: IndexMap::from([(0, part)]), placed: BTreeMap::new() })
+        Ok(Self { parts: IndexMap::from([(CORE, part)]), placed: BTreeMap::new() })
     }
 
     /// A part and all its images, the original first.

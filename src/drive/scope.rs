@@ -1,7 +1,7 @@
 //! What the expressions of an actuation can read.
 
 use grammar_lang::eval::{Scope, Value};
-use grammar_lang::ir::{RuleSet, Word};
+use grammar_lang::ir::{RuleSet, SearchWord, Word};
 
 use crate::derive::{Derivation, DesignScope};
 
@@ -27,8 +27,8 @@ impl Scope for DriveScope<'_> {
     fn word(&self, word: Word) -> Option<Value> {
         match word {
             Word::Time => Some(Value::Number(self.time)),
-            Word::Temperature => Some(Value::Number(self.temperature)),
-            Word::Iteration => Some(Value::Number(self.iteration)),
+            Word::Search(SearchWord::Temperature) => Some(Value::Number(self.temperature)),
+            Word::Search(SearchWord::Iteration) => Some(Value::Number(self.iteration)),
             _ => self.design.word(word),
         }
     }

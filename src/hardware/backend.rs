@@ -217,10 +217,10 @@ mod tests {
     use grammar_lang::ir::Table;
 
     use super::*;
-    use crate::design::PartId;
+    use crate::design::CORE;
 
     fn cycle(asked: Vec<Asked>) -> Cycle {
-        let part = |asked| (PartId::default(), asked);
+        let part = |asked| (CORE, asked);
         Cycle { period: 2.0, actuators: asked.into_iter().map(part).collect() }
     }
 

@@ -5,7 +5,10 @@
 //! be anything. So a bound that follows holds, and where none follows there is none.
 
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
-use grammar_lang::ir::{Binder, Expr, ExprKind, Function, Gather, Operator, RuleSet, Word};
+use grammar_lang::ir::{
+    Attribute, Binder, ElementAttribute, Expr, ExprKind, Function, Gather, MotionWord, Operator,
+    PartAttribute, RuleSet, Track, Word,
+};
 
 use super::{MotionScope, Recording};
 
@@ -133,7 +136,7 @@ impl Limits<'_> {
         let now = self.underway.now;
         expr.any(&mut |e| match &e.kind {
             ExprKind::At(_, time) => match &time.kind {
-                ExprKind::Word(Word::Start) => false,
+                ExprKind::Word(Word::Motion(MotionWord::Start)) => false,
                 ExprKind::Number(time) => *time > now,
                 _ => true,
             },
@@ -141,30 +144,38 @@ impl Limits<'_> {
                 self.rules.terms.get(name).is_none_or(|term| self.asks_the_future(&term.value))
             }
             // What is added up over the whole motion.
-            ExprKind::Attribute(_, name) => {
-                matches!(name.as_str(), "work" | "path" | "slid" | "touching" | "sliding")
-            }
+            ExprKind::Attribute(_, attribute) => match attribute {
+                Attribute::Element(attribute) => match attribute {
+                    ElementAttribute::Path
+                    | ElementAttribute::Slid
+                    | ElementAttribute::Touching
+                    | ElementAttribute::Sliding => true,
+                    ElementAttribute::Size | ElementAttribute::Part | ElementAttribute::Cell => false,
+                },
+                attribute => *attribute == Attribute::Part(PartAttribute::Work),
+            },
             _ => false,
         })
     }
 
     fn at(&self, track: &Expr, time: &Expr, locals: &mut Vec<Known>) -> Result<Known, EvalError> {
         let Underway { recording, now, pace } = self.underway;
-        let (time, ExprKind::Attribute(of, name)) = (self.of(time, locals)?, &track.kind) else {
+        let time = self.of(time, locals)?;
+        let ExprKind::Attribute(of, Attribute::Track(track)) = &track.kind else {
             return Ok(Known::Nothing);
         };
         let of = self.of(of, locals)?;
-        let (Some(Value::Number(time)), Some(of)) = (time.exactly(), of.exactly()) else {
+        let (Some(Value::Number(time)), Some(Value::Reference(of))) = (time.exactly(), of.exactly()) else {
             return Ok(Known::Nothing);
         };
         if *time <= now {
-            return Ok(self.scope.attribute_at(of, name, *time).map_or(Known::Nothing, Known::Exactly));
+            return Ok(self.scope.track(*of, *track, *time).map_or(Known::Nothing, Known::Exactly));
         }
         let end = recording.motion.duration;
-        if name != "position" || *time < end {
+        if *track != Track::Position || *time < end {
             return Ok(Known::Nothing);
         }
-        Ok(match self.scope.attribute_at(of, name, now) {
+        Ok(match self.scope.track(*of, *track, now) {
             Some(Value::Vector([x, _, z])) => Known::Around([x, z], pace * (end - now)),
             _ => Known::Nothing,
         })

@@ -7,7 +7,9 @@ use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
-use grammar_lang::ir::{Expr, RuleSet, Task, Term, Word, builds_on};
+use grammar_lang::ir::{
+    Attribute, ElementAttribute, Expr, MotionWord, PartAttribute, RuleSet, Task, Term, Track, Word, builds_on,
+};
 
 pub use observed::{Observed, observe};
 
@@ -113,12 +115,28 @@ impl<'a> MotionScope<'a> {
     }
 
     /// The element that stands for a thing: itself, or the first one of a part.
-    fn element(&self, of: &Value) -> Option<usize> {
+    fn element(&self, of: Reference) -> Option<usize> {
         match of {
-            Value::Reference(Reference::Element(element)) => Some(*element as usize),
-            Value::Reference(Reference::Part(part)) => self.body().elements_of(*part).next(),
+            Reference::Element(element) => Some(element as usize),
+            Reference::Part(part) => self.body().elements_of(part).next(),
             _ => None,
         }
+    }
+
+    /// What the whole motion says of an element.
+    fn element_attribute(&self, element: usize, attribute: ElementAttribute) -> Option<Value> {
+        let motion = self.recording.motion;
+        let sliding = || self.sliding.get_or_init(|| motion.sliding()).get(element);
+        Some(match attribute {
+            ElementAttribute::Size => Value::Number(motion.size(element)?),
+            ElementAttribute::Path => Value::Number(sliding()?.path),
+            ElementAttribute::Slid => Value::Number(sliding()?.slid),
+            ElementAttribute::Touching => Value::Number(sliding()?.touching),
+            ElementAttribute::Sliding => Value::Number(sliding()?.sliding),
+            ElementAttribute::Part | ElementAttribute::Cell => {
+                Value::Reference(Reference::Part(*self.body().parts_of_elements.get(element)?))
+            }
+        })
     }
 }
 
@@ -128,17 +146,18 @@ impl Scope for MotionScope<'_> {
     }
 
     fn word(&self, word: Word) -> Option<Value> {
-        match word {
-            Word::Start => Some(Value::Number(0.0)),
-            Word::End | Word::Duration => Some(Value::Number(self.recording.motion.duration)),
-            Word::FrameInterval => Some(Value::Number(self.recording.motion.interval)),
-            Word::Period => Some(Value::Number(self.period)),
-            Word::Elements => {
-                let count = self.recording.motion.placements.len() as u32;
-                Some(Value::List((0..count).map(|i| Value::Reference(Reference::Element(i))).collect()))
+        let motion = self.recording.motion;
+        let Word::Motion(word) = word else { return self.design.word(word) };
+        Some(match word {
+            MotionWord::Start => Value::Number(0.0),
+            MotionWord::End | MotionWord::Duration => Value::Number(motion.duration),
+            MotionWord::FrameInterval => Value::Number(motion.interval),
+            MotionWord::Period => Value::Number(self.period),
+            MotionWord::Elements => {
+                let count = motion.placements.len() as u32;
+                Value::List((0..count).map(|i| Value::Reference(Reference::Element(i))).collect())
             }
-            _ => self.design.word(word),
-        }
+        })
     }
 
     fn remembered(&self, term: &str) -> Option<Value> {
@@ -153,51 +172,33 @@ impl Scope for MotionScope<'_> {
         self.recording.drive.shared(actuation, variable, self.recording.parameters)
     }
 
-    fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
-        let (body, motion) = (self.body(), self.recording.motion);
-        match (of, name) {
-            (Value::Reference(Reference::Element(element)), "size") => {
-                motion.size(*element as usize).map(Value::Number)
+    fn attribute(&self, of: Reference, attribute: &Attribute) -> Option<Value> {
+        match (attribute, of) {
+            (Attribute::Element(attribute), Reference::Element(element)) => {
+                self.element_attribute(element as usize, *attribute)
             }
-            (Value::Reference(Reference::Element(element)), "path" | "slid" | "touching" | "sliding") => {
-                let own = self.sliding.get_or_init(|| motion.sliding()).get(*element as usize)?;
-                Some(Value::Number(match name {
-                    "path" => own.path,
-                    "slid" => own.slid,
-                    "touching" => own.touching,
-                    _ => own.sliding,
-                }))
+            (Attribute::Part(PartAttribute::Work), Reference::Part(part)) => {
+                let actuator = self.body().actuators.iter().position(|a| *a == part)?;
+                self.recording.motion.work.get(actuator).copied().map(Value::Number)
             }
-            (Value::Reference(Reference::Element(element)), "part") => {
-                let part = body.parts_of_elements.get(*element as usize)?;
-                Some(Value::Reference(Reference::Part(*part)))
-            }
-            (Value::Reference(Reference::Part(part)), "work") => {
-                let actuator = body.actuators.iter().position(|a| a == part)?;
-                motion.work.get(actuator).copied().map(Value::Number)
-            }
-            _ => self.design.attribute(of, name),
+            _ => self.design.attribute(of, attribute),
         }
     }
 
-    fn attribute_at(&self, of: &Value, name: &str, time: f64) -> Option<Value> {
+    fn track(&self, of: Reference, track: Track, time: f64) -> Option<Value> {
         let element = self.element(of)?;
         let motion = self.recording.motion;
-        if name == "lowest" {
-            return motion.lowest(element, time).map(Value::Number);
-        }
-        let pose = motion.pose(element, time)?;
-        match name {
-            "position" => {
-                let p = pose.translation.vector;
-                Some(Value::Vector([p.x, p.y, p.z]))
+        Some(match track {
+            Track::Lowest => Value::Number(motion.lowest(element, time)?),
+            Track::Position => {
+                let p = motion.pose(element, time)?.translation.vector;
+                Value::Vector([p.x, p.y, p.z])
             }
-            "rotation" => {
-                let r = pose.rotation.into_inner();
-                Some(Value::Rotation([r.w, r.i, r.j, r.k]))
+            Track::Rotation => {
+                let r = motion.pose(element, time)?.rotation.into_inner();
+                Value::Rotation([r.w, r.i, r.j, r.k])
             }
-            _ => None,
-        }
+        })
     }
 }
 

@@ -1,7 +1,7 @@
 //! What the expressions of a schedule can read, and their values.
 
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
-use grammar_lang::ir::{Annealing, CmaEs, Direction, Expr, Function, RuleSet, Schedule, Word};
+use grammar_lang::ir::{Annealing, CmaEs, Direction, Expr, RuleSet, Schedule, SearchWord, Word};
 
 use serde::{Deserialize, Serialize};
 
@@ -116,30 +116,36 @@ impl Scope for ScheduleScope<'_> {
 
     fn word(&self, word: Word) -> Option<Value> {
         let course = self.course;
-        let number = match (word, self.stand) {
-            (Word::Iteration, _) => course.iteration as f64,
-            (Word::Best, _) => course.best(),
-            (Word::Idle, _) => course.idle() as f64,
-            (Word::Deviation, _) => course.deviation?,
-            (Word::Chain, Stand::Chain(number, _)) => number as f64,
-            (Word::Temperature, Stand::Chain(_, standing)) => standing.temperature,
-            (Word::Refused, Stand::Chain(_, standing)) => standing.refused as f64,
-            (Word::Stagnant, Stand::Chain(_, standing)) => standing.stagnant as f64,
-            (Word::Spread, Stand::Distribution(spread)) => spread,
-            // What always accepts something, or has no moves of its own.
-            (Word::Refused | Word::Stagnant, _) => 0.0,
-            _ => return self.design.word(word),
+        let Word::Search(word) = word else { return self.design.word(word) };
+        let standing = match self.stand {
+            Stand::Chain(_, standing) => Some(standing),
+            Stand::Distribution(_) | Stand::Archive => None,
         };
-        Some(Value::Number(number))
+        Some(Value::Number(match word {
+            SearchWord::Iteration => course.iteration as f64,
+            SearchWord::Best => course.best(),
+            SearchWord::Idle => course.idle() as f64,
+            SearchWord::Deviation => course.deviation?,
+            // What always accepts something, or has no moves of its own, refuses nothing.
+            SearchWord::Refused => standing.map_or(0.0, |standing| standing.refused as f64),
+            SearchWord::Stagnant => standing.map_or(0.0, |standing| standing.stagnant as f64),
+            SearchWord::Temperature => match standing {
+                Some(standing) => standing.temperature,
+                None => return self.design.word(Word::Search(word)),
+            },
+            SearchWord::Chain => match self.stand {
+                Stand::Chain(number, _) => number as f64,
+                Stand::Distribution(_) | Stand::Archive => return None,
+            },
+            SearchWord::Spread => match self.stand {
+                Stand::Distribution(spread) => spread,
+                Stand::Chain(..) | Stand::Archive => return None,
+            },
+        }))
     }
 
-    fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
-        match (function, arguments) {
-            (Function::Gain, [Value::Number(n)]) => {
-                Some(Value::Number(self.course.gain(n.max(0.0) as usize)))
-            }
-            _ => self.design.call(function, arguments),
-        }
+    fn gain(&self, iterations: usize) -> Option<f64> {
+        Some(self.course.gain(iterations))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Built-in functions over intervals.
 
 use super::{Abstract, Interval, Kinds, Reasoning};
-use crate::ir::{Expr, Function};
+use crate::ir::{DesignFunction, Expr, Function};
 
 impl Reasoning<'_> {
     pub(super) fn call(&mut self, expr: &Expr, function: Function, arguments: &[Expr]) -> Abstract {
@@ -57,12 +57,12 @@ impl Reasoning<'_> {
                 return self.fails(expr, "an empty list has no such item");
             }
             F::First | F::Last => return first.item(),
-            F::Neighbours => {
+            F::Design(DesignFunction::Neighbours) => {
                 let parts = Abstract::Part(Kinds::all());
                 return Abstract::Many(Box::new(parts), Interval::NOT_NEGATIVE);
             }
-            F::Region | F::Cell => return Abstract::Any,
-            F::Images => {
+            F::Design(DesignFunction::Region | DesignFunction::Cell) => return Abstract::Any,
+            F::Design(DesignFunction::Images) => {
                 let most = self.facts.images() as f64 - 1.0;
                 return Abstract::Many(Box::new(first), Interval::new(0.0, most));
             }

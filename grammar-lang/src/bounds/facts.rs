@@ -7,7 +7,9 @@ use indexmap::IndexSet;
 
 use super::kinds::{Begun, Declared};
 use super::{Abstract, Interval, Kinds, Reasoning, Truth};
-use crate::ir::{Group, Lattice, RuleSet, Symmetry, Ty, Word};
+use crate::ir::{
+    DesignWord, Group, Lattice, MotionWord, PartAttribute, RuleSet, SearchWord, Symmetry, Ty, Word,
+};
 
 /// What is known of a grammar whatever the design and the values of its parameters.
 #[derive(Clone, Debug)]
@@ -173,23 +175,27 @@ impl<'r> Facts<'r> {
         match word {
             Word::Pi => Abstract::Number(Interval::point(std::f64::consts::PI)),
             Word::Cycle => Abstract::Number(Interval::new(0.0, 1.0)),
-            Word::Start => Abstract::Number(Interval::point(0.0)),
+            Word::Motion(MotionWord::Start) => Abstract::Number(Interval::point(0.0)),
             Word::Time
-            | Word::End
-            | Word::Duration
-            | Word::FrameInterval
-            | Word::Temperature
-            | Word::Iteration
-            | Word::Idle
-            | Word::Refused
-            | Word::Stagnant
-            | Word::Deviation
-            | Word::Chain
-            | Word::Spread => Abstract::Number(Interval::NOT_NEGATIVE),
-            Word::Elements => Abstract::Many(Box::new(Abstract::Any), Interval::new(1.0, f64::INFINITY)),
-            Word::Closed | Word::Inflate | Word::Vent | Word::Middle => Abstract::Any,
-            Word::Connected | Word::NoOverlap => Abstract::Bool(Truth::Sometimes),
-            Word::Period | Word::Best => Abstract::Number(Interval::ALL),
+            | Word::Motion(MotionWord::End | MotionWord::Duration | MotionWord::FrameInterval)
+            | Word::Search(
+                SearchWord::Temperature
+                | SearchWord::Iteration
+                | SearchWord::Idle
+                | SearchWord::Refused
+                | SearchWord::Stagnant
+                | SearchWord::Deviation
+                | SearchWord::Chain
+                | SearchWord::Spread,
+            ) => Abstract::Number(Interval::NOT_NEGATIVE),
+            Word::Motion(MotionWord::Elements) => {
+                Abstract::Many(Box::new(Abstract::Any), Interval::new(1.0, f64::INFINITY))
+            }
+            Word::Closed | Word::Inflate | Word::Vent | Word::Design(DesignWord::Middle) => Abstract::Any,
+            Word::Design(DesignWord::Connected | DesignWord::NoOverlap) => Abstract::Bool(Truth::Sometimes),
+            Word::Motion(MotionWord::Period) | Word::Search(SearchWord::Best) => {
+                Abstract::Number(Interval::ALL)
+            }
         }
     }
 
@@ -207,24 +213,23 @@ impl<'r> Facts<'r> {
     }
 
     /// An attribute of a part of one of these kinds.
-    pub(super) fn part_attribute(&self, kinds: &Kinds, name: &str) -> Abstract {
+    pub(super) fn part_attribute(&self, kinds: &Kinds, attribute: PartAttribute) -> Abstract {
         let full = 2.0 * std::f64::consts::PI;
-        match name {
-            "turn" => Abstract::Number(Interval::new(0.0, full)),
-            "image" => Abstract::Number(Interval::new(0.0, self.images() as f64 - 1.0)),
-            "depth" | "mass" => Abstract::Number(Interval::NOT_NEGATIVE),
-            "holder" => Abstract::Part(Kinds::all()),
-            "twin" => Abstract::Part(kinds.clone()),
-            _ => self.declared.instance_param(kinds, name),
+        match attribute {
+            PartAttribute::Turn => Abstract::Number(Interval::new(0.0, full)),
+            PartAttribute::Image => Abstract::Number(Interval::new(0.0, self.images() as f64 - 1.0)),
+            PartAttribute::Depth | PartAttribute::Mass => Abstract::Number(Interval::NOT_NEGATIVE),
+            PartAttribute::Holder => Abstract::Part(Kinds::all()),
+            PartAttribute::Twin => Abstract::Part(kinds.clone()),
+            // A parameter of that name is what the actuator itself says.
+            PartAttribute::LeastBend | PartAttribute::GreatestBend | PartAttribute::Work => {
+                self.param_of(kinds, attribute.text())
+            }
         }
     }
 
-    /// An attribute of a port of parts of these kinds.
-    pub(super) fn port_attribute(&self, kinds: &Kinds, name: &str) -> Abstract {
-        match name {
-            "part" => Abstract::Part(kinds.clone()),
-            "free" => Abstract::Bool(Truth::Sometimes),
-            _ => Abstract::Any,
-        }
+    /// A parameter of an actuator of one of these kinds.
+    pub(super) fn param_of(&self, kinds: &Kinds, name: &str) -> Abstract {
+        self.declared.instance_param(kinds, name)
     }
 }

@@ -1,7 +1,10 @@
 //! Evaluates expressions over everything that they may read.
 
 use super::{Abstract, Facts, Interval, Kinds, Truth};
-use crate::ir::{Binder, Expr, ExprKind, Gather, Group, Operator, Ty};
+use crate::ir::{
+    Attribute, Binder, Expr, ExprKind, Gather, Group, JointAttribute, Operator, PortAttribute, StepAttribute,
+    Ty,
+};
 use crate::source::Span;
 
 /// A place that never has a value, and why.
@@ -92,7 +95,7 @@ impl<'f> Reasoning<'f> {
                 }
             }
             ExprKind::Bind { slot, value, body } => self.bind(*slot, value, body),
-            ExprKind::Attribute(of, name) => self.attribute(of, name),
+            ExprKind::Attribute(of, attribute) => self.attribute(of, attribute),
             ExprKind::At(track, time) => {
                 self.value(track);
                 self.value(time);
@@ -163,13 +166,24 @@ impl<'f> Reasoning<'f> {
         self.locals.extend(kept);
     }
 
-    fn attribute(&mut self, of: &Expr, name: &str) -> Abstract {
-        match (self.value(of), &of.ty) {
-            (Abstract::Part(kinds), _) => self.facts.part_attribute(&kinds, name),
-            (Abstract::Port(kinds), _) => self.facts.port_attribute(&kinds, name),
-            (_, Ty::Step) if name == "number" => Abstract::Number(Interval::new(1.0, f64::INFINITY)),
-            (_, Ty::Joint) if name == "port" => Abstract::Port(Kinds::all()),
-            (_, Ty::Joint) => Abstract::Part(Kinds::all()),
+    fn attribute(&mut self, of: &Expr, attribute: &Attribute) -> Abstract {
+        match (attribute, self.value(of)) {
+            (Attribute::Part(attribute), Abstract::Part(kinds)) => {
+                self.facts.part_attribute(&kinds, *attribute)
+            }
+            (Attribute::Param(name), Abstract::Part(kinds)) => self.facts.param_of(&kinds, name),
+            (Attribute::Port(attribute), Abstract::Port(kinds)) => match attribute {
+                PortAttribute::Part => Abstract::Part(kinds),
+                PortAttribute::Free => Abstract::Bool(Truth::Sometimes),
+                PortAttribute::Index => Abstract::Any,
+            },
+            (Attribute::Step(StepAttribute::Number), _) => {
+                Abstract::Number(Interval::new(1.0, f64::INFINITY))
+            }
+            (Attribute::Joint(JointAttribute::Port), _) => Abstract::Port(Kinds::all()),
+            (Attribute::Joint(JointAttribute::Holder | JointAttribute::Held), _) => {
+                Abstract::Part(Kinds::all())
+            }
             _ => Abstract::Any,
         }
     }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{Curve, EvalError, Evaluation, Result_, Value, Valve, Valves, fail, missing};
-use crate::ir::{Expr, ExprKind, Function, Word};
+use crate::ir::{DesignFunction, DesignWord, Expr, ExprKind, Function, Word};
 
 impl Function {
     /// Whether it makes a number out of numbers alone.
@@ -169,9 +169,9 @@ impl Evaluation<'_> {
             F::Normal | F::Uniform => {
                 Value::List([Value::Number(number(0)?), Value::Number(number(1)?)].into())
             }
-            F::Cell => match self.scope.call(function, &values) {
+            F::Design(DesignFunction::Cell) => match self.scope.call(DesignFunction::Cell, &values) {
                 Some(cell) => cell,
-                None if self.scope.word(Word::Middle).is_some() => {
+                None if self.scope.word(Word::Design(DesignWord::Middle)).is_some() => {
                     return fail(expr, "the lattice has no such place");
                 }
                 None => return Err(missing(expr)),
@@ -183,7 +183,13 @@ impl Evaluation<'_> {
                     Err(reason) => return fail(expr, reason),
                 }
             }
-            _ => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
+            F::Design(function) => self.scope.call(function, &values).ok_or_else(|| missing(expr))?,
+            F::Gain => {
+                let gain = self.scope.gain(number(0)?.max(0.0) as usize);
+                Value::Number(gain.ok_or_else(|| missing(expr))?)
+            }
+            // The numeric ones.
+            _ => return Err(missing(expr)),
         })
     }
 }

@@ -10,12 +10,15 @@ use std::sync::Arc;
 
 pub use curve::Curve;
 pub use over::evaluate_over;
-pub use value::{Domain, KindValue, Reference, Value};
+pub use value::{Domain, KindValue, PartId, Reference, Value};
 pub use valves::{Valve, Valves};
 
 use serde::{Deserialize, Serialize};
 
-use crate::ir::{Expr, ExprKind, Function, Gather, Group, Operator, RuleSet, Word};
+use crate::ir::{
+    Attribute, Axis, DesignFunction, Expr, ExprKind, Gather, Group, MotionWord, Operator, RuleSet, Track,
+    Word,
+};
 use crate::source::Span;
 
 /// Why an expression has no value.
@@ -67,13 +70,13 @@ pub trait Scope {
     fn adds(&self, step: &Value, group: &Group) -> Option<bool> {
         self.outer()?.adds(step, group)
     }
-    /// An attribute of a part or actuator.
-    fn attribute(&self, of: &Value, name: &str) -> Option<Value> {
-        self.outer()?.attribute(of, name)
+    /// An attribute of a thing. Whoever answers matches [`Attribute`] without a wildcard.
+    fn attribute(&self, of: Reference, attribute: &Attribute) -> Option<Value> {
+        self.outer()?.attribute(of, attribute)
     }
-    /// An attribute of an element at a time in s.
-    fn attribute_at(&self, of: &Value, name: &str, time: f64) -> Option<Value> {
-        self.outer()?.attribute_at(of, name, time)
+    /// Where an element, or the first one of a part, is at a time in s.
+    fn track(&self, of: Reference, track: Track, time: f64) -> Option<Value> {
+        self.outer()?.track(of, track, time)
     }
     /// A port of a part by name, and by number where several share the name.
     fn port(&self, part: &Value, name: &str, number: Option<f64>) -> Option<Value> {
@@ -91,9 +94,13 @@ pub trait Scope {
     fn shared(&self, actuation: &str, variable: &str) -> Option<Value> {
         self.outer()?.shared(actuation, variable)
     }
-    /// A function that only this stage knows.
-    fn call(&self, function: Function, arguments: &[Value]) -> Option<Value> {
+    /// A function that asks the design.
+    fn call(&self, function: DesignFunction, arguments: &[Value]) -> Option<Value> {
         self.outer()?.call(function, arguments)
+    }
+    /// What the best value of a search gained in its last iterations.
+    fn gain(&self, iterations: usize) -> Option<f64> {
+        self.outer()?.gain(iterations)
     }
     /// Of cells with a value each, how many groups of neighbours with the same value there are.
     fn clusters(&self, cells: &[(Value, Value)]) -> Option<usize> {
@@ -349,24 +356,27 @@ impl Evaluation<'_> {
                 self.locals.extend(hidden);
                 result?
             }
-            ExprKind::Attribute(of, name) => {
-                let of = self.value(of)?;
-                match (&of, name.as_str()) {
-                    (Value::Vector(v), "x") => Value::Number(v[0]),
-                    (Value::Vector(v), "y") => Value::Number(v[1]),
-                    (Value::Vector(v), "z") => Value::Number(v[2]),
-                    _ => match self.scope.attribute(&of, name) {
-                        Some(value) => value,
-                        None if reads_cell(expr) => return fail(expr, "there is no cell at this place"),
-                        None => return Err(missing(expr)),
-                    },
-                }
-            }
+            ExprKind::Attribute(of, attribute) => match (self.value(of)?, attribute) {
+                (Value::Vector([x, y, z]), Attribute::Axis(axis)) => Value::Number(match axis {
+                    Axis::X => x,
+                    Axis::Y => y,
+                    Axis::Z => z,
+                }),
+                (Value::Reference(of), attribute) => match self.scope.attribute(of, attribute) {
+                    Some(value) => value,
+                    None if reads_cell(expr) => return fail(expr, "there is no cell at this place"),
+                    None => return Err(missing(expr)),
+                },
+                _ => return Err(missing(expr)),
+            },
             ExprKind::At(track, time) => {
-                let ExprKind::Attribute(of, name) = &track.kind else { return Err(missing(expr)) };
-                let of = self.value(of)?;
+                let ExprKind::Attribute(of, Attribute::Track(track)) = &track.kind else {
+                    return Err(missing(expr));
+                };
+                let Value::Reference(of) = self.value(of)? else { return Err(missing(expr)) };
                 let time = self.number(time)?;
-                if let Some(end) = self.scope.word(Word::End).and_then(|end| end.as_number())
+                if let Some(end) =
+                    self.scope.word(Word::Motion(MotionWord::End)).and_then(|end| end.as_number())
                     && !(-SLACK..=end + SLACK).contains(&time)
                 {
                     let reason = format!(
@@ -374,7 +384,7 @@ impl Evaluation<'_> {
                     );
                     return fail(expr, reason);
                 }
-                known(self.scope.attribute_at(&of, name, time))?
+                known(self.scope.track(of, *track, time))?
             }
             ExprKind::Negate(x) => match self.value(x)? {
                 Value::Number(x) => Value::Number(-x),

@@ -1,5 +1,6 @@
 //! The values of expressions.
 
+use std::fmt;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -51,16 +52,42 @@ pub struct KindValue {
     pub params: Vec<(String, Value)>,
 }
 
-/// Something in a design; what the numbers mean is the design's business.
+/// Names a part for as long as the step that made it exists, or the place of a cell. What the number
+/// means is the design's business.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct PartId(u64);
+
+impl PartId {
+    /// The part with this number, as it is saved.
+    #[must_use]
+    pub const fn from_number(number: u64) -> Self {
+        Self(number)
+    }
+
+    /// Its number.
+    #[must_use]
+    pub const fn number(self) -> u64 {
+        self.0
+    }
+}
+
+impl fmt::Display for PartId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// Something in a design.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Reference {
     /// A part.
-    Part(u64),
+    Part(PartId),
     /// A port of a part.
-    Port(u64, u8),
+    Port(PartId, u8),
     /// The joint that holds a part.
-    Joint(u64),
+    Joint(PartId),
     /// An element.
     Element(u32),
     /// A step of the derivation.

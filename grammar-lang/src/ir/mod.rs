@@ -11,11 +11,12 @@ mod spans;
 mod table;
 mod terms;
 mod ty;
+mod words;
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-pub use expr::{Binder, Expr, ExprKind, Function, Gather, Group, Operator, Painting, Word};
+pub use expr::{Binder, Expr, ExprKind, Gather, Group, Operator, Painting};
 pub use form::{Form, Solid};
 pub use hardware::{Backend, PINS, Pneumatic, Prototype, Supply, Target, Tendon};
 pub use lattice::{Cell, Cells, Fallback, JOINED, Lattice};
@@ -29,6 +30,10 @@ pub use spans::without_spans;
 pub use table::Table;
 pub use terms::{Lacking, builds_on, lacking};
 pub use ty::Ty;
+pub use words::{
+    Attribute, Axis, CellAttribute, DesignFunction, DesignWord, ElementAttribute, Function, JointAttribute,
+    MotionWord, PartAttribute, PortAttribute, SearchWord, StepAttribute, Track, Word,
+};
 
 pub use crate::syntax::Direction;
 
@@ -397,8 +402,8 @@ pub enum Effect {
     Set {
         /// The part.
         part: Expr,
-        /// `turn`, or a parameter of the actuator.
-        attribute: String,
+        /// What of it.
+        attribute: Settable,
         /// Its new value.
         value: Expr,
     },
@@ -406,6 +411,27 @@ pub enum Effect {
     Revert(Expr),
     /// Fills, paints or clears places of the lattice.
     Cells(Cells),
+}
+
+/// What a rule can set of a part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Settable {
+    /// Its rotation about the port that holds it.
+    Turn,
+    /// A parameter of the actuator, by its name.
+    Param(String),
+}
+
+impl Settable {
+    /// What a grammar calls it.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        match self {
+            Self::Turn => PartAttribute::Turn.text(),
+            Self::Param(name) => name,
+        }
+    }
 }
 
 /// What every design must fulfil.

@@ -32,10 +32,6 @@ fn quantity(value: f64, ty: &Ty) -> String {
     units::shown(value, ty.dimension().unwrap_or_default())
 }
 
-fn named(value: f64, dimension: &str) -> String {
-    units::shown(value, Dimension::named(dimension).unwrap_or_default())
-}
-
 fn range((low, high): (f64, f64), ty: &Ty) -> String {
     format!("{} .. {}", quantity(low, ty), quantity(high, ty))
 }
@@ -48,7 +44,7 @@ fn tabulated(table: &Table, from: Dimension, to: Dimension) -> String {
 
 fn shape(form: Form) -> String {
     let (solid, lengths) = form.written();
-    let lengths: Vec<String> = lengths.into_iter().map(|x| named(x, "Length")).collect();
+    let lengths: Vec<String> = lengths.into_iter().map(|x| units::shown(x, Dimension::LENGTH)).collect();
     format!("{}({})", solid.text(), lengths.join(", "))
 }
 
@@ -193,9 +189,10 @@ impl Writer<'_> {
         }
         rules.targets.iter().for_each(|(name, target)| self.target(name, target));
         for (name, prototype) in &rules.prototypes {
-            let speed = |x: f64| named(x, "Velocity");
-            let length =
-                prototype.length.map_or(String::new(), |x| format!(", length = {}", named(x, "Length")));
+            let speed = |x: f64| units::shown(x, Dimension::VELOCITY);
+            let length = prototype
+                .length
+                .map_or(String::new(), |x| format!(", length = {}", units::shown(x, Dimension::LENGTH)));
             let (simulated, measured) = (speed(prototype.simulated), speed(prototype.measured));
             self.line(
                 0,
@@ -262,10 +259,10 @@ impl Writer<'_> {
         self.gap();
         self.line(0, format!("part {name} {{"));
         self.line(1, format!("shape = {}", shape(part.shape)));
-        self.line(1, format!("mass = {}", named(part.mass, "Mass")));
+        self.line(1, format!("mass = {}", units::shown(part.mass, Dimension::MASS)));
         self.line(1, format!("friction = {}", part.friction));
         for port in &part.ports {
-            let at = port.at.map(|x| named(x, "Length")).join(", ");
+            let at = port.at.map(|x| units::shown(x, Dimension::LENGTH)).join(", ");
             let facing = port.facing.map(|x| x.to_string()).join(", ");
             self.line(
                 1,
@@ -286,23 +283,19 @@ impl Writer<'_> {
             [("bending_speed", &actuator.bending_speed), ("relaxing_speed", &actuator.relaxing_speed)]
         {
             let speed = match speed {
-                Speed::Constant(speed) => named(*speed, "AngularVelocity"),
-                Speed::ByBend(table) => tabulated(
-                    table,
-                    Dimension::ANGLE,
-                    Dimension::named("AngularVelocity").unwrap_or_default(),
-                ),
+                Speed::Constant(speed) => units::shown(*speed, Dimension::ANGULAR_VELOCITY),
+                Speed::ByBend(table) => tabulated(table, Dimension::ANGLE, Dimension::ANGULAR_VELOCITY),
             };
             self.line(1, format!("{field} = {speed}"));
         }
         for (field, value, dimension) in [
-            ("mass", actuator.mass, "Mass"),
-            ("friction", actuator.friction, "Number"),
-            ("torque", actuator.torque, "Torque"),
-            ("stiffness", actuator.stiffness, "AngularStiffness"),
-            ("damping", actuator.damping, "AngularDamping"),
+            ("mass", actuator.mass, Dimension::MASS),
+            ("friction", actuator.friction, Dimension::NUMBER),
+            ("torque", actuator.torque, Dimension::TORQUE),
+            ("stiffness", actuator.stiffness, Dimension::ANGULAR_STIFFNESS),
+            ("damping", actuator.damping, Dimension::ANGULAR_DAMPING),
         ] {
-            self.line(1, format!("{field} = {}", named(value, dimension)));
+            self.line(1, format!("{field} = {}", units::shown(value, dimension)));
         }
         self.line(0, "}");
     }
@@ -324,7 +317,7 @@ impl Writer<'_> {
         self.gap();
         self.line(0, format!("cell {} {{", lattice.kind));
         self.instance_params(&cell.params);
-        self.line(1, format!("spacing = {}", named(cell.spacing, "Length")));
+        self.line(1, format!("spacing = {}", units::shown(cell.spacing, Dimension::LENGTH)));
         let names: Names = cell.params.keys().cloned().collect();
         for (field, value) in [
             ("mass", &cell.mass),
@@ -418,7 +411,12 @@ impl Writer<'_> {
                 }
                 Effect::Remove(part) => format!("remove {}", self.expr(part, &names)),
                 Effect::Set { part, attribute, value } => {
-                    format!("set {}.{attribute} = {}", self.expr(part, &names), self.expr(value, &names))
+                    format!(
+                        "set {}.{} = {}",
+                        self.expr(part, &names),
+                        attribute.text(),
+                        self.expr(value, &names)
+                    )
                 }
                 Effect::Revert(step) => format!("revert {}", self.expr(step, &names)),
                 Effect::Cells(cells) => self.cells(cells, &names),
@@ -503,7 +501,7 @@ impl Writer<'_> {
     fn target(&mut self, name: &str, target: &Target) {
         self.gap();
         self.line(0, format!("target {name} on {} for {} {{", target.backend.name(), target.kind));
-        let time = |x: f64| named(x, "Time");
+        let time = |x: f64| units::shown(x, Dimension::TIME);
         let mut fields = match &target.backend {
             Backend::Pneumatic(air) => vec![
                 format!("inflate = [{}]", air.inflate.join(", ")),
@@ -514,16 +512,19 @@ impl Writer<'_> {
             Backend::Tendon(threads) => vec![
                 format!("servo = [{}]", threads.servo.join(", ")),
                 format!("thread = {}", tabulated(&threads.thread, Dimension::ANGLE, Dimension::LENGTH)),
-                format!("wheel = {}", named(threads.wheel, "Length")),
+                format!("wheel = {}", units::shown(threads.wheel, Dimension::LENGTH)),
                 format!("turn = {}", range(threads.turn, &Ty::Quantity(Dimension::ANGLE))),
-                format!("servo_speed = {}", named(threads.speed, "AngularVelocity")),
+                format!("servo_speed = {}", units::shown(threads.speed, Dimension::ANGULAR_VELOCITY)),
                 format!("pulse = {}", range(threads.pulse, &Ty::Quantity(Dimension::TIME))),
                 format!("safe = {}", if threads.rests { "rest" } else { "release" }),
             ],
         };
         if let Backend::Pneumatic(Pneumatic { supply: Some(supply), .. }) = &target.backend {
-            let (pressure, full) = (named(supply.pressure, "Pressure"), named(supply.full, "Pressure"));
-            let flow = |x: f64| named(x, "FlowConductance");
+            let (pressure, full) = (
+                units::shown(supply.pressure, Dimension::PRESSURE),
+                units::shown(supply.full, Dimension::PRESSURE),
+            );
+            let flow = |x: f64| units::shown(x, Dimension::FLOW_CONDUCTANCE);
             fields.push(format!(
                 "supply {{ pressure = {pressure}, full = {full}, line = {}, valve = {} }}",
                 flow(supply.line),
@@ -544,13 +545,18 @@ impl Writer<'_> {
 
     fn model(&mut self, indent: usize, model: &Model, on: Option<&str>) {
         let on = on.map_or(String::new(), |on| format!(" on {on}"));
-        self.line(indent, format!("simulate {} for {}{on} {{", model.name, named(model.duration, "Time")));
+        self.line(
+            indent,
+            format!("simulate {} for {}{on} {{", model.name, units::shown(model.duration, Dimension::TIME)),
+        );
         if let Method::Balls(filling) = &model.method {
             self.line(indent + 1, "method = balls");
             if let Some(filling) = filling {
-                let spacing = named(filling.spacing, "Length");
-                let (stiffness, damping) =
-                    (named(filling.stiffness, "Stiffness"), named(filling.damping, "Damping"));
+                let spacing = units::shown(filling.spacing, Dimension::LENGTH);
+                let (stiffness, damping) = (
+                    units::shown(filling.stiffness, Dimension::STIFFNESS),
+                    units::shown(filling.damping, Dimension::DAMPING),
+                );
                 self.line(
                     indent + 1,
                     format!(
@@ -560,20 +566,20 @@ impl Writer<'_> {
             }
         }
         for (field, value, dimension) in [
-            ("step", model.step, "Time"),
-            ("control", model.control, "Time"),
-            ("record", model.record, "Time"),
-            ("gravity", model.gravity, "Acceleration"),
-            ("ground_friction", model.ground_friction, "Number"),
-            ("speed_limit", model.speed_limit, "Velocity"),
+            ("step", model.step, Dimension::TIME),
+            ("control", model.control, Dimension::TIME),
+            ("record", model.record, Dimension::TIME),
+            ("gravity", model.gravity, Dimension::ACCELERATION),
+            ("ground_friction", model.ground_friction, Dimension::NUMBER),
+            ("speed_limit", model.speed_limit, Dimension::VELOCITY),
         ] {
-            self.line(indent + 1, format!("{field} = {}", named(value, dimension)));
+            self.line(indent + 1, format!("{field} = {}", units::shown(value, dimension)));
         }
         if let Some(limit) = model.pace_limit {
-            self.line(indent + 1, format!("pace_limit = {}", named(limit, "Velocity")));
+            self.line(indent + 1, format!("pace_limit = {}", units::shown(limit, Dimension::VELOCITY)));
         }
         self.line(indent + 1, format!("iterations = {}", model.iterations));
-        self.line(indent + 1, format!("tolerance = {}", named(model.tolerance, "Number")));
+        self.line(indent + 1, format!("tolerance = {}", units::shown(model.tolerance, Dimension::NUMBER)));
         self.line(indent + 1, format!("self_collision = {}", model.self_collision));
         self.line(indent, "}");
     }
@@ -669,7 +675,7 @@ impl Writer<'_> {
             ExprKind::Bind { slot, value, body } => {
                 format!("(let x{slot} = {} in {})", show(value), show(body))
             }
-            ExprKind::Attribute(of, name) => format!("{}.{name}", show(of)),
+            ExprKind::Attribute(of, attribute) => format!("{}.{}", show(of), attribute.text()),
             ExprKind::At(track, time) => format!("({} at {})", show(track), show(time)),
             ExprKind::Negate(x) => format!("-{}", show(x)),
             ExprKind::Not(x) => format!("not {}", show(x)),

@@ -1,5 +1,6 @@
 //! What expressions build on.
 
+use crate::ir::MotionWord;
 use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
@@ -40,7 +41,7 @@ pub enum Lacking {
 
 /// Whether this is the first element.
 fn is_core(expr: &Expr) -> bool {
-    let is_all = |of: &Expr| matches!(of.kind, ExprKind::Word(Word::Elements));
+    let is_all = |of: &Expr| matches!(of.kind, ExprKind::Word(Word::Motion(MotionWord::Elements)));
     matches!(&expr.kind, ExprKind::Call(Function::First, of) if of.iter().any(is_all))
 }
 

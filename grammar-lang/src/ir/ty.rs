@@ -109,6 +109,12 @@ impl Ty {
     }
 }
 
+impl From<Dimension> for Ty {
+    fn from(dimension: Dimension) -> Self {
+        Self::Quantity(dimension)
+    }
+}
+
 impl fmt::Display for Ty {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

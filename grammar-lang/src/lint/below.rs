@@ -3,7 +3,9 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Scope, Value, evaluate};
-use crate::ir::{Annealing, Expr, ExprKind, Kernel, RuleSet, Schedule, SearchMethod, Spread, Word};
+use crate::ir::{
+    Annealing, Expr, ExprKind, Kernel, RuleSet, Schedule, SearchMethod, SearchWord, Spread, Word,
+};
 use crate::units;
 
 use super::known::Known;
@@ -25,8 +27,8 @@ impl Scope for Moment<'_> {
     }
     fn word(&self, word: Word) -> Option<Value> {
         match word {
-            Word::Iteration => Some(Value::Number(self.iteration)),
-            Word::Temperature => Some(Value::Number(self.temperature)),
+            Word::Search(SearchWord::Iteration) => Some(Value::Number(self.iteration)),
+            Word::Search(SearchWord::Temperature) => Some(Value::Number(self.temperature)),
             _ => None,
         }
     }
@@ -128,7 +130,9 @@ fn first<'m, 'r>(
     wrong: impl Fn(f64) -> bool,
 ) -> Option<(&'m Moment<'r>, f64)> {
     // Most expressions are the same at every moment.
-    let moving = |e: &Expr| matches!(e.kind, ExprKind::Word(Word::Iteration | Word::Temperature));
+    let moving = |e: &Expr| {
+        matches!(e.kind, ExprKind::Word(Word::Search(SearchWord::Iteration | SearchWord::Temperature)))
+    };
     let followed = if expr.any(&mut |e| moving(e)) { course.len() } else { 1 };
     let value = |moment: &Moment<'_>| moment.number(expr).filter(|x| wrong(*x));
     course.iter().take(followed).find_map(|moment| Some((moment, value(moment)?)))

@@ -3,7 +3,7 @@
 use crate::bounds::Abstract;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Value, evaluate};
-use crate::ir::{Effect, ExprKind, Rule, RuleSet};
+use crate::ir::{Effect, ExprKind, Rule, RuleSet, Settable};
 use crate::units;
 
 use super::known::Known;
@@ -40,20 +40,21 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         false
                     });
                 }
-                Effect::Set { part, attribute, value } => {
+                Effect::Set { part, attribute: Settable::Param(name), value } => {
                     let Abstract::Part(kinds) = known.reasoning(&locals.narrowed).value(part) else {
                         continue;
                     };
                     let kinds = known.facts.names(&kinds);
                     let has = |kind: &&str| {
-                        ruleset.actuators.get(*kind).is_some_and(|a| a.params.contains_key(attribute))
+                        ruleset.actuators.get(*kind).is_some_and(|a| a.params.contains_key(name))
                     };
                     // A value that is beyond one actuator's domain may be meant for the others.
                     let beyond = kinds.into_iter().filter(has);
-                    let beyond = beyond.map(|kind| out_of_domain(ruleset, rule, kind, attribute, value));
+                    let beyond = beyond.map(|kind| out_of_domain(ruleset, rule, kind, name, value));
                     let beyond: Option<Vec<Diagnostic>> = beyond.collect();
                     findings.extend(beyond.into_iter().flatten().next());
                 }
+                Effect::Set { attribute: Settable::Turn, .. } => {}
                 Effect::Cells(cells) => {
                     if let Some(ExprKind::Kind(kind, params)) = cells.with.as_ref().map(|with| &with.kind) {
                         let all = params.iter();

@@ -6,7 +6,7 @@ use indexmap::IndexMap;
 use crate::bounds::linear::{Row, contradictory};
 use crate::bounds::{Abstract, Kinds, conjuncts};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, Expr, ExprKind, Group, Operator, Rule, Word};
+use crate::ir::{DesignWord, Effect, Expr, ExprKind, Group, Operator, Rule, Word};
 
 use super::counts::Counts;
 use super::cycles::on_cycles;
@@ -58,7 +58,10 @@ fn said<'k, 'r>(known: &'k Known<'r>) -> Option<(Counts<'k, 'r>, Vec<Row>)> {
     let mut rows = Vec::new();
     for condition in known.ruleset.requirements.iter().flat_map(|r| conjuncts(&r.condition)) {
         let said = counts.rows(condition);
-        let geometry = matches!(condition.kind, ExprKind::Word(Word::Connected | Word::NoOverlap));
+        let geometry = matches!(
+            condition.kind,
+            ExprKind::Word(Word::Design(DesignWord::Connected | DesignWord::NoOverlap))
+        );
         if said.is_empty() && !geometry {
             return None;
         }

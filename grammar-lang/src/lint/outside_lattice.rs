@@ -2,7 +2,7 @@
 
 use crate::bounds::Interval;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, Expr, ExprKind, Function};
+use crate::ir::{DesignFunction, Effect, Expr, ExprKind, Function};
 
 use super::known::Known;
 
@@ -14,7 +14,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     };
     let mut look = |region: &Expr, numbers: &dyn Fn(&Expr) -> Interval| {
         region.any(&mut |e| {
-            if let ExprKind::Call(Function::Region, arguments) = &e.kind {
+            if let ExprKind::Call(Function::Design(DesignFunction::Region), arguments) = &e.kind {
                 let offsets = arguments.iter().skip(1).zip(lattice.sides).zip(["x", "y", "z"]);
                 findings
                     .extend(offsets.filter_map(|((offset, side), axis)| beyond(offset, side, axis, numbers)));

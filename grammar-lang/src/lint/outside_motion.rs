@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::bounds::{Interval, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Expr, ExprKind, Word, builds_on};
+use crate::ir::{Expr, ExprKind, MotionWord, Word, builds_on};
 use crate::source::Span;
 use crate::units;
 
@@ -16,7 +16,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, task) in &ruleset.tasks {
         let duration = task.model.duration;
         let whole = Interval::point(duration);
-        let facts = known.facts.clone().with(Word::End, whole).with(Word::Duration, whole);
+        let facts = known
+            .facts
+            .clone()
+            .with(Word::Motion(MotionWord::End), whole)
+            .with(Word::Motion(MotionWord::Duration), whole);
         for (_, expr) in builds_on(&task.objective.value, &ruleset.terms) {
             for time in times(expr) {
                 let at = Reasoning::new(&facts, Vec::new()).numbers(time);

@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, Expr, ExprKind, Owner};
+use crate::ir::{Effect, Expr, ExprKind, Owner, Settable};
 use crate::source::Span;
 
 use super::known::Known;
@@ -19,8 +19,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
     let mut reads = |expr: &Expr| {
         expr.any(&mut |e| {
-            if let ExprKind::Attribute(_, name) = &e.kind {
-                unread.shift_remove(name.as_str());
+            if let ExprKind::Attribute(_, attribute) = &e.kind {
+                unread.shift_remove(attribute.text());
             }
             false
         });
@@ -55,7 +55,7 @@ fn set_by_rules<'r>(known: &Known<'r>) -> IndexMap<&'r str, (&'r str, Span)> {
             | Effect::Replace { with: Expr { kind: ExprKind::Kind(_, params), .. }, .. } => {
                 params.iter().for_each(|(name, value)| note(name, value));
             }
-            Effect::Set { attribute, value, .. } => note(attribute, value),
+            Effect::Set { attribute: Settable::Param(name), value, .. } => note(name, value),
             _ => {}
         }
     }

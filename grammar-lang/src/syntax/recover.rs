@@ -54,7 +54,8 @@ fn chunk(scan: &Scan<'_>, piece: Stretch<'_>, file: FileId, found: &mut Found) {
         return;
     }
     let header = piece.part(piece.start + first.len(), piece.end);
-    found.module.broken.extend(header.first().map(|token| token.text.to_owned()));
+    let name = header.first().filter(|token| token.kind == TokenKind::Word);
+    found.module.broken.push(name.map_or("", |name| name.text).to_owned());
     if first == "use" {
         found.module.broken.extend(header.words().map(str::to_owned));
     }

@@ -187,9 +187,10 @@ impl<'a> Stretch<'a> {
         self.tokens().next()
     }
 
-    /// The word that it begins with; empty if it begins with something else.
+    /// The word or number that it begins with; empty if it begins with something else.
     pub(super) fn first_word(self) -> &'a str {
-        self.first().filter(|t| t.kind == TokenKind::Word && t.start == self.start).map_or("", |t| t.text)
+        let is_word = |t: &&Token<'_>| matches!(t.kind, TokenKind::Word | TokenKind::Number);
+        self.first().filter(|t| t.start == self.start).filter(is_word).map_or("", |t| t.text)
     }
 
     /// Its words.

@@ -3,7 +3,7 @@
 use super::expr::Context;
 use super::{Checker, signature};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::ir::{Expr, ExprKind, Function, Ty};
+use crate::ir::{DesignFunction, Expr, ExprKind, Function, Ty};
 use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast;
@@ -475,10 +475,10 @@ impl Checker<'_> {
                 Ty::NUMBER,
             ],
             F::Gain => vec![Ty::Count],
-            F::Neighbours | F::Images => vec![Ty::Part],
+            F::Design(DesignFunction::Neighbours | DesignFunction::Images) => vec![Ty::Part],
             F::Solid(solid) => vec![Ty::Quantity(Dimension::LENGTH); solid.lengths()],
-            F::Cell => vec![Ty::Count; 3],
-            F::Region => vec![Ty::Cell],
+            F::Design(DesignFunction::Cell) => vec![Ty::Count; 3],
+            F::Design(DesignFunction::Region) => vec![Ty::Cell],
             _ => Vec::new(),
         };
         for (i, argument) in arguments.iter().enumerate() {
@@ -500,7 +500,7 @@ impl Checker<'_> {
             }
         }
         self.unit_of_others(known, &checked);
-        if function == F::Region {
+        if function == F::Design(DesignFunction::Region) {
             let (c, offsets) = checked.split_at(1.min(checked.len()));
             let whole = Ty::Domain(Box::new(Ty::Count));
             let what = "an offset of `region`";
@@ -564,10 +564,12 @@ impl Checker<'_> {
             F::Cycle => Some(Ty::Valves),
             F::Solid(_) => Some(Ty::Shape),
             F::Normal | F::Uniform => first.dimension().map(Ty::Distribution),
-            F::Neighbours if first == Ty::Cell => Some(Ty::List(Box::new(Ty::Cell))),
-            F::Neighbours | F::Images => Some(Ty::List(Box::new(Ty::Part))),
-            F::Cell => Some(Ty::Cell),
-            F::Region => Some(Ty::List(Box::new(Ty::Cell))),
+            F::Design(DesignFunction::Neighbours) if first == Ty::Cell => Some(Ty::List(Box::new(Ty::Cell))),
+            F::Design(DesignFunction::Neighbours | DesignFunction::Images) => {
+                Some(Ty::List(Box::new(Ty::Part)))
+            }
+            F::Design(DesignFunction::Cell) => Some(Ty::Cell),
+            F::Design(DesignFunction::Region) => Some(Ty::List(Box::new(Ty::Cell))),
         };
         let Some(ty) = ty else {
             let have = tys.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");

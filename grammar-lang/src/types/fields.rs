@@ -284,12 +284,12 @@ impl Checker<'_> {
         &mut self,
         from: &Values<'_>,
         name: &str,
-        dimension: &str,
+        ty: impl Into<Ty>,
         sign: Sign,
         example: &str,
         cx: &Context,
     ) -> Option<f64> {
-        let ty = if dimension == "Count" { Ty::Count } else { Ty::Quantity(Dimension::named(dimension)?) };
+        let ty = ty.into();
         let (value, span) = self.value(from, name, &ty, example, cx)?;
         let x = value.as_number()?;
         let fine = match sign {
@@ -323,9 +323,12 @@ impl Checker<'_> {
             return None;
         }
         if from.values.contains_key("mass") {
-            return self.number(from, "mass", "Mass", Sign::Positive, "8 g", cx);
+            return self.number(from, "mass", Dimension::MASS, Sign::Positive, "8 g", cx);
         }
-        Some(self.number(from, "density", "Density", Sign::Positive, "1 g/cm^3", cx)? * shape?.shape.volume())
+        Some(
+            self.number(from, "density", Dimension::DENSITY, Sign::Positive, "1 g/cm^3", cx)?
+                * shape?.shape.volume(),
+        )
     }
 
     fn shape(&mut self, from: &Values<'_>, name: &str, example: &str, cx: &Context) -> Option<Form> {
@@ -382,7 +385,7 @@ impl Checker<'_> {
         let from = self.values(block, "a part", PART);
         let shape = self.shape(&from, "shape", "box(2 cm, 2 cm, 2 cm)", &cx);
         let mass = self.mass(&from, shape, &cx);
-        let friction = self.number(&from, "friction", "Number", Sign::NotNegative, "0.8", &cx);
+        let friction = self.number(&from, "friction", Dimension::NUMBER, Sign::NotNegative, "0.8", &cx);
         let colour = self.colour(&from, &cx);
         let ports = self.ports(block, &cx);
         Some(ir::Part {
@@ -485,17 +488,23 @@ impl Checker<'_> {
         let from = self.values(block, "an actuator", ACTUATOR);
         let segment = self.shape(&from, "segment", "cylinder(8 mm, 16 mm)", &cx);
         let mass = self.mass(&from, segment, &cx);
-        let friction = self.number(&from, "friction", "Number", Sign::NotNegative, "0.8", &cx);
+        let friction = self.number(&from, "friction", Dimension::NUMBER, Sign::NotNegative, "0.8", &cx);
         let bend = self.bend(&from, &cx);
         let bending_speed = self.speed(&from, "bending_speed", &cx);
         let relaxing_speed = self.speed(&from, "relaxing_speed", &cx);
-        let mut positive = |name: &str, dimension: &str, example: &str| {
+        let mut positive = |name: &str, dimension: Dimension, example: &str| {
             self.number(&from, name, dimension, Sign::Positive, example, &cx)
         };
-        let torque = positive("torque", "Torque", "0.06 N*m/rad");
-        let stiffness = positive("stiffness", "AngularStiffness", "0.3 N*m/rad^2");
-        let damping =
-            self.number(&from, "damping", "AngularDamping", Sign::NotNegative, "0.01 N*m*s/rad^2", &cx);
+        let torque = positive("torque", Dimension::TORQUE, "0.06 N*m/rad");
+        let stiffness = positive("stiffness", Dimension::ANGULAR_STIFFNESS, "0.3 N*m/rad^2");
+        let damping = self.number(
+            &from,
+            "damping",
+            Dimension::ANGULAR_DAMPING,
+            Sign::NotNegative,
+            "0.01 N*m*s/rad^2",
+            &cx,
+        );
         let colour = self.colour(&from, &cx);
         let params = self.actuator_params(block, damaged);
         Some(ir::Actuator {
@@ -699,23 +708,26 @@ impl Checker<'_> {
         let from = self.values(block, "a model", MODEL);
         let method = self.method(&from, &cx);
         let balls = matches!(method, Some(ir::Method::Balls(_)));
-        let mut get = |name: &str, dimension: &str, sign: Sign, example: &str| {
-            self.number(&from, name, dimension, sign, example, &cx)
-        };
-        let step = get("step", "Time", Sign::Positive, "1 s / 240");
-        let control = get("control", "Time", Sign::Positive, "1 s / 60");
-        let record = get("record", "Time", Sign::Positive, "1 s / 30");
-        let gravity = get("gravity", "Acceleration", Sign::NotNegative, "9.81 m/s^2");
-        let ground_friction = get("ground_friction", "Number", Sign::NotNegative, "0.8");
+        let mut get =
+            |name: &str, ty: Ty, sign: Sign, example: &str| self.number(&from, name, ty, sign, example, &cx);
+        let step = get("step", Dimension::TIME.into(), Sign::Positive, "1 s / 240");
+        let control = get("control", Dimension::TIME.into(), Sign::Positive, "1 s / 60");
+        let record = get("record", Dimension::TIME.into(), Sign::Positive, "1 s / 30");
+        let gravity = get("gravity", Dimension::ACCELERATION.into(), Sign::NotNegative, "9.81 m/s^2");
+        let ground_friction = get("ground_friction", Dimension::NUMBER.into(), Sign::NotNegative, "0.8");
         // Springs are not swept over.
         let swept = |name: &str| !balls || from.values.contains_key(name);
         let (sweeps, rest) = (swept("iterations"), swept("tolerance"));
-        let iterations = if sweeps { get("iterations", "Count", Sign::Positive, "10") } else { Some(1.0) };
-        let tolerance = if rest { get("tolerance", "Number", Sign::NotNegative, "0.2 %") } else { Some(0.0) };
-        let speed_limit = get("speed_limit", "Velocity", Sign::Positive, "10 m/s");
+        let iterations = if sweeps { get("iterations", Ty::Count, Sign::Positive, "10") } else { Some(1.0) };
+        let tolerance = if rest {
+            get("tolerance", Dimension::NUMBER.into(), Sign::NotNegative, "0.2 %")
+        } else {
+            Some(0.0)
+        };
+        let speed_limit = get("speed_limit", Dimension::VELOCITY.into(), Sign::Positive, "10 m/s");
         let self_collision = self.value(&from, "self_collision", &Ty::Bool, "true", &cx);
         let pace_limit = if from.values.contains_key("pace_limit") {
-            Some(self.number(&from, "pace_limit", "Velocity", Sign::Positive, "20 cm/s", &cx)?)
+            Some(self.number(&from, "pace_limit", Dimension::VELOCITY, Sign::Positive, "20 cm/s", &cx)?)
         } else {
             None
         };

@@ -58,7 +58,7 @@ impl Checker<'_> {
     pub(super) fn cell(&mut self, block: &Block, damaged: bool) -> Option<ir::Cell> {
         let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a cell", CELL);
-        let spacing = self.number(&from, "spacing", "Length", Sign::Positive, "1 cm", &cx);
+        let spacing = self.number(&from, "spacing", Dimension::LENGTH, Sign::Positive, "1 cm", &cx);
         let params = self.instance_params_of(block, damaged);
         // What a cell is made of may depend on its parameters.
         let mut cx = cx;
@@ -70,10 +70,11 @@ impl Checker<'_> {
                 cx.locals.push(Local { name, ty, span: param.name.span });
             }
         }
-        let mass = self.varying(&from, "mass", "Mass", Sign::Positive, "0.5 g", &cx);
-        let friction = self.varying(&from, "friction", "Number", Sign::NotNegative, "0.8", &cx);
-        let stiffness = self.varying(&from, "stiffness", "Stiffness", Sign::Positive, "200 N/m", &cx);
-        let damping = self.varying(&from, "damping", "Damping", Sign::NotNegative, "0.1 N*s/m", &cx);
+        let mass = self.varying(&from, "mass", Dimension::MASS, Sign::Positive, "0.5 g", &cx);
+        let friction = self.varying(&from, "friction", Dimension::NUMBER, Sign::NotNegative, "0.8", &cx);
+        let stiffness =
+            self.varying(&from, "stiffness", Dimension::STIFFNESS, Sign::Positive, "200 N/m", &cx);
+        let damping = self.varying(&from, "damping", Dimension::DAMPING, Sign::NotNegative, "0.1 N*s/m", &cx);
         let colour = match from.values.get("colour") {
             Some((_, tree)) => self.expect(tree, &mut cx.clone(), &Ty::Text, "`colour`"),
             None => {
@@ -98,7 +99,7 @@ impl Checker<'_> {
         &mut self,
         from: &Values<'_>,
         name: &str,
-        dimension: &str,
+        dimension: Dimension,
         sign: Sign,
         example: &str,
         cx: &Context,
@@ -107,7 +108,7 @@ impl Checker<'_> {
             self.missing(from, name, example, cx.damaged);
             return None;
         };
-        let ty = Ty::Quantity(Dimension::named(dimension)?);
+        let ty = Ty::Quantity(dimension);
         let known = self.errors.len();
         let expr = self.expect(tree, &mut cx.clone(), &ty, &format!("`{name}`"));
         self.show_example(known, tree.span, name, example);
@@ -357,9 +358,9 @@ impl Checker<'_> {
     /// Which balls parts are filled with.
     pub(super) fn filling_of_parts(&mut self, group: &Block, cx: &Context) -> Option<ir::Filling> {
         let from = self.values(group, "a filling", &["spacing", "stiffness", "damping"]);
-        let spacing = self.number(&from, "spacing", "Length", Sign::Positive, "1 cm", cx);
-        let stiffness = self.number(&from, "stiffness", "Stiffness", Sign::Positive, "500 N/m", cx);
-        let damping = self.number(&from, "damping", "Damping", Sign::NotNegative, "0.5 N*s/m", cx);
+        let spacing = self.number(&from, "spacing", Dimension::LENGTH, Sign::Positive, "1 cm", cx);
+        let stiffness = self.number(&from, "stiffness", Dimension::STIFFNESS, Sign::Positive, "500 N/m", cx);
+        let damping = self.number(&from, "damping", Dimension::DAMPING, Sign::NotNegative, "0.5 N*s/m", cx);
         Some(ir::Filling { spacing: spacing?, stiffness: stiffness?, damping: damping? })
     }
 }

@@ -2,11 +2,11 @@
 
 use indexmap::IndexMap;
 
+use super::Checker;
 use super::expr::{Context, unknown};
 use super::fit::article;
-use super::{Checker, signature};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::ir::{Expr, ExprKind, Ty};
+use crate::ir::{Attribute, Axis, Expr, ExprKind, Ty};
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::Name;
@@ -31,18 +31,15 @@ impl Checker<'_> {
         }
         let of = self.infer(of, cx);
         let make =
-            |of: Expr, ty| Expr { kind: ExprKind::Attribute(Box::new(of), name.text.clone()), ty, span };
+            |of: Expr, attribute, ty| Expr { kind: ExprKind::Attribute(Box::new(of), attribute), ty, span };
+        let param = || Attribute::Param(name.text.clone());
         let candidates: Vec<String> = match of.ty.clone() {
             Ty::Unknown => return unknown(span),
             ty @ (Ty::Part | Ty::Actuator | Ty::Cell | Ty::Element | Ty::Port | Ty::Joint | Ty::Step) => {
-                if let Some((_, ty)) = signature::attributes(&ty).iter().find(|(n, _)| *n == name.text) {
-                    return make(of, ty.clone());
-                }
-                if cx.stage.sees_motion() {
-                    if let Some(ty) = signature::motion_attribute(&ty, &name.text) {
-                        return make(of, ty);
+                if let Some((attribute, ty)) = Attribute::of(&ty, &name.text) {
+                    if !attribute.is_of_motion() || cx.stage.sees_motion() {
+                        return make(of, attribute, ty);
                     }
-                } else if signature::motion_attribute(&ty, &name.text).is_some() {
                     return self.stage_error(
                         name.span,
                         &name.text,
@@ -53,7 +50,7 @@ impl Checker<'_> {
                 if ty == Ty::Cell
                     && let Some((_, ty)) = self.cell_params().iter().find(|(n, _)| *n == name.text)
                 {
-                    return make(of, ty.clone());
+                    return make(of, param(), ty.clone());
                 }
                 if ty == Ty::Cell && (self.cell_params().is_empty() || self.is_lost(name.span, &name.text)) {
                     // A module on its own does not know which cells it will meet.
@@ -69,12 +66,12 @@ impl Checker<'_> {
                     // A module on its own does not know which actuators it will meet.
                     return unknown(span);
                 }
-                let param = known.and_then(|p| p.get(&name.text)).cloned();
+                let of_actuators = known.and_then(|p| p.get(&name.text)).cloned();
                 if ty == Ty::Actuator {
-                    if let Some(ty) = param {
-                        return make(of, ty);
+                    if let Some(ty) = of_actuators {
+                        return make(of, param(), ty);
                     }
-                } else if param.is_some() {
+                } else if of_actuators.is_some() {
                     let name_text = &name.text;
                     let message = format!("only an actuator has a `{name_text}`");
                     let whole = self.sources.slice(of.span);
@@ -92,16 +89,14 @@ impl Checker<'_> {
                     return unknown(span);
                 }
                 let cells = if ty == Ty::Cell { self.cell_params() } else { Vec::new() };
-                let own = signature::attributes(&ty).iter().map(|(n, _)| *n);
-                let moving = signature::MOTION_ATTRIBUTES
-                    .iter()
-                    .copied()
-                    .filter(|n| cx.stage.sees_motion() && signature::motion_attribute(&ty, n).is_some());
+                let built_in = Attribute::all_of(&ty).into_iter().map(|(attribute, _)| attribute);
+                let built_in = built_in.filter(|a| !a.is_of_motion() || cx.stage.sees_motion());
+                let built_in = built_in.map(|attribute| attribute.text().to_owned());
                 let ports = self.ports.iter().filter(|_| of_part).cloned();
                 let params = self.instance_params.iter().flat_map(IndexMap::keys).cloned();
                 let params = params.filter(|_| ty == Ty::Actuator);
                 let params = params.chain(cells.into_iter().map(|(n, _)| n));
-                own.chain(moving).map(str::to_owned).chain(ports).chain(params).collect()
+                built_in.chain(ports).chain(params).collect()
             }
             Ty::Record(_, fields) => {
                 if let Some(index) = fields.iter().position(|(n, _)| *n == name.text) {
@@ -111,15 +106,16 @@ impl Checker<'_> {
                 }
                 fields.iter().map(|(n, _)| n.clone()).collect()
             }
-            Ty::Vector(d) => {
-                if ["x", "y", "z"].contains(&name.text.as_str()) {
-                    return make(of, Ty::Quantity(d));
+            ty @ Ty::Vector(_) => {
+                if let Some((axis, ty)) = Attribute::of(&ty, &name.text) {
+                    return make(of, axis, ty);
                 }
-                ["x", "y", "z"].map(str::to_owned).into()
+                Axis::ALL.iter().map(|axis| axis.text().to_owned()).collect()
             }
             _ => Vec::new(),
         };
-        let owner = OWNERS.iter().find(|ty| signature::attributes(ty).iter().any(|(n, _)| *n == name.text));
+        let has = |ty: &&Ty| Attribute::of(ty, &name.text).is_some_and(|(a, _)| !a.is_of_motion());
+        let owner = OWNERS.iter().find(has);
         let help = did_you_mean(&name.text, candidates.iter().map(String::as_str)).or_else(|| {
             if of.ty == Ty::Kind {
                 let kind = self.sources.slice(of.span);

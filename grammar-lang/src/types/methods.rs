@@ -8,8 +8,9 @@ use super::fields::{Sign, Values};
 use super::searches::{Loop, Looped, whole};
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, SearchMethod, Ty, Word};
+use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, SearchMethod, SearchWord, Ty, Word};
 use crate::syntax::ast::{self, Block, Field, Name};
+use crate::units::Dimension;
 
 /// A method as texts name it.
 pub(super) struct Known {
@@ -83,7 +84,7 @@ impl Checker<'_> {
 
     fn cma_es(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::CmaEs> {
         let cx = Context::new(Stage::Declaration, damaged);
-        let spread = self.number(from, "spread", "Number", Sign::Positive, "30 %", &cx);
+        let spread = self.number(from, "spread", Dimension::NUMBER, Sign::Positive, "30 %", &cx);
         let restart = from
             .values
             .contains_key("restart")
@@ -187,7 +188,7 @@ impl Checker<'_> {
         let ty = value.as_ref().map_or(Ty::NUMBER, |value| scale(&value.ty));
         let low = self.value(&from, "from", &ty, "0", &cx);
         let high = self.value(&from, "to", &ty, "20", &cx);
-        let cells = self.number(&from, "cells", "Count", Sign::Positive, "10", &cx);
+        let cells = self.number(&from, "cells", Ty::Count, Sign::Positive, "10", &cx);
         let ((low, _), (high, place)) = (low?, high?);
         let (low, high) = (low.as_number()?, high.as_number()?);
         if high <= low {
@@ -226,16 +227,20 @@ impl Checker<'_> {
             expr.any(&mut |e| {
                 let ExprKind::Word(word) = e.kind else { return false };
                 let lacks = match (word, method) {
-                    (Word::Deviation, _) if !walk => {
+                    (Word::Search(SearchWord::Deviation), _) if !walk => {
                         Some(("there is no random walk whose deviation this could be", "add `walk = 50`"))
                     }
-                    (Word::Spread, SearchMethod::Annealing(_) | SearchMethod::Archive(_)) => Some((
+                    (
+                        Word::Search(SearchWord::Spread),
+                        SearchMethod::Annealing(_) | SearchMethod::Archive(_),
+                    ) => Some((
                         "only `cma_es` has a spread",
                         "write `temperature` here, or search by `cma_es` with `spread = 30 %`",
                     )),
-                    (Word::Temperature | Word::Chain, SearchMethod::CmaEs(_) | SearchMethod::Archive(_)) => {
-                        Some(("only annealing has temperatures and chains", "leave it out"))
-                    }
+                    (
+                        Word::Search(SearchWord::Temperature | SearchWord::Chain),
+                        SearchMethod::CmaEs(_) | SearchMethod::Archive(_),
+                    ) => Some(("only annealing has temperatures and chains", "leave it out")),
                     _ => None,
                 };
                 found.extend(lacks.map(|lacks| (e.span, lacks)));

@@ -3,7 +3,7 @@
 use super::expr::{Context, Local, unknown};
 use super::{Checker, signature, tasks};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::ir::{Expr, ExprKind, Function, Group, Operator, Ty, Word};
+use crate::ir::{DesignWord, Expr, ExprKind, Function, Group, Operator, Ty, Word};
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::{ItemKind, Name};
@@ -22,7 +22,7 @@ impl Checker<'_> {
         let word = Word::named(name).filter(|w| !declared || cx.stage.sees_word(*w));
         // A module on its own does not know which bodies it will meet.
         let lattice = self.has_lattice() || self.program.name.is_none();
-        if let Some(word) = word.filter(|w| *w != Word::Middle || lattice) {
+        if let Some(word) = word.filter(|w| *w != Word::Design(DesignWord::Middle) || lattice) {
             if cx.stage.sees_word(word) {
                 return make(ExprKind::Word(word), signature::word(word));
             }
@@ -289,7 +289,7 @@ impl Checker<'_> {
                 let own = self.program.own.contains(&self.program.module_at(name.span));
                 let placed = self.placed.get(&name.text).filter(|_| own);
                 // Where no lattice is, nothing has a place in its middle.
-                let known = |w: &Word| *w != Word::Middle || self.has_lattice();
+                let known = |w: &Word| *w != Word::Design(DesignWord::Middle) || self.has_lattice();
                 let word = Word::named(&name.text).filter(known).is_some_and(|w| cx.stage.shares_word(w));
                 // Groups and the first part are read where designs are, whatever the module.
                 let part = cx.stage.sees_design() && ["block", "core"].contains(&name.text.as_str());

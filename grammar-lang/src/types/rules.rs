@@ -6,7 +6,7 @@ use super::Checker;
 use super::expr::Context;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{self, Expr, ExprKind, Group, Ty};
+use crate::ir::{self, Attribute, Expr, ExprKind, Group, PartAttribute, Settable, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Name, RuleClause, RuleClauseKind};
 use crate::units::Dimension;
@@ -481,18 +481,6 @@ impl Checker<'_> {
             );
             return None;
         };
-        let read_only = super::signature::attributes(&Ty::Part).iter().any(|(n, _)| *n == attribute.text);
-        if read_only && attribute.text != "turn" {
-            self.report(
-                Diagnostic::new(
-                    Code::WRONG_TYPE,
-                    attribute.span,
-                    format!("`{}` follows from the design and cannot be set", attribute.text),
-                )
-                .label("read only"),
-            );
-            return None;
-        }
         let whole = self.infer(target, cx);
         if whole.ty == Ty::Port {
             self.report(
@@ -502,10 +490,22 @@ impl Checker<'_> {
             );
             return None;
         }
+        let settable = match whole.kind {
+            ExprKind::Attribute(_, Attribute::Part(PartAttribute::Turn)) => Settable::Turn,
+            ExprKind::Attribute(_, Attribute::Param(name)) => Settable::Param(name),
+            ExprKind::Attribute(..) => {
+                let message = format!("`{}` follows from the design and cannot be set", attribute.text);
+                let error = Diagnostic::new(Code::WRONG_TYPE, attribute.span, message);
+                self.report(error.label("read only"));
+                return None;
+            }
+            // Or something of which nothing is known, as what is wrong with it has been said.
+            _ => Settable::Param(attribute.text.clone()),
+        };
         let part = self.infer(of, cx);
-        let value = self.expect(value, cx, &whole.ty.clone(), &format!("`{}`", attribute.text));
+        let value = self.expect(value, cx, &whole.ty, &format!("`{}`", attribute.text));
         self.check_set_domain(&attribute.text, &value);
-        Some(ir::Effect::Set { part, attribute: attribute.text.clone(), value })
+        Some(ir::Effect::Set { part, attribute: settable, value })
     }
 
     /// Where one actuator alone has a parameter, what it is set to must lie in its domain.

@@ -11,6 +11,7 @@ use crate::ir::{self, Expr, SearchMethod, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{Block, Field, Name};
 use crate::syntax::earlier;
+use crate::units::Dimension;
 
 const SEARCH: &[&str] = &["keep", "bodies", "curves"];
 const SCHEDULE: &[&str] = &["iterations", "moves", "stop"];
@@ -57,7 +58,7 @@ impl Checker<'_> {
         let cx = Context::new(Stage::Declaration, damaged);
         let block = self.renamed(block);
         let from = self.values(&block, "a search", SEARCH);
-        let keep = self.number(&from, "keep", "Number", Sign::NotNegative, "80 %", &cx);
+        let keep = self.number(&from, "keep", Dimension::NUMBER, Sign::NotNegative, "80 %", &cx);
         if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
             && keep > 1.0
         {
@@ -243,7 +244,7 @@ impl Checker<'_> {
         least: f64,
         cx: &Context,
     ) -> Option<usize> {
-        let n = self.number(from, name, "Count", Sign::NotNegative, example, cx)?;
+        let n = self.number(from, name, Ty::Count, Sign::NotNegative, example, cx)?;
         if (least..=MOST).contains(&n) {
             return Some(n as usize);
         }

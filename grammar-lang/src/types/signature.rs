@@ -1,78 +1,37 @@
-//! The types of built-in words, functions and attributes.
+//! The types of built-in words, and what built-in functions take.
 
-use crate::ir::{Function, Ty, Word};
+use crate::ir::{DesignFunction, DesignWord, Function, MotionWord, SearchWord, Ty, Word};
 use crate::units::Dimension;
 
 /// The type of a word.
 pub(super) fn word(word: Word) -> Ty {
     match word {
-        Word::Pi | Word::Cycle | Word::Temperature | Word::Best | Word::Deviation | Word::Spread => {
-            Ty::NUMBER
-        }
-        Word::Time | Word::Start | Word::End | Word::Duration | Word::FrameInterval | Word::Period => {
-            Ty::Quantity(Dimension::TIME)
-        }
-        Word::Elements => Ty::List(Box::new(Ty::Element)),
-        Word::Iteration | Word::Idle | Word::Refused | Word::Stagnant | Word::Chain => Ty::Count,
+        Word::Pi
+        | Word::Cycle
+        | Word::Search(
+            SearchWord::Temperature | SearchWord::Best | SearchWord::Deviation | SearchWord::Spread,
+        ) => Ty::NUMBER,
+        Word::Time
+        | Word::Motion(
+            MotionWord::Start
+            | MotionWord::End
+            | MotionWord::Duration
+            | MotionWord::FrameInterval
+            | MotionWord::Period,
+        ) => Ty::Quantity(Dimension::TIME),
+        Word::Motion(MotionWord::Elements) => Ty::List(Box::new(Ty::Element)),
+        Word::Search(
+            SearchWord::Iteration
+            | SearchWord::Idle
+            | SearchWord::Refused
+            | SearchWord::Stagnant
+            | SearchWord::Chain,
+        ) => Ty::Count,
         Word::Closed | Word::Inflate | Word::Vent => Ty::Valve,
-        Word::Connected | Word::NoOverlap => Ty::Bool,
-        Word::Middle => Ty::Cell,
+        Word::Design(DesignWord::Connected | DesignWord::NoOverlap) => Ty::Bool,
+        Word::Design(DesignWord::Middle) => Ty::Cell,
     }
 }
-
-/// The attributes of a thing that the design has, with their types.
-pub(super) fn attributes(of: &Ty) -> &'static [(&'static str, Ty)] {
-    const PART: &[(&str, Ty)] = &[
-        ("turn", Ty::Quantity(Dimension::ANGLE)),
-        ("image", Ty::Count),
-        ("depth", Ty::Count),
-        ("mass", Ty::Quantity(Dimension::MASS)),
-        ("holder", Ty::Part),
-        ("twin", Ty::Part),
-    ];
-    const ACTUATOR: &[(&str, Ty)] = &[
-        ("turn", Ty::Quantity(Dimension::ANGLE)),
-        ("image", Ty::Count),
-        ("depth", Ty::Count),
-        ("mass", Ty::Quantity(Dimension::MASS)),
-        ("holder", Ty::Part),
-        ("twin", Ty::Part),
-        ("least_bend", Ty::Quantity(Dimension::ANGLE)),
-        ("greatest_bend", Ty::Quantity(Dimension::ANGLE)),
-    ];
-    match of {
-        Ty::Part => PART,
-        Ty::Actuator => ACTUATOR,
-        Ty::Cell => &[("x", Ty::Count), ("y", Ty::Count), ("z", Ty::Count), ("filled", Ty::Bool)],
-        Ty::Port => &[("part", Ty::Part), ("index", Ty::Count), ("free", Ty::Bool)],
-        Ty::Joint => &[("holder", Ty::Part), ("held", Ty::Part), ("port", Ty::Port)],
-        Ty::Step => &[("rule", Ty::Text), ("number", Ty::Count)],
-        _ => &[],
-    }
-}
-
-/// What the recorded motion adds to the attributes of a thing.
-pub(super) fn motion_attribute(of: &Ty, name: &str) -> Option<Ty> {
-    let track = |ty| Some(Ty::Track(Box::new(ty)));
-    match (of, name) {
-        (Ty::Element | Ty::Part | Ty::Actuator | Ty::Cell, "position") => {
-            track(Ty::Vector(Dimension::LENGTH))
-        }
-        (Ty::Element | Ty::Part | Ty::Actuator, "rotation") => track(Ty::Rotation),
-        (Ty::Element, "lowest") => track(Ty::Quantity(Dimension::LENGTH)),
-        (Ty::Element, "size" | "path" | "slid") => Some(Ty::Quantity(Dimension::LENGTH)),
-        (Ty::Element, "touching" | "sliding") => Some(Ty::Quantity(Dimension::TIME)),
-        (Ty::Element, "part") => Some(Ty::Part),
-        (Ty::Element, "cell") => Some(Ty::Cell),
-        (Ty::Actuator, "work") => Dimension::named("Energy").map(Ty::Quantity),
-        _ => None,
-    }
-}
-
-/// The names that [`motion_attribute`] knows.
-pub(super) const MOTION_ATTRIBUTES: &[&str] = &[
-    "position", "rotation", "lowest", "size", "path", "slid", "touching", "sliding", "part", "cell", "work",
-];
 
 /// What a function takes: how people write it, and how many arguments.
 pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusive<usize>) {
@@ -112,9 +71,9 @@ pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusi
         F::Normal => ("normal(mean, deviation)", 2..=2),
         F::Uniform => ("uniform(low, high)", 2..=2),
         F::Gain => ("gain(iterations)", 1..=1),
-        F::Cell => ("cell(x, y, z)", 3..=3),
-        F::Region => ("region(c, x, y, z)", 4..=4),
-        F::Neighbours => ("neighbours(part)", 1..=1),
-        F::Images => ("images(part)", 1..=1),
+        F::Design(DesignFunction::Cell) => ("cell(x, y, z)", 3..=3),
+        F::Design(DesignFunction::Region) => ("region(c, x, y, z)", 4..=4),
+        F::Design(DesignFunction::Neighbours) => ("neighbours(part)", 1..=1),
+        F::Design(DesignFunction::Images) => ("images(part)", 1..=1),
     }
 }

@@ -1,6 +1,6 @@
 //! Stages: when an expression is evaluated, and so what it may read.
 
-use crate::ir::{Function, Word};
+use crate::ir::{DesignFunction, DesignWord, Function, MotionWord, SearchWord, Word};
 
 /// When an expression is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -59,7 +59,12 @@ impl Stage {
         match function {
             Function::Cycle => self == Self::Drive,
             Function::Gain => self == Self::Schedule,
-            Function::Neighbours | Function::Images | Function::Cell | Function::Region => self.sees_design(),
+            Function::Design(
+                DesignFunction::Neighbours
+                | DesignFunction::Images
+                | DesignFunction::Cell
+                | DesignFunction::Region,
+            ) => self.sees_design(),
             _ => true,
         }
     }
@@ -88,19 +93,26 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
         Word::Pi => return None,
         Word::Cycle => &[S::Pattern],
         Word::Time | Word::Closed | Word::Inflate | Word::Vent => &[S::Drive],
-        Word::Start | Word::End | Word::Duration | Word::FrameInterval | Word::Elements | Word::Period => {
-            &[S::Score]
-        }
-        Word::Temperature => &[S::Choice, S::Weight, S::Mutation, S::Schedule],
-        Word::Iteration => &[S::Schedule, S::Mutation],
-        Word::Best
-        | Word::Idle
-        | Word::Refused
-        | Word::Stagnant
-        | Word::Deviation
-        | Word::Chain
-        | Word::Spread => &[S::Schedule],
-        Word::Connected | Word::NoOverlap => &[S::Derivation, S::Choice, S::Weight],
-        Word::Middle => &[S::Derivation, S::Choice, S::Weight, S::Score],
+        Word::Motion(
+            MotionWord::Start
+            | MotionWord::End
+            | MotionWord::Duration
+            | MotionWord::FrameInterval
+            | MotionWord::Elements
+            | MotionWord::Period,
+        ) => &[S::Score],
+        Word::Search(SearchWord::Temperature) => &[S::Choice, S::Weight, S::Mutation, S::Schedule],
+        Word::Search(SearchWord::Iteration) => &[S::Schedule, S::Mutation],
+        Word::Search(
+            SearchWord::Best
+            | SearchWord::Idle
+            | SearchWord::Refused
+            | SearchWord::Stagnant
+            | SearchWord::Deviation
+            | SearchWord::Chain
+            | SearchWord::Spread,
+        ) => &[S::Schedule],
+        Word::Design(DesignWord::Connected | DesignWord::NoOverlap) => &[S::Derivation, S::Choice, S::Weight],
+        Word::Design(DesignWord::Middle) => &[S::Derivation, S::Choice, S::Weight, S::Score],
     })
 }

@@ -108,7 +108,7 @@ impl Checker<'_> {
 
     /// A speed: a number, or a table from the bend.
     pub(super) fn speed(&mut self, from: &Values<'_>, name: &str, cx: &Context) -> Option<ir::Speed> {
-        let velocity = Dimension::named("AngularVelocity")?;
+        let velocity = Dimension::ANGULAR_VELOCITY;
         let by_bend = from.values.get(name).is_some_and(|(_, tree)| match &tree.kind {
             ast::ExprKind::Name(word) => {
                 matches!(self.program.lookup(tree.span, word), Some((_, i)) if matches!(i.kind, ItemKind::Table(_)))
@@ -117,7 +117,7 @@ impl Checker<'_> {
         });
         if !by_bend {
             return self
-                .number(from, name, "AngularVelocity", Sign::Positive, "180 deg/s", cx)
+                .number(from, name, Dimension::ANGULAR_VELOCITY, Sign::Positive, "180 deg/s", cx)
                 .map(ir::Speed::Constant);
         }
         let (value, span) =
@@ -315,7 +315,7 @@ impl Checker<'_> {
         let from = self.values(block, "a target", fields);
         let speed = from.values.get("speed").map(|(_, tree)| {
             let mut cx = Context::new(Stage::Score, damaged);
-            let velocity = Ty::Quantity(Dimension::named("Velocity").unwrap_or_default());
+            let velocity = Ty::Quantity(Dimension::VELOCITY);
             self.expect(tree, &mut cx, &velocity, "`speed`")
         });
         let backend = read(self, &from, &cx)?;
@@ -325,7 +325,7 @@ impl Checker<'_> {
     fn pneumatic(&mut self, from: &Values<'_>, cx: &Context) -> Option<Backend> {
         let (inflate, vent) = (self.pins(from, "inflate", cx), self.pins(from, "vent", cx));
         let pins = self.pairs(("inflate", inflate), ("vent", vent), from.place());
-        let shortest = self.number(from, "shortest", "Time", Sign::Positive, "40 ms", cx);
+        let shortest = self.number(from, "shortest", Dimension::TIME, Sign::Positive, "40 ms", cx);
         let vents = self.either(from, "safe", SAFE_AIR, cx);
         let supply = match from.groups.get("supply") {
             Some(group) => Some(self.supply(group, cx)?),
@@ -337,13 +337,13 @@ impl Checker<'_> {
 
     fn supply(&mut self, group: &Block, cx: &Context) -> Option<ir::Supply> {
         let from = self.values(group, "a supply", SUPPLY);
-        let mut get = |name: &str, dimension: &str, example: &str| {
+        let mut get = |name: &str, dimension: Dimension, example: &str| {
             self.number(&from, name, dimension, Sign::Positive, example, cx)
         };
-        let pressure = get("pressure", "Pressure", "1.5 bar");
-        let full = get("full", "Pressure", "1 bar");
-        let line = get("line", "FlowConductance", "60 cm^3/s/bar");
-        let valve = get("valve", "FlowConductance", "20 cm^3/s/bar");
+        let pressure = get("pressure", Dimension::PRESSURE, "1.5 bar");
+        let full = get("full", Dimension::PRESSURE, "1 bar");
+        let line = get("line", Dimension::FLOW_CONDUCTANCE, "60 cm^3/s/bar");
+        let valve = get("valve", Dimension::FLOW_CONDUCTANCE, "20 cm^3/s/bar");
         let (pressure, full) = (pressure?, full?);
         if full >= pressure
             && let Some((_, tree)) = from.values.get("full")
@@ -372,9 +372,10 @@ impl Checker<'_> {
         let pins = self.pairs(("servo", servo), ("opposite", opposite), from.place());
         let thread = Ty::Table(Dimension::ANGLE, Dimension::LENGTH);
         let thread = self.monotonic(from, "thread", &thread, cx);
-        let wheel = self.number(from, "wheel", "Length", Sign::Positive, "12 mm", cx);
+        let wheel = self.number(from, "wheel", Dimension::LENGTH, Sign::Positive, "12 mm", cx);
         let turn = self.ends(from, "turn", Dimension::ANGLE, "-90 deg .. 90 deg", cx);
-        let speed = self.number(from, "servo_speed", "AngularVelocity", Sign::Positive, "300 deg/s", cx);
+        let speed =
+            self.number(from, "servo_speed", Dimension::ANGULAR_VELOCITY, Sign::Positive, "300 deg/s", cx);
         let pulse = self.ends(from, "pulse", Dimension::TIME, "1000 us .. 2000 us", cx);
         let rests = self.either(from, "safe", SAFE_THREADS, cx);
         if let (Some((low, high)), Some((_, tree))) = (pulse, from.values.get("pulse"))
@@ -414,10 +415,10 @@ impl Checker<'_> {
             return None;
         }
         let from = self.values(block, "a prototype", PROTOTYPE);
-        let simulated = self.number(&from, "simulated", "Velocity", Sign::Positive, "35.6 m/h", &cx);
-        let measured = self.number(&from, "measured", "Velocity", Sign::Positive, "5 m/h", &cx);
+        let simulated = self.number(&from, "simulated", Dimension::VELOCITY, Sign::Positive, "35.6 m/h", &cx);
+        let measured = self.number(&from, "measured", Dimension::VELOCITY, Sign::Positive, "5 m/h", &cx);
         let length = if from.values.contains_key("length") {
-            Some(self.number(&from, "length", "Length", Sign::Positive, "132 mm", &cx)?)
+            Some(self.number(&from, "length", Dimension::LENGTH, Sign::Positive, "132 mm", &cx)?)
         } else {
             None
         };

@@ -8,7 +8,7 @@ use super::observe::Observed;
 use super::singles::Singles;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::ir::{self, Direction, Expr, ExprKind, RuleSet, Ty};
+use crate::ir::{self, Attribute, Direction, Expr, ExprKind, MotionWord, RuleSet, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ItemKind, Name};
@@ -317,10 +317,9 @@ impl<'a> Checker<'a> {
         let exprs = actuation.lets.iter().chain(&actuation.moving).map(|(_, e)| e);
         for expr in exprs.chain([&actuation.drive]).chain(groups) {
             expr.any(&mut |e| {
-                if let ExprKind::Attribute(of, name) = &e.kind {
+                if let ExprKind::Attribute(of, Attribute::Param(name)) = &e.kind {
                     let own = matches!(of.kind, ExprKind::Local(0));
-                    let everyone = super::signature::attributes(&Ty::Actuator).iter().any(|(n, _)| n == name);
-                    if own && !everyone && !params.contains_key(name) {
+                    if own && !params.contains_key(name) {
                         self.report(
                             Diagnostic::new(
                                 Code::UNKNOWN_FIELD,
@@ -485,7 +484,7 @@ fn period_in(expr: &Expr, terms: &IndexMap<String, ir::Term>) -> Option<Span> {
     let mut found = None;
     for (_, expr) in ir::builds_on(expr, terms) {
         expr.any(&mut |e| {
-            if matches!(e.kind, ExprKind::Word(ir::Word::Period)) {
+            if matches!(e.kind, ExprKind::Word(ir::Word::Motion(MotionWord::Period))) {
                 found = Some(e.span);
             }
             false

@@ -11,49 +11,48 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct Dimension(pub [i8; 5]);
 
-/// Names for people, the commonest first.
-const NAMES: &[(&str, [i8; 5])] = &[
-    ("Number", [0, 0, 0, 0, 0]),
-    ("Length", [1, 0, 0, 0, 0]),
-    ("Mass", [0, 1, 0, 0, 0]),
-    ("Time", [0, 0, 1, 0, 0]),
-    ("Angle", [0, 0, 0, 1, 0]),
-    ("Current", [0, 0, 0, 0, 1]),
-    ("Area", [2, 0, 0, 0, 0]),
-    ("Volume", [3, 0, 0, 0, 0]),
-    ("Velocity", [1, 0, -1, 0, 0]),
-    ("Acceleration", [1, 0, -2, 0, 0]),
-    ("AngularVelocity", [0, 0, -1, 1, 0]),
-    ("Frequency", [0, 0, -1, 0, 0]),
-    ("Force", [1, 1, -2, 0, 0]),
-    ("Energy", [2, 1, -2, 0, 0]),
-    ("Power", [2, 1, -3, 0, 0]),
-    ("Torque", [2, 1, -2, -1, 0]),
-    ("AngularStiffness", [2, 1, -2, -2, 0]),
-    ("AngularDamping", [2, 1, -1, -2, 0]),
-    ("Stiffness", [0, 1, -2, 0, 0]),
-    ("Damping", [0, 1, -1, 0, 0]),
-    ("Pressure", [-1, 1, -2, 0, 0]),
-    ("FlowConductance", [4, -1, 1, 0, 0]),
-    ("Density", [-3, 1, 0, 0, 0]),
-];
+macro_rules! dimensions {
+    ($($constant:ident $name:literal $doc:literal $exponents:expr;)*) => {
+        /// Names for people, the commonest first.
+        const NAMES: &[(&str, Dimension)] = &[$(($name, Dimension::$constant)),*];
+
+        impl Dimension {
+            $(#[doc = $doc] pub const $constant: Self = Self($exponents);)*
+        }
+    };
+}
+
+dimensions! {
+    NUMBER "Number" "A bare number." [0, 0, 0, 0, 0];
+    LENGTH "Length" "Length." [1, 0, 0, 0, 0];
+    MASS "Mass" "Mass." [0, 1, 0, 0, 0];
+    TIME "Time" "Time." [0, 0, 1, 0, 0];
+    ANGLE "Angle" "Angle." [0, 0, 0, 1, 0];
+    CURRENT "Current" "Current." [0, 0, 0, 0, 1];
+    AREA "Area" "Area." [2, 0, 0, 0, 0];
+    VOLUME "Volume" "Volume." [3, 0, 0, 0, 0];
+    VELOCITY "Velocity" "Velocity." [1, 0, -1, 0, 0];
+    ACCELERATION "Acceleration" "Acceleration." [1, 0, -2, 0, 0];
+    ANGULAR_VELOCITY "AngularVelocity" "Angular velocity." [0, 0, -1, 1, 0];
+    FREQUENCY "Frequency" "Frequency." [0, 0, -1, 0, 0];
+    FORCE "Force" "Force." [1, 1, -2, 0, 0];
+    ENERGY "Energy" "Energy." [2, 1, -2, 0, 0];
+    POWER "Power" "Power." [2, 1, -3, 0, 0];
+    TORQUE "Torque" "Torque." [2, 1, -2, -1, 0];
+    ANGULAR_STIFFNESS "AngularStiffness" "Angular stiffness." [2, 1, -2, -2, 0];
+    ANGULAR_DAMPING "AngularDamping" "Angular damping." [2, 1, -1, -2, 0];
+    STIFFNESS "Stiffness" "Stiffness." [0, 1, -2, 0, 0];
+    DAMPING "Damping" "Damping." [0, 1, -1, 0, 0];
+    PRESSURE "Pressure" "Pressure." [-1, 1, -2, 0, 0];
+    FLOW_CONDUCTANCE "FlowConductance" "Flow conductance." [4, -1, 1, 0, 0];
+    DENSITY "Density" "Density." [-3, 1, 0, 0, 0];
+}
 
 impl Dimension {
-    /// A bare number.
-    pub const NUMBER: Self = Self([0; 5]);
-    /// Length.
-    pub const LENGTH: Self = Self([1, 0, 0, 0, 0]);
-    /// Mass.
-    pub const MASS: Self = Self([0, 1, 0, 0, 0]);
-    /// Time.
-    pub const TIME: Self = Self([0, 0, 1, 0, 0]);
-    /// Angle.
-    pub const ANGLE: Self = Self([0, 0, 0, 1, 0]);
-
     /// The dimension with this name, such as `Length` or `Torque`.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
-        NAMES.iter().find(|(n, _)| *n == name).map(|(_, d)| Self(*d))
+        NAMES.iter().find(|(n, _)| *n == name).map(|(_, d)| *d)
     }
 
     /// Every name that a declaration may use.
@@ -126,7 +125,7 @@ impl Dimension {
 
 impl fmt::Display for Dimension {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match NAMES.iter().find(|(_, d)| *d == self.0) {
+        match NAMES.iter().find(|(_, d)| d == self) {
             Some((name, _)) => f.write_str(name),
             None => write!(f, "quantity in {}", self.si()),
         }

@@ -191,10 +191,10 @@ mod tests {
     #[test]
     fn products_and_powers() {
         let density = parse("g/cm^3").unwrap();
-        assert_eq!(density.dimension, Dimension::named("Density").unwrap());
+        assert_eq!(density.dimension, Dimension::DENSITY);
         assert!((density.factor - 1000.0).abs() < 1e-9);
         let torque = parse("N*m/rad").unwrap();
-        assert_eq!(torque.dimension, Dimension::named("Torque").unwrap());
+        assert_eq!(torque.dimension, Dimension::TORQUE);
         assert_eq!(parse("gg"), Err(UnitError::Unknown("gg".into())));
         assert_eq!(parse("m^9*m^99*m^99"), Err(UnitError::TooHigh));
     }

@@ -1,0 +1,388 @@
+//! Built-in words, functions and attributes: what each is called and means, in one place each. Those of one
+//! stage are an enumeration of their own, which that stage matches without a wildcard: what the checker
+//! lets a grammar read, the engine must know.
+
+use serde::{Deserialize, Serialize};
+
+use super::{Solid, Ty};
+use crate::units::Dimension;
+
+macro_rules! words {
+    ($(#[$meta:meta])* $name:ident { $($variant:ident $text:literal $doc:literal;)* }
+     $($(#[$of_meta:meta])* $of:ident($inner:ident) { $($one:ident)* })*) => {
+        $(#[$meta])*
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+        #[serde(rename_all = "snake_case")]
+        pub enum $name {
+            $(#[doc = $doc] $variant,)*
+            $($(#[$of_meta])* #[serde(untagged)] $of($inner),)*
+        }
+        impl $name {
+            /// Every one, in the order of the reference.
+            pub const ALL: &[Self] = &[$(Self::$variant,)* $($(Self::$of($inner::$one)),*),*];
+            /// How a grammar writes it.
+            #[must_use]
+            pub fn text(self) -> &'static str { match self { $(Self::$variant => $text,)* $(Self::$of(of) => of.text(),)* } }
+            /// What it means.
+            #[must_use]
+            pub fn doc(self) -> &'static str { match self { $(Self::$variant => $doc,)* $(Self::$of(of) => of.doc(),)* } }
+            /// The one that a grammar writes like this.
+            #[must_use]
+            pub fn named(text: &str) -> Option<Self> { Self::ALL.iter().copied().find(|w| w.text() == text) }
+        }
+    };
+}
+
+words! {
+    /// Words that a stage gives a value to.
+    Word {
+        Pi "pi" "The number 3.14159...";
+        Cycle "cycle" "Where a pattern is in its cycle, from 0 to 1.";
+        Time "t" "The time since the motion began.";
+        Closed "closed" "Both valves of an actuator are closed: it keeps its air.";
+        Inflate "inflate" "An actuator's valve lets air in.";
+        Vent "vent" "An actuator's valve lets air out.";
+    }
+    /// Of a motion.
+    Motion(MotionWord) { Period Start End Duration FrameInterval Elements }
+    /// Of a search.
+    Search(SearchWord) { Temperature Iteration Best Idle Refused Stagnant Deviation Chain Spread }
+    /// Of the design.
+    Design(DesignWord) { Middle Connected NoOverlap }
+}
+
+words! {
+    /// What terms read of the simulated motion.
+    MotionWord {
+        Period "period" "The period of the cyclic actuation.";
+        Start "start" "The time at which the motion begins.";
+        End "end" "The time at which the motion ends.";
+        Duration "duration" "How long the motion lasts.";
+        FrameInterval "frame_interval" "The time between two recorded frames of the motion.";
+        Elements "elements" "All rigid pieces of the body.";
+    }
+}
+
+words! {
+    /// What schedules, weights and mutations read of the search.
+    SearchWord {
+        Temperature "temperature" "The temperature of the annealing, on the scale of the objective.";
+        Iteration "iteration" "How many iterations have been completed.";
+        Best "best" "The best value so far.";
+        Idle "idle" "Iterations since the best value improved.";
+        Refused "refused" "Moves in a row that were not accepted.";
+        Stagnant "stagnant" "Iterations in a row in which no move was accepted.";
+        Deviation "deviation" "The standard deviation of the values of the random walk.";
+        Chain "chain" "The number of an annealing chain, from 0.";
+        Spread "spread" "The standard deviation of the samples, as a share of the ranges.";
+    }
+}
+
+words! {
+    /// What everything reads of the design.
+    DesignWord {
+        Middle "middle" "The place in the middle of the lattice.";
+        Connected "connected" "Whether the design is in one piece.";
+        NoOverlap "no_overlap" "Whether no two parts overlap; touching is allowed.";
+    }
+}
+
+words! {
+    /// Built-in functions.
+    Function {
+        Abs "abs" "The size without the sign.";
+        Min "min" "The least of several values.";
+        Max "max" "The greatest of several values.";
+        Clamp "clamp" "clamp(x, low, high): x, or the end that it is beyond.";
+        Floor "floor" "The next whole number below.";
+        Ceil "ceil" "The next whole number above.";
+        Round "round" "The nearest whole number.";
+        Fraction "fraction" "What is left of a number after floor.";
+        Sqrt "sqrt" "The square root.";
+        Exp "exp" "The exponential of a number.";
+        Ln "ln" "The natural logarithm of a number.";
+        Sin "sin" "The sine of an angle.";
+        Cos "cos" "The cosine of an angle.";
+        Tan "tan" "The tangent of an angle.";
+        Arc "arc" "arc(radius, angle): the length of an arc.";
+        Length "length" "The length of a vector.";
+        Horizontal "horizontal" "The length of a vector's part along the ground.";
+        Height "height" "The vertical part of a vector.";
+        Vector "vector" "vector(x, y, z), with y up.";
+        Angle "angle" "angle(a, b): the angle of the rotation from a to b.";
+        Heading "heading" "heading(rotation): where x points along the ground, seen from above; left of forward is positive.";
+        Bearing "bearing" "bearing(vector): where a vector points along the ground, seen from above; left of forward is positive.";
+        Wrap "wrap" "wrap(angle): the same direction within -180 deg .. 180 deg.";
+        Count "count" "How many parts of a kind, or items of a list, there are.";
+        Each "each" "each(list, n): every item n times in a row.";
+        Repeat "repeat" "repeat(x, n): a list of n times x.";
+        First "first" "The first item of a list.";
+        Last "last" "The last item of a list.";
+        Bezier "bezier" "A Bezier curve over a cycle, through the first and last of its control points.";
+        Cycle "cycle" "cycle(period, shares, states, phase): states of valves that take turns, each for its share of the period.";
+        Normal "normal" "normal(mean, standard deviation): a distribution.";
+        Uniform "uniform" "uniform(low, high): a distribution.";
+        Gain "gain" "gain(n): what the best value gained in the last n iterations.";
+    }
+    /// A function that asks the design.
+    Design(DesignFunction) { Cell Region Neighbours Images }
+    /// A function that makes shapes.
+    Solid(Solid) { Box Sphere Cylinder Disk Capsule }
+}
+
+words! {
+    /// Functions that ask the design.
+    DesignFunction {
+        Cell "cell" "cell(x, y, z): a place of the lattice, counted from 0.";
+        Region "region" "region(c, x, y, z): the places whose offsets from a cell are these numbers or ranges, as far as the lattice reaches.";
+        Neighbours "neighbours" "The parts that are joined to a part, or the cells to a cell: up to 18.";
+        Images "images" "The images of a part under the symmetry, without itself.";
+    }
+}
+
+words! {
+    /// Attributes of a part.
+    PartAttribute {
+        Turn "turn" "Its rotation about the port that holds it.";
+        Image "image" "Which image of the symmetry it is: 0 for an original, then 1, 2, ...";
+        Depth "depth" "How many joints lie between it and the core.";
+        Mass "mass" "Its mass.";
+        Holder "holder" "The part that holds it; the core holds itself.";
+        Twin "twin" "Its first image, or itself.";
+        LeastBend "least_bend" "Of an actuator: the least bend.";
+        GreatestBend "greatest_bend" "Of an actuator: the greatest bend.";
+        Work "work" "Of an actuator: the mechanical work that it did in the motion.";
+    }
+}
+
+words! {
+    /// Attributes of a place of a lattice.
+    CellAttribute {
+        X "x" "Its place along x, counted from 0.";
+        Y "y" "Its place along y, counted from 0.";
+        Z "z" "Its place along z, counted from 0.";
+        Filled "filled" "Whether there is a cell.";
+    }
+}
+
+words! {
+    /// Attributes of a port.
+    PortAttribute {
+        Part "part" "The part whose port it is.";
+        Index "index" "Its number among the ports of one name.";
+        Free "free" "Whether nothing is attached to it.";
+    }
+}
+
+words! {
+    /// Attributes of a joint.
+    JointAttribute {
+        Holder "holder" "The part that holds the other.";
+        Held "held" "The part that is held.";
+        Port "port" "The port that holds it.";
+    }
+}
+
+words! {
+    /// Attributes of a step of the derivation.
+    StepAttribute {
+        Rule "rule" "The name of the rule.";
+        Number "number" "Its place in the derivation, from 1.";
+    }
+}
+
+words! {
+    /// What the recorded motion says of an element as a whole.
+    ElementAttribute {
+        Size "size" "Its greatest extent.";
+        Path "path" "How far it went along the ground while it touched it.";
+        Slid "slid" "How far it slid.";
+        Touching "touching" "For how long it touched the ground.";
+        Sliding "sliding" "For how long it slid.";
+        Part "part" "The part that it belongs to.";
+        Cell "cell" "The cell that it is.";
+    }
+}
+
+words! {
+    /// What the recorded motion says of an element at each time.
+    Track {
+        Position "position" "Where its centre is.";
+        Rotation "rotation" "How it is turned.";
+        Lowest "lowest" "How high its lowest point is.";
+    }
+}
+
+words! {
+    /// Components of a vector.
+    Axis {
+        X "x" "Along x.";
+        Y "y" "Along y, which is up.";
+        Z "z" "Along z.";
+    }
+}
+
+/// What follows a dot.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Attribute {
+    /// Of a part.
+    Part(PartAttribute),
+    /// Of a place of a lattice.
+    Cell(CellAttribute),
+    /// Of a port.
+    Port(PortAttribute),
+    /// Of a joint.
+    Joint(JointAttribute),
+    /// Of a step.
+    Step(StepAttribute),
+    /// Of an element, over the whole motion.
+    Element(ElementAttribute),
+    /// Of an element, at a time.
+    Track(Track),
+    /// Of a vector.
+    Axis(Axis),
+    /// A parameter of an actuator or of a cell, by its name.
+    Param(String),
+}
+
+impl Attribute {
+    /// How a grammar writes it.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        match self {
+            Self::Part(a) => a.text(),
+            Self::Cell(a) => a.text(),
+            Self::Port(a) => a.text(),
+            Self::Joint(a) => a.text(),
+            Self::Step(a) => a.text(),
+            Self::Element(a) => a.text(),
+            Self::Track(a) => a.text(),
+            Self::Axis(a) => a.text(),
+            Self::Param(name) => name,
+        }
+    }
+
+    /// Whether only a simulated motion has it.
+    #[must_use]
+    pub fn is_of_motion(&self) -> bool {
+        matches!(self, Self::Element(_) | Self::Track(_) | Self::Part(PartAttribute::Work))
+    }
+
+    /// The built-in attributes of things of a type, with their types: first those of the design, then
+    /// those of a motion.
+    #[must_use]
+    pub fn all_of(thing: &Ty) -> Vec<(Self, Ty)> {
+        let part = |a: &PartAttribute| (Self::Part(*a), a.ty());
+        let track = |t: &Track| (Self::Track(*t), t.ty());
+        let moving = [Track::Position, Track::Rotation];
+        match thing {
+            Ty::Part => {
+                let all = PartAttribute::ALL.iter().filter(|a| !a.is_of_actuators());
+                all.map(part).chain(moving.iter().map(track)).collect()
+            }
+            Ty::Actuator => {
+                let (of_motion, of_design): (Vec<_>, Vec<_>) =
+                    PartAttribute::ALL.iter().map(part).partition(|(a, _)| a.is_of_motion());
+                of_design.into_iter().chain(moving.iter().map(track)).chain(of_motion).collect()
+            }
+            Ty::Cell => {
+                let all = CellAttribute::ALL.iter().map(|a| (Self::Cell(*a), a.ty()));
+                all.chain([track(&Track::Position)]).collect()
+            }
+            Ty::Port => PortAttribute::ALL.iter().map(|a| (Self::Port(*a), a.ty())).collect(),
+            Ty::Joint => JointAttribute::ALL.iter().map(|a| (Self::Joint(*a), a.ty())).collect(),
+            Ty::Step => StepAttribute::ALL.iter().map(|a| (Self::Step(*a), a.ty())).collect(),
+            Ty::Element => {
+                let all = ElementAttribute::ALL.iter().map(|a| (Self::Element(*a), a.ty()));
+                Track::ALL.iter().map(track).chain(all).collect()
+            }
+            Ty::Vector(dimension) => {
+                Axis::ALL.iter().map(|a| (Self::Axis(*a), Ty::Quantity(*dimension))).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// A built-in attribute of things of a type, with its type.
+    #[must_use]
+    pub fn of(thing: &Ty, name: &str) -> Option<(Self, Ty)> {
+        Self::all_of(thing).into_iter().find(|(attribute, _)| attribute.text() == name)
+    }
+}
+
+impl PartAttribute {
+    /// Whether only actuators have it.
+    #[must_use]
+    pub fn is_of_actuators(self) -> bool {
+        matches!(self, Self::LeastBend | Self::GreatestBend | Self::Work)
+    }
+
+    fn ty(self) -> Ty {
+        match self {
+            Self::Turn | Self::LeastBend | Self::GreatestBend => Ty::Quantity(Dimension::ANGLE),
+            Self::Image | Self::Depth => Ty::Count,
+            Self::Mass => Ty::Quantity(Dimension::MASS),
+            Self::Holder | Self::Twin => Ty::Part,
+            Self::Work => Ty::Quantity(Dimension::ENERGY),
+        }
+    }
+}
+
+impl CellAttribute {
+    fn ty(self) -> Ty {
+        match self {
+            Self::X | Self::Y | Self::Z => Ty::Count,
+            Self::Filled => Ty::Bool,
+        }
+    }
+}
+
+impl PortAttribute {
+    fn ty(self) -> Ty {
+        match self {
+            Self::Part => Ty::Part,
+            Self::Index => Ty::Count,
+            Self::Free => Ty::Bool,
+        }
+    }
+}
+
+impl JointAttribute {
+    fn ty(self) -> Ty {
+        match self {
+            Self::Holder | Self::Held => Ty::Part,
+            Self::Port => Ty::Port,
+        }
+    }
+}
+
+impl StepAttribute {
+    fn ty(self) -> Ty {
+        match self {
+            Self::Rule => Ty::Text,
+            Self::Number => Ty::Count,
+        }
+    }
+}
+
+impl ElementAttribute {
+    fn ty(self) -> Ty {
+        match self {
+            Self::Size | Self::Path | Self::Slid => Ty::Quantity(Dimension::LENGTH),
+            Self::Touching | Self::Sliding => Ty::Quantity(Dimension::TIME),
+            Self::Part => Ty::Part,
+            Self::Cell => Ty::Cell,
+        }
+    }
+}
+
+impl Track {
+    fn ty(self) -> Ty {
+        Ty::Track(Box::new(match self {
+            Self::Position => Ty::Vector(Dimension::LENGTH),
+            Self::Rotation => Ty::Rotation,
+            Self::Lowest => Ty::Quantity(Dimension::LENGTH),
+        }))
+    }
+}
