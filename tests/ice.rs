@@ -19,10 +19,6 @@ static FURTHEST: Mutex<f64> = Mutex::new(0.0);
 struct Witness;
 
 impl Model for Witness {
-    fn name(&self) -> &'static str {
-        "articulated"
-    }
-
     fn prepare(&self, body: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         let coarse = Settings { step: 1.0 / 240.0, iterations: 10, tolerance: 2e-3, ..settings.clone() };
         let inner = model("articulated").unwrap().prepare(body, &coarse)?;

@@ -427,7 +427,7 @@ fn a_body_of_parts_is_filled_with_balls_that_bend_as_its_hinges_do() {
         );
         assert!(swelling.gain * height <= 0.0);
     }
-    assert_eq!(sgc::search::solver(&filled), "balls");
+    assert_eq!(sgc::search::solver(&filled), sgc::simulate::SolverName::Balls);
     let settings = sgc::search::settings(&filled.tasks[0].model);
     let model = sgc::simulate::model("balls").unwrap();
     let mut simulation = model.prepare(balls, &settings).unwrap();

@@ -310,35 +310,8 @@ fn section(
     let before = problems.len();
     let names: Vec<String> = columns.iter().map(|c| header(&c.header).0).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let kind = match settings.get("kind") {
-        Some((text, at)) => {
-            let found = Kind::ALL.into_iter().find(|kind| kind.text() == text);
-            if found.is_none() {
-                let all = Kind::ALL.map(Kind::text);
-                let help = did_you_mean(text, all).unwrap_or_else(|| format!("there are {}", listed(all)));
-                problems.push(Problem::unreadable(at, format!("there is no measurement `{text}`: {help}")));
-            }
-            found?
-        }
-        None => match Kind::by_columns(&names) {
-            Some(kind) => kind,
-            None => {
-                let there = if names.is_empty() {
-                    "there are none".to_owned()
-                } else {
-                    format!("there are {}", listed(&names))
-                };
-                problems.push(Problem::unreadable(
-                    place,
-                    format!(
-                        "its columns do not tell what `{name}` measures: {there}. Say `kind = \"...\"`: {}",
-                        listed(Kind::ALL.map(Kind::text))
-                    ),
-                ));
-                return None;
-            }
-        },
-    };
+    let kind =
+        kind_of(name, place, settings.get("kind"), &names).map_err(|problem| problems.push(problem)).ok()?;
     for (key, (_, at)) in &settings {
         if !kind.settings().contains(&key.as_str()) {
             problems.push(Problem::unreadable(
@@ -347,19 +320,9 @@ fn section(
             ));
         }
     }
-    let known = kind.columns();
-    for (raw, name) in columns.iter().zip(&names) {
-        let is_known = known.iter().any(|c| c.name == *name);
-        let guess = did_you_mean(name, known.iter().map(|c| c.name).filter(|c| !names.contains(c)));
-        // Instruments write columns that nobody asked for; people do not.
-        if !is_known && (raw.place.file == place.file && settings.contains_key("kind") || guess.is_some()) {
-            let help = guess.unwrap_or_else(|| format!("there may be {}", examples(known)));
-            problems.push(Problem::unreadable(
-                &raw.place,
-                format!("`{}` is no column of kind `{}`: {help}", raw.header, kind.text()),
-            ));
-        }
-    }
+    // Instruments write columns that nobody asked for; people do not.
+    let is_own = |raw: &Raw| raw.place.file == place.file && settings.contains_key("kind");
+    unknown_columns(kind, &columns, &names, is_own, problems);
     let mut section = Section {
         kind,
         name: name.to_owned(),
@@ -370,11 +333,78 @@ fn section(
         numbers: BTreeMap::new(),
         words: BTreeMap::new(),
     };
+    read_columns(&mut section, &columns, &names, problems);
+    if problems.len() > before {
+        return None;
+    }
+    let longest = columns.iter().filter(|c| !c.is_single).max_by_key(|c| c.cells.len());
+    let longest = longest.or(columns.first());
+    section.places = longest.map_or(Vec::new(), |c| c.cells.iter().map(|cell| cell.place.clone()).collect());
+    if !settings.contains_key("kind") {
+        section.kind = kind.with_direction(section.numbers.get("angle"));
+    }
+    Some(section)
+}
+
+/// What is measured: what is said, or what the columns tell.
+fn kind_of(
+    name: &str,
+    place: &Place,
+    said: Option<&(String, Place)>,
+    names: &[&str],
+) -> Result<Kind, Problem> {
+    if let Some((text, at)) = said {
+        let all = Kind::ALL.map(Kind::text);
+        return Kind::ALL.into_iter().find(|kind| kind.text() == text).ok_or_else(|| {
+            let help = did_you_mean(text, all).unwrap_or_else(|| format!("there are {}", listed(all)));
+            Problem::unreadable(at, format!("there is no measurement `{text}`: {help}"))
+        });
+    }
+    Kind::by_columns(names).ok_or_else(|| {
+        let there = if names.is_empty() {
+            "there are none".to_owned()
+        } else {
+            format!("there are {}", listed(names))
+        };
+        Problem::unreadable(
+            place,
+            format!(
+                "its columns do not tell what `{name}` measures: {there}. Say `kind = \"...\"`: {}",
+                listed(Kind::ALL.map(Kind::text))
+            ),
+        )
+    })
+}
+
+/// Reports columns that a kind does not have: those that people wrote, and those that are nearly a known one.
+fn unknown_columns(
+    kind: Kind,
+    columns: &[Raw],
+    names: &[&str],
+    is_own: impl Fn(&Raw) -> bool,
+    problems: &mut Vec<Problem>,
+) {
+    let known = kind.columns();
+    for (raw, name) in columns.iter().zip(names) {
+        let is_known = known.iter().any(|c| c.name == *name);
+        let guess = did_you_mean(name, known.iter().map(|c| c.name).filter(|c| !names.contains(c)));
+        if !is_known && (is_own(raw) || guess.is_some()) {
+            let help = guess.unwrap_or_else(|| format!("there may be {}", examples(known)));
+            problems.push(Problem::unreadable(
+                &raw.place,
+                format!("`{}` is no column of kind `{}`: {help}", raw.header, kind.text()),
+            ));
+        }
+    }
+}
+
+/// Fills a section with the columns that its kind has.
+fn read_columns(section: &mut Section, columns: &[Raw], names: &[&str], problems: &mut Vec<Problem>) {
     let rows = columns.iter().filter(|c| !c.is_single).map(|c| c.cells.len()).max();
     let rows = rows.unwrap_or_else(|| usize::from(!columns.is_empty()));
     let mut missing = Vec::new();
-    for column in known {
-        let mut there = columns.iter().zip(&names).filter(|(_, name)| **name == column.name);
+    for column in section.kind.columns() {
+        let mut there = columns.iter().zip(names).filter(|(_, name)| **name == column.name);
         let Some((raw, _)) = there.next() else {
             if column.is_needed {
                 missing.push(column.example());
@@ -391,9 +421,10 @@ fn section(
                 format!("`{}` has {} values, but another column has {rows}", raw.header, raw.cells.len()),
             ));
         } else {
-            fill(&mut section, column, raw, rows, problems);
+            fill(section, column, raw, rows, problems);
         }
     }
+    let name = &section.name;
     if !missing.is_empty() {
         let there = if names.is_empty() {
             "no column is there".to_owned()
@@ -401,22 +432,13 @@ fn section(
             format!("there are {}", listed(columns.iter().map(|c| &c.header)))
         };
         problems.push(Problem::unreadable(
-            columns.first().map_or(place, |c| &c.place),
-            format!("`{name}` of kind `{}` needs {}, but {there}", kind.text(), listed(&missing)),
+            columns.first().map_or(&section.place, |c| &c.place),
+            format!("`{name}` of kind `{}` needs {}, but {there}", section.kind.text(), listed(&missing)),
         ));
     } else if rows == 0 {
-        problems.push(Problem::unreadable(place, format!("`{name}` has no rows: nothing was measured")));
+        let message = format!("`{name}` has no rows: nothing was measured");
+        problems.push(Problem::unreadable(&section.place, message));
     }
-    if problems.len() > before {
-        return None;
-    }
-    let longest = columns.iter().filter(|c| !c.is_single).max_by_key(|c| c.cells.len());
-    let longest = longest.or(columns.first());
-    section.places = longest.map_or(Vec::new(), |c| c.cells.iter().map(|cell| cell.place.clone()).collect());
-    if !settings.contains_key("kind") {
-        section.kind = kind.with_direction(section.numbers.get("angle"));
-    }
-    Some(section)
 }
 
 fn examples(columns: &[Column]) -> String {

@@ -15,7 +15,7 @@ use crate::calibrate::reality::{self, Built, Estimate, Prediction};
 use crate::results::replay::Replayed;
 use crate::results::saved::SavedDesign;
 use crate::results::{describe, genuine, replay, summary};
-use crate::simulate;
+use crate::simulate::SolverName;
 
 /// Simulate a saved design again and print its terms and value
 #[derive(Args)]
@@ -24,7 +24,7 @@ pub(super) struct Eval {
     #[arg(value_name = "DESIGN")]
     design: PathBuf,
     /// Another simulation method [default: the one of the run]
-    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
+    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(SolverName::ALL.map(SolverName::text)))]
     solver: Option<String>,
     #[command(flatten)]
     precision: Precision,

@@ -14,7 +14,7 @@ use crate::derive::Candidate;
 use crate::results::beginning::beginning;
 use crate::results::replay;
 use crate::results::saved::SavedDesign;
-use crate::simulate::{self, export};
+use crate::simulate::{SolverName, export};
 
 /// What a design is written as.
 #[derive(Clone, Copy, ValueEnum)]
@@ -49,7 +49,7 @@ pub(super) struct Export {
     #[command(flatten)]
     precision: Precision,
     /// What simulates the motion [default: the one of the run]
-    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
+    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(SolverName::ALL.map(SolverName::text)))]
     solver: Option<String>,
 }
 

@@ -14,7 +14,7 @@ use crate::results::folder::{Asked, Reopened, RunFolder, listed};
 use crate::results::saved::Grammar;
 use crate::results::series::{Series, SeriesFolder};
 use crate::search::{Jobs, State};
-use crate::simulate;
+use crate::simulate::{self, SolverName};
 
 /// Evaluations of a run that was not told how many: about two minutes on two cores.
 const DEFAULT_EVALUATIONS: u64 = 8000;
@@ -50,7 +50,7 @@ pub(super) struct Run {
     #[arg(long)]
     force: bool,
     /// The simulation method [default: articulated, or balls where the grammar simulates balls and springs]
-    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(simulate::MODELS))]
+    #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(SolverName::ALL.map(SolverName::text)))]
     solver: Option<String>,
     /// Start from an example of the grammar [default: its initial design]
     #[arg(long, value_name = "EXAMPLE")]
@@ -82,7 +82,7 @@ impl Run {
             grammar: rules.name.clone(),
             rules: grammar.rules.clone(),
             seed,
-            solver: self.solver.clone().unwrap_or_else(|| crate::search::solver(&rules).to_owned()),
+            solver: self.solver.clone().unwrap_or_else(|| crate::search::solver(&rules).text().to_owned()),
             max_evals,
             time: self.time.as_ref().map(|(text, _)| text.clone()),
             from: from.clone(),

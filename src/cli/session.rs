@@ -130,23 +130,7 @@ impl Session<'_> {
         drop(cuttable);
         keeper.progress.finish();
         let path = keeper.folder.path().to_owned();
-        let outcome = outcome.map_err(|failure| {
-            let lost = matches!(failure, Failure::Output(_));
-            if lost && !keeper.folder.is_replacing() {
-                let path = output::typed(&path);
-                output::note(&format!(
-                    "what was saved last is intact; once it can be written again, go on with: sgc resume {path}"
-                ));
-            } else if keeper.folder.best_path().exists() && !keeper.folder.is_replacing() {
-                output::note(&format!("the best so far is saved in {}", path.display()));
-            }
-            match failure {
-                Failure::Expression(error) => Fault::input(load::no_value(&error, &sources)),
-                Failure::Unfit(unfit) => Fault::input(unfit.reason),
-                Failure::NoDeviation(_) => Fault::input(failure.to_string()),
-                other => Fault::usage(other.to_string()),
-            }
-        })?;
+        let outcome = outcome.map_err(|failure| keeper.failed(failure, &sources))?;
         // A run that found nothing gives its place back to the older one.
         if !keeper.folder.is_replacing() {
             keeper.sittings.note(outcome.evaluations).map_err(Fault::usage)?;
@@ -175,26 +159,10 @@ impl Session<'_> {
             keeper.folder.finish(&asked, &rules, &outcome).map_err(Fault::usage)?;
             return Err(Fault::input(nothing));
         }
-        let design = match &outcome.best {
-            Some(best) => keeper.saved(best).map_err(Fault::usage)?,
-            None => return Err(Fault::input("no feasible design was found")),
-        };
-        // The second opinion on the final best is kept beside the value; it takes some seconds.
-        if !quiet {
-            output::note("cross-checking the best design: rapier, other friction, masses and motors ...");
-        }
         let stop = Stop::new(flag, deadline);
-        let cuttable = interrupt::Cuttable::begin();
-        let checked = robustness::final_check(&rules, &design, stop);
-        drop(cuttable);
-        let design = match checked {
-            Ok(design) => design,
-            // The checkpoint is of before the end of the search.
-            Err(_) if stop.is_asked() => {
-                let end = if stop.is_interrupted() { End::Interrupted } else { End::Time };
-                return keeper.stopped(Outcome { end, ..outcome });
-            }
-            Err(reason) => return Err(Fault::input(reason)),
+        let Some(design) = keeper.checked(&outcome, stop, quiet)? else {
+            let end = if stop.is_interrupted() { End::Interrupted } else { End::Time };
+            return keeper.stopped(Outcome { end, ..outcome });
         };
         keeper.folder.best(&design).map_err(Fault::usage)?;
         keeper.folder.finish(&asked, &rules, &outcome).map_err(Fault::usage)?;
@@ -288,6 +256,50 @@ struct Keeper<'a> {
 impl Keeper<'_> {
     fn saved(&self, best: &Best) -> Result<SavedDesign, String> {
         saving::save(self.rules, self.grammar.clone(), self.seed, self.solver, best)
+    }
+
+    /// Why a search failed, with what is left of it.
+    fn failed(&self, failure: Failure, sources: &SourceMap) -> Fault {
+        let path = self.folder.path();
+        let lost = matches!(failure, Failure::Output(_));
+        if lost && !self.folder.is_replacing() {
+            let path = output::typed(path);
+            output::note(&format!(
+                "what was saved last is intact; once it can be written again, go on with: sgc resume {path}"
+            ));
+        } else if self.folder.best_path().exists() && !self.folder.is_replacing() {
+            output::note(&format!("the best so far is saved in {}", path.display()));
+        }
+        match failure {
+            Failure::Expression(error) => Fault::input(load::no_value(&error, sources)),
+            Failure::Unfit(unfit) => Fault::input(unfit.reason),
+            Failure::NoDeviation(_) => Fault::input(failure.to_string()),
+            other => Fault::usage(other.to_string()),
+        }
+    }
+
+    /// The final best with its cross-checks; none if they were stopped.
+    fn checked(
+        &mut self,
+        outcome: &Outcome,
+        stop: Stop<'_>,
+        quiet: bool,
+    ) -> Result<Option<SavedDesign>, Fault> {
+        let best = outcome.best.as_ref().ok_or_else(|| Fault::input("no feasible design was found"))?;
+        let design = self.saved(best).map_err(Fault::usage)?;
+        // The second opinion on the final best is kept beside the value; it takes some seconds.
+        if !quiet {
+            output::note("cross-checking the best design: rapier, other friction, masses and motors ...");
+        }
+        let cuttable = interrupt::Cuttable::begin();
+        let checked = robustness::final_check(self.rules, &design, stop);
+        drop(cuttable);
+        match checked {
+            Ok(design) => Ok(Some(design)),
+            // The checkpoint is of before the end of the search.
+            Err(_) if stop.is_asked() => Ok(None),
+            Err(reason) => Err(Fault::input(reason)),
+        }
     }
 
     /// The end of a session that can be gone on with.

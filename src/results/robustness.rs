@@ -7,7 +7,7 @@ use super::replay::{Precision, Trial, candidate, replay_task};
 use super::saved::{Check, Measured, SavedDesign, SavedTask};
 use crate::design::assembly::{Assembly, JointKind};
 use crate::search::keeps;
-use crate::simulate::{Settings, Stop};
+use crate::simulate::{Settings, SolverName, Stop};
 
 /// The names of the checks that every final best goes through.
 pub(super) const HALF_STEP: &str = "half the step, finer contacts";
@@ -17,7 +17,7 @@ const EIGHTH: &str = "an eighth of the step, finer contacts";
 const ICE: &str = "a floor of ice";
 /// A centre of mass that stays this near on ice, m, has stayed: rounding is a hundredth of it.
 const STAYS: f64 = 2e-4;
-const RAPIER: &str = "rapier";
+const RAPIER: &str = SolverName::Rapier.text();
 /// By how much friction, masses and motors are moved, one after the other.
 const SHIFTS: [(&str, Shift); 6] = [
     ("friction 10 % lower", Shift::Friction(0.9)),

@@ -16,7 +16,7 @@ use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Observed, Recording};
-use crate::simulate::{self, Invalid, Model, Motion, Settings, Simulation, Stop, Watch};
+use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Watch};
 
 /// The value of an evaluation, or why it has none.
 pub(super) type Valued = Result<f64, Missing>;
@@ -63,10 +63,10 @@ pub(super) struct Evaluator<'r> {
 
 /// The solver that a grammar's models are meant for.
 #[must_use]
-pub fn solver(rules: &RuleSet) -> &'static str {
+pub fn solver(rules: &RuleSet) -> SolverName {
     match rules.method() {
-        ir::Method::Balls(_) => simulate::BALLS,
-        ir::Method::Hinges => simulate::MODELS.first().copied().unwrap_or_default(),
+        ir::Method::Balls(_) => SolverName::Balls,
+        ir::Method::Hinges => SolverName::Articulated,
     }
 }
 

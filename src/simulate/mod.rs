@@ -114,26 +114,56 @@ impl Invalid {
     }
 }
 
-/// Every solver by the name that `--solver` uses; the first is the default.
-const REGISTRY: &[&dyn Model] = &[&articulated::Articulated, &balls::Balls, &rapier::Rapier::FINE];
+/// The solvers. Here alone it is said which there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SolverName {
+    /// Hinges in reduced coordinates: fast, for searches.
+    Articulated,
+    /// Balls and springs.
+    Balls,
+    /// Hinges by another engine: the second opinion.
+    Rapier,
+}
 
-/// The names of all solvers, the default first.
-pub const MODELS: &[&str] = &["articulated", "balls", "rapier"];
+impl SolverName {
+    /// Every one, the default first.
+    pub const ALL: [Self; 3] = [Self::Articulated, Self::Balls, Self::Rapier];
 
-/// The solver that simulates balls and springs.
-pub const BALLS: &str = "balls";
+    /// What `--solver` and saved designs call it.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Articulated => "articulated",
+            Self::Balls => "balls",
+            Self::Rapier => "rapier",
+        }
+    }
+
+    /// The one that is called so.
+    #[must_use]
+    pub fn named(text: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|name| name.text() == text)
+    }
+
+    /// The solver.
+    #[must_use]
+    pub fn model(self) -> &'static dyn Model {
+        match self {
+            Self::Articulated => &articulated::Articulated,
+            Self::Balls => &balls::Balls,
+            Self::Rapier => &rapier::Rapier::FINE,
+        }
+    }
+}
 
 /// The solver of a name.
 #[must_use]
 pub fn model(name: &str) -> Option<&'static dyn Model> {
-    REGISTRY.iter().copied().find(|model| model.name() == name)
+    SolverName::named(name).map(SolverName::model)
 }
 
 /// A simulation method.
 pub trait Model: Sync {
-    /// The name that `--solver` uses.
-    fn name(&self) -> &'static str;
-
     /// Lowers an assembly to the solver's own bodies, resting on the ground.
     ///
     /// # Errors

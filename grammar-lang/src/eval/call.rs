@@ -99,32 +99,8 @@ impl Evaluation<'_> {
         let list = |i: usize| values.get(i).map(Value::items).ok_or_else(|| missing(expr));
         let times = |i: usize| number(i).map(|n| n.clamp(0.0, 10_000.0) as usize);
         Ok(match function {
-            F::Length | F::Horizontal | F::Height => {
-                let Some(Value::Vector([x, y, z])) = values.first() else { return Err(missing(expr)) };
-                Value::Number(match function {
-                    F::Length => (x * x + y * y + z * z).sqrt(),
-                    F::Horizontal => (x * x + z * z).sqrt(),
-                    _ => *y,
-                })
-            }
-            F::Vector => Value::Vector([number(0)?, number(1)?, number(2)?]),
-            F::Heading => {
-                let Some(Value::Rotation([w, x, y, z])) = values.first() else { return Err(missing(expr)) };
-                // The rotated x axis; left of forward is towards -z.
-                let (ahead, right) = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * z - w * y));
-                Value::Number(libm::atan2(-right, ahead))
-            }
-            F::Bearing => {
-                let Some(Value::Vector([x, _, z])) = values.first() else { return Err(missing(expr)) };
-                Value::Number(libm::atan2(-z, *x))
-            }
-            F::Angle => {
-                let (Some(Value::Rotation(a)), Some(Value::Rotation(b))) = (values.first(), values.get(1))
-                else {
-                    return Err(missing(expr));
-                };
-                let dot: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
-                Value::Number(2.0 * libm::acos(dot.abs().min(1.0)))
+            F::Length | F::Horizontal | F::Height | F::Vector | F::Heading | F::Bearing | F::Angle => {
+                geometric(function, &values).ok_or_else(|| missing(expr))?
             }
             F::Count => Value::Number(list(0)?.len() as f64),
             F::Each => {
@@ -154,14 +130,8 @@ impl Evaluation<'_> {
                 }
             }
             F::Cycle => {
-                let shares = list(1)?.iter().map(|share| share.as_number().ok_or_else(|| missing(expr)));
-                let shares: Vec<f64> = shares.collect::<Result<_, _>>()?;
-                let state = |value: &Value| match value {
-                    Value::Valve(state) => Ok(*state),
-                    _ => Err(missing(expr)),
-                };
-                let states: Vec<Valve> = list(2)?.iter().map(state).collect::<Result<_, _>>()?;
-                match Valves::cycle(number(0)?, &shares, &states, number(3)?) {
+                let turns = turns(&values).ok_or_else(|| missing(expr))?;
+                match turns {
                     Ok(valves) => Value::Valves(Arc::new(valves)),
                     Err(reason) => return fail(expr, reason),
                 }
@@ -192,4 +162,38 @@ impl Evaluation<'_> {
             _ => return Err(missing(expr)),
         })
     }
+}
+
+/// A function of vectors and rotations.
+fn geometric(function: Function, values: &[Value]) -> Option<Value> {
+    use Function as F;
+    Some(match (function, values) {
+        (F::Length, [Value::Vector([x, y, z])]) => Value::Number((x * x + y * y + z * z).sqrt()),
+        (F::Horizontal, [Value::Vector([x, _, z])]) => Value::Number((x * x + z * z).sqrt()),
+        (F::Height, [Value::Vector([_, y, _])]) => Value::Number(*y),
+        (F::Vector, [Value::Number(x), Value::Number(y), Value::Number(z)]) => Value::Vector([*x, *y, *z]),
+        (F::Heading, [Value::Rotation([w, x, y, z])]) => {
+            // The rotated x axis; left of forward is towards -z.
+            let (ahead, right) = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * z - w * y));
+            Value::Number(libm::atan2(-right, ahead))
+        }
+        (F::Bearing, [Value::Vector([x, _, z])]) => Value::Number(libm::atan2(-z, *x)),
+        (F::Angle, [Value::Rotation(a), Value::Rotation(b)]) => {
+            let dot: f64 = a.iter().zip(b).map(|(x, y)| x * y).sum();
+            Value::Number(2.0 * libm::acos(dot.abs().min(1.0)))
+        }
+        _ => return None,
+    })
+}
+
+/// The states of valves that take turns: `cycle(period, shares, states, phase)`.
+fn turns(values: &[Value]) -> Option<Result<Valves, String>> {
+    let [Value::Number(period), shares, states, Value::Number(phase)] = values else { return None };
+    let shares: Vec<f64> = shares.items().iter().map(Value::as_number).collect::<Option<_>>()?;
+    let state = |value: &Value| match value {
+        Value::Valve(state) => Some(*state),
+        _ => None,
+    };
+    let states: Vec<Valve> = states.items().iter().map(state).collect::<Option<_>>()?;
+    Some(Valves::cycle(*period, &shares, &states, *phase))
 }

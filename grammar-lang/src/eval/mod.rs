@@ -325,16 +325,7 @@ impl Evaluation<'_> {
             ExprKind::Pattern(name) => Value::Pattern(name.as_str().into()),
             ExprKind::Table(table) => Value::Table(Arc::new(table.clone())),
 
-            ExprKind::Term(name) => {
-                let scope = self.scope;
-                if let Some(known) = scope.remembered(name) {
-                    return Ok(known);
-                }
-                let term = scope.term(name).ok_or_else(|| missing(expr))?;
-                let value = self.elsewhere(scope, |inner| inner.value(term))?;
-                scope.remember(name, &value);
-                value
-            }
+            ExprKind::Term(name) => self.term(expr, name)?,
             ExprKind::Task(name) => known(self.scope.task(name))?,
             ExprKind::Shared(actuation, variable) => known(self.scope.shared(actuation, variable))?,
             ExprKind::PortName(_) => return Err(missing(expr)),
@@ -346,46 +337,9 @@ impl Evaluation<'_> {
                     None => return fail(expr, format!("this part has no port `{name}`")),
                 }
             }
-            ExprKind::Bind { slot, value, body } => {
-                let value = self.value(value)?;
-                let depth = self.locals.len();
-                let hidden: Vec<Value> = self.locals.drain((*slot).min(depth)..).collect();
-                self.put(*slot, value);
-                let result = self.value(body);
-                self.locals.truncate((*slot).min(depth));
-                self.locals.extend(hidden);
-                result?
-            }
-            ExprKind::Attribute(of, attribute) => match (self.value(of)?, attribute) {
-                (Value::Vector([x, y, z]), Attribute::Axis(axis)) => Value::Number(match axis {
-                    Axis::X => x,
-                    Axis::Y => y,
-                    Axis::Z => z,
-                }),
-                (Value::Reference(of), attribute) => match self.scope.attribute(of, attribute) {
-                    Some(value) => value,
-                    None if reads_cell(expr) => return fail(expr, "there is no cell at this place"),
-                    None => return Err(missing(expr)),
-                },
-                _ => return Err(missing(expr)),
-            },
-            ExprKind::At(track, time) => {
-                let ExprKind::Attribute(of, Attribute::Track(track)) = &track.kind else {
-                    return Err(missing(expr));
-                };
-                let Value::Reference(of) = self.value(of)? else { return Err(missing(expr)) };
-                let time = self.number(time)?;
-                if let Some(end) =
-                    self.scope.word(Word::Motion(MotionWord::End)).and_then(|end| end.as_number())
-                    && !(-SLACK..=end + SLACK).contains(&time)
-                {
-                    let reason = format!(
-                        "this is asked for at {time:.3} s, but the motion lasts from 0 to {end:.3} s"
-                    );
-                    return fail(expr, reason);
-                }
-                known(self.scope.track(of, *track, time))?
-            }
+            ExprKind::Bind { slot, value, body } => self.bind(*slot, value, body)?,
+            ExprKind::Attribute(of, attribute) => self.attribute(expr, of, attribute)?,
+            ExprKind::At(track, time) => self.at(expr, track, time)?,
             ExprKind::Negate(x) => match self.value(x)? {
                 Value::Number(x) => Value::Number(-x),
                 Value::Vector(v) => Value::Vector(v.map(|x| -x)),
@@ -394,26 +348,13 @@ impl Evaluation<'_> {
             ExprKind::Not(x) => Value::Bool(!self.bool(x)?),
             ExprKind::Binary(a, operator, b) => self.binary(expr, a, *operator, b)?,
             ExprKind::If(condition, yes, no) => {
-                if self.bool(condition)? {
-                    self.value(yes)?
-                } else {
-                    self.value(no)?
-                }
+                let branch = if self.bool(condition)? { yes } else { no };
+                self.value(branch)?
             }
             ExprKind::Aggregate { .. } => self.aggregate(expr)?,
             ExprKind::Call(function, arguments) => self.call(expr, *function, arguments)?,
             ExprKind::Apply(curve, place) => Value::Number(self.apply(expr, curve, place)?),
-            ExprKind::Index(list, index) => {
-                let list = self.value(list)?;
-                let index = self.number(index)?;
-                let items = list.items();
-                match (index >= 0.0).then(|| items.get(index as usize)).flatten() {
-                    Some(item) => item.clone(),
-                    None => {
-                        return fail(expr, format!("there is no item {index} in a list of {}", items.len()));
-                    }
-                }
-            }
+            ExprKind::Index(list, index) => self.item(expr, list, index)?,
             ExprKind::Range(low, high) => Value::Domain(Arc::new(Domain::Range {
                 low: self.number(low)?,
                 high: self.number(high)?,
@@ -423,6 +364,70 @@ impl Evaluation<'_> {
             ExprKind::List(items) => Value::List(self.values(items)?.into()),
             ExprKind::Convert(x, factor) => Value::Number(self.number(x)? / factor),
         })
+    }
+
+    /// The value of a term, worked out once where the scope remembers it.
+    fn term(&mut self, expr: &Expr, name: &str) -> Result_ {
+        let scope = self.scope;
+        if let Some(known) = scope.remembered(name) {
+            return Ok(known);
+        }
+        let term = scope.term(name).ok_or_else(|| missing(expr))?;
+        let value = self.elsewhere(scope, |inner| inner.value(term))?;
+        scope.remember(name, &value);
+        Ok(value)
+    }
+
+    /// What reads a local slot that is filled for it alone.
+    fn bind(&mut self, slot: usize, value: &Expr, body: &Expr) -> Result_ {
+        let value = self.value(value)?;
+        let kept = slot.min(self.locals.len());
+        let hidden: Vec<Value> = self.locals.drain(kept..).collect();
+        self.put(slot, value);
+        let result = self.value(body);
+        self.locals.truncate(kept);
+        self.locals.extend(hidden);
+        result
+    }
+
+    fn attribute(&mut self, expr: &Expr, of: &Expr, attribute: &Attribute) -> Result_ {
+        match (self.value(of)?, attribute) {
+            (Value::Vector([x, y, z]), Attribute::Axis(axis)) => Ok(Value::Number(match axis {
+                Axis::X => x,
+                Axis::Y => y,
+                Axis::Z => z,
+            })),
+            (Value::Reference(of), attribute) => match self.scope.attribute(of, attribute) {
+                Some(value) => Ok(value),
+                None if reads_cell(expr) => fail(expr, "there is no cell at this place"),
+                None => Err(missing(expr)),
+            },
+            _ => Err(missing(expr)),
+        }
+    }
+
+    /// Where something is at a time of the motion.
+    fn at(&mut self, expr: &Expr, track: &Expr, time: &Expr) -> Result_ {
+        let ExprKind::Attribute(of, Attribute::Track(track)) = &track.kind else { return Err(missing(expr)) };
+        let Value::Reference(of) = self.value(of)? else { return Err(missing(expr)) };
+        let time = self.number(time)?;
+        let end = self.scope.word(Word::Motion(MotionWord::End)).and_then(|end| end.as_number());
+        if let Some(end) = end.filter(|end| !(-SLACK..=end + SLACK).contains(&time)) {
+            let reason =
+                format!("this is asked for at {time:.3} s, but the motion lasts from 0 to {end:.3} s");
+            return fail(expr, reason);
+        }
+        self.scope.track(of, *track, time).ok_or_else(|| missing(expr))
+    }
+
+    fn item(&mut self, expr: &Expr, list: &Expr, index: &Expr) -> Result_ {
+        let list = self.value(list)?;
+        let index = self.number(index)?;
+        let items = list.items();
+        match (index >= 0.0).then(|| items.get(index as usize)).flatten() {
+            Some(item) => Ok(item.clone()),
+            None => fail(expr, format!("there is no item {index} in a list of {}", items.len())),
+        }
     }
 
     /// Works something out in another scope, without the locals of this one.

@@ -209,90 +209,77 @@ impl Checker<'_> {
     }
 
     fn variable(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Variable> {
-        let name = &variable.name;
-        let mut constant = Context::new(Stage::Declaration, cx.damaged);
         let ty = self.type_named(&variable.ty);
         let owner = self.owner(variable, cx);
         let size = match &variable.size {
             None => None,
-            Some(size) => {
-                let span = size.span;
-                let size = self.expect(size, &mut constant, &Ty::Count, "the length of a list");
-                let n = self.constant_number(&size)?;
-                if !(1.0..=64.0).contains(&n) {
-                    self.report(
-                        Diagnostic::new(
-                            Code::OUT_OF_DOMAIN,
-                            span,
-                            "the length of a list must lie within 1 .. 64",
-                        )
-                        .label(format!("this is {n}"))
-                        .help("leave the brackets out for a single value"),
-                    );
-                    return None;
-                }
-                Some(n as usize)
-            }
+            Some(size) => Some(self.list_length(size, cx)?),
         };
-        let domain = match (&ty, &variable.domain) {
+        let domain = self.varied_domain(variable, &ty, cx)?;
+        let (probability, kernel) = self.mutation(variable, &ty, cx)?;
+        let bound = variable.bound.as_ref().map_or(ir::Bound::Clamp, |bound| self.bound(bound));
+        Some(ir::Variable {
+            name: variable.name.text.clone(),
+            owner: owner?,
+            size,
+            ty,
+            domain,
+            mutation: ir::Mutation { probability, kernel, bound },
+        })
+    }
+
+    fn list_length(&mut self, size: &ast::Expr, cx: &Context) -> Option<usize> {
+        let mut constant = Context::new(Stage::Declaration, cx.damaged);
+        let span = size.span;
+        let size = self.expect(size, &mut constant, &Ty::Count, "the length of a list");
+        let n = self.constant_number(&size)?;
+        if (1.0..=64.0).contains(&n) {
+            return Some(n as usize);
+        }
+        self.report(
+            Diagnostic::new(Code::OUT_OF_DOMAIN, span, "the length of a list must lie within 1 .. 64")
+                .label(format!("this is {n}"))
+                .help("leave the brackets out for a single value"),
+        );
+        None
+    }
+
+    /// The least and greatest value of what the search varies.
+    fn varied_domain(&mut self, variable: &ast::Variable, ty: &Ty, cx: &Context) -> Option<(f64, f64)> {
+        let name = &variable.name;
+        let error = match (ty, &variable.domain) {
             (Ty::Unknown, _) => return None,
-            (Ty::Bool, _) => (0.0, 1.0),
+            (Ty::Bool, _) => return Some((0.0, 1.0)),
             (Ty::Quantity(_) | Ty::Count, Some(domain)) => {
+                let mut constant = Context::new(Stage::Declaration, cx.damaged);
                 let what = format!("the domain of `{}`", name.text);
                 let domain = self.expect(domain, &mut constant, &Ty::Domain(Box::new(ty.clone())), &what);
-                self.constant_range(&domain)?
+                return self.constant_range(&domain);
             }
             (Ty::Quantity(_) | Ty::Count, None) => {
-                self.report(
-                    Diagnostic::new(Code::MISSING_FIELD, name.span, format!("`{}` has no domain", name.text))
-                        .label("between which values?")
-                        .help("write `in LEAST .. GREATEST` after its type"),
-                );
-                return None;
+                Diagnostic::new(Code::MISSING_FIELD, name.span, format!("`{}` has no domain", name.text))
+                    .label("between which values?")
+                    .help("write `in LEAST .. GREATEST` after its type")
             }
             _ => {
-                self.report(
-                    Diagnostic::new(
-                        Code::WRONG_TYPE,
-                        variable.ty.span,
-                        "the search varies quantities, Counts and Bools",
-                    )
-                    .label("not one of these"),
-                );
-                return None;
+                let message = "the search varies quantities, Counts and Bools";
+                Diagnostic::new(Code::WRONG_TYPE, variable.ty.span, message).label("not one of these")
             }
         };
+        self.report(error);
+        None
+    }
+
+    /// How often and by what something changes in a move of the search.
+    fn mutation(&mut self, variable: &ast::Variable, ty: &Ty, cx: &Context) -> Option<(Expr, ir::Kernel)> {
+        let name = &variable.name;
         let mut mutating = Context::new(Stage::Mutation, cx.damaged);
-        let chance = |checker: &mut Self, tree: &ast::Expr, cx: &mut Context| {
-            let expr = checker.expect(tree, cx, &Ty::NUMBER, "a probability");
-            if let Some(p) = checker.quiet_number(&expr)
-                && !(0.0..=1.0).contains(&p)
-            {
-                checker.report(
-                    Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, "a probability lies within 0 .. 1")
-                        .label(format!("this is {p}"))
-                        .help("write for example `0.3` or `30 %`"),
-                );
-            }
-            expr
-        };
-        let (probability, kernel) = match (&ty, &variable.mutate, &variable.flip) {
-            (Ty::Bool, None, Some(p)) => (chance(self, p, &mut mutating), ir::Kernel::Flip),
-            (Ty::Bool, ..) => {
-                self.report(
-                    Diagnostic::new(
-                        Code::MISSING_FIELD,
-                        name.span,
-                        format!("`{}` is never varied", name.text),
-                    )
-                    .label("how often does it change?")
-                    .help("write `flip 0.1` after its type"),
-                );
-                return None;
-            }
+        let (label, help) = match (ty, &variable.mutate, &variable.flip) {
+            (Ty::Bool, None, Some(p)) => return Some((self.chance(p, &mut mutating), ir::Kernel::Flip)),
+            (Ty::Bool, ..) => ("how often does it change?", "write `flip 0.1` after its type"),
             (_, Some((p, kernel)), None) => {
-                let p = chance(self, p, &mut mutating);
-                let wanted = match &ty {
+                let p = self.chance(p, &mut mutating);
+                let wanted = match ty {
                     Ty::Count => Dimension::NUMBER,
                     ty => ty.dimension()?,
                 };
@@ -301,50 +288,48 @@ impl Checker<'_> {
                 let ExprKind::Call(function, arguments) = kernel.kind else { return None };
                 let [a, b] = <[Expr; 2]>::try_from(arguments).ok()?;
                 let normal = function == ir::Function::Normal;
-                (p, if normal { ir::Kernel::Normal(a, b) } else { ir::Kernel::Uniform(a, b) })
+                return Some((p, if normal { ir::Kernel::Normal(a, b) } else { ir::Kernel::Uniform(a, b) }));
             }
-            _ => {
-                self.report(
-                    Diagnostic::new(
-                        Code::MISSING_FIELD,
-                        name.span,
-                        format!("`{}` is never varied", name.text),
-                    )
-                    .label("how does it change?")
-                    .help("write `mutate 0.5 by normal(0, ...)` after its domain"),
-                );
-                return None;
-            }
+            _ => ("how does it change?", "write `mutate 0.5 by normal(0, ...)` after its domain"),
         };
-        let bound = match variable.bound.as_ref().map(|b| (b.text.as_str(), b.span)) {
-            Some(("reflect", _)) => ir::Bound::Reflect,
-            None | Some(("clamp", _)) => ir::Bound::Clamp,
-            Some(("resample", _)) => ir::Bound::Resample,
-            Some((other, span)) => {
+        let message = format!("`{}` is never varied", name.text);
+        self.report(Diagnostic::new(Code::MISSING_FIELD, name.span, message).label(label).help(help));
+        None
+    }
+
+    fn chance(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
+        let expr = self.expect(tree, cx, &Ty::NUMBER, "a probability");
+        if let Some(p) = self.quiet_number(&expr)
+            && !(0.0..=1.0).contains(&p)
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, "a probability lies within 0 .. 1")
+                    .label(format!("this is {p}"))
+                    .help("write for example `0.3` or `30 %`"),
+            );
+        }
+        expr
+    }
+
+    /// What happens to a value beyond the ends of its domain.
+    fn bound(&mut self, bound: &Name) -> ir::Bound {
+        const WORDS: [&str; 3] = ["clamp", "reflect", "resample"];
+        match bound.text.as_str() {
+            "clamp" => ir::Bound::Clamp,
+            "reflect" => ir::Bound::Reflect,
+            "resample" => ir::Bound::Resample,
+            other => {
+                let message = format!("`{other}` is nothing that can happen at a bound");
+                let help = did_you_mean(other, WORDS);
                 self.report(
-                    Diagnostic::new(
-                        Code::UNKNOWN_FIELD,
-                        span,
-                        format!("`{other}` is nothing that can happen at a bound"),
-                    )
-                    .label("not known")
-                    .help(
-                        did_you_mean(other, ["clamp", "reflect", "resample"])
-                            .unwrap_or_else(|| "write `clamp`, `reflect` or `resample`".to_owned()),
-                    )
-                    .fix_if(respell(span, other, ["clamp", "reflect", "resample"])),
+                    Diagnostic::new(Code::UNKNOWN_FIELD, bound.span, message)
+                        .label("not known")
+                        .help(help.unwrap_or_else(|| "write `clamp`, `reflect` or `resample`".to_owned()))
+                        .fix_if(respell(bound.span, other, WORDS)),
                 );
                 ir::Bound::Reflect
             }
-        };
-        Some(ir::Variable {
-            name: name.text.clone(),
-            owner: owner?,
-            size,
-            ty,
-            domain,
-            mutation: ir::Mutation { probability, kernel, bound },
-        })
+        }
     }
 }
 

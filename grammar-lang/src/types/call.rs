@@ -1,9 +1,9 @@
 //! Checks calls: built-in functions, curves, and kinds of parts with parameters.
 
+use super::Checker;
 use super::expr::Context;
-use super::{Checker, signature};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::ir::{DesignFunction, Expr, ExprKind, Function, Ty};
+use crate::ir::{Expr, ExprKind, Function, Ty};
 use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast;
@@ -19,7 +19,7 @@ struct Declared<'t> {
 }
 
 /// How many arguments there are, in words.
-fn given(arguments: &[ast::Argument]) -> String {
+pub(super) fn given(arguments: &[ast::Argument]) -> String {
     if arguments.iter().any(|a| a.name.is_some()) {
         return "arguments of a function have no names".to_owned();
     }
@@ -87,6 +87,18 @@ impl Checker<'_> {
                 }
             }
         }
+        self.applied(callee, arguments, span, cx)
+    }
+
+    /// A curve, pattern or table that is asked for a value.
+    fn applied(
+        &mut self,
+        callee: &ast::Expr,
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
+        let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
         let curve = self.infer(callee, cx);
         let mut asked = Dimension::NUMBER;
         let ty = match &curve.ty {
@@ -211,7 +223,7 @@ impl Checker<'_> {
     }
 
     /// Where one argument lacks a unit and another has one, that is the unit to write.
-    fn unit_of_others(&mut self, known: usize, arguments: &[Expr]) {
+    pub(super) fn unit_of_others(&mut self, known: usize, arguments: &[Expr]) {
         for mut error in self.errors.split_off(known) {
             if error.code == Code::MISSING_UNIT && error.fix.is_none() {
                 let others = arguments.iter().filter(|a| a.span != error.span());
@@ -412,7 +424,7 @@ impl Checker<'_> {
     }
 
     /// `3,5 cm` among arguments, which reads as two of them.
-    fn decimal_comma(&self, arguments: &[ast::Argument]) -> Option<String> {
+    pub(super) fn decimal_comma(&self, arguments: &[ast::Argument]) -> Option<String> {
         let numbers = arguments.windows(2).find_map(|pair| match pair {
             [a, b] if b.value.span.start == a.value.span.end + 1 => {
                 let (a, b) = (self.sources.slice(a.value.span), self.sources.slice(b.value.span));
@@ -423,172 +435,5 @@ impl Checker<'_> {
             _ => None,
         });
         numbers.map(|(a, b)| format!("a decimal number is written with a point: `{a}.{b}`"))
-    }
-
-    fn function(
-        &mut self,
-        function: Function,
-        arguments: &[ast::Argument],
-        span: Span,
-        cx: &mut Context,
-    ) -> Expr {
-        use Function as F;
-        let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
-        let (usage, arity) = signature::usage(function);
-        if !cx.stage.sees_function(function) {
-            self.report(
-                Diagnostic::new(
-                    Code::WRONG_STAGE,
-                    span,
-                    format!("`{}` cannot be called in {}", function.text(), cx.stage.name()),
-                )
-                .label("not known here"),
-            );
-            return unknown;
-        }
-        if !arity.contains(&arguments.len()) || arguments.iter().any(|a| a.name.is_some()) {
-            let message = format!("`{}` is called as `{usage}`", function.text());
-            self.report(
-                Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)
-                    .label(given(arguments))
-                    .help(self.decimal_comma(arguments).unwrap_or_else(|| function.doc().to_owned())),
-            );
-            return unknown;
-        }
-        let what = |i: usize| {
-            let place =
-                if arity == (1..=1) { "the argument".to_owned() } else { format!("argument {}", i + 1) };
-            format!("{place} of `{}`", function.text())
-        };
-        let known = self.errors.len();
-        let mut checked: Vec<Expr> = Vec::new();
-        let fixed: &[Ty] = &match function {
-            F::Floor | F::Ceil | F::Round | F::Fraction | F::Exp | F::Ln => vec![Ty::NUMBER],
-            F::Sin | F::Cos | F::Tan => vec![Ty::Quantity(Dimension::ANGLE)],
-            F::Angle => vec![Ty::Rotation, Ty::Rotation],
-            F::Heading => vec![Ty::Rotation],
-            F::Wrap => vec![Ty::Quantity(Dimension::ANGLE)],
-            F::Cycle => vec![
-                Ty::Quantity(Dimension::TIME),
-                Ty::List(Box::new(Ty::NUMBER)),
-                Ty::List(Box::new(Ty::Valve)),
-                Ty::NUMBER,
-            ],
-            F::Gain => vec![Ty::Count],
-            F::Design(DesignFunction::Neighbours | DesignFunction::Images) => vec![Ty::Part],
-            F::Solid(solid) => vec![Ty::Quantity(Dimension::LENGTH); solid.lengths()],
-            F::Design(DesignFunction::Cell) => vec![Ty::Count; 3],
-            F::Design(DesignFunction::Region) => vec![Ty::Cell],
-            _ => Vec::new(),
-        };
-        for (i, argument) in arguments.iter().enumerate() {
-            checked.push(match fixed.get(i) {
-                Some(ty) => self.expect(&argument.value, cx, ty, &what(i)),
-                None => self.infer(&argument.value, cx),
-            });
-        }
-        if matches!(function, F::Min | F::Max | F::Clamp | F::Normal | F::Uniform | F::Vector) {
-            // A literal 0 takes the dimension of its companions.
-            let model =
-                checked.iter().map(|e| e.ty.clone()).find(|t| matches!(t, Ty::Quantity(d) if !d.is_number()));
-            let model = model.or_else(|| checked.iter().map(|e| e.ty.clone()).find(|t| *t == Ty::NUMBER));
-            if let Some(model) = model {
-                checked = checked
-                    .into_iter()
-                    .map(|e| self.fit(e, &model, &format!("each argument of `{}`", function.text())))
-                    .collect();
-            }
-        }
-        self.unit_of_others(known, &checked);
-        if function == F::Design(DesignFunction::Region) {
-            let (c, offsets) = checked.split_at(1.min(checked.len()));
-            let whole = Ty::Domain(Box::new(Ty::Count));
-            let what = "an offset of `region`";
-            let offset = |e: &Expr| match e.ty {
-                Ty::Domain(_) => self.fit(e.clone(), &whole, what),
-                _ => self.fit(e.clone(), &Ty::Count, what),
-            };
-            checked = c.iter().cloned().chain(offsets.iter().map(offset).collect::<Vec<_>>()).collect();
-        }
-        if function == F::Count {
-            checked = checked
-                .into_iter()
-                .map(|e| {
-                    if matches!(e.ty, Ty::List(_) | Ty::Unknown) {
-                        e
-                    } else {
-                        let kind = self.fit(e, &Ty::Group, "what is counted");
-                        let here = kind.ty != Ty::Group || cx.stage.sees_design();
-                        if here { kind } else { self.parts_unknown(kind.span, cx.stage) }
-                    }
-                })
-                .collect();
-        }
-        let tys: Vec<Ty> = checked.iter().map(|e| e.ty.clone()).collect();
-        if tys.contains(&Ty::Unknown) {
-            return unknown;
-        }
-        let first = tys.first().cloned().unwrap_or(Ty::Unknown);
-        let ty = match function {
-            F::Abs | F::Min | F::Max | F::Clamp => first.dimension().map(|_| first.clone()),
-            F::Floor | F::Ceil | F::Round | F::Count => Some(Ty::Count),
-            F::Fraction | F::Exp | F::Ln | F::Sin | F::Cos | F::Tan | F::Gain => Some(Ty::NUMBER),
-            F::Sqrt => first.dimension().and_then(Dimension::root).map(Ty::Quantity),
-            F::Arc => match (first.dimension(), tys.get(1).and_then(Ty::dimension)) {
-                (Some(radius), Some(Dimension::ANGLE)) => Some(Ty::Quantity(radius)),
-                _ => None,
-            },
-            F::Length | F::Horizontal | F::Height => match &first {
-                Ty::Vector(d) => Some(Ty::Quantity(*d)),
-                _ => None,
-            },
-            F::Angle | F::Heading | F::Wrap => Some(Ty::Quantity(Dimension::ANGLE)),
-            F::Bearing => match &first {
-                Ty::Vector(_) => Some(Ty::Quantity(Dimension::ANGLE)),
-                _ => None,
-            },
-            F::Vector => first.dimension().map(Ty::Vector),
-            F::Each => match (&first, tys.get(1)) {
-                (Ty::List(_), Some(Ty::Count)) => Some(first.clone()),
-                _ => None,
-            },
-            F::Repeat => (tys.get(1) == Some(&Ty::Count)).then(|| Ty::List(Box::new(first.clone()))),
-            F::First | F::Last => match &first {
-                Ty::List(item) => Some((**item).clone()),
-                _ => None,
-            },
-            F::Bezier => match &first {
-                Ty::List(item) => item.dimension().map(Ty::Curve),
-                _ => None,
-            },
-            F::Cycle => Some(Ty::Valves),
-            F::Solid(_) => Some(Ty::Shape),
-            F::Normal | F::Uniform => first.dimension().map(Ty::Distribution),
-            F::Design(DesignFunction::Neighbours) if first == Ty::Cell => Some(Ty::List(Box::new(Ty::Cell))),
-            F::Design(DesignFunction::Neighbours | DesignFunction::Images) => {
-                Some(Ty::List(Box::new(Ty::Part)))
-            }
-            F::Design(DesignFunction::Cell) => Some(Ty::Cell),
-            F::Design(DesignFunction::Region) => Some(Ty::List(Box::new(Ty::Cell))),
-        };
-        let Some(ty) = ty else {
-            let have = tys.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-            let help = if tys.iter().any(|t| matches!(t, Ty::Track(_))) {
-                "ask for it at a time: `e.position at end`".to_owned()
-            } else {
-                format!("call it as `{usage}`: {}", function.doc())
-            };
-            self.report(
-                Diagnostic::new(
-                    Code::WRONG_TYPE,
-                    span,
-                    format!("`{}` cannot take ({have})", function.text()),
-                )
-                .label("wrong kind of argument")
-                .help(help),
-            );
-            return unknown;
-        };
-        Expr { kind: ExprKind::Call(function, checked), ty, span }
     }
 }

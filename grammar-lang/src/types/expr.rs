@@ -78,20 +78,7 @@ impl Checker<'_> {
                 let whole = value.fract() == 0.0 && value.abs() < 1e15 && !written.contains(['.', 'e', 'E']);
                 make(ExprKind::Number(*value), if whole { Ty::Count } else { Ty::NUMBER })
             }
-            ast::ExprKind::Quantity(value, Some(unit)) => match self.unit(unit) {
-                Some(unit) => {
-                    let si = value * unit.factor;
-                    if !si.is_finite() {
-                        self.report(
-                            Diagnostic::new(Code::BAD_NUMBER, span, "this number is too large")
-                                .label("in SI units"),
-                        );
-                        return unknown(span);
-                    }
-                    make(ExprKind::Number(si), Ty::Quantity(unit.dimension))
-                }
-                None => unknown(span),
-            },
+            ast::ExprKind::Quantity(value, Some(unit)) => self.quantity(*value, unit, span),
             ast::ExprKind::Text(text) => make(ExprKind::Text(text.clone()), Ty::Text),
             ast::ExprKind::Bool(value) => make(ExprKind::Bool(*value), Ty::Bool),
             ast::ExprKind::Name(name) => self.name(name, span, cx),
@@ -102,36 +89,8 @@ impl Checker<'_> {
             ast::ExprKind::Narrowed(new, old) => self.narrowed(new, old, cx),
             ast::ExprKind::Exchanged(new, old) => self.exchanged(new, old, cx),
             ast::ExprKind::Call(callee, arguments) => self.call(callee, arguments, span, cx),
-            ast::ExprKind::Index(list, index) => {
-                let list = self.infer(list, cx);
-                if let ExprKind::Port(of, name, None) = list.kind {
-                    let index = self.expect(index, cx, &Ty::Count, "the number of a port");
-                    return make(ExprKind::Port(of, name, Some(Box::new(index))), Ty::Port);
-                }
-                let index = self.expect(index, cx, &Ty::Count, "an index");
-                match list.ty.clone() {
-                    Ty::List(item) => make(ExprKind::Index(Box::new(list), Box::new(index)), *item),
-                    Ty::Unknown => unknown(span),
-                    other => self.wrong(
-                        list.span,
-                        format!("{} has no items", article(&other)),
-                        "only a list has items",
-                    ),
-                }
-            }
-            ast::ExprKind::At(value, time) => {
-                let value = self.infer(value, cx);
-                let time = self.expect(time, cx, &Ty::Quantity(Dimension::TIME), "what follows `at`");
-                match value.ty.clone() {
-                    Ty::Track(ty) => make(ExprKind::At(Box::new(value), Box::new(time)), *ty),
-                    Ty::Unknown => unknown(span),
-                    other => self.wrong(
-                        value.span,
-                        format!("{} does not change over the motion", article(&other)),
-                        "`at` asks for the position or rotation of an element at a time",
-                    ),
-                }
-            }
+            ast::ExprKind::Index(list, index) => self.indexed(list, index, span, cx),
+            ast::ExprKind::At(value, time) => self.at(value, time, span, cx),
             ast::ExprKind::Negate(value) => {
                 let value = self.infer(value, cx);
                 match &value.ty {
@@ -161,19 +120,7 @@ impl Checker<'_> {
                 }
             }
             ast::ExprKind::Aggregate { .. } => self.aggregate(tree, cx),
-            ast::ExprKind::Range(low, high) => {
-                let (low, high) = (self.infer(low, cx), self.infer(high, cx));
-                let Some((low, high, ty)) = self.unify(low, high, "this range") else { return unknown(span) };
-                if ty != Ty::Unknown && ty.dimension().is_none() {
-                    return self.wrong(
-                        span,
-                        format!("a range cannot go from {ty} to {ty}"),
-                        "a range needs two numbers",
-                    );
-                }
-                self.check_order(&low, &high, span);
-                make(ExprKind::Range(Box::new(low), Box::new(high)), Ty::Domain(Box::new(ty)))
-            }
+            ast::ExprKind::Range(low, high) => self.range(low, high, span, cx),
             ast::ExprKind::Set(items) | ast::ExprKind::List(items) => {
                 let set = matches!(tree.kind, ast::ExprKind::Set(_));
                 let Some((items, ty)) = self.items(items, span, cx, set) else { return unknown(span) };
@@ -183,18 +130,76 @@ impl Checker<'_> {
                     make(ExprKind::List(items), Ty::List(Box::new(ty)))
                 }
             }
-            ast::ExprKind::Convert(value, unit) => {
-                let value = self.infer(value, cx);
-                let place = unit;
-                let Some(unit) = self.unit(unit) else { return unknown(span) };
-                if let Some(other) = value.ty.dimension().filter(|d| *d != unit.dimension && !d.is_number()) {
-                    self.report(other_unit(&value, other, place));
-                    return unknown(span);
-                }
-                let value = self.fit(value, &Ty::Quantity(unit.dimension), "what is turned into a number");
-                make(ExprKind::Convert(Box::new(value), unit.factor), Ty::NUMBER)
+            ast::ExprKind::Convert(value, unit) => self.converted(value, unit, span, cx),
+        }
+    }
+
+    fn quantity(&mut self, value: f64, unit: &ast::Name, span: Span) -> Expr {
+        let Some(unit) = self.unit(unit) else { return unknown(span) };
+        let si = value * unit.factor;
+        if !si.is_finite() {
+            let error = Diagnostic::new(Code::BAD_NUMBER, span, "this number is too large");
+            self.report(error.label("in SI units"));
+            return unknown(span);
+        }
+        Expr { kind: ExprKind::Number(si), ty: Ty::Quantity(unit.dimension), span }
+    }
+
+    /// An item of a list, or one of several ports of a name.
+    fn indexed(&mut self, list: &ast::Expr, index: &ast::Expr, span: Span, cx: &mut Context) -> Expr {
+        let list = self.infer(list, cx);
+        if let ExprKind::Port(of, name, None) = list.kind {
+            let index = self.expect(index, cx, &Ty::Count, "the number of a port");
+            return Expr { kind: ExprKind::Port(of, name, Some(Box::new(index))), ty: Ty::Port, span };
+        }
+        let index = self.expect(index, cx, &Ty::Count, "an index");
+        match list.ty.clone() {
+            Ty::List(item) => {
+                Expr { kind: ExprKind::Index(Box::new(list), Box::new(index)), ty: *item, span }
+            }
+            Ty::Unknown => unknown(span),
+            other => {
+                self.wrong(list.span, format!("{} has no items", article(&other)), "only a list has items")
             }
         }
+    }
+
+    fn at(&mut self, value: &ast::Expr, time: &ast::Expr, span: Span, cx: &mut Context) -> Expr {
+        let value = self.infer(value, cx);
+        let time = self.expect(time, cx, &Ty::Quantity(Dimension::TIME), "what follows `at`");
+        match value.ty.clone() {
+            Ty::Track(ty) => Expr { kind: ExprKind::At(Box::new(value), Box::new(time)), ty: *ty, span },
+            Ty::Unknown => unknown(span),
+            other => self.wrong(
+                value.span,
+                format!("{} does not change over the motion", article(&other)),
+                "`at` asks for the position or rotation of an element at a time",
+            ),
+        }
+    }
+
+    fn range(&mut self, low: &ast::Expr, high: &ast::Expr, span: Span, cx: &mut Context) -> Expr {
+        let (low, high) = (self.infer(low, cx), self.infer(high, cx));
+        let Some((low, high, ty)) = self.unify(low, high, "this range") else { return unknown(span) };
+        if ty != Ty::Unknown && ty.dimension().is_none() {
+            let message = format!("a range cannot go from {ty} to {ty}");
+            return self.wrong(span, message, "a range needs two numbers");
+        }
+        self.check_order(&low, &high, span);
+        let kind = ExprKind::Range(Box::new(low), Box::new(high));
+        Expr { kind, ty: Ty::Domain(Box::new(ty)), span }
+    }
+
+    /// A quantity as a number of units.
+    fn converted(&mut self, value: &ast::Expr, place: &ast::Name, span: Span, cx: &mut Context) -> Expr {
+        let value = self.infer(value, cx);
+        let Some(unit) = self.unit(place) else { return unknown(span) };
+        if let Some(other) = value.ty.dimension().filter(|d| *d != unit.dimension && !d.is_number()) {
+            self.report(other_unit(&value, other, place));
+            return unknown(span);
+        }
+        let value = self.fit(value, &Ty::Quantity(unit.dimension), "what is turned into a number");
+        Expr { kind: ExprKind::Convert(Box::new(value), unit.factor), ty: Ty::NUMBER, span }
     }
 
     pub(super) fn wrong(&mut self, span: Span, message: String, help: &str) -> Expr {

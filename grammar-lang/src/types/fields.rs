@@ -108,90 +108,89 @@ impl Checker<'_> {
             let name = match field {
                 Field::Value(name, _) => name,
                 Field::Group(group) => &group.name,
-                Field::Param(param) => {
-                    if !matches!(what, "an actuator" | "a cell") {
-                        self.report(
-                            Diagnostic::new(
-                                Code::UNKNOWN_FIELD,
-                                param.name.span,
-                                format!("{what} has no parameters"),
-                            )
-                            .label("not possible here")
-                            .help("declare it outside, for the whole grammar"),
-                        );
-                    }
-                    continue;
-                }
-                Field::Port(port) => {
-                    if what != "a part" {
-                        self.report(
-                            Diagnostic::new(
-                                Code::UNKNOWN_FIELD,
-                                port.name.span,
-                                format!("{what} has no ports of its own"),
-                            )
-                            .label("not possible here")
-                            .help("only a passive part declares ports; an actuator has `base` and `tip`"),
-                        );
-                    }
+                Field::Param(_) | Field::Port(_) => {
+                    self.check_declares(field, what);
                     continue;
                 }
             };
-            let group = matches!(field, Field::Group(_));
-            let is_group = GROUPS.contains(&name.text.as_str());
-            if !allowed.contains(&name.text.as_str()) || group != is_group {
+            let text = name.text.as_str();
+            let is_group = GROUPS.contains(&text);
+            if !allowed.contains(&text) || matches!(field, Field::Group(_)) != is_group {
                 let open: Vec<&str> = allowed.iter().copied().filter(|a| !given(a)).collect();
-                let known = allowed.contains(&name.text.as_str());
-                let help = match (known, is_group) {
-                    (true, true) => format!("write `{} {{ ... }}`", name.text),
-                    (true, false) => format!("write `{} = ...`", name.text),
-                    (false, _) => did_you_mean(&name.text, allowed.iter().copied())
-                        .unwrap_or_else(|| format!("{what} has: {}", allowed.join(", "))),
-                };
-                let message = match (known, is_group) {
-                    (true, true) => format!("`{}` is a block, not a value", name.text),
-                    (true, false) => format!("`{}` is a value, not a block", name.text),
-                    (false, _) => format!("{what} has no `{}`", name.text),
-                };
-                self.report(
-                    Diagnostic::new(Code::UNKNOWN_FIELD, name.span, message)
-                        .label(if known { "not in this form" } else { "not known" })
-                        .help(help)
-                        .fix_if(respell(name.span, &name.text, open.iter().copied())),
-                );
-                misspelt.extend(nearest(&name.text, open).map(str::to_owned));
+                self.not_a_field(name, what, allowed, &open);
+                misspelt.extend(nearest(text, open).map(str::to_owned));
                 // What is there in the wrong form is not missing, too.
                 misspelt.push(name.text.clone());
                 continue;
             }
-            let first = values
-                .get(name.text.as_str())
-                .map(|(n, _)| n.span)
-                .or_else(|| groups.get(name.text.as_str()).map(|g| g.name.span));
-            if let Some(first) = first {
+            let first = values.get(text).map(|(n, _)| n.span);
+            if let Some(first) = first.or_else(|| groups.get(text).map(|g| g.name.span)) {
                 self.report(
-                    Diagnostic::new(Code::DUPLICATE, name.span, format!("`{}` is given twice", name.text))
+                    Diagnostic::new(Code::DUPLICATE, name.span, format!("`{text}` is given twice"))
                         .label("again")
                         .also(first, "first given here")
                         .help("keep one of them"),
                 );
             }
-            if let Field::Group(Block { method: Some(method), .. }) = field
-                && !WITH_METHOD.contains(&name.text.as_str())
-            {
-                self.no_method(name, method);
-            }
             match field {
-                Field::Value(_, value) => {
-                    values.insert(&name.text, (name, value));
-                }
+                Field::Value(_, value) => drop(values.insert(text, (name, value))),
                 Field::Group(group) => {
-                    groups.insert(&name.text, group);
+                    if let Some(method) = group.method.as_ref().filter(|_| !WITH_METHOD.contains(&text)) {
+                        self.no_method(name, method);
+                    }
+                    groups.insert(text, group);
                 }
                 Field::Param(_) | Field::Port(_) => {}
             }
         }
         Values { block, what, values, groups, misspelt }
+    }
+
+    /// Parameters and ports are declared where something has them.
+    fn check_declares(&mut self, field: &Field, what: &str) {
+        let (name, message, help) = match field {
+            Field::Param(param) if !matches!(what, "an actuator" | "a cell") => {
+                (&param.name, "parameters", "declare it outside, for the whole grammar")
+            }
+            Field::Port(port) if what != "a part" => (
+                &port.name,
+                "ports of its own",
+                "only a passive part declares ports; an actuator has `base` and `tip`",
+            ),
+            _ => return,
+        };
+        let error = Diagnostic::new(Code::UNKNOWN_FIELD, name.span, format!("{what} has no {message}"));
+        self.report(error.label("not possible here").help(help));
+    }
+
+    /// A name that is no field, or not in this form; `open` are the fields that are not given yet.
+    fn not_a_field(&mut self, name: &Name, what: &str, allowed: &[&str], open: &[&str]) {
+        let text = name.text.as_str();
+        let (message, label, help) = match (allowed.contains(&text), GROUPS.contains(&text)) {
+            (true, true) => (
+                format!("`{text}` is a block, not a value"),
+                "not in this form",
+                format!("write `{text} {{ ... }}`"),
+            ),
+            (true, false) => (
+                format!("`{text}` is a value, not a block"),
+                "not in this form",
+                format!("write `{text} = ...`"),
+            ),
+            (false, _) => (
+                format!("{what} has no `{text}`"),
+                "not known",
+                did_you_mean(text, allowed.iter().copied())
+                    .unwrap_or_else(|| format!("{what} has: {}", allowed.join(", "))),
+            ),
+        };
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_FIELD, name.span, message).label(label).help(help).fix_if(respell(
+                name.span,
+                text,
+                open.iter().copied(),
+            )),
+        );
     }
 
     /// A word behind the name of a block that has none there.

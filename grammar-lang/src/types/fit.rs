@@ -175,55 +175,58 @@ pub(super) fn article(ty: &Ty) -> String {
     format!("{} {name}", if an { "an" } else { "a" })
 }
 
+/// How to write what is wanted, where something of another kind stands.
+fn meant(expr: &Expr, wanted: &Ty) -> Option<String> {
+    match (&expr.ty, wanted) {
+        (Ty::Track(_), _) => Some("ask for it at a time: `e.position at end`".to_owned()),
+        (Ty::Domain(_), _) => Some("a single value is needed here, not a range or set".to_owned()),
+        (_, Ty::Distribution(d)) => {
+            let unit = if d.is_number() { String::new() } else { format!(" {}", units::suggest(*d)) };
+            Some(format!("write for example `normal(0{unit}, 1{unit})` or `uniform(-1{unit}, 1{unit})`"))
+        }
+        (Ty::Part | Ty::Actuator, Ty::Port) => {
+            Some("name one of its ports, as in `core.top` or `a.tip`".to_owned())
+        }
+        (_, Ty::Kind) => Some("name a kind of part, such as `cube`".to_owned()),
+        (Ty::Count, Ty::Bool) if bare_number(expr).is_some_and(|x| x == 0.0 || x == 1.0) => {
+            Some(format!("write `{}`", bare_number(expr) == Some(1.0)))
+        }
+        (Ty::Port, Ty::Part) => Some("`.part` is the part that a port belongs to".to_owned()),
+        (_, Ty::Part) => Some("name a part, such as one that the rule matches".to_owned()),
+        (_, Ty::Step) => Some("match a step: `match s : step where s adds part`".to_owned()),
+        (_, Ty::Group) => Some("name `part`, `block`, `actuator` or a kind, as in `s adds part`".to_owned()),
+        (_, Ty::Enum(name)) => Some(format!("write one of its values, as in `{name}.VALUE`")),
+        (_, Ty::Vector(d)) => {
+            let unit = units::display_unit(*d);
+            let unit = if *d == Dimension::LENGTH { " cm".to_owned() } else { format!(" {unit}") };
+            let unit = if d.is_number() { "" } else { &unit };
+            Some(format!("write for example `vector(1{unit}, 0{unit}, 0{unit})`"))
+        }
+        (Ty::Count | Ty::Quantity(_), Ty::Bool) => {
+            Some("compare it with something, as in `count(part) > 3`".to_owned())
+        }
+        (Ty::Quantity(d), Ty::Domain(inner)) if expr.ty == **inner && !d.is_number() => {
+            let range = match &expr.kind {
+                ExprKind::Number(x) => {
+                    Some(format!("{} .. {}", units::shown(x.min(0.0), *d), units::shown(x.max(0.0), *d)))
+                }
+                _ => None,
+            };
+            Some(format!("write a range, as in `{}`", range.as_deref().unwrap_or("LEAST .. GREATEST")))
+        }
+        (Ty::Bool, Ty::Count | Ty::Quantity(_)) => {
+            Some("use `if CONDITION then a else b` to make a number of yes and no".to_owned())
+        }
+        (_, Ty::Count) => Some("write a whole number, such as 3".to_owned()),
+        (_, Ty::Domain(_)) => Some("write a range `a .. b` or a set `{ a, b }`".to_owned()),
+        _ => None,
+    }
+}
+
 /// Says why an expression does not fit, and how it would.
 fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
     let (Some(have), Some(want)) = (expr.ty.dimension(), wanted.dimension()) else {
-        let help = match (&expr.ty, wanted) {
-            (Ty::Track(_), _) => Some("ask for it at a time: `e.position at end`".to_owned()),
-            (Ty::Domain(_), _) => Some("a single value is needed here, not a range or set".to_owned()),
-            (_, Ty::Distribution(d)) => {
-                let unit = if d.is_number() { String::new() } else { format!(" {}", units::suggest(*d)) };
-                Some(format!("write for example `normal(0{unit}, 1{unit})` or `uniform(-1{unit}, 1{unit})`"))
-            }
-            (Ty::Part | Ty::Actuator, Ty::Port) => {
-                Some("name one of its ports, as in `core.top` or `a.tip`".to_owned())
-            }
-            (_, Ty::Kind) => Some("name a kind of part, such as `cube`".to_owned()),
-            (Ty::Count, Ty::Bool) if bare_number(expr).is_some_and(|x| x == 0.0 || x == 1.0) => {
-                Some(format!("write `{}`", bare_number(expr) == Some(1.0)))
-            }
-            (Ty::Port, Ty::Part) => Some("`.part` is the part that a port belongs to".to_owned()),
-            (_, Ty::Part) => Some("name a part, such as one that the rule matches".to_owned()),
-            (_, Ty::Step) => Some("match a step: `match s : step where s adds part`".to_owned()),
-            (_, Ty::Group) => {
-                Some("name `part`, `block`, `actuator` or a kind, as in `s adds part`".to_owned())
-            }
-            (_, Ty::Enum(name)) => Some(format!("write one of its values, as in `{name}.VALUE`")),
-            (_, Ty::Vector(d)) => {
-                let unit = units::display_unit(*d);
-                let unit = if *d == Dimension::LENGTH { " cm".to_owned() } else { format!(" {unit}") };
-                let unit = if d.is_number() { "" } else { &unit };
-                Some(format!("write for example `vector(1{unit}, 0{unit}, 0{unit})`"))
-            }
-            (Ty::Count | Ty::Quantity(_), Ty::Bool) => {
-                Some("compare it with something, as in `count(part) > 3`".to_owned())
-            }
-            (Ty::Quantity(d), Ty::Domain(inner)) if expr.ty == **inner && !d.is_number() => {
-                let range = match &expr.kind {
-                    ExprKind::Number(x) => {
-                        Some(format!("{} .. {}", units::shown(x.min(0.0), *d), units::shown(x.max(0.0), *d)))
-                    }
-                    _ => None,
-                };
-                Some(format!("write a range, as in `{}`", range.as_deref().unwrap_or("LEAST .. GREATEST")))
-            }
-            (Ty::Bool, Ty::Count | Ty::Quantity(_)) => {
-                Some("use `if CONDITION then a else b` to make a number of yes and no".to_owned())
-            }
-            (_, Ty::Count) => Some("write a whole number, such as 3".to_owned()),
-            (_, Ty::Domain(_)) => Some("write a range `a .. b` or a set `{ a, b }`".to_owned()),
-            _ => None,
-        };
+        let help = meant(expr, wanted);
         return Diagnostic::new(
             Code::WRONG_TYPE,
             expr.span,

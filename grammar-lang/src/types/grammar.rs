@@ -25,6 +25,26 @@ struct Derived {
 /// More rules than this take a minute to check, and longer for each move of a search.
 const MOST_RULES: usize = 20_000;
 
+/// The declarations that a grammar uses, checked.
+#[derive(Default)]
+struct Used {
+    terms: IndexMap<String, ir::Term>,
+    patterns: IndexMap<String, ir::Expr>,
+    parts: IndexMap<String, ir::Part>,
+    actuators: IndexMap<String, ir::Actuator>,
+    actuations: IndexMap<String, ir::Actuation>,
+    /// Whether none of them has errors.
+    is_sound: bool,
+}
+
+/// Keeps a declaration; whether there is one.
+fn keep<T>(among: &mut IndexMap<String, T>, name: String, checked: Option<T>) -> bool {
+    checked.is_some_and(|checked| {
+        among.insert(name, checked);
+        true
+    })
+}
+
 impl<'a> Checker<'a> {
     /// Checks everything that the grammar says or uses.
     pub(super) fn grammar(&mut self) -> Option<RuleSet> {
@@ -191,23 +211,13 @@ impl<'a> Checker<'a> {
         words.is_empty()
     }
 
-    fn assemble(&mut self, name: &Name, singles: Singles<'a>, derived: Derived) -> Option<RuleSet> {
+    /// What the grammar uses, with all that this uses in turn.
+    fn used(&mut self) -> Used {
         let program = self.program;
-        let tasks = self.tasks(&singles);
-        let hardware = self.hardware();
-        let observed = self.all_observed();
-        let novelties = self.novelties();
-        // What drives what is checked even where the tasks are not complete.
-        let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
-        let mut terms: IndexMap<String, ir::Term> = IndexMap::new();
-        let mut patterns = IndexMap::new();
-        let mut parts = IndexMap::new();
-        let mut actuators = IndexMap::new();
-        let mut actuations = IndexMap::new();
+        let mut used = Used { is_sound: true, ..Used::default() };
         // Checking one declaration may touch others: the set grows while it is walked.
         let mut next = 0;
         let mut taken: IndexMap<String, Declaration> = IndexMap::new();
-        let mut sound = true;
         while let Some(declaration) = self.touched.get_index(next).copied() {
             next += 1;
             let Some(item) = program.item(declaration) else { continue };
@@ -215,54 +225,59 @@ impl<'a> Checker<'a> {
             if let Some(other) = taken.insert(own.text.clone(), declaration)
                 && other != declaration
             {
+                let message = format!("two modules declare `{}`, and this grammar uses both", own.text);
                 self.report(
-                    Diagnostic::new(
-                        Code::DUPLICATE,
-                        own.span,
-                        format!("two modules declare `{}`, and this grammar uses both", own.text),
-                    )
-                    .label("one of them")
-                    .help("rename one of them"),
+                    Diagnostic::new(Code::DUPLICATE, own.span, message)
+                        .label("one of them")
+                        .help("rename one of them"),
                 );
             }
-            let key = own.text.clone();
-            match &item.kind {
-                ItemKind::Part(block) => match self.part(block, item.damaged) {
-                    Some(part) => drop(parts.insert(key, part)),
-                    None => sound = false,
-                },
-                ItemKind::Actuator(block) => match self.actuator(block, item.damaged) {
-                    Some(actuator) => drop(actuators.insert(key, actuator)),
-                    None => sound = false,
-                },
-                ItemKind::Pattern(_, value) => {
-                    let value = self.fixed_pattern(value, item.damaged);
-                    patterns.insert(key, value);
-                }
-                ItemKind::Term(_, ty, value) => {
-                    let (ty, value) = self.term(ty, value, item.damaged);
-                    terms.insert(key, ir::Term { ty, value, span: own.span });
-                }
-                ItemKind::Actuation { name, binder, kind, clauses } => {
-                    match self.actuation(name, binder, kind, clauses, item.damaged) {
-                        Some(actuation) => drop(actuations.insert(key, actuation)),
-                        None => sound = false,
-                    }
-                }
-                _ => {}
-            }
+            self.use_item(own, item, &mut used);
         }
+        used
+    }
+
+    fn use_item(&mut self, own: &Name, item: &Item, used: &mut Used) {
+        let key = own.text.clone();
+        let damaged = item.damaged;
+        let is_sound = match &item.kind {
+            ItemKind::Part(block) => keep(&mut used.parts, key, self.part(block, damaged)),
+            ItemKind::Actuator(block) => keep(&mut used.actuators, key, self.actuator(block, damaged)),
+            ItemKind::Actuation { name, binder, kind, clauses } => {
+                let actuation = self.actuation(name, binder, kind, clauses, damaged);
+                keep(&mut used.actuations, key, actuation)
+            }
+            ItemKind::Pattern(_, value) => {
+                keep(&mut used.patterns, key, Some(self.fixed_pattern(value, damaged)))
+            }
+            ItemKind::Term(_, ty, value) => {
+                let (ty, value) = self.term(ty, value, damaged);
+                keep(&mut used.terms, key, Some(ir::Term { ty, value, span: own.span }))
+            }
+            _ => true,
+        };
+        used.is_sound &= is_sound;
+    }
+
+    fn assemble(&mut self, name: &Name, singles: Singles<'a>, derived: Derived) -> Option<RuleSet> {
+        let tasks = self.tasks(&singles);
+        let hardware = self.hardware();
+        let observed = self.all_observed();
+        let novelties = self.novelties();
+        // What drives what is checked even where the tasks are not complete.
+        let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
+        let used = self.used();
         let actuated: Vec<&Actuated> = match &tasks {
             Some((tasks, _)) => tasks.values().map(|(_, actuated)| actuated).collect(),
             None => own_actuated.iter().collect(),
         };
         let actuated_cells: Vec<Actuated> = actuated.iter().copied().cloned().collect();
         for actuated in actuated {
-            self.check_actuated(actuated, &actuators, &actuations);
+            self.check_actuated(actuated, &used.actuators, &used.actuations);
         }
         if let (Some(kind), Some((sides, cell, span))) = (singles.cell, &singles.lattice) {
             for (with, place) in actuated_cells.iter().filter_map(|actuated| actuated.get(&kind.text)) {
-                if let Some(actuation) = actuations.get(with) {
+                if let Some(actuation) = used.actuations.get(with) {
                     self.check_attributes(&kind.text, &cell.params, actuation, *place);
                 }
             }
@@ -271,10 +286,10 @@ impl<'a> Checker<'a> {
         let (tasks, objective) = tasks?;
         self.check_models(&tasks, &singles);
         let (targets, prototypes) = hardware?;
-        self.check_targets(&tasks, &targets, &actuators, &actuations);
-        self.check_periods(&tasks, &actuations, &terms, &observed);
+        self.check_targets(&tasks, &targets, &used.actuators, &used.actuations);
+        self.check_periods(&tasks, &used.actuations, &used.terms, &observed);
         let novelties = novelties?;
-        if !sound {
+        if !used.is_sound {
             return None;
         }
         let is_lattice = singles.cell.is_some();
@@ -283,9 +298,9 @@ impl<'a> Checker<'a> {
             name: name.text.clone(),
             params: IndexMap::new(),
             enumerations: self.enumerations(),
-            parts,
-            actuators,
-            patterns,
+            parts: used.parts,
+            actuators: used.actuators,
+            patterns: used.patterns,
             symmetry: singles.symmetry.unwrap_or(ir::Symmetry::None),
             begin: singles.begin?,
             lattice: match (singles.lattice, singles.cell) {
@@ -301,13 +316,13 @@ impl<'a> Checker<'a> {
             requirements: derived.requirements,
             preferences: derived.preferences,
             examples: derived.examples,
-            actuations,
+            actuations: used.actuations,
             tasks: tasks.into_iter().map(|(name, (task, _))| (name, task)).collect(),
             targets,
             prototypes,
-            observed: Self::names_observed(observed, &terms, is_lattice),
+            observed: Self::names_observed(observed, &used.terms, is_lattice),
             novelties,
-            terms,
+            terms: used.terms,
             objective,
             search: singles.search?,
             from: derived.from,

@@ -5,6 +5,7 @@ use indexmap::IndexMap;
 use super::Checker;
 use super::expr::{Context, unknown};
 use super::fit::article;
+use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{Attribute, Axis, Expr, ExprKind, Ty};
 use crate::source::Span;
@@ -13,6 +14,14 @@ use crate::syntax::ast::Name;
 
 /// Things whose attributes other things do not have.
 const OWNERS: &[Ty] = &[Ty::Part, Ty::Cell, Ty::Port, Ty::Joint, Ty::Step];
+
+/// What follows a dot, and where.
+struct Asked<'n> {
+    name: &'n Name,
+    /// Of the whole expression.
+    span: Span,
+    stage: Stage,
+}
 
 impl Checker<'_> {
     /// A port by its name, if that is what an expression is.
@@ -30,90 +39,111 @@ impl Checker<'_> {
             return value;
         }
         let of = self.infer(of, cx);
+        let asked = Asked { name, span, stage: cx.stage };
+        match of.ty.clone() {
+            Ty::Unknown => unknown(span),
+            ty @ (Ty::Part | Ty::Actuator | Ty::Cell | Ty::Element | Ty::Port | Ty::Joint | Ty::Step) => {
+                self.of_thing(of, &ty, &asked)
+            }
+            Ty::Record(_, fields) => match fields.iter().position(|(n, _)| *n == name.text) {
+                Some(index) => {
+                    let ty = fields.get(index).map_or(Ty::Unknown, |(_, ty)| ty.clone());
+                    let index = Expr { kind: ExprKind::Number(index as f64), ty: Ty::Count, span: name.span };
+                    Expr { kind: ExprKind::Index(Box::new(of), Box::new(index)), ty, span }
+                }
+                None => {
+                    self.no_member(&of, name, &fields.into_iter().map(|(n, _)| n).collect::<Vec<_>>(), span)
+                }
+            },
+            ty @ Ty::Vector(_) => match Attribute::of(&ty, &name.text) {
+                Some((axis, ty)) => Expr { kind: ExprKind::Attribute(Box::new(of), axis), ty, span },
+                None => {
+                    let axes: Vec<String> = Axis::ALL.iter().map(|axis| axis.text().to_owned()).collect();
+                    self.no_member(&of, name, &axes, span)
+                }
+            },
+            _ => self.no_member(&of, name, &[], span),
+        }
+    }
+
+    /// What follows the dot behind a thing of a design or a motion.
+    fn of_thing(&mut self, of: Expr, ty: &Ty, asked: &Asked<'_>) -> Expr {
+        let Asked { name, span, stage } = *asked;
         let make =
             |of: Expr, attribute, ty| Expr { kind: ExprKind::Attribute(Box::new(of), attribute), ty, span };
         let param = || Attribute::Param(name.text.clone());
-        let candidates: Vec<String> = match of.ty.clone() {
-            Ty::Unknown => return unknown(span),
-            ty @ (Ty::Part | Ty::Actuator | Ty::Cell | Ty::Element | Ty::Port | Ty::Joint | Ty::Step) => {
-                if let Some((attribute, ty)) = Attribute::of(&ty, &name.text) {
-                    if !attribute.is_of_motion() || cx.stage.sees_motion() {
-                        return make(of, attribute, ty);
-                    }
-                    return self.stage_error(
-                        name.span,
-                        &name.text,
-                        cx.stage,
-                        "terms, as in `e.position at end` for `e in elements`",
-                    );
-                }
-                if ty == Ty::Cell
-                    && let Some((_, ty)) = self.cell_params().iter().find(|(n, _)| *n == name.text)
-                {
+        if let Some((attribute, ty)) = Attribute::of(ty, &name.text) {
+            if !attribute.is_of_motion() || stage.sees_motion() {
+                return make(of, attribute, ty);
+            }
+            let example = "terms, as in `e.position at end` for `e in elements`";
+            return self.stage_error(name.span, &name.text, stage, example);
+        }
+        // A module on its own does not know which cells and actuators it will meet.
+        match ty {
+            Ty::Cell => {
+                let known = self.cell_params();
+                if let Some((_, ty)) = known.iter().find(|(n, _)| *n == name.text) {
                     return make(of, param(), ty.clone());
                 }
-                if ty == Ty::Cell && (self.cell_params().is_empty() || self.is_lost(name.span, &name.text)) {
-                    // A module on its own does not know which cells it will meet.
+                if known.is_empty() || self.is_lost(name.span, &name.text) {
                     return unknown(span);
                 }
-                let of_part = matches!(ty, Ty::Part | Ty::Actuator);
-                if of_part && self.ports.contains(&name.text) {
+            }
+            Ty::Part | Ty::Actuator => {
+                if self.ports.contains(&name.text) {
                     let kind = ExprKind::Port(Box::new(of), name.text.clone(), None);
                     return Expr { kind, ty: Ty::Port, span };
                 }
-                let known = if of_part { Some(self.instance_params()) } else { None };
-                if ty == Ty::Actuator && known.is_some_and(IndexMap::is_empty) {
-                    // A module on its own does not know which actuators it will meet.
+                let is_actuator = *ty == Ty::Actuator;
+                let known = self.instance_params();
+                if is_actuator && known.is_empty() {
                     return unknown(span);
                 }
-                let of_actuators = known.and_then(|p| p.get(&name.text)).cloned();
-                if ty == Ty::Actuator {
-                    if let Some(ty) = of_actuators {
-                        return make(of, param(), ty);
-                    }
-                } else if of_actuators.is_some() {
-                    let name_text = &name.text;
-                    let message = format!("only an actuator has a `{name_text}`");
-                    let whole = self.sources.slice(of.span);
-                    // The twin or holder of an actuator may be any part.
-                    let help = match of.kind {
-                        ExprKind::Attribute(..) => format!(
-                            "`{whole}` is a part of any kind: look for it among the actuators, as in \
-                             `exists b in actuator where b is {whole}: b.{name_text} == 1`"
-                        ),
-                        _ => "match an actuator: `match a : actuator`".to_owned(),
-                    };
-                    return self.wrong(name.span, message, &help);
+                match known.get(&name.text).cloned() {
+                    Some(ty) if is_actuator => return make(of, param(), ty),
+                    Some(_) => return self.only_actuators(&of, name),
+                    None if self.is_lost(name.span, &name.text) => return unknown(span),
+                    None => {}
                 }
-                if of_part && self.is_lost(name.span, &name.text) {
-                    return unknown(span);
-                }
-                let cells = if ty == Ty::Cell { self.cell_params() } else { Vec::new() };
-                let built_in = Attribute::all_of(&ty).into_iter().map(|(attribute, _)| attribute);
-                let built_in = built_in.filter(|a| !a.is_of_motion() || cx.stage.sees_motion());
-                let built_in = built_in.map(|attribute| attribute.text().to_owned());
-                let ports = self.ports.iter().filter(|_| of_part).cloned();
-                let params = self.instance_params.iter().flat_map(IndexMap::keys).cloned();
-                let params = params.filter(|_| ty == Ty::Actuator);
-                let params = params.chain(cells.into_iter().map(|(n, _)| n));
-                built_in.chain(ports).chain(params).collect()
             }
-            Ty::Record(_, fields) => {
-                if let Some(index) = fields.iter().position(|(n, _)| *n == name.text) {
-                    let ty = fields.get(index).map_or(Ty::Unknown, |(_, ty)| ty.clone());
-                    let index = Expr { kind: ExprKind::Number(index as f64), ty: Ty::Count, span: name.span };
-                    return Expr { kind: ExprKind::Index(Box::new(of), Box::new(index)), ty, span };
-                }
-                fields.iter().map(|(n, _)| n.clone()).collect()
-            }
-            ty @ Ty::Vector(_) => {
-                if let Some((axis, ty)) = Attribute::of(&ty, &name.text) {
-                    return make(of, axis, ty);
-                }
-                Axis::ALL.iter().map(|axis| axis.text().to_owned()).collect()
-            }
-            _ => Vec::new(),
+            _ => {}
+        }
+        let candidates = self.members_of(ty, stage);
+        self.no_member(&of, name, &candidates, span)
+    }
+
+    /// Everything that may follow the dot behind a thing.
+    fn members_of(&mut self, ty: &Ty, stage: Stage) -> Vec<String> {
+        let of_part = matches!(ty, Ty::Part | Ty::Actuator);
+        let cells = if *ty == Ty::Cell { self.cell_params() } else { Vec::new() };
+        let built_in = Attribute::all_of(ty).into_iter().map(|(attribute, _)| attribute);
+        let built_in = built_in.filter(|a| !a.is_of_motion() || stage.sees_motion());
+        let built_in = built_in.map(|attribute| attribute.text().to_owned());
+        let ports = self.ports.iter().filter(|_| of_part).cloned();
+        let params = self.instance_params.iter().flat_map(IndexMap::keys).cloned();
+        let params = params.filter(|_| *ty == Ty::Actuator).chain(cells.into_iter().map(|(n, _)| n));
+        built_in.chain(ports).chain(params).collect()
+    }
+
+    /// A parameter of actuators that is asked of any part.
+    fn only_actuators(&mut self, of: &Expr, name: &Name) -> Expr {
+        let name_text = &name.text;
+        let message = format!("only an actuator has a `{name_text}`");
+        let whole = self.sources.slice(of.span);
+        // The twin or holder of an actuator may be any part.
+        let help = match of.kind {
+            ExprKind::Attribute(..) => format!(
+                "`{whole}` is a part of any kind: look for it among the actuators, as in \
+                 `exists b in actuator where b is {whole}: b.{name_text} == 1`"
+            ),
+            _ => "match an actuator: `match a : actuator`".to_owned(),
         };
+        self.wrong(name.span, message, &help)
+    }
+
+    /// Says that something has no such member, and what it has.
+    fn no_member(&mut self, of: &Expr, name: &Name, candidates: &[String], span: Span) -> Expr {
         let has = |ty: &&Ty| Attribute::of(ty, &name.text).is_some_and(|(a, _)| !a.is_of_motion());
         let owner = OWNERS.iter().find(has);
         let help = did_you_mean(&name.text, candidates.iter().map(String::as_str)).or_else(|| {

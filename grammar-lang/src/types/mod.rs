@@ -9,6 +9,7 @@ mod expr;
 mod fields;
 mod fit;
 mod found;
+mod function;
 mod grammar;
 mod items;
 mod lattice;

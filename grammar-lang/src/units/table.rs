@@ -177,11 +177,17 @@ pub fn display_unit(dimension: Dimension) -> String {
 #[must_use]
 pub fn shown(value: f64, dimension: Dimension) -> String {
     if dimension.is_number() {
-        return format!("{}", (value * 1e9).round() / 1e9);
+        return rounded(value, 1e9).to_string();
     }
     let unit = suggest(dimension);
     let factor = parse(&unit).map_or(1.0, |u| u.factor);
-    format!("{} {unit}", (value / factor * 1e6).round() / 1e6)
+    format!("{} {unit}", rounded(value / factor, 1e6))
+}
+
+/// A number without what comes behind its first decimals; a huge one has none.
+fn rounded(value: f64, one: f64) -> f64 {
+    let scaled = (value * one).round();
+    if scaled.is_finite() { scaled / one } else { value }
 }
 
 #[cfg(test)]

@@ -52,10 +52,6 @@ use crate::design::assembly::Assembly;
 pub struct Articulated;
 
 impl Model for Articulated {
-    fn name(&self) -> &'static str {
-        "articulated"
-    }
-
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         Ok(Box::new(Widths::new(Lowered::new(assembly, settings)?, settings)))
     }

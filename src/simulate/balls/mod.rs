@@ -36,10 +36,6 @@ use crate::design::assembly::Assembly;
 pub struct Balls;
 
 impl Model for Balls {
-    fn name(&self) -> &'static str {
-        "balls"
-    }
-
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         let lattice = Lattice::new(assembly, settings)?;
         stable::check(&lattice, settings)?;

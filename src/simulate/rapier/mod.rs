@@ -37,10 +37,6 @@ impl Rapier {
 }
 
 impl Model for Rapier {
-    fn name(&self) -> &'static str {
-        "rapier"
-    }
-
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         if !assembly.springs.is_empty() {
             let lattice = Lattice::new(assembly, settings)?;

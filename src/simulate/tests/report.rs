@@ -6,7 +6,7 @@ use std::time::Instant;
 use super::bodies::{gait, m2, m4, m8};
 use super::settings;
 use crate::design::assembly::Assembly;
-use crate::simulate::{MODELS, Model, Motion, Settings, Targets, model};
+use crate::simulate::{Model, Motion, Settings, Targets, model};
 
 /// The least horizontal way of any element, cm.
 fn value(motion: &Motion) -> f64 {
@@ -50,7 +50,7 @@ fn run(
 #[test]
 #[ignore = "prints measurements"]
 fn timings() {
-    for name in &MODELS[..1] {
+    for name in ["articulated"] {
         for (title, body) in [("M2", m2()), ("M4", m4()), ("M8", m8())] {
             let drives: Vec<_> = (0..16).map(|n| gait(body.actuators, n + 1, n % 2 == 0)).collect();
             for collision in [true, false] {
@@ -72,7 +72,7 @@ fn timings() {
 #[test]
 #[ignore = "prints measurements"]
 fn half_steps() {
-    for name in &MODELS[..1] {
+    for name in ["articulated"] {
         for (title, body) in [("M2", m2()), ("M4", m4()), ("M8", m8())] {
             let drives: Vec<_> = (0..6).map(|n| gait(body.actuators, n + 1, n % 2 == 0)).collect();
             for (rate, iterations) in

@@ -25,9 +25,9 @@ pub(super) fn place(motion: &Motion, element: usize, t: f64) -> Vector3<f64> {
 }
 
 #[test]
-fn the_registry_names_its_solvers() {
-    for name in crate::simulate::MODELS {
-        assert_eq!(model(name).unwrap().name(), *name);
+fn solvers_are_found_by_their_names() {
+    for name in crate::simulate::SolverName::ALL {
+        assert_eq!(crate::simulate::SolverName::named(name.text()), Some(name));
     }
     assert!(model("bullet").is_none());
 }

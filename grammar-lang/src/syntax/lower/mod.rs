@@ -1,14 +1,15 @@
 //! From pest's pairs to the syntax tree.
 
 mod expr;
+mod item;
+
+use std::sync::LazyLock;
 
 use pest::iterators::Pair;
 
-use super::Direction;
 use super::ast::{
-    ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field, Item,
-    ItemKind, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Table,
-    Typed, Variable, Variant,
+    ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field, ItemKind,
+    Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Typed, Variable,
 };
 use super::parse::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -33,116 +34,52 @@ fn children(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
     node.into_inner().filter(|p| p.as_rule() != Rule::COMMENT)
 }
 
-/// Whether a rule is punctuation or a reserved word: nothing to lower.
-fn silent(rule: Rule) -> bool {
-    use Rule as R;
-    matches!(
-        rule,
-        R::brace_open
-            | R::brace_close
-            | R::bracket_open
-            | R::bracket_close
-            | R::paren_open
-            | R::paren_close
-            | R::comma
-            | R::colon
-            | R::equals
-            | R::dots
-            | R::dot
-            | R::quote
-            | R::kw_grammar
-            | R::kw_use
-            | R::kw_param
-            | R::kw_part
-            | R::kw_actuator
-            | R::kw_symmetry
-            | R::kw_begin
-            | R::kw_rule
-            | R::kw_require
-            | R::kw_pattern
-            | R::kw_actuation
-            | R::kw_actuate
-            | R::kw_model
-            | R::kw_simulate
-            | R::kw_term
-            | R::kw_search
-            | R::kw_let
-            | R::kw_place
-            | R::kw_match
-            | R::kw_choose
-            | R::kw_when
-            | R::kw_unless
-            | R::kw_attach
-            | R::kw_to
-            | R::kw_turned
-            | R::kw_set
-            | R::kw_revert
-            | R::kw_weight
-            | R::kw_shared
-            | R::kw_vary
-            | R::kw_drive
-            | R::kw_mutate
-            | R::kw_by
-            | R::kw_flip
-            | R::kw_bound
-            | R::kw_because
-            | R::kw_in
-            | R::kw_for
-            | R::kw_with
-            | R::kw_free
-            | R::kw_port
-            | R::kw_where
-            | R::kw_of
-            | R::kw_over
-            | R::kw_at
-            | R::kw_and
-            | R::kw_or
-            | R::kw_not
-            | R::kw_if
-            | R::kw_then
-            | R::kw_else
-            | R::kw_add
-            | R::kw_on
-            | R::kw_table
-            | R::kw_cell
-            | R::kw_lattice
-            | R::kw_fallback
-            | R::kw_fill
-            | R::kw_paint
-            | R::kw_clear
-            | R::kw_x
-            | R::kw_target
-            | R::kw_prototype
-            | R::kw_observe
-            | R::kw_novelty
-            | R::kw_feature
-            | R::kw_known
-            | R::kw_enum
-            | R::kw_record
-            | R::kw_prefer
-            | R::kw_task
-            | R::kw_example
-            | R::kw_variant
-            | R::kw_narrow
-            | R::kw_drop
-            | R::kw_replace
-            | R::kw_remove
-            | R::kw_step
-            | R::kw_refuse
-            | R::kw_expect
-            | R::kw_from
-            | R::kw_about
-            | R::kw_facing
-            | R::kw_per
-            | R::kw_as
-            | R::arrow
-            | R::EOI
-    )
-}
+/// Signs, which say nothing once the rule around them is known.
+const SIGNS: &[Rule] = &[
+    Rule::brace_open,
+    Rule::brace_close,
+    Rule::bracket_open,
+    Rule::bracket_close,
+    Rule::paren_open,
+    Rule::paren_close,
+    Rule::comma,
+    Rule::colon,
+    Rule::equals,
+    Rule::quote,
+    Rule::dot,
+    Rule::dots,
+    Rule::arrow,
+    Rule::EOI,
+];
+
+/// Reserved words that say which of several things is meant; the others say nothing, either.
+const TELLING: &[Rule] = &[
+    Rule::kw_adds,
+    Rule::kw_exists,
+    Rule::kw_forall,
+    Rule::kw_is,
+    Rule::kw_maximize,
+    Rule::kw_minimize,
+    Rule::kw_nothing,
+    Rule::kw_otherwise,
+];
+
+/// Of each rule, whether it is punctuation or a reserved word: nothing to lower.
+static SILENT: LazyLock<Vec<bool>> = LazyLock::new(|| {
+    let words = Rule::all_rules().iter().filter(|rule| format!("{rule:?}").starts_with("kw_"));
+    let words = words.filter(|rule| !TELLING.contains(rule));
+    let mut silent = Vec::new();
+    for rule in words.chain(SIGNS) {
+        let place = *rule as usize;
+        silent.resize(silent.len().max(place + 1), false);
+        silent[place] = true;
+    }
+    silent
+});
 
 /// The children that carry meaning.
 fn parts(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
-    children(node).filter(|p| !silent(p.as_rule()))
+    children(node).filter(|p| !SILENT.get(p.as_rule() as usize).is_some_and(|silent| *silent))
 }
 
 impl<'a> Lowering<'a> {
@@ -191,192 +128,6 @@ impl<'a> Lowering<'a> {
         lines.join("\n")
     }
 
-    pub(super) fn item(&mut self, node: Node<'a>) -> Option<Item> {
-        let span = self.span(&node);
-        let doc = self.doc(node.as_span().start());
-        let kind = self.item_kind(children(node).next()?)?;
-        Some(Item { kind, span, doc, damaged: false })
-    }
-
-    fn item_kind(&mut self, node: Node<'a>) -> Option<ItemKind> {
-        let rule = node.as_rule();
-        if rule == Rule::objective_item {
-            let mut inner = children(node);
-            let direction = match inner.next()?.as_rule() {
-                Rule::kw_maximize => Direction::Maximize,
-                _ => Direction::Minimize,
-            };
-            return Some(ItemKind::Objective { direction, value: self.expr(inner.next()?)? });
-        }
-        let mut inner = parts(node.clone());
-        Some(match rule {
-            Rule::grammar_item => ItemKind::Grammar(self.name(&inner.next()?)),
-            Rule::use_item => {
-                let module = inner.next()?;
-                let module = match module.as_rule() {
-                    Rule::text => Name { text: unquote(&module), span: self.span(&module) },
-                    _ => self.name(&module),
-                };
-                let names = inner.next().map(|list| parts(list).map(|n| self.name(&n)).collect());
-                ItemKind::Use { module, names }
-            }
-            Rule::param_item => ItemKind::Param(self.param(node)?),
-            Rule::part_item => ItemKind::Part(self.block(node)?),
-            Rule::actuator_item => ItemKind::Actuator(self.block(node)?),
-            Rule::model_item => ItemKind::Model(self.block(node)?),
-            Rule::search_item => {
-                if children(node.clone()).any(|p| p.as_rule() == Rule::brace_open) {
-                    ItemKind::Search(self.block(node)?)
-                } else {
-                    let name = self.name(&inner.next()?);
-                    let from = inner.next().and_then(|from| parts(from).next());
-                    ItemKind::UseSearch(name, from.map(|n| self.name(&n)))
-                }
-            }
-            Rule::symmetry_item => {
-                let what = self.name(&inner.next()?);
-                match inner.next() {
-                    Some(radial) if radial.as_rule() == Rule::radial_part => {
-                        let mut inner = parts(radial);
-                        let count = self.expr(inner.next()?)?;
-                        ItemKind::Symmetry(what, Some(count), inner.next().map(|n| self.name(&n)))
-                    }
-                    plane => ItemKind::Symmetry(what, None, plane.map(|n| self.name(&n))),
-                }
-            }
-            Rule::begin_item => {
-                let (places, fills): (Vec<Node<'_>>, Vec<Node<'_>>) =
-                    inner.partition(|n| n.as_rule() == Rule::place_clause);
-                ItemKind::Begin(
-                    places.into_iter().filter_map(|n| self.place(n)).collect(),
-                    fills.into_iter().filter_map(|n| self.cells(n)).collect(),
-                )
-            }
-            Rule::cell_item => ItemKind::Cell(self.block(node)?),
-            Rule::lattice_item => {
-                let mut side = || inner.next().and_then(|n| self.side(n));
-                let sides = [side()?, side()?, side()?];
-                ItemKind::Lattice(sides, self.name(&inner.next()?))
-            }
-            Rule::fallback_item => ItemKind::Fallback {
-                rule: self.name(&inner.next()?),
-                condition: self.expr(inner.next()?)?,
-                because: inner.next().map(|text| unquote(&text)),
-            },
-            Rule::rule_item => {
-                let name = self.name(&inner.next()?);
-                ItemKind::Rule(name, inner.filter_map(|n| self.rule_clause(n)).collect())
-            }
-            Rule::require_item => {
-                let mut name = None;
-                let mut condition = None;
-                let mut because = None;
-                for part in inner {
-                    match part.as_rule() {
-                        Rule::name => name = Some(self.name(&part)),
-                        Rule::text => because = Some(unquote(&part)),
-                        _ => condition = self.expr(part),
-                    }
-                }
-                ItemKind::Require { name, condition: condition?, because }
-            }
-            Rule::pattern_item => ItemKind::Pattern(self.name(&inner.next()?), self.expr(inner.next()?)?),
-            Rule::actuation_item => ItemKind::Actuation {
-                name: self.name(&inner.next()?),
-                binder: self.name(&inner.next()?),
-                kind: self.name(&inner.next()?),
-                clauses: inner.filter_map(|n| self.actuation_clause(n)).collect(),
-            },
-            Rule::actuate_item => ItemKind::Actuate(self.name(&inner.next()?), self.name(&inner.next()?)),
-            Rule::simulate_item => ItemKind::Simulate {
-                model: self.name(&inner.next()?),
-                duration: self.expr(inner.next()?)?,
-                on: inner.next().and_then(|on| parts(on).next()).map(|n| self.name(&n)),
-            },
-            Rule::table_item => ItemKind::Table(Table {
-                name: self.name(&inner.next()?),
-                from: self.name(&inner.next()?),
-                to: self.name(&inner.next()?),
-                rows: inner.filter_map(|row| self.row(row)).collect(),
-            }),
-            Rule::target_item => {
-                let (name, backend) = (self.name(&inner.next()?), self.name(&inner.next()?));
-                let kind = self.name(&inner.next()?);
-                let fields = inner.filter_map(|n| self.field(n)).collect();
-                ItemKind::Target { block: Block { name, method: None, fields }, backend, kind }
-            }
-            Rule::prototype_item => {
-                let (name, backend) = (self.name(&inner.next()?), self.name(&inner.next()?));
-                let fields = inner.filter_map(|n| self.field(n)).collect();
-                ItemKind::Prototype(Block { name, method: None, fields }, backend)
-            }
-            Rule::observe_item => ItemKind::Observe(inner.map(|n| self.name(&n)).collect()),
-            Rule::novelty_item => {
-                let name = self.name(&inner.next()?);
-                ItemKind::Novelty(name, inner.filter_map(|n| self.novelty_clause(n)).collect())
-            }
-            Rule::term_item => ItemKind::Term(
-                self.name(&inner.next()?),
-                self.name(&inner.next()?),
-                self.expr(inner.next()?)?,
-            ),
-            Rule::let_item => {
-                let name = self.name(&inner.next()?);
-                let mut value = inner.next()?;
-                let mut parameters = None;
-                if value.as_rule() == Rule::parameters {
-                    parameters = Some(parts(value).filter_map(|n| self.typed(n)).collect());
-                    value = inner.next()?;
-                }
-                ItemKind::Let(name, parameters, self.expr(value)?)
-            }
-            Rule::enum_item => {
-                let name = self.name(&inner.next()?);
-                ItemKind::Enum(name, parts(inner.next()?).map(|n| self.name(&n)).collect())
-            }
-            Rule::record_item => {
-                let name = self.name(&inner.next()?);
-                ItemKind::Record(name, inner.filter_map(|n| self.typed(n)).collect())
-            }
-            Rule::prefer_item => {
-                let mut name = None;
-                let mut because = None;
-                let mut values = Vec::new();
-                for part in inner {
-                    match part.as_rule() {
-                        Rule::name => name = Some(self.name(&part)),
-                        Rule::text => because = Some(unquote(&part)),
-                        _ => values.push(self.expr(part)?),
-                    }
-                }
-                let mut values = values.into_iter();
-                ItemKind::Prefer { name, condition: values.next()?, weight: values.next()?, because }
-            }
-            Rule::task_item => {
-                let name = self.name(&inner.next()?);
-                ItemKind::Task(name, inner.filter_map(|n| self.item(n)).collect())
-            }
-            Rule::example_item => {
-                let name = self.name(&inner.next()?);
-                ItemKind::Example(name, inner.filter_map(|n| self.example_clause(n)).collect())
-            }
-            Rule::variant_item => {
-                let name = self.name(&inner.next()?);
-                let base = inner.next()?;
-                let from_file = base.as_rule() == Rule::text;
-                let base = if from_file {
-                    Name { text: unquote(&base), span: self.span(&base) }
-                } else {
-                    self.name(&base)
-                };
-                let edits = inner.filter_map(|n| self.edit(n)).collect();
-                ItemKind::Variant(Variant { name, base, from_file, edits })
-            }
-            _ => return None,
-        })
-    }
-
-    /// A side of a lattice: a number, a name, or an expression in brackets.
     fn side(&mut self, node: Node<'_>) -> Option<Expr> {
         let span = self.span(&node);
         let inner = parts(node).next()?;
@@ -588,7 +339,7 @@ impl<'a> Lowering<'a> {
                 self.expr(inner.next()?)?,
                 inner.find(|n| n.as_rule() == Rule::expr).and_then(|e| self.expr(e)),
             ),
-            Rule::let_item => match self.item_kind(node)? {
+            Rule::let_item => match self.definition(node)? {
                 ItemKind::Let(name, None, value) => RuleClauseKind::Let(name, value),
                 _ => return self.no_function_here(span),
             },
@@ -630,7 +381,7 @@ impl<'a> Lowering<'a> {
             Rule::shared_clause | Rule::vary_clause => ActuationClause::Variable(Box::new(
                 self.variable(rule == Rule::shared_clause, inner.next()?)?,
             )),
-            Rule::let_item => match self.item_kind(node)? {
+            Rule::let_item => match self.definition(node)? {
                 ItemKind::Let(name, None, value) => ActuationClause::Let(name, value),
                 ItemKind::Let(name, ..) => {
                     self.no_function_here::<()>(name.span);

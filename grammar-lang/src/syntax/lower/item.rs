@@ -1,0 +1,223 @@
+//! Lowers declarations to the syntax tree.
+
+use super::super::Direction;
+use super::super::ast::{Block, Expr, Item, ItemKind, Name, Table, Variant};
+use super::super::parse::Rule;
+use super::{Lowering, Node, children, parts, unquote};
+
+/// What `require` and `prefer` say.
+struct Said {
+    name: Option<Name>,
+    values: Vec<Expr>,
+    because: Option<String>,
+}
+
+impl<'a> Lowering<'a> {
+    pub(in super::super) fn item(&mut self, node: Node<'a>) -> Option<Item> {
+        let span = self.span(&node);
+        let doc = self.doc(node.as_span().start());
+        let kind = self.item_kind(children(node).next()?)?;
+        Some(Item { kind, span, doc, damaged: false })
+    }
+
+    fn item_kind(&mut self, node: Node<'a>) -> Option<ItemKind> {
+        Some(match node.as_rule() {
+            Rule::param_item => ItemKind::Param(self.param(node)?),
+            Rule::part_item => ItemKind::Part(self.block(node)?),
+            Rule::actuator_item => ItemKind::Actuator(self.block(node)?),
+            Rule::model_item => ItemKind::Model(self.block(node)?),
+            Rule::cell_item => ItemKind::Cell(self.block(node)?),
+            Rule::search_item => self.search(node)?,
+            Rule::symmetry_item => self.symmetry(node)?,
+            Rule::begin_item => self.begin(node),
+            Rule::objective_item => self.objective(node)?,
+            Rule::require_item => {
+                let Said { name, values, because } = self.said(node)?;
+                ItemKind::Require { name, condition: values.into_iter().next()?, because }
+            }
+            Rule::prefer_item => {
+                let Said { name, values, because } = self.said(node)?;
+                let mut values = values.into_iter();
+                ItemKind::Prefer { name, condition: values.next()?, weight: values.next()?, because }
+            }
+            Rule::target_item | Rule::prototype_item => self.hardware(node)?,
+            Rule::let_item => self.definition(node)?,
+            Rule::variant_item => ItemKind::Variant(self.variant(node)?),
+            Rule::rule_item
+            | Rule::actuation_item
+            | Rule::table_item
+            | Rule::novelty_item
+            | Rule::enum_item
+            | Rule::record_item
+            | Rule::task_item
+            | Rule::example_item => self.clauses(node)?,
+            _ => self.line(node)?,
+        })
+    }
+
+    /// A declaration without a block.
+    fn line(&mut self, node: Node<'a>) -> Option<ItemKind> {
+        let rule = node.as_rule();
+        let mut inner = parts(node);
+        Some(match rule {
+            Rule::grammar_item => ItemKind::Grammar(self.name(&inner.next()?)),
+            Rule::use_item => {
+                let module = self.name_or_text(&inner.next()?);
+                let names = inner.next().map(|list| parts(list).map(|n| self.name(&n)).collect());
+                ItemKind::Use { module, names }
+            }
+            Rule::lattice_item => {
+                let mut side = || inner.next().and_then(|n| self.side(n));
+                let sides = [side()?, side()?, side()?];
+                ItemKind::Lattice(sides, self.name(&inner.next()?))
+            }
+            Rule::fallback_item => ItemKind::Fallback {
+                rule: self.name(&inner.next()?),
+                condition: self.expr(inner.next()?)?,
+                because: inner.next().map(|text| unquote(&text)),
+            },
+            Rule::pattern_item => ItemKind::Pattern(self.name(&inner.next()?), self.expr(inner.next()?)?),
+            Rule::actuate_item => ItemKind::Actuate(self.name(&inner.next()?), self.name(&inner.next()?)),
+            Rule::simulate_item => ItemKind::Simulate {
+                model: self.name(&inner.next()?),
+                duration: self.expr(inner.next()?)?,
+                on: inner.next().and_then(|on| parts(on).next()).map(|n| self.name(&n)),
+            },
+            Rule::observe_item => ItemKind::Observe(inner.map(|n| self.name(&n)).collect()),
+            Rule::term_item => ItemKind::Term(
+                self.name(&inner.next()?),
+                self.name(&inner.next()?),
+                self.expr(inner.next()?)?,
+            ),
+            _ => return None,
+        })
+    }
+
+    /// A declaration with a name and a block of clauses.
+    fn clauses(&mut self, node: Node<'a>) -> Option<ItemKind> {
+        let rule = node.as_rule();
+        let mut inner = parts(node);
+        let name = self.name(&inner.next()?);
+        Some(match rule {
+            Rule::rule_item => ItemKind::Rule(name, inner.filter_map(|n| self.rule_clause(n)).collect()),
+            Rule::actuation_item => ItemKind::Actuation {
+                name,
+                binder: self.name(&inner.next()?),
+                kind: self.name(&inner.next()?),
+                clauses: inner.filter_map(|n| self.actuation_clause(n)).collect(),
+            },
+            Rule::table_item => ItemKind::Table(Table {
+                name,
+                from: self.name(&inner.next()?),
+                to: self.name(&inner.next()?),
+                rows: inner.filter_map(|row| self.row(row)).collect(),
+            }),
+            Rule::novelty_item => {
+                ItemKind::Novelty(name, inner.filter_map(|n| self.novelty_clause(n)).collect())
+            }
+            Rule::enum_item => ItemKind::Enum(name, parts(inner.next()?).map(|n| self.name(&n)).collect()),
+            Rule::record_item => ItemKind::Record(name, inner.filter_map(|n| self.typed(n)).collect()),
+            Rule::task_item => ItemKind::Task(name, inner.filter_map(|n| self.item(n)).collect()),
+            Rule::example_item => {
+                ItemKind::Example(name, inner.filter_map(|n| self.example_clause(n)).collect())
+            }
+            _ => return None,
+        })
+    }
+
+    /// A name, or a path in quotes.
+    fn name_or_text(&self, node: &Node<'_>) -> Name {
+        match node.as_rule() {
+            Rule::text => Name { text: unquote(node), span: self.span(node) },
+            _ => self.name(node),
+        }
+    }
+
+    fn objective(&mut self, node: Node<'a>) -> Option<ItemKind> {
+        let mut inner = children(node);
+        let direction = match inner.next()?.as_rule() {
+            Rule::kw_maximize => Direction::Maximize,
+            _ => Direction::Minimize,
+        };
+        Some(ItemKind::Objective { direction, value: self.expr(inner.next()?)? })
+    }
+
+    /// A search with its block, or the name of one.
+    fn search(&mut self, node: Node<'a>) -> Option<ItemKind> {
+        if children(node.clone()).any(|p| p.as_rule() == Rule::brace_open) {
+            return Some(ItemKind::Search(self.block(node)?));
+        }
+        let mut inner = parts(node);
+        let name = self.name(&inner.next()?);
+        let from = inner.next().and_then(|from| parts(from).next());
+        Some(ItemKind::UseSearch(name, from.map(|n| self.name(&n))))
+    }
+
+    fn symmetry(&mut self, node: Node<'a>) -> Option<ItemKind> {
+        let mut inner = parts(node);
+        let what = self.name(&inner.next()?);
+        Some(match inner.next() {
+            Some(radial) if radial.as_rule() == Rule::radial_part => {
+                let mut inner = parts(radial);
+                let count = self.expr(inner.next()?)?;
+                ItemKind::Symmetry(what, Some(count), inner.next().map(|n| self.name(&n)))
+            }
+            plane => ItemKind::Symmetry(what, None, plane.map(|n| self.name(&n))),
+        })
+    }
+
+    fn begin(&mut self, node: Node<'a>) -> ItemKind {
+        let (places, fills): (Vec<Node<'_>>, Vec<Node<'_>>) =
+            parts(node).partition(|n| n.as_rule() == Rule::place_clause);
+        ItemKind::Begin(
+            places.into_iter().filter_map(|n| self.place(n)).collect(),
+            fills.into_iter().filter_map(|n| self.cells(n)).collect(),
+        )
+    }
+
+    fn said(&mut self, node: Node<'a>) -> Option<Said> {
+        let mut said = Said { name: None, values: Vec::new(), because: None };
+        for part in parts(node) {
+            match part.as_rule() {
+                Rule::name => said.name = Some(self.name(&part)),
+                Rule::text => said.because = Some(unquote(&part)),
+                _ => said.values.push(self.expr(part)?),
+            }
+        }
+        Some(said)
+    }
+
+    fn hardware(&mut self, node: Node<'a>) -> Option<ItemKind> {
+        let is_target = node.as_rule() == Rule::target_item;
+        let mut inner = parts(node);
+        let (name, backend) = (self.name(&inner.next()?), self.name(&inner.next()?));
+        let kind = if is_target { Some(self.name(&inner.next()?)) } else { None };
+        let block = Block { name, method: None, fields: inner.filter_map(|n| self.field(n)).collect() };
+        Some(match kind {
+            Some(kind) => ItemKind::Target { block, backend, kind },
+            None => ItemKind::Prototype(block, backend),
+        })
+    }
+
+    /// `let`, of a value or a function.
+    pub(super) fn definition(&mut self, node: Node<'a>) -> Option<ItemKind> {
+        let mut inner = parts(node);
+        let name = self.name(&inner.next()?);
+        let mut value = inner.next()?;
+        let mut parameters = None;
+        if value.as_rule() == Rule::parameters {
+            parameters = Some(parts(value).filter_map(|n| self.typed(n)).collect());
+            value = inner.next()?;
+        }
+        Some(ItemKind::Let(name, parameters, self.expr(value)?))
+    }
+
+    fn variant(&mut self, node: Node<'a>) -> Option<Variant> {
+        let mut inner = parts(node);
+        let name = self.name(&inner.next()?);
+        let base = inner.next()?;
+        let from_file = base.as_rule() == Rule::text;
+        let base = self.name_or_text(&base);
+        Some(Variant { name, base, from_file, edits: inner.filter_map(|n| self.edit(n)).collect() })
+    }
+}
