@@ -59,6 +59,20 @@ fn files_and_what_they_import_by_path_are_mended() {
     assert!(errors(&output).contains("nothing was mended"), "{}", errors(&output));
 }
 
+/// What a variant changes may make its base look wrong: the base is sound, and stays as it is.
+#[test]
+fn a_base_is_not_mended_to_suit_a_variant() {
+    let base = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
+    let variant = "variant other of \"./codesign.sgr\" {\n  replace begin { place coer : cube }\n}\n";
+    let folder = folder(&[("codesign.sgr", base.as_str()), ("other.sgr", variant)]);
+    let output = sgc(folder.path(), &["check", "--fix", "other.sgr"]);
+    assert_eq!(output.status.code(), Some(1), "{}", errors(&output));
+    assert!(out(&output).contains("unknown name `core`"), "{}", out(&output));
+    assert!(errors(&output).contains("nothing was mended"), "{}", errors(&output));
+    assert_eq!(read(&folder, "codesign.sgr"), base);
+    assert_eq!(read(&folder, "other.sgr"), variant);
+}
+
 #[test]
 fn what_is_not_certain_is_left_and_told() {
     let text = "let width = 3 mm\nlet a = width + 4\nlet b = box(2, 2 cm, 2 cm)\nlet c = nothing_known\n";

@@ -35,6 +35,16 @@ struct Offer {
     mark: String,
 }
 
+impl Offer {
+    /// Whether two offers change the same text in the same way.
+    fn is_same(&self, other: &Self) -> bool {
+        let edits = |offer: &Self| -> Vec<(std::ops::Range<usize>, String)> {
+            offer.edits.iter().map(|edit| (edit.span.range(), edit.replacement.clone())).collect()
+        };
+        self.key == other.key && edits(self) == edits(other)
+    }
+}
+
 /// What a check of all texts gave.
 struct State {
     errors: usize,
@@ -120,7 +130,30 @@ impl Session<'_> {
                 }
             }
         }
+        self.keep_own(world, &mut state.offers);
         state
+    }
+
+    /// Leaves out the edits of files that nobody named where the file on its own gives no reason for them:
+    /// what a variant changes may make its base look wrong, which is as it should be.
+    fn keep_own(&self, world: &Edited, offers: &mut Vec<Offer>) {
+        let named: BTreeSet<PathBuf> = self.texts.iter().map(|text| Edited::key(&text.name)).collect();
+        let mut alone: BTreeMap<PathBuf, Vec<Offer>> = BTreeMap::new();
+        offers.retain(|offered| {
+            named.contains(&offered.key)
+                || alone
+                    .entry(offered.key.clone())
+                    .or_insert_with(|| {
+                        let name = offered.key.to_string_lossy();
+                        let checked = load::check_all(world, &name, &offered.text, &[]);
+                        let offers = |checked: &load::Checked| -> Vec<Offer> {
+                            checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources)).collect()
+                        };
+                        checked.iter().flat_map(offers).collect()
+                    })
+                    .iter()
+                    .any(|own| own.is_same(offered))
+        });
     }
 
     /// Applies what can be applied; `None` if nothing can.
