@@ -293,5 +293,5 @@ fn replace(path: &Path, original: &str, mended: &str) -> Result<(), String> {
     if permissions.readonly() {
         return Err("it is read-only".to_owned());
     }
-    write_whole(path, mended)
+    Ok(write_whole(path, mended)?)
 }

@@ -336,7 +336,7 @@ impl Observer for Keeper<'_> {
     fn kept(&mut self, archive: &[(Vec<usize>, Best)], new: usize) -> Result<(), String> {
         let Some((cell, best)) = archive.get(new) else { return Ok(()) };
         let design = self.saved(best)?;
-        self.folder.kept(self.rules, archive, cell, &design)
+        Ok(self.folder.kept(self.rules, archive, cell, &design)?)
     }
 
     fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), String> {

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use grammar_lang::ir::{Descriptor, RuleSet};
 
+use super::FileError;
 use super::saved::SavedDesign;
 use super::whole::{read, write_whole};
 use crate::search::Best;
@@ -36,9 +37,9 @@ pub(super) fn write(
     archive: &[(Vec<usize>, Best)],
     cell: &[usize],
     design: &SavedDesign,
-) -> Result<(), String> {
+) -> Result<(), FileError> {
     let folder = run.join(FOLDER);
-    fs::create_dir_all(&folder).map_err(|e| format!("cannot write {}: {e}", folder.display()))?;
+    fs::create_dir_all(&folder).map_err(FileError::write(&folder))?;
     write_whole(&folder.join(file(cell)), &design.text())?;
     write_whole(&run.join(TABLE), &table(rules, archive))
 }

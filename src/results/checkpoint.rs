@@ -7,6 +7,7 @@ use sha2::{Digest, Sha256};
 
 use super::evals::Mark;
 use super::saved::hex;
+use super::{Damage, FileError, Unfit};
 use crate::derive::Steps;
 use crate::reading;
 use crate::search::State;
@@ -37,7 +38,12 @@ impl Checkpoint {
     /// # Errors
     ///
     /// A sentence: the state cannot be written down.
-    pub(super) fn new(run: &str, max_evals: Option<u64>, evals: Mark, state: &State) -> Result<Self, String> {
+    pub(super) fn new(
+        run: &str,
+        max_evals: Option<u64>,
+        evals: Mark,
+        state: &State,
+    ) -> Result<Self, serde_json::Error> {
         let mut checkpoint = Self {
             format: FORMAT.to_owned(),
             version: VERSION,
@@ -57,8 +63,8 @@ impl Checkpoint {
     /// # Errors
     ///
     /// A sentence: the state cannot be written down.
-    pub(super) fn text(&self) -> Result<String, String> {
-        serde_json::to_string(self).map(|text| text + "\n").map_err(|e| format!("no checkpoint: {e}"))
+    pub(super) fn text(&self) -> Result<String, serde_json::Error> {
+        serde_json::to_string(self).map(|text| text + "\n")
     }
 
     /// Reads the checkpoint of the run that `run.toml` of this hash began.
@@ -66,33 +72,24 @@ impl Checkpoint {
     /// # Errors
     ///
     /// A sentence that says what is wrong with it.
-    pub(super) fn read(path: &Path, run: &str) -> Result<Self, String> {
-        let damaged = |why: &dyn std::fmt::Display| format!("{} is damaged: {why}", path.display());
-        let bytes = reading::own(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
-        let value: serde_json::Value = serde_json::from_slice(&bytes).map_err(|e| damaged(&e))?;
+    pub(super) fn read(path: &Path, run: &str) -> Result<Self, FileError> {
+        let bytes = reading::own(path).map_err(FileError::read(path))?;
+        let value: serde_json::Value = serde_json::from_slice(&bytes).map_err(FileError::damaged(path))?;
         let field = |name: &str| value.get(name).and_then(serde_json::Value::as_str).unwrap_or("");
         if field("format") != FORMAT {
-            return Err(format!("{} is not a checkpoint", path.display()));
+            return Err(FileError::unfit(path, Unfit::NotCheckpoint));
         }
         let version = value.get("version").and_then(serde_json::Value::as_u64);
         if version != Some(u64::from(VERSION)) || field("sgc") != env!("CARGO_PKG_VERSION") {
-            return Err(format!(
-                "{} was written by sgc {}; this is {}, which would not go on in the same way: use the other one, or begin anew",
-                path.display(),
-                field("sgc"),
-                env!("CARGO_PKG_VERSION")
-            ));
+            return Err(FileError::unfit(path, Unfit::OtherProgram { theirs: field("sgc").to_owned() }));
         }
-        let mut checkpoint: Self = serde_json::from_value(value).map_err(|e| damaged(&e))?;
+        let mut checkpoint: Self = serde_json::from_value(value).map_err(FileError::damaged(path))?;
         let sum = std::mem::take(&mut checkpoint.sum);
-        if checkpoint.text().map(|text| hash(&text)) != Ok(sum.clone()) {
-            return Err(damaged(&"its contents do not fit its checksum"));
+        if hash(&checkpoint.text().map_err(FileError::damaged(path))?) != sum {
+            return Err(FileError::damaged(path)(Damage::Sum));
         }
         if checkpoint.run != run {
-            return Err(format!(
-                "{} was changed after the run began: a run goes on only as it was asked",
-                path.with_file_name("run.toml").display()
-            ));
+            return Err(FileError::unfit(&path.with_file_name("run.toml"), Unfit::OtherOrder));
         }
         checkpoint.sum = sum;
         Ok(checkpoint)

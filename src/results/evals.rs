@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::saved::hex;
+use super::{FileError, Unfit};
 use crate::search::Row;
 
 use crate::reading;
@@ -35,8 +36,8 @@ pub(super) struct Mark {
 
 impl Evals {
     /// A table without rows, with columns for what is observed.
-    pub(super) fn create(path: &Path, observed: &[String]) -> Result<Self, String> {
-        let file = fs::File::create(path).map_err(|e| fault(path, &e))?;
+    pub(super) fn create(path: &Path, observed: &[String]) -> Result<Self, FileError> {
+        let file = fs::File::create(path).map_err(FileError::write(path))?;
         let (path, sum) = (path.to_owned(), Sha256::new());
         let mut evals = Self { path, file, sum, length: 0, observed: observed.len() };
         let more: String = observed.iter().map(|name| format!(",{name}")).collect();
@@ -45,19 +46,16 @@ impl Evals {
     }
 
     /// The table as it was when it was marked: rows that were added later are cut off.
-    pub(super) fn reopen(path: &Path, mark: &Mark, observed: &[String]) -> Result<Self, String> {
-        let bytes = reading::own(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+    pub(super) fn reopen(path: &Path, mark: &Mark, observed: &[String]) -> Result<Self, FileError> {
+        let bytes = reading::own(path).map_err(FileError::read(path))?;
         let counted = usize::try_from(mark.bytes).ok().and_then(|length| bytes.get(..length));
         let Some(counted) = counted.filter(|counted| hex(&Sha256::digest(counted)) == mark.sha256) else {
-            return Err(format!(
-                "{} was changed: it does not begin with the rows that the checkpoint counts",
-                path.display()
-            ));
+            return Err(FileError::unfit(path, Unfit::OtherRows));
         };
         let sum = Sha256::new_with_prefix(counted);
-        let mut file = fs::OpenOptions::new().write(true).open(path).map_err(|e| fault(path, &e))?;
-        file.set_len(mark.bytes).map_err(|e| fault(path, &e))?;
-        file.seek(SeekFrom::End(0)).map_err(|e| fault(path, &e))?;
+        let mut file = fs::OpenOptions::new().write(true).open(path).map_err(FileError::write(path))?;
+        file.set_len(mark.bytes).map_err(FileError::write(path))?;
+        file.seek(SeekFrom::End(0)).map_err(FileError::write(path))?;
         Ok(Self { path: path.to_owned(), file, sum, length: mark.bytes, observed: observed.len() })
     }
 
@@ -67,7 +65,7 @@ impl Evals {
     }
 
     /// Adds a row.
-    pub(super) fn row(&mut self, row: &Row) -> Result<(), String> {
+    pub(super) fn row(&mut self, row: &Row) -> Result<(), FileError> {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
         let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
         let mut line = format!(
@@ -97,22 +95,18 @@ impl Evals {
         self.write(&line)
     }
 
-    fn write(&mut self, text: &str) -> Result<(), String> {
-        self.file.write_all(text.as_bytes()).map_err(|e| fault(&self.path, &e))?;
+    fn write(&mut self, text: &str) -> Result<(), FileError> {
+        self.file.write_all(text.as_bytes()).map_err(FileError::write(&self.path))?;
         self.sum.update(text);
         self.length += text.len() as u64;
         Ok(())
     }
 
     /// How far it is written; all of that is on the disk when this returns.
-    pub(super) fn mark(&self) -> Result<Mark, String> {
-        self.file.sync_data().map_err(|e| fault(&self.path, &e))?;
+    pub(super) fn mark(&self) -> Result<Mark, FileError> {
+        self.file.sync_data().map_err(FileError::write(&self.path))?;
         Ok(Mark { bytes: self.length, sha256: hex(&self.sum.clone().finalize()) })
     }
-}
-
-fn fault(path: &Path, e: &std::io::Error) -> String {
-    format!("cannot write {}: {e}", path.display())
 }
 
 /// A text as a field of a csv file.
@@ -146,9 +140,9 @@ mod tests {
         assert_eq!(Evals::reopen(&path, &now, &[]).unwrap().mark().unwrap(), now);
 
         fs::write(&path, format!("{COLUMNS}\nodd\nthree\n")).unwrap();
-        assert!(Evals::reopen(&path, &mark, &[]).unwrap_err().contains("was changed"));
+        assert!(Evals::reopen(&path, &mark, &[]).unwrap_err().to_string().contains("was changed"));
         fs::write(&path, "move").unwrap();
-        assert!(Evals::reopen(&path, &mark, &[]).unwrap_err().contains("was changed"));
+        assert!(Evals::reopen(&path, &mark, &[]).unwrap_err().to_string().contains("was changed"));
         assert_eq!(fs::read_to_string(&path).unwrap(), "move", "what is refused stays as it is");
     }
 }

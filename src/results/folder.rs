@@ -19,6 +19,7 @@ use super::report;
 use super::saved::{Grammar, SavedDesign, hex};
 use super::sittings::SITTINGS;
 use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
+use super::{FileError, Unfit};
 use crate::score::Observed;
 use crate::search::{Best, Outcome, Row, State};
 
@@ -160,14 +161,12 @@ pub fn best(path: &Path) -> PathBuf {
 /// # Errors
 ///
 /// A sentence: the result cannot be read.
-pub fn finished(path: &Path) -> Result<Option<Finished>, String> {
+pub fn finished(path: &Path) -> Result<Option<Finished>, FileError> {
     let path = path.join(RESULT);
     match reading::own(&path) {
-        Ok(bytes) => serde_json::from_slice(&bytes)
-            .map(Some)
-            .map_err(|e| format!("{} is damaged: {e}", path.display())),
+        Ok(bytes) => serde_json::from_slice(&bytes).map(Some).map_err(FileError::damaged(&path)),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(e) => Err(format!("cannot read {}: {e}", path.display())),
+        Err(e) => Err(FileError::read(&path)(e)),
     }
 }
 
@@ -176,9 +175,9 @@ pub fn finished(path: &Path) -> Result<Option<Finished>, String> {
 /// # Errors
 ///
 /// A sentence: `run.toml` cannot be read, or is damaged.
-pub fn asked(path: &Path) -> Result<Asked, String> {
+pub fn asked(path: &Path) -> Result<Asked, FileError> {
     let path = path.join(RUN);
-    toml::from_str(&read(&path)?).map_err(|e| format!("{} is damaged: {e}", path.display()))
+    toml::from_str(&read(&path)?).map_err(FileError::damaged(&path))
 }
 
 /// The texts that a run froze when it began.
@@ -186,16 +185,13 @@ pub fn asked(path: &Path) -> Result<Asked, String> {
 /// # Errors
 ///
 /// A sentence: a text is gone or was changed.
-pub fn frozen(path: &Path, asked: &Asked) -> Result<Grammar, String> {
+pub fn frozen(path: &Path, asked: &Asked) -> Result<Grammar, FileError> {
     let mut sources = BTreeMap::new();
     for source in &asked.sources {
         let file = path.join(SOURCES).join(&source.file);
         let text = read(&file)?;
         if hex(&Sha256::digest(&text)) != source.sha256 {
-            return Err(format!(
-                "{} was changed after the run began: a run goes on only with the grammar that it began with",
-                file.display()
-            ));
+            return Err(FileError::unfit(&file, Unfit::OtherText));
         }
         sources.insert(source.name.clone(), text);
     }
@@ -221,7 +217,7 @@ impl RunFolder {
         grammar: &Grammar,
         rules: &RuleSet,
         state: &State,
-    ) -> Result<Self, String> {
+    ) -> Result<Self, FileError> {
         // A link is followed: what it points to is replaced, not the link.
         let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let aside = check_place(path, force)?.then(|| aside(path));
@@ -242,13 +238,12 @@ impl RunFolder {
         grammar: &Grammar,
         rules: &RuleSet,
         state: &State,
-    ) -> Result<Self, String> {
-        let fault = |what: &Path, e: &dyn std::fmt::Display| format!("cannot write {}: {e}", what.display());
-        let text = toml::to_string(asked).map_err(|e| fault(&path.join(RUN), &e))?;
+    ) -> Result<Self, FileError> {
+        let text = toml::to_string(asked).map_err(FileError::write(&path.join(RUN)))?;
         write_whole(&path.join(RUN), &text)?;
         let lock = lock(&path.join(RUN))?;
         let sources = path.join(SOURCES);
-        fs::create_dir_all(&sources).map_err(|e| fault(&sources, &e))?;
+        fs::create_dir_all(&sources).map_err(FileError::write(&sources))?;
         for source in &asked.sources {
             let text = grammar.sources.get(&source.name).map_or("", String::as_str);
             write_whole(&sources.join(&source.file), text)?;
@@ -271,32 +266,28 @@ impl RunFolder {
     /// # Errors
     ///
     /// A sentence: there is no run, it is complete, under way, changed, damaged or of another version.
-    pub fn reopen(path: &Path) -> Result<Reopened, String> {
-        let shown = path.display();
+    pub fn reopen(path: &Path) -> Result<Reopened, FileError> {
         if !is_run(path) {
             let older = if path.exists() { None } else { leftovers::older(path) };
-            return Err(match older {
-                Some(older) => format!(
-                    "{shown} is not there: the process that was to replace it was killed. The older run is intact: rename {} back",
-                    older.display()
-                ),
-                None => format!("{shown} is not a run folder: it has no {RUN}"),
-            });
+            return Err(FileError::unfit(
+                path,
+                older.map_or(Unfit::NoRun { file: RUN }, |older| Unfit::MovedAway { older }),
+            ));
         }
         let lock = lock_again(&path.join(RUN))?;
         if finished(path)?.is_some() {
-            return Err(format!("the run in {shown} is complete"));
+            return Err(FileError::Complete { folder: path.to_owned() });
         }
         let text = read(&path.join(RUN))?;
         let run = hex(&Sha256::digest(&text));
         if !path.join(CHECKPOINT).exists() {
-            return Err(format!("{shown} has no checkpoint to go on from: begin anew with sgc run --force"));
+            return Err(FileError::unfit(path, Unfit::NoCheckpoint));
         }
         let checkpoint = Checkpoint::read(&path.join(CHECKPOINT), &run)?;
         let asked = asked(path)?;
         let grammar = frozen(path, &asked)?;
-        let (rules, sources) = grammar.compile_with_sources().map_err(|e| format!("{shown}: {e}"))?;
-        let state = checkpoint.state.restore(&rules).map_err(|e| format!("{shown}: {e}"))?;
+        let (rules, sources) = grammar.compile_with_sources().map_err(FileError::inside(path))?;
+        let state = checkpoint.state.restore(&rules).map_err(FileError::inside(path))?;
         let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, &rules.observed)?;
         for name in entries(path).unwrap_or_default() {
             if is_unfinished(&name) {
@@ -339,7 +330,7 @@ impl RunFolder {
     /// # Errors
     ///
     /// A sentence with the system's reason.
-    pub fn row(&mut self, row: &Row) -> Result<(), String> {
+    pub fn row(&mut self, row: &Row) -> Result<(), FileError> {
         self.evals.row(row)
     }
 
@@ -348,9 +339,11 @@ impl RunFolder {
     /// # Errors
     ///
     /// A sentence with the system's reason; then the last checkpoint is as it was.
-    pub fn checkpoint(&self, state: &State, max_evals: Option<u64>) -> Result<(), String> {
-        let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state)?;
-        write_whole(&self.path.join(CHECKPOINT), &checkpoint.text()?)
+    pub fn checkpoint(&self, state: &State, max_evals: Option<u64>) -> Result<(), FileError> {
+        let path = self.path.join(CHECKPOINT);
+        let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state);
+        let text = checkpoint.and_then(|checkpoint| checkpoint.text()).map_err(FileError::write(&path))?;
+        write_whole(&path, &text)
     }
 
     /// Replaces the best design of a kind, and the table of all kinds.
@@ -364,7 +357,7 @@ impl RunFolder {
         archive: &[(Vec<usize>, Best)],
         cell: &[usize],
         design: &SavedDesign,
-    ) -> Result<(), String> {
+    ) -> Result<(), FileError> {
         archive::write(&self.path, rules, archive, cell, design)
     }
 
@@ -373,10 +366,10 @@ impl RunFolder {
     /// # Errors
     ///
     /// A sentence with the system's reason.
-    pub fn best(&self, design: &SavedDesign) -> Result<(), String> {
+    pub fn best(&self, design: &SavedDesign) -> Result<(), FileError> {
         write_whole(&self.best_path(), &design.text())?;
         if let Some(old) = self.replaced.borrow_mut().take() {
-            fs::remove_dir_all(&old).map_err(|e| format!("cannot remove {}: {e}", old.display()))?;
+            fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
             leftovers::clear(&self.path);
         }
         Ok(())
@@ -387,7 +380,7 @@ impl RunFolder {
     /// # Errors
     ///
     /// A sentence with the system's reason.
-    pub fn finish(&self, asked: &Asked, rules: &RuleSet, outcome: &Outcome) -> Result<(), String> {
+    pub fn finish(&self, asked: &Asked, rules: &RuleSet, outcome: &Outcome) -> Result<(), FileError> {
         let observed = outcome.best.as_ref().map(|best| best.observed());
         let finished = Finished {
             grammar: asked.grammar.clone(),
@@ -406,9 +399,10 @@ impl RunFolder {
             unstable: outcome.tally.unstable,
             end: outcome.end.text().to_owned(),
         };
-        let text = serde_json::to_string_pretty(&finished).map_err(|e| e.to_string())? + "\n";
+        let path = self.path.join(RESULT);
+        let text = serde_json::to_string_pretty(&finished).map_err(FileError::write(&path))? + "\n";
         self.evals.mark()?;
-        write_whole(&self.path.join(RESULT), &text)?;
+        write_whole(&path, &text)?;
         clear(&self.path);
         Ok(())
     }
@@ -431,31 +425,22 @@ impl Drop for RunFolder {
 }
 
 /// Whether there is a run to be replaced; what is none is left alone.
-pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, String> {
+pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
     if !path.exists() {
         return Ok(false);
     }
-    let entries = if path.is_dir() {
-        entries(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?
-    } else {
-        vec![String::new()]
-    };
+    let entries =
+        if path.is_dir() { entries(path).map_err(FileError::read(path))? } else { vec![String::new()] };
     if entries.is_empty() {
         return Ok(false);
     }
     if !force {
-        return Err(format!(
-            "{} exists already; choose another folder with --out, another --seed, or replace it with --force",
-            path.display()
-        ));
+        return Err(FileError::unfit(path, Unfit::Exists));
     }
     // Only what a run has written is ever replaced.
     if let Some(foreign) = entries.iter().find(|e| !is_own(path, e)).cloned().or_else(|| foreign_within(path))
     {
-        return Err(format!(
-            "{} is not only a run folder: \"{foreign}\" in it was not written by a run; --force replaces only run folders",
-            path.display()
-        ));
+        return Err(FileError::unfit(path, Unfit::NotOnlyRun { foreign }));
     }
     if is_run(path) {
         // Not while it is under way.

@@ -7,6 +7,7 @@ use grammar_lang::ir::RuleSet;
 use super::folder::{Asked, Finished, RESULT};
 use super::replay::{Replayed, candidate, drive_of};
 use super::saved::SavedDesign;
+use super::{FileError, Unfit};
 
 /// Checks that the derivation of a design leads, by its own grammar, to the body that was saved.
 ///
@@ -104,16 +105,13 @@ pub(super) fn check_run(
 /// A sentence that names one that is not.
 pub(super) fn check_one_grammar<'a>(
     mut runs: impl Iterator<Item = (&'a Path, &'a Asked)>,
-) -> Result<(), String> {
+) -> Result<(), FileError> {
     let Some((first, known)) = runs.next() else { return Ok(()) };
     match runs.find(|(_, asked)| asked.rules != known.rules) {
-        Some((path, asked)) => Err(format!(
-            "{} is a run of {} with other rules than {}, which is beside it: they are no runs of one grammar; take it out of \
-             this folder",
-            path.display(),
-            asked.grammar,
-            first.display()
-        )),
+        Some((path, asked)) => {
+            let (grammar, first) = (asked.grammar.clone(), first.to_owned());
+            Err(FileError::unfit(path, Unfit::OtherRules { grammar, first }))
+        }
         None => Ok(()),
     }
 }

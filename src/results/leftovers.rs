@@ -15,7 +15,7 @@ const FILLED_WITHIN: Duration = Duration::from_secs(600);
 /// The older run that this one was to replace when its process was killed: the newest, if there are several.
 pub(super) fn older(path: &Path) -> Option<PathBuf> {
     let mut found = beside(path, &replaced(path), true);
-    found.retain(|folder| check_place(folder, true) == Ok(true));
+    found.retain(|folder| matches!(check_place(folder, true), Ok(true)));
     found.into_iter().max_by_key(|folder| changed(folder))
 }
 

@@ -5,6 +5,7 @@ pub mod beginning;
 pub mod checkpoint;
 pub mod describe;
 mod evals;
+mod file_error;
 pub mod folder;
 pub mod gait;
 pub mod genuine;
@@ -24,3 +25,5 @@ pub mod sittings;
 pub mod summary;
 pub mod view;
 pub mod whole;
+
+pub use file_error::{Damage, FileError, Unfit, Unwritable};

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::names::Names;
+use super::{FileError, Unfit};
 use crate::derive::{Derivation, Step};
 use crate::reading;
 use crate::score::Observed;
@@ -276,43 +277,30 @@ impl SavedDesign {
     /// # Errors
     ///
     /// A sentence that says what is wrong with it.
-    pub fn read(path: &Path) -> Result<Self, String> {
-        let bytes = reading::named(path).map_err(|e| format!("cannot read {}: {e}", path.display()))?;
+    pub fn read(path: &Path) -> Result<Self, FileError> {
+        let unfit = |why| Err(FileError::unfit(path, why));
+        let bytes = reading::named(path).map_err(FileError::read(path))?;
         if path.extension().is_some_and(|extension| extension == "sgr") {
-            return Err(format!(
-                "{} is a grammar, not a saved design: `sgc run` grows designs from it, into a folder that this command reads",
-                path.display()
-            ));
+            return unfit(Unfit::Grammar);
         }
-        let mut value: serde_json::Value = serde_json::from_slice(&bytes)
-            .map_err(|e| format!("{} is not a saved design: {e}", path.display()))?;
+        let value = serde_json::from_slice(&bytes);
+        let mut value: serde_json::Value = value.map_err(|e| FileError::unfit(path, Unfit::NotJson(e)))?;
         if value.get("format").and_then(|f| f.as_str()) != Some(FORMAT) {
-            return Err(format!(
-                "{} is not a saved design: it lacks \"format\": \"{FORMAT}\"",
-                path.display()
-            ));
+            return unfit(Unfit::NoDesign { format: FORMAT });
         }
         match value.get("version").and_then(serde_json::Value::as_u64) {
             Some(version) if version == u64::from(VERSION) => {}
             version => {
-                let version = version.map_or("an unknown version".to_owned(), |v| format!("version {v}"));
-                return Err(format!(
-                    "{} has {version} of the file format; this sgc reads version {VERSION}",
-                    path.display()
-                ));
+                let theirs = version.map_or("an unknown version".to_owned(), |v| format!("version {v}"));
+                return unfit(Unfit::OtherVersion { theirs, own: VERSION });
             }
         }
         // Earlier versions wrote no checksum.
         let sum = value.as_object_mut().and_then(|fields| fields.remove("sum"));
         let is_same = sum.is_none_or(|sum| sum.as_str() == Some(&checksum(&value)));
-        let design =
-            serde_json::from_value(value).map_err(|e| format!("{} is damaged: {e}", path.display()))?;
+        let design = serde_json::from_value(value).map_err(FileError::damaged(path))?;
         if !is_same {
-            return Err(format!(
-                "{} was changed after it was saved: what it says does not fit its checksum, and is the result of no \
-                 search",
-                path.display()
-            ));
+            return unfit(Unfit::Edited);
         }
         Ok(design)
     }

@@ -15,6 +15,7 @@ use super::report;
 use super::robustness::confirmed;
 use super::saved::SavedDesign;
 use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
+use super::{FileError, Unfit};
 
 pub(super) const RUNS: &str = "runs.toml";
 const SUMMARY: &str = "summary.csv";
@@ -66,9 +67,9 @@ pub fn is_series(path: &Path) -> bool {
 /// # Errors
 ///
 /// A sentence: `runs.toml` cannot be read, or is damaged.
-pub fn series(path: &Path) -> Result<Series, String> {
+pub fn series(path: &Path) -> Result<Series, FileError> {
     let path = path.join(RUNS);
-    toml::from_str(&read(&path)?).map_err(|e| format!("{} is damaged: {e}", path.display()))
+    toml::from_str(&read(&path)?).map_err(FileError::damaged(&path))
 }
 
 /// The folder of one of several runs.
@@ -86,8 +87,8 @@ impl SeriesFolder {
         path: &Path,
         force: bool,
         series: Series,
-        begin: impl Fn(u64, &Path) -> Result<(), String>,
-    ) -> Result<Self, String> {
+        begin: impl Fn(u64, &Path) -> Result<(), FileError>,
+    ) -> Result<Self, FileError> {
         let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let replaced = if is_series(path) && force {
             check_series(path)?;
@@ -97,8 +98,7 @@ impl SeriesFolder {
         };
         let lock = make_folder(path, replaced.as_deref(), |path| {
             let file = path.join(RUNS);
-            let text =
-                toml::to_string(&series).map_err(|e| format!("cannot write {}: {e}", file.display()))?;
+            let text = toml::to_string(&series).map_err(FileError::write(&file))?;
             write_whole(&file, &text)?;
             for &seed in &series.seeds {
                 begin(seed, &run_folder(path, seed))?;
@@ -106,7 +106,7 @@ impl SeriesFolder {
             lock(&file)
         })?;
         if let Some(old) = replaced {
-            fs::remove_dir_all(&old).map_err(|e| format!("cannot remove {}: {e}", old.display()))?;
+            fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
         }
         if force {
             leftovers::clear(path);
@@ -119,7 +119,7 @@ impl SeriesFolder {
     /// # Errors
     ///
     /// A sentence: another process goes on with them, or a file is damaged.
-    pub fn open(path: &Path) -> Result<Self, String> {
+    pub fn open(path: &Path) -> Result<Self, FileError> {
         let file = path.join(RUNS);
         let lock = lock_again(&file)?;
         let series = series(path)?;
@@ -150,7 +150,7 @@ impl SeriesFolder {
     /// # Errors
     ///
     /// A sentence: a result or design cannot be read, or the summary cannot be written.
-    pub fn summary(&self) -> Result<(Vec<Line>, Option<RuleSet>), String> {
+    pub fn summary(&self) -> Result<(Vec<Line>, Option<RuleSet>), FileError> {
         let mut rules: Option<RuleSet> = None;
         let mut lines = Vec::new();
         let paths = || self.series.seeds.iter().map(|&seed| self.run(seed));
@@ -161,12 +161,11 @@ impl SeriesFolder {
             let best = folder::best(path);
             let design = if best.exists() { Some(SavedDesign::read(&best)?) } else { None };
             if let (None, Some(design)) = (&rules, &design) {
-                rules = Some(design.grammar.compile().map_err(|e| format!("{}: {e}", best.display()))?);
+                rules = Some(design.grammar.compile().map_err(FileError::inside(&best))?);
             }
             let finished = finished(path)?;
             if let Some(design) = &design {
-                genuine::check_run(design, asked, finished.as_ref())
-                    .map_err(|e| format!("{}: {e}", best.display()))?;
+                genuine::check_run(design, asked, finished.as_ref()).map_err(FileError::inside(&best))?;
             }
             let is_complete = finished.is_some();
             let checks =
@@ -231,16 +230,13 @@ pub fn table(lines: &[Line]) -> String {
 }
 
 /// Refuses to replace what is not only the folder of several runs, or is under way.
-pub(super) fn check_series(path: &Path) -> Result<(), String> {
+pub(super) fn check_series(path: &Path) -> Result<(), FileError> {
     drop(lock(&path.join(RUNS))?);
-    for name in entries(path).map_err(|e| format!("cannot read {}: {e}", path.display()))? {
+    for name in entries(path).map_err(FileError::read(path))? {
         if name.starts_with("seed-") {
             check_place(&path.join(name), true)?;
         } else if name != RUNS && name != SUMMARY && !is_unfinished(&name) && !report::is_own(path, &name) {
-            return Err(format!(
-                "{} is not only a folder of runs: \"{name}\" in it was not written by them; --force replaces only such folders",
-                path.display()
-            ));
+            return Err(FileError::unfit(path, Unfit::NotOnlyRuns { foreign: name }));
         }
     }
     Ok(())

@@ -7,6 +7,7 @@ use std::time::Instant;
 
 use serde::{Deserialize, Serialize};
 
+use super::FileError;
 use super::whole::write_whole;
 
 /// Its name in the run folder.
@@ -53,7 +54,7 @@ impl Sittings {
     /// # Errors
     ///
     /// A sentence with the system's reason.
-    pub fn note(&self, spent: u64) -> Result<(), String> {
+    pub fn note(&self, spent: u64) -> Result<(), FileError> {
         let seconds = self.started.elapsed().as_secs_f64();
         let Self { path, before, begin, threads, .. } = self;
         write_whole(path, &format!("{before}{begin},{spent},{seconds:.3},{threads}\n"))

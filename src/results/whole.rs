@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use super::{FileError, Unwritable};
 use crate::reading;
 
 /// How the names of files begin that are not written to their end.
@@ -25,7 +26,7 @@ pub(super) fn is_unfinished(name: &str) -> bool {
 /// # Errors
 ///
 /// A sentence with the path and the system's reason.
-pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
+pub fn write_whole(path: &Path, text: &str) -> Result<(), FileError> {
     write_with(path, text, None)
 }
 
@@ -35,22 +36,22 @@ pub fn write_whole(path: &Path, text: &str) -> Result<(), String> {
 /// # Errors
 ///
 /// A sentence with the path and the reason: also if the file may not be written.
-pub fn rewrite(path: &Path, text: &str) -> Result<(), String> {
-    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
-    let permissions = fs::metadata(path).map_err(|e| fault(&e))?.permissions();
+pub fn rewrite(path: &Path, text: &str) -> Result<(), FileError> {
+    let permissions = fs::metadata(path).map_err(FileError::write(path))?.permissions();
     // A rename would replace even a file that may not be written.
     if permissions.readonly() {
-        return Err(fault(&"it is read-only"));
+        return Err(FileError::write(path)(Unwritable::ReadOnly));
     }
     write_with(path, text, Some(permissions))
 }
 
-fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> Result<(), String> {
-    let fault = |e: &dyn std::fmt::Display| format!("cannot write {}: {e}", path.display());
+fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> Result<(), FileError> {
+    let named = path;
+    let fault = |why: std::io::Error| FileError::write(named)(why);
     // A link is followed; a device or pipe is no file to be replaced.
     let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
     if path.exists() && !path.is_file() {
-        return Err(format!("cannot write {}: it is not a regular file", path.display()));
+        return Err(FileError::write(named)(Unwritable::NotRegular));
     }
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
@@ -58,18 +59,18 @@ fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> 
     // As any other file: readable by whom the user's mask allows.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(parent).map_err(|e| fault(&e))?;
+    let mut file = builder.tempfile_in(parent).map_err(fault)?;
     if let Ok(old) = fs::metadata(path) {
         // What replaces a file is open to the same people.
-        file.as_file().set_permissions(old.permissions()).map_err(|e| fault(&e))?;
+        file.as_file().set_permissions(old.permissions()).map_err(fault)?;
     }
-    file.write_all(text.as_bytes()).map_err(|e| fault(&e))?;
+    file.write_all(text.as_bytes()).map_err(fault)?;
     if let Some(permissions) = permissions {
-        file.as_file().set_permissions(permissions).map_err(|e| fault(&e))?;
+        file.as_file().set_permissions(permissions).map_err(fault)?;
     }
-    file.as_file().sync_all().map_err(|e| fault(&e))?;
-    file.persist(path).map_err(|e| fault(&e.error))?;
-    sync_folder(parent).map_err(|e| fault(&e))
+    file.as_file().sync_all().map_err(fault)?;
+    file.persist(path).map_err(|e| fault(e.error))?;
+    sync_folder(parent).map_err(fault)
 }
 
 /// Makes sure that what was renamed in a folder stays so after a loss of power.
@@ -88,38 +89,36 @@ pub(super) fn sync_folder(path: &Path) -> std::io::Result<()> {
 /// Makes a folder so that it is there whole or not at all: filled beside its place first, then
 /// renamed. Where an empty folder is already, that one is filled: it may be where a disk is mounted.
 /// What else is there is moved `aside`, and back again if nothing comes of it.
-pub(super) fn make_folder<T>(
+pub(super) fn make_folder<T, E: From<FileError>>(
     path: &Path,
     aside: Option<&Path>,
-    fill: impl FnOnce(&Path) -> Result<T, String>,
-) -> Result<T, String> {
-    let fault = |e: &dyn std::fmt::Display| {
-        format!("cannot write {}: {e}; choose another place with --out", path.display())
-    };
+    fill: impl FnOnce(&Path) -> Result<T, E>,
+) -> Result<T, E> {
+    let fault = |why| FileError::write(path)(Unwritable::NoPlace(why));
     if aside.is_none() && path.exists() {
         return fill(path);
     }
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    fs::create_dir_all(parent).map_err(|e| fault(&e))?;
+    fs::create_dir_all(parent).map_err(fault)?;
     let mut builder = tempfile::Builder::new();
     let prefix = unfinished(path);
     builder.prefix(&prefix);
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-    let beside = builder.tempdir_in(parent).map_err(|e| fault(&e))?;
+    let beside = builder.tempdir_in(parent).map_err(fault)?;
     let made = fill(beside.path())?;
     if let Some(aside) = aside {
-        fs::rename(path, aside).map_err(|e| fault(&e))?;
+        fs::rename(path, aside).map_err(fault)?;
     }
     if let Err(e) = fs::rename(beside.path(), path) {
         if let Some(aside) = aside {
             let _ = fs::rename(aside, path);
         }
-        return Err(fault(&e));
+        return Err(fault(e).into());
     }
     // It has another name now: there is nothing to remove.
     let _ = beside.keep();
-    sync_folder(parent).map_err(|e| fault(&e))?;
+    sync_folder(parent).map_err(fault)?;
     Ok(made)
 }
 
@@ -145,27 +144,22 @@ pub(super) fn aside(path: &Path) -> PathBuf {
 
 /// Keeps other processes from writing what a file stands for. The system gives the lock back
 /// with the process, however that ends.
-pub(super) fn lock(path: &Path) -> Result<fs::File, String> {
+pub(super) fn lock(path: &Path) -> Result<fs::File, FileError> {
     let file = fs::OpenOptions::new().read(true).write(true).open(path);
-    hold(path, file.map_err(|e| format!("cannot write {}: {e}", path.display()))?)
+    hold(path, file.map_err(FileError::write(path))?)
 }
 
 /// The same for a run that is to go on: nothing is begun in a folder that cannot be written.
-pub(super) fn lock_again(path: &Path) -> Result<fs::File, String> {
+pub(super) fn lock_again(path: &Path) -> Result<fs::File, FileError> {
     let folder = path.parent().unwrap_or(path);
     let file = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder);
     let file = file.and_then(|_| fs::OpenOptions::new().read(true).write(true).open(path));
-    let file = file.map_err(|e| {
-        let folder = folder.display();
-        format!(
-            "cannot write {folder}: {e}; a run goes on only where it can write: copy its folder to such a place, and resume the copy"
-        )
-    })?;
+    let file = file.map_err(|why| FileError::write(folder)(Unwritable::NoSession(why)))?;
     hold(path, file)
 }
 
 /// Locks a file that is open.
-fn hold(path: &Path, file: fs::File) -> Result<fs::File, String> {
+fn hold(path: &Path, file: fs::File) -> Result<fs::File, FileError> {
     let mut locked = file.try_lock();
     for _ in 0..PATIENCE {
         if !matches!(locked, Err(fs::TryLockError::WouldBlock)) {
@@ -176,8 +170,7 @@ fn hold(path: &Path, file: fs::File) -> Result<fs::File, String> {
     }
     match locked {
         Err(fs::TryLockError::WouldBlock) => {
-            let folder = path.parent().unwrap_or(path);
-            Err(format!("a run is under way in {}: another process holds it", folder.display()))
+            Err(FileError::UnderWay { folder: path.parent().unwrap_or(path).to_owned() })
         }
         // Some file systems know no locks.
         Ok(()) | Err(fs::TryLockError::Error(_)) => Ok(file),
@@ -191,9 +184,9 @@ pub(super) fn is_locked(path: &Path) -> bool {
 }
 
 /// Reads a text.
-pub(super) fn read(path: &Path) -> Result<String, String> {
+pub(super) fn read(path: &Path) -> Result<String, FileError> {
     let text = reading::own(path).and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other));
-    text.map_err(|e| format!("cannot read {}: {e}", path.display()))
+    text.map_err(FileError::read(path))
 }
 
 #[cfg(test)]
@@ -208,7 +201,7 @@ mod tests {
         make_folder(&at("new"), None, fill).unwrap();
         assert_eq!(read(&at("new/a")).unwrap(), "1");
 
-        let fails = |path: &Path| fill(path).and(Err::<(), _>("no".to_owned()));
+        let fails = |path: &Path| fill(path).map_err(String::from).and(Err::<(), _>("no".to_owned()));
         assert_eq!(make_folder(&at("other"), None, fails), Err("no".to_owned()));
         assert_eq!(make_folder(&at("new"), Some(&at("old")), fails), Err("no".to_owned()));
         assert_eq!(entries(parent.path()).unwrap(), ["new"], "nothing is left, and nothing was moved");
@@ -226,7 +219,7 @@ mod tests {
         write_whole(&path, "").unwrap();
         assert!(!is_locked(&path));
         let held = lock(&path).unwrap();
-        assert!(lock(&path).unwrap_err().contains("under way"));
+        assert!(lock(&path).unwrap_err().to_string().contains("under way"));
         assert!(is_locked(&path));
         drop(held);
         assert!(!is_locked(&path));

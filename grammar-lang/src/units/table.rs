@@ -181,7 +181,9 @@ pub fn shown(value: f64, dimension: Dimension) -> String {
     }
     let unit = suggest(dimension);
     let factor = parse(&unit).map_or(1.0, |u| u.factor);
-    format!("{} {unit}", rounded(value / factor, 1e6))
+    let shown = rounded(value / factor, 1e6);
+    // What is too large for its unit is not infinite.
+    if shown.is_finite() { format!("{shown} {unit}") } else { format!("{value:e} {}", dimension.si()) }
 }
 
 /// A number without what comes behind its first decimals; a huge one has none.
@@ -193,6 +195,13 @@ fn rounded(value: f64, one: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn huge_quantities_are_finite() {
+        assert_eq!(shown(1e308, Dimension::LENGTH), "1e308 m");
+        assert!(shown(1e303, Dimension::TIME).starts_with('1'), "{}", shown(1e303, Dimension::TIME));
+        assert_eq!(shown(0.012_345_678, Dimension::LENGTH), "12.345678 mm");
+    }
 
     #[test]
     fn products_and_powers() {
