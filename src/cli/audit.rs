@@ -12,6 +12,7 @@ use super::output::{self, Fault};
 use super::{derive, design, exit, load};
 use crate::audit::{self, Answer, Observer, Settings};
 use crate::derive::Derivation;
+use crate::results::DesignError;
 use crate::results::describe::Named;
 use crate::results::names::Names;
 
@@ -127,10 +128,10 @@ impl Audit {
 fn saved(path: &Path) -> Result<Derivation, Fault> {
     let path = design::file(path);
     let design = design::read(&path)?;
-    let fault = |e: String| Fault::usage(format!("{}: {e}", path.display()));
+    let fault = |e: DesignError| Fault::usage(format!("{}: {e}", path.display()));
     let rules = design.grammar.compile_edited().map_err(fault)?;
     Derivation::replay(&rules, &design.derivation)
-        .map_err(|(n, reason)| fault(format!("step {n} of its derivation cannot be applied: {reason}")))
+        .map_err(|(number, why)| fault(DesignError::Step { number, why }))
 }
 
 /// An example is its own derivation: it can be made if all of it holds.

@@ -7,6 +7,7 @@ use grammar_lang::source::SourceMap;
 
 use super::load;
 use super::output::{self, Fault};
+use crate::results::DesignError;
 use crate::results::saved::SavedDesign;
 use crate::results::{folder, genuine, series};
 
@@ -45,7 +46,7 @@ pub(super) struct Opened {
 /// Opens a design that leads to the body that it says; what else it says is for its simulation to tell.
 pub(super) fn open(path: &Path) -> Result<Opened, Fault> {
     let design = read(path)?;
-    let fault = |reason: String| Fault::usage(format!("{}: {reason}", path.display()));
+    let fault = |reason: DesignError| Fault::usage(format!("{}: {reason}", path.display()));
     let (rules, sources) = design.grammar.compile_with_sources().map_err(fault)?;
     genuine::check_body(&rules, &design).map_err(fault)?;
     Ok(Opened { design, rules, sources })

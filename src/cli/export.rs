@@ -11,6 +11,7 @@ use super::output::{self, Fault};
 use super::precision::Precision;
 use super::replace::Replace;
 use crate::derive::Candidate;
+use crate::results::DesignError;
 use crate::results::beginning::beginning;
 use crate::results::replay;
 use crate::results::saved::SavedDesign;
@@ -57,7 +58,7 @@ impl Export {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design::file(&self.design);
         let Opened { design, rules, .. } = design::open(&path)?;
-        let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
+        let fault = |e: DesignError| Fault::input(format!("{}: {e}", path.display()));
         let Candidate { derivation, body, .. } = replay::candidate(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         if matches!(self.to, Format::Begin) {
@@ -77,7 +78,7 @@ impl Export {
                 Ok(export::motion(&setup.motion(solver).map_err(fault)?))
             }
         };
-        let text = text.map_err(|unfit| fault(unfit.reason))?;
+        let text = text.map_err(|unfit| fault(unfit.into()))?;
         self.write(&text, &path)
     }
 

@@ -12,6 +12,7 @@ use super::live::Live;
 use super::output::{self, Fault};
 use super::progress::{Progress, span};
 use super::{exit, interrupt, load};
+use crate::results::DesignError;
 use crate::results::folder::{Reopened, RunFolder};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::sittings::Sittings;
@@ -254,7 +255,7 @@ struct Keeper<'a> {
 }
 
 impl Keeper<'_> {
-    fn saved(&self, best: &Best) -> Result<SavedDesign, String> {
+    fn saved(&self, best: &Best) -> Result<SavedDesign, DesignError> {
         saving::save(self.rules, self.grammar.clone(), self.seed, self.solver, best)
     }
 

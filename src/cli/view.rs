@@ -8,6 +8,7 @@ use super::design::{self, Opened};
 use super::exit;
 use super::output::{self, Fault};
 use super::replace::Replace;
+use crate::results::DesignError;
 use crate::results::{picture, view};
 
 /// Write a page that shows a saved design moving; it opens offline in any browser
@@ -30,7 +31,7 @@ impl View {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design::file(&self.design);
         let Opened { design, rules, sources } = design::open(&path)?;
-        let fault = |e: String| Fault::input(format!("{}: {e}", path.display()));
+        let fault = |e: DesignError| Fault::input(format!("{}: {e}", path.display()));
         let scene = picture::scene(&rules, &sources, &design, self.task.as_deref()).map_err(fault)?;
         let page = view::page(&scene);
         let out = match self.out {

@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 
 use thiserror::Error;
 
+use super::DesignError;
+
 /// Why a file or folder cannot be used. Each is a sentence that names it.
 #[derive(Debug, Error)]
 pub enum FileError {
@@ -65,8 +67,8 @@ pub enum FileError {
     Inside {
         /// Which.
         path: PathBuf,
-        /// A sentence on what is in it.
-        why: String,
+        /// What is wrong with the design or grammar in it.
+        why: DesignError,
     },
 }
 
@@ -242,9 +244,9 @@ impl FileError {
     }
 
     /// What is wrong within a file.
-    pub(super) fn inside(path: &Path) -> impl FnOnce(String) -> Self + use<> {
+    pub(super) fn inside<E: Into<DesignError>>(path: &Path) -> impl FnOnce(E) -> Self + use<E> {
         let path = path.to_owned();
-        move |why| Self::Inside { path, why }
+        move |why| Self::Inside { path, why: why.into() }
     }
 }
 

@@ -19,7 +19,7 @@ use super::report;
 use super::saved::{Grammar, SavedDesign, hex};
 use super::sittings::SITTINGS;
 use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
-use super::{FileError, Unfit};
+use super::{DesignError, FileError, Unfit};
 use crate::score::Observed;
 use crate::search::{Best, Outcome, Row, State};
 
@@ -287,7 +287,8 @@ impl RunFolder {
         let asked = asked(path)?;
         let grammar = frozen(path, &asked)?;
         let (rules, sources) = grammar.compile_with_sources().map_err(FileError::inside(path))?;
-        let state = checkpoint.state.restore(&rules).map_err(FileError::inside(path))?;
+        let state =
+            checkpoint.state.restore(&rules).map_err(DesignError::State).map_err(FileError::inside(path))?;
         let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, &rules.observed)?;
         for name in entries(path).unwrap_or_default() {
             if is_unfinished(&name) {

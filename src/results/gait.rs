@@ -2,6 +2,7 @@
 
 use grammar_lang::ir::RuleSet;
 
+use super::DesignError;
 use super::names::Names;
 use super::replay;
 use super::saved::SavedDesign;
@@ -47,13 +48,14 @@ pub fn gait(
     target: Option<&str>,
 ) -> Result<Gait, Vec<String>> {
     let one = |text: String| vec![text];
-    let saved = design.task(task).map_err(one)?;
-    let candidate = replay::candidate(rules, design).map_err(one)?;
-    let (simulated, parameters) = replay::drive_of(&candidate, saved).map_err(one)?;
+    let unfit = |error: DesignError| vec![error.to_string()];
+    let saved = design.task(task).map_err(unfit)?;
+    let candidate = replay::candidate(rules, design).map_err(unfit)?;
+    let (simulated, parameters) = replay::drive_of(&candidate, saved).map_err(unfit)?;
     let own = simulated.task();
     let name = target_name(of.unwrap_or(rules), target, own.on.as_deref()).map_err(one)?;
     let played = on_target(rules, of, &saved.name, &name);
-    let (drive, _) = replay::drive_of(&candidate.under(&played), saved).map_err(one)?;
+    let (drive, _) = replay::drive_of(&candidate.under(&played), saved).map_err(unfit)?;
     let Some(target) = played.targets.get(&name) else {
         return Err(one(format!("there is no target `{name}`")));
     };

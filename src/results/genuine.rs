@@ -7,22 +7,22 @@ use grammar_lang::ir::RuleSet;
 use super::folder::{Asked, Finished, RESULT};
 use super::replay::{Replayed, candidate, drive_of};
 use super::saved::SavedDesign;
-use super::{FileError, Unfit};
+use super::{DesignError, FileError, Unfit};
 
 /// Checks that the derivation of a design leads, by its own grammar, to the body that was saved.
 ///
 /// # Errors
 ///
 /// A sentence: it does not.
-pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), String> {
+pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), DesignError> {
     let candidate = candidate(rules, design)?;
     if candidate.design().canonical_hash(rules) != design.body {
-        return Err("its derivation does not lead to the body that was saved: it was changed".to_owned());
+        return Err(DesignError::OtherBody);
     }
     // Earlier versions wrote no names.
     let is_named = !design.own_names.is_empty();
     if is_named {
-        design.own_names.check(&candidate.body.actuators)?;
+        design.own_names.check(&candidate.body.actuators).map_err(DesignError::Names)?;
     }
     for saved in &design.tasks {
         let (drive, _) = drive_of(&candidate, saved)?;
@@ -32,9 +32,7 @@ pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), String> {
         let labels = drive.labels(|id| design.own_names.get(id).unwrap_or_default().to_owned());
         let other = saved.drive.iter().zip(&labels).find(|((saved, _), label)| saved != *label);
         if let Some(((saved, _), label)) = other {
-            return Err(format!(
-                "`{saved}` in its drive is `{label}` by the names of its parts: the file was changed"
-            ));
+            return Err(DesignError::OtherLabel { saved: saved.clone(), label: label.clone() });
         }
     }
     Ok(())
@@ -45,15 +43,14 @@ pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), String> {
 /// # Errors
 ///
 /// A sentence that names the first difference.
-pub fn check_values(design: &SavedDesign, replayed: &Replayed<'_>) -> Result<(), String> {
+pub fn check_values(design: &SavedDesign, replayed: &Replayed<'_>) -> Result<(), DesignError> {
     let is_same = |a: f64, b: f64| a.to_bits() == b.to_bits();
     if !replayed.value.is_some_and(|value| is_same(value, design.value))
         || replayed.tasks.len() != design.tasks.len()
     {
         return Err(design.other_value());
     }
-    let changed =
-        |what: String| Err(format!("{what} is another one than the design comes to: the file was changed"));
+    let changed = |what: String| Err(DesignError::Other { what });
     for (task, saved) in replayed.tasks.iter().zip(&design.tasks) {
         let Some(score) = &task.score else { return Err(design.other_value()) };
         if !is_same(score.value, saved.value) {
@@ -85,15 +82,12 @@ pub(super) fn check_run(
     design: &SavedDesign,
     asked: &Asked,
     finished: Option<&Finished>,
-) -> Result<(), String> {
+) -> Result<(), DesignError> {
     if design.seed != asked.seed || design.grammar.rules != asked.rules {
-        return Err(format!(
-            "it is of another run (grammar {}, seed {}): the file was replaced",
-            design.grammar.name, design.seed
-        ));
+        return Err(DesignError::OtherRun { grammar: design.grammar.name.clone(), seed: design.seed });
     }
     if finished.is_some_and(|finished| finished.value != Some(design.value)) {
-        return Err(format!("its value is another one than {RESULT} says: it was changed"));
+        return Err(DesignError::OtherResult { file: RESULT });
     }
     Ok(())
 }

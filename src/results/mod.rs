@@ -4,6 +4,7 @@ pub mod archive;
 pub mod beginning;
 pub mod checkpoint;
 pub mod describe;
+mod design_error;
 mod evals;
 mod file_error;
 pub mod folder;
@@ -26,4 +27,5 @@ pub mod summary;
 pub mod view;
 pub mod whole;
 
+pub use design_error::DesignError;
 pub use file_error::{Damage, FileError, Unfit, Unwritable};

@@ -1,10 +1,12 @@
 //! How novel designs are in a set of known ones (Shah's metric a posteriori, thesis 6.3.1): of each feature
 //! counts how few of the set share it.
 
+use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{Feature, Novelty, RuleSet, Ty};
 use grammar_lang::units;
 use serde::Serialize;
 
+use super::DesignError;
 use super::replay;
 use super::saved::SavedDesign;
 
@@ -77,14 +79,12 @@ fn told(rules: &RuleSet, ty: &Ty, value: f64) -> String {
 /// # Errors
 ///
 /// A sentence: it cannot be made or simulated again, or a feature has no value for it.
-pub fn features(rules: &RuleSet, novelty: &Novelty, design: &SavedDesign) -> Result<Vec<f64>, String> {
+pub fn features(rules: &RuleSet, novelty: &Novelty, design: &SavedDesign) -> Result<Vec<f64>, DesignError> {
     let wanted: Vec<_> = novelty.features.values().map(|feature| &feature.value).collect();
     let values = replay::quantities(rules, design, &wanted)?;
     let values = novelty.features.keys().zip(values);
-    let value = |(name, value): (&String, Result<f64, _>)| {
-        value.map_err(|e: grammar_lang::eval::EvalError| {
-            format!("its feature `{name}` has no value: {}", e.reason)
-        })
+    let value = |(name, value): (&String, Result<f64, EvalError>)| {
+        value.map_err(|why| DesignError::NoFeature { name: name.clone(), why })
     };
     values.map(value).collect()
 }

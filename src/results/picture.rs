@@ -4,6 +4,7 @@ use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 use indexmap::IndexMap;
 
+use super::DesignError;
 use super::making::{look, making};
 use super::saved::{SavedDesign, SavedTask};
 use super::view::{Check, Curve, Element, Scene};
@@ -21,15 +22,15 @@ pub fn scene(
     sources: &SourceMap,
     design: &SavedDesign,
     task: Option<&str>,
-) -> Result<Scene, String> {
+) -> Result<Scene, DesignError> {
     let mut replayed = replay::replay(rules, design, &design.solver, replay::Precision::Model)?;
     genuine::check_body(rules, design)?;
     genuine::check_values(design, &replayed)?;
     let candidate = replayed.candidate.clone();
     let saved = design.task(task)?;
-    let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or("it has no task")?;
+    let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or(DesignError::NoTask)?;
     let moved = replayed.tasks.swap_remove(place);
-    let motion = moved.motion.map_err(|_| "the motion is not valid")?;
+    let motion = moved.motion?;
     let parts = &candidate.derivation.design.parts;
     let names = design.names(rules, &candidate.derivation);
     let elements = candidate

@@ -6,6 +6,7 @@ use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{Expr, RuleSet, Task};
 use indexmap::IndexMap;
 
+use super::DesignError;
 use super::robustness::Shift;
 use super::saved::{SavedDesign, SavedTask};
 use crate::derive::{Candidate, Derivation};
@@ -52,7 +53,7 @@ pub fn replay<'r>(
     design: &SavedDesign,
     solver: &str,
     precision: Precision,
-) -> Result<Replayed<'r>, String> {
+) -> Result<Replayed<'r>, DesignError> {
     let candidate = candidate(rules, design)?;
     let mut tasks: Vec<ReplayedTask> = Vec::new();
     for saved in &design.tasks {
@@ -60,12 +61,12 @@ pub fn replay<'r>(
         tasks.push(replay_task(&candidate, saved, trial)?);
     }
     if tasks.len() != rules.tasks.len() {
-        return Err("its tasks are not those of this grammar".to_owned());
+        return Err(DesignError::OtherTasks);
     }
     let values: Option<Vec<(&str, f64)>> =
         tasks.iter().map(|t| Some((t.name.as_str(), t.score.as_ref()?.value))).collect();
     let value = match values {
-        Some(values) => Some(score::outcome(rules, &candidate.derivation, &values).map_err(|e| e.reason)?),
+        Some(values) => Some(score::outcome(rules, &candidate.derivation, &values)?),
         None => None,
     };
     let observed = match (tasks.first().map(|task| &task.motion), design.tasks.first()) {
@@ -84,7 +85,7 @@ fn recorded<T>(
     saved: &SavedTask,
     motion: &Motion,
     ask: impl FnOnce(Recording<'_>) -> T,
-) -> Result<T, String> {
+) -> Result<T, DesignError> {
     let (drive, parameters) = drive_of(candidate, saved)?;
     Ok(ask(Recording { drive: &drive, parameters: &parameters, motion }))
 }
@@ -98,12 +99,12 @@ pub fn quantities(
     rules: &RuleSet,
     design: &SavedDesign,
     wanted: &[&Expr],
-) -> Result<Vec<Result<f64, EvalError>>, String> {
+) -> Result<Vec<Result<f64, EvalError>>, DesignError> {
     let candidate = candidate(rules, design)?;
     let saved = design.task(None)?;
     let trial = Trial { solver: &design.solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
     let replayed = replay_task(&candidate, saved, trial)?;
-    let motion = replayed.motion.map_err(|why| format!("its motion is not valid: {}", why.describe()))?;
+    let motion = replayed.motion?;
     recorded(&candidate, saved, &motion, |recording| {
         let one = |expr: &&Expr| {
             let values = score::quantities(recording, &[expr])?;
@@ -158,9 +159,9 @@ impl Precision {
 }
 
 /// What the steps of a saved design lead to.
-pub(crate) fn candidate<'r>(rules: &'r RuleSet, design: &SavedDesign) -> Result<Candidate<'r>, String> {
+pub(crate) fn candidate<'r>(rules: &'r RuleSet, design: &SavedDesign) -> Result<Candidate<'r>, DesignError> {
     let derivation = Derivation::replay(rules, &design.derivation)
-        .map_err(|(n, reason)| format!("step {n} of its derivation cannot be applied: {reason}"))?;
+        .map_err(|(number, why)| DesignError::Step { number, why })?;
     Ok(Candidate::new(rules, Arc::new(derivation)))
 }
 
@@ -176,9 +177,9 @@ struct Driven<'r> {
 pub(super) fn drive_of<'r>(
     candidate: &Candidate<'r>,
     saved: &SavedTask,
-) -> Result<(Drive<'r>, Vec<f64>), String> {
+) -> Result<(Drive<'r>, Vec<f64>), DesignError> {
     let task = task_of(candidate.rules, saved)?;
-    let drive = Drive::new(candidate, task).map_err(|e| e.reason)?;
+    let drive = Drive::new(candidate, task)?;
     let parameters = saved.parameters();
     // Whose value it is, is told by its place; earlier versions called actuators otherwise.
     let variable = |label: &str| label.split(" of ").next().unwrap_or_default().to_owned();
@@ -186,21 +187,21 @@ pub(super) fn drive_of<'r>(
     let same = |((saved, _), label): (&(String, f64), &String)| variable(saved) == variable(label);
     let fit = saved.drive.len() == labels.len() && saved.drive.iter().zip(&labels).all(same);
     if !fit || !drive.fits(&parameters) {
-        return Err("its drive does not fit the actuation of this grammar".to_owned());
+        return Err(DesignError::OtherDrive);
     }
     Ok((drive, parameters))
 }
 
 impl<'r> Driven<'r> {
-    fn new(candidate: &Candidate<'r>, saved: &SavedTask, precision: Precision) -> Result<Self, String> {
+    fn new(candidate: &Candidate<'r>, saved: &SavedTask, precision: Precision) -> Result<Self, DesignError> {
         let (drive, parameters) = drive_of(candidate, saved)?;
-        let targets = drive.targets(&parameters).map_err(|e| e.reason)?;
+        let targets = drive.targets(&parameters)?;
         let settings = precision.apply(settings(&drive.task().model));
         Ok(Self { drive, parameters, targets, settings })
     }
 
-    fn score(&self, motion: &Motion) -> Result<Score, String> {
-        score(self.recording(motion)).map_err(|e| e.reason)
+    fn score(&self, motion: &Motion) -> Result<Score, DesignError> {
+        Ok(score(self.recording(motion))?)
     }
 
     fn recording<'m>(&'m self, motion: &'m Motion) -> Recording<'m> {
@@ -208,14 +209,14 @@ impl<'r> Driven<'r> {
     }
 
     /// How fast the robot was, as the target that it is simulated on says.
-    fn speed(&self, motion: &Motion) -> Result<Option<(String, f64)>, String> {
+    fn speed(&self, motion: &Motion) -> Result<Option<(String, f64)>, DesignError> {
         let rules = self.drive.candidate().rules;
         let target = self.drive.task().on.as_ref().and_then(|name| rules.targets.get_key_value(name));
         let Some((name, wanted)) = target.and_then(|(name, target)| Some((name, target.speed.as_ref()?)))
         else {
             return Ok(None);
         };
-        let speeds = score::quantities(self.recording(motion), &[wanted]).map_err(|e| e.reason)?;
+        let speeds = score::quantities(self.recording(motion), &[wanted])?;
         Ok(speeds.first().map(|speed| (name.clone(), *speed)))
     }
 }
@@ -224,7 +225,7 @@ pub(super) fn replay_task(
     candidate: &Candidate<'_>,
     saved: &SavedTask,
     trial: Trial<'_>,
-) -> Result<ReplayedTask, String> {
+) -> Result<ReplayedTask, DesignError> {
     let mut driven = Driven::new(candidate, saved, trial.precision)?;
     let mut assembly = candidate.body.assembly.clone();
     if let Some(shift) = trial.shift {
@@ -248,11 +249,11 @@ fn simulated(
     targets: &simulate::Targets,
     solver: &str,
     stop: Stop<'_>,
-) -> Result<Result<Motion, Invalid>, String> {
-    let model = simulate::model(solver).ok_or_else(|| format!("there is no solver `{solver}`"))?;
-    let mut simulation = model.prepare(assembly, settings).map_err(|u| u.reason)?;
+) -> Result<Result<Motion, Invalid>, DesignError> {
+    let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
+    let mut simulation = model.prepare(assembly, settings)?;
     let outcomes = simulation.run_until(stop, std::slice::from_ref(targets));
-    let outcomes = outcomes.ok_or_else(|| "stopped before the simulation was complete".to_owned())?;
+    let outcomes = outcomes.ok_or(DesignError::Stopped("the simulation was complete"))?;
     Ok(outcomes.into_iter().next().unwrap_or(Err(Invalid::NotFinite)))
 }
 
@@ -272,9 +273,8 @@ impl Setup {
     /// # Errors
     ///
     /// A sentence that says what does not fit, or that the motion is not valid.
-    pub fn motion(&self, solver: &str) -> Result<Motion, String> {
-        simulated(&self.body.assembly, &self.settings, &self.targets, solver, Stop::NEVER)?
-            .map_err(|why| format!("the motion is not valid: {}", why.describe()))
+    pub fn motion(&self, solver: &str) -> Result<Motion, DesignError> {
+        Ok(simulated(&self.body.assembly, &self.settings, &self.targets, solver, Stop::NEVER)??)
     }
 }
 
@@ -288,7 +288,7 @@ pub fn setup(
     design: &SavedDesign,
     task: Option<&str>,
     precision: Precision,
-) -> Result<Setup, String> {
+) -> Result<Setup, DesignError> {
     let candidate = candidate(rules, design)?;
     let Driven { targets, settings, .. } = Driven::new(&candidate, design.task(task)?, precision)?;
     Ok(Setup { body: candidate.body, settings, targets })
@@ -306,15 +306,16 @@ pub fn score_of(
     design: &SavedDesign,
     task: Option<&str>,
     motion: &str,
-) -> Result<(Score, Vec<Option<Observed>>), String> {
+) -> Result<(Score, Vec<Option<Observed>>), DesignError> {
     let candidate = candidate(rules, design)?;
     let driven = Driven::new(&candidate, design.task(task)?, Precision::Model)?;
-    let motion = simulate::export::read_motion(motion, &candidate.body.assembly, driven.settings.duration)?;
+    let motion = simulate::export::read_motion(motion, &candidate.body.assembly, driven.settings.duration)
+        .map_err(DesignError::OtherMotion)?;
     let score = driven.score(&motion)?;
     let is_first = rules.is_first(driven.drive.task());
     Ok((score, if is_first { score::observe(driven.recording(&motion)) } else { Vec::new() }))
 }
 
-fn task_of<'r>(rules: &'r RuleSet, saved: &SavedTask) -> Result<&'r Task, String> {
-    rules.tasks.get(&saved.name).ok_or_else(|| format!("this grammar has no task `{}`", saved.name))
+fn task_of<'r>(rules: &'r RuleSet, saved: &SavedTask) -> Result<&'r Task, DesignError> {
+    rules.tasks.get(&saved.name).ok_or_else(|| DesignError::NotInGrammar(saved.name.clone()))
 }

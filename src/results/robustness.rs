@@ -2,6 +2,7 @@
 
 use grammar_lang::ir::RuleSet;
 
+use super::DesignError;
 use super::describe;
 use super::replay::{Precision, Trial, candidate, replay_task};
 use super::saved::{Check, Measured, SavedDesign, SavedTask};
@@ -70,7 +71,11 @@ impl Shift {
 /// # Errors
 ///
 /// A sentence that says what does not fit, or that it was stopped.
-pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Result<SavedDesign, String> {
+pub fn final_check(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    stop: Stop<'_>,
+) -> Result<SavedDesign, DesignError> {
     let mut design = design.clone();
     let candidate = candidate(rules, &design)?;
     let solver = design.solver.as_str();
@@ -91,7 +96,7 @@ pub fn final_check(rules: &RuleSet, design: &SavedDesign, stop: Stop<'_>) -> Res
                 let replayed = replay_task(&candidate, saved, trial);
                 // One that was given up says nothing.
                 if replayed.is_err() && stop.is_asked() {
-                    return Err("stopped before all cross-checks were made".to_owned());
+                    return Err(DesignError::Stopped("all cross-checks were made"));
                 }
                 let measured =
                     if trial.shift == Some(Shift::Ice) { Measured::Drift } else { Measured::Value };

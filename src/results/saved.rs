@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::names::Names;
-use super::{FileError, Unfit};
+use super::{DesignError, FileError, Unfit};
 use crate::derive::{Derivation, Step};
 use crate::reading;
 use crate::score::Observed;
@@ -156,7 +156,7 @@ impl Grammar {
     /// # Errors
     ///
     /// A sentence that says what does not fit.
-    pub fn compile(&self) -> Result<RuleSet, String> {
+    pub fn compile(&self) -> Result<RuleSet, DesignError> {
         Ok(self.compile_with_sources()?.0)
     }
 
@@ -165,13 +165,10 @@ impl Grammar {
     /// # Errors
     ///
     /// A sentence that says what does not fit.
-    pub fn compile_with_sources(&self) -> Result<(RuleSet, SourceMap), String> {
+    pub fn compile_with_sources(&self) -> Result<(RuleSet, SourceMap), DesignError> {
         let (rules, sources) = self.compiled()?;
         if rules_hash(&rules) != self.rules {
-            return Err(
-                "its grammar was changed after it was saved, or this version of sgc reads it differently"
-                    .to_owned(),
-            );
+            return Err(DesignError::OtherRules);
         }
         Ok((rules, sources))
     }
@@ -181,19 +178,17 @@ impl Grammar {
     /// # Errors
     ///
     /// A sentence that says what is missing or wrong.
-    pub fn compile_edited(&self) -> Result<RuleSet, String> {
+    pub fn compile_edited(&self) -> Result<RuleSet, DesignError> {
         Ok(self.compiled()?.0)
     }
 
-    fn compiled(&self) -> Result<(RuleSet, SourceMap), String> {
+    fn compiled(&self) -> Result<(RuleSet, SourceMap), DesignError> {
         let world = Frozen { texts: self.sources.clone() };
-        let text = self.sources.get(&self.entry).ok_or("the text of its grammar is missing")?;
+        let text = self.sources.get(&self.entry).ok_or(DesignError::NoText)?;
         let mut sources = SourceMap::default();
         let entry = sources.add(self.entry.clone(), text.clone());
         let compiled = grammar_lang::compile(&world, &mut sources, entry, &self.parameters, Some(&self.name));
-        let rules =
-            compiled.ruleset.ok_or_else(|| "this version of sgc cannot read the grammar in it".to_owned())?;
-        Ok((rules, sources))
+        Ok((compiled.ruleset.ok_or(DesignError::Unreadable)?, sources))
     }
 }
 
@@ -235,17 +230,11 @@ impl SavedDesign {
 
     /// Says why its value does not come out again: the program is another one, or the design was changed.
     #[must_use]
-    pub fn other_value(&self) -> String {
-        let own = env!("CARGO_PKG_VERSION");
-        if self.sgc == own {
-            return "simulated again the design has another value than the saved one: it was changed"
-                .to_owned();
+    pub fn other_value(&self) -> DesignError {
+        if self.sgc == env!("CARGO_PKG_VERSION") {
+            return DesignError::OtherValue;
         }
-        format!(
-            "the design was saved by sgc {}, and simulated by this one, {own}, it has another value: \
-             use sgc {} for it, or search again",
-            self.sgc, self.sgc
-        )
+        DesignError::OtherProgram { theirs: self.sgc.clone() }
     }
 
     /// The task of a name; the first, if none is named.
@@ -253,11 +242,11 @@ impl SavedDesign {
     /// # Errors
     ///
     /// A sentence that tells the names of its tasks.
-    pub fn task(&self, name: Option<&str>) -> Result<&SavedTask, String> {
-        let Some(name) = name else { return self.tasks.first().ok_or_else(|| "it has no task".to_owned()) };
-        self.tasks.iter().find(|task| task.name == name).ok_or_else(|| {
-            let names: Vec<&str> = self.tasks.iter().map(|task| task.name.as_str()).collect();
-            format!("it has no task `{name}`; it has: {}", names.join(", "))
+    pub fn task(&self, name: Option<&str>) -> Result<&SavedTask, DesignError> {
+        let Some(name) = name else { return self.tasks.first().ok_or(DesignError::NoTask) };
+        self.tasks.iter().find(|task| task.name == name).ok_or_else(|| DesignError::UnknownTask {
+            name: name.to_owned(),
+            there: self.tasks.iter().map(|task| task.name.clone()).collect(),
         })
     }
 

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use grammar_lang::ir::RuleSet;
 
+use super::DesignError;
 use super::names::Names;
 use super::replay::{Precision, Trial, replay_task};
 use super::robustness::HALF_STEP;
@@ -25,7 +26,7 @@ pub fn save(
     seed: u64,
     solver: &str,
     best: &Best,
-) -> Result<SavedDesign, String> {
+) -> Result<SavedDesign, DesignError> {
     let candidate = Candidate::new(rules, Arc::clone(&best.derivation));
     let mut design = SavedDesign::new(
         grammar,
@@ -35,12 +36,12 @@ pub fn save(
         (best.value, &rules.objective.unit),
         (&best.derivation, best.derivation.design.canonical_hash(rules)),
     );
-    design.penalties = score::penalties(rules, &best.derivation).map_err(|e| e.reason)?;
+    design.penalties = score::penalties(rules, &best.derivation)?;
     design.observed = rules.observed.iter().cloned().zip(best.observed().iter().cloned()).collect();
     design.own_names = Names::of(rules, &best.derivation.design);
     let names = design.own_names.clone();
     for (task, tune) in rules.tasks.values().zip(&best.tasks) {
-        let drive = Drive::new(&candidate, task).map_err(|e| e.reason)?;
+        let drive = Drive::new(&candidate, task)?;
         let mut saved = SavedTask {
             name: task.name.clone(),
             value: tune.value,

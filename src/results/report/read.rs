@@ -292,7 +292,7 @@ impl Compiled {
         if let Some((_, known)) = self.all.iter().find(|(known, _)| known == grammar) {
             return known.clone();
         }
-        let rules = grammar.compile_with_sources().map(Rc::new);
+        let rules = grammar.compile_with_sources().map(Rc::new).map_err(String::from);
         self.all.push((grammar.clone(), rules.clone()));
         rules
     }

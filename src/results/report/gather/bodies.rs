@@ -4,6 +4,7 @@ use nalgebra::Isometry3;
 
 use crate::derive::Candidate;
 use crate::design::assembly::Shape;
+use crate::results::DesignError;
 use crate::results::report::read::{Found, Run};
 use crate::results::{making, replay};
 
@@ -30,7 +31,7 @@ fn made(found: &Found) -> Result<Vec<Piece>, String> {
     let rules = &found.rules.as_ref().map_err(Clone::clone)?.0;
     let Candidate { derivation, body, .. } = replay::candidate(rules, &found.design)?;
     if derivation.design.canonical_hash(rules) != found.design.body {
-        return Err("its derivation does not lead to the body that was saved: it was changed".to_owned());
+        return Err(DesignError::OtherBody.to_string());
     }
     let elements = body.assembly.elements.iter().zip(&body.parts_of_elements);
     let piece = elements.map(|(element, id)| {

@@ -1,0 +1,149 @@
+//! Why a saved design cannot be simulated again, or is not what it says.
+
+use grammar_lang::eval::EvalError;
+use thiserror::Error;
+
+use crate::simulate::{self, Invalid};
+
+/// Why a saved design cannot be simulated again, or is not what it says. The file is named by whoever asks.
+#[derive(Debug, Error)]
+pub enum DesignError {
+    /// A frozen text is not there.
+    #[error("the text of its grammar is missing")]
+    NoText,
+    /// The frozen texts are no grammar of this version.
+    #[error("this version of sgc cannot read the grammar in it")]
+    Unreadable,
+    /// The frozen texts come to other rules.
+    #[error("its grammar was changed after it was saved, or this version of sgc reads it differently")]
+    OtherRules,
+    /// What a checkpoint says is no state of its grammar.
+    #[error("{0}")]
+    State(String),
+    /// Its derivation does not go through.
+    #[error("step {number} of its derivation cannot be applied: {why}")]
+    Step {
+        /// Which, from 1.
+        number: usize,
+        /// A sentence.
+        why: String,
+    },
+    /// It has no task at all.
+    #[error("it has no task")]
+    NoTask,
+    /// It has no task of this name.
+    #[error("it has no task `{name}`; it has: {}", there.join(", "))]
+    UnknownTask {
+        /// The name.
+        name: String,
+        /// Those that it has.
+        there: Vec<String>,
+    },
+    /// Its grammar has no task of this name.
+    #[error("this grammar has no task `{0}`")]
+    NotInGrammar(String),
+    /// It lacks tasks of its grammar.
+    #[error("its tasks are not those of this grammar")]
+    OtherTasks,
+    /// Its drive is of other actuators or variables.
+    #[error("its drive does not fit the actuation of this grammar")]
+    OtherDrive,
+    /// An expression has no value for it.
+    #[error("{}", .0.reason)]
+    NoValue(EvalError),
+    /// A feature of a novelty has no value for it.
+    #[error("its feature `{name}` has no value: {}", why.reason)]
+    NoFeature {
+        /// Which.
+        name: String,
+        /// Why.
+        why: EvalError,
+    },
+    /// There is no such solver.
+    #[error("there is no solver `{0}`")]
+    NoSolver(String),
+    /// The solver cannot simulate it.
+    #[error("{}", .0.reason)]
+    Unfit(simulate::Unfit),
+    /// The motion may not be scored.
+    #[error("its motion is not valid: {}", .0.describe())]
+    Motion(Invalid),
+    /// A motion of another program cannot be read.
+    #[error("{0}")]
+    OtherMotion(String),
+    /// Somebody asked to stop.
+    #[error("stopped before {0}")]
+    Stopped(&'static str),
+    /// Its derivation leads to another body.
+    #[error("its derivation does not lead to the body that was saved: it was changed")]
+    OtherBody,
+    /// Its names are none.
+    #[error("{0}")]
+    Names(String),
+    /// Its drive calls an actuator otherwise than its names do.
+    #[error("`{saved}` in its drive is `{label}` by the names of its parts: the file was changed")]
+    OtherLabel {
+        /// As the drive says.
+        saved: String,
+        /// As the names say.
+        label: String,
+    },
+    /// It comes to another value.
+    #[error("simulated again the design has another value than the saved one: it was changed")]
+    OtherValue,
+    /// It comes to another value, and another program saved it.
+    #[error(
+        "the design was saved by sgc {theirs}, and simulated by this one, {}, it has another value: use sgc {theirs} \
+         for it, or search again",
+        env!("CARGO_PKG_VERSION")
+    )]
+    OtherProgram {
+        /// The version that saved it.
+        theirs: String,
+    },
+    /// It comes to something else that it says.
+    #[error("{what} is another one than the design comes to: the file was changed")]
+    Other {
+        /// What.
+        what: String,
+    },
+    /// It was not found by this run.
+    #[error("it is of another run (grammar {grammar}, seed {seed}): the file was replaced")]
+    OtherRun {
+        /// Its grammar.
+        grammar: String,
+        /// Its seed.
+        seed: u64,
+    },
+    /// The run says another value.
+    #[error("its value is another one than {file} says: it was changed")]
+    OtherResult {
+        /// Where the run says it.
+        file: &'static str,
+    },
+}
+
+impl From<EvalError> for DesignError {
+    fn from(error: EvalError) -> Self {
+        Self::NoValue(error)
+    }
+}
+
+impl From<simulate::Unfit> for DesignError {
+    fn from(unfit: simulate::Unfit) -> Self {
+        Self::Unfit(unfit)
+    }
+}
+
+impl From<Invalid> for DesignError {
+    fn from(invalid: Invalid) -> Self {
+        Self::Motion(invalid)
+    }
+}
+
+/// Where several kinds of errors meet, they meet as sentences for people.
+impl From<DesignError> for String {
+    fn from(error: DesignError) -> Self {
+        error.to_string()
+    }
+}
