@@ -59,6 +59,17 @@ fn files_and_what_they_import_by_path_are_mended() {
     assert!(errors(&output).contains("nothing was mended"), "{}", errors(&output));
 }
 
+/// In other languages `//` divides, too.
+#[test]
+fn what_may_be_a_division_becomes_no_comment() {
+    let text = "let a = 9 // 2\nlet b = 9 // as wide as it is high\n";
+    let folder = folder(&[("a.sgr", text)]);
+    let output = sgc(folder.path(), &["check", "--fix", "a.sgr"]);
+    assert_eq!(output.status.code(), Some(1), "{}", errors(&output));
+    assert_eq!(read(&folder, "a.sgr"), text.replace("9 // as", "9 # as"));
+    assert!(out(&output).contains("one `/` divides"), "{}", out(&output));
+}
+
 /// What a variant changes may make its base look wrong: the base is sound, and stays as it is.
 #[test]
 fn a_base_is_not_mended_to_suit_a_variant() {

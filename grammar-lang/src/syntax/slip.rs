@@ -1,6 +1,9 @@
 //! Common slips at the place where the parser stopped, with what was meant.
 
+use pest::Parser;
+
 use super::braces::span;
+use super::parse::{Rule, SgrParser};
 use super::tokens::Stretch;
 use crate::diagnostics::{Diagnostic, Fix};
 use crate::source::{FileId, Span};
@@ -136,11 +139,18 @@ impl Stop<'_> {
 
     /// `//`, of which the parser has taken the first for a division.
     fn comment(&self) -> Option<(String, Option<Fix>)> {
+        if self.found != "/" || !self.before().ends_with('/') {
+            return None;
+        }
         let both = Span { start: self.span(0).start.saturating_sub(1), ..self.span(1) };
-        (self.found == "/" && self.before().ends_with('/')).then(|| {
-            let fix = Fix::replace(both, "#", "write `#` instead of `//`");
-            ("a comment begins with `#`".to_owned(), Some(fix))
-        })
+        let fix = Fix::replace(both, "#", "write `#` instead of `//`");
+        // `// 8` may be a division, too, with a sign too many.
+        let rest = self.unread(1).rest_of_line();
+        let divides = SgrParser::parse(Rule::only_expr, rest.trim_end_matches([')', '}', ']'])).is_ok();
+        if divides {
+            return Some(("a comment begins with `#`, and one `/` divides".to_owned(), None));
+        }
+        Some(("a comment begins with `#`".to_owned(), Some(fix)))
     }
 
     /// `=` where two values are compared, `==` or `:` where a name gets one.
