@@ -140,19 +140,11 @@ impl Session<'_> {
         let named: BTreeSet<PathBuf> = self.texts.iter().map(|text| Edited::key(&text.name)).collect();
         let mut alone: BTreeMap<PathBuf, Vec<Offer>> = BTreeMap::new();
         offers.retain(|offered| {
-            named.contains(&offered.key)
-                || alone
-                    .entry(offered.key.clone())
-                    .or_insert_with(|| {
-                        let name = offered.key.to_string_lossy();
-                        let checked = load::check_all(world, &name, &offered.text, &[]);
-                        let offers = |checked: &load::Checked| -> Vec<Offer> {
-                            checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources)).collect()
-                        };
-                        checked.iter().flat_map(offers).collect()
-                    })
-                    .iter()
-                    .any(|own| own.is_same(offered))
+            if named.contains(&offered.key) {
+                return true;
+            }
+            let own = alone.entry(offered.key.clone()).or_insert_with(|| alone_of(world, offered));
+            own.iter().any(|own| own.is_same(offered))
         });
     }
 
@@ -264,6 +256,13 @@ fn offer(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<Offer> {
         told: format!("{}:{line}:{column}: {}", source.name, fix.message),
         mark: format!("{}\n{}\n{around}", source.name, fix.message),
     })
+}
+
+/// What a check offers of a text by itself.
+fn alone_of(world: &Edited, offered: &Offer) -> Vec<Offer> {
+    let checked = load::check_all(world, &offered.key.to_string_lossy(), &offered.text, &[]);
+    let offers = checked.iter().map(|c| c.diagnostics.iter().filter_map(|d| offer(d, &c.sources)));
+    offers.flatten().collect()
 }
 
 /// The offers that can be taken together, first come, first served.
