@@ -18,7 +18,7 @@ use std::time::Instant;
 use cpu_time::ProcessTime;
 use grammar_lang::ir::RuleSet;
 use sgc::derive::Derivation;
-use sgc::search::{Best, Jobs, Limits, Observer, Row, run};
+use sgc::search::{Best, Jobs, Limits, Observer, Row, Unkept, run};
 use sgc::simulate;
 use sgc::world::Files;
 
@@ -52,10 +52,10 @@ impl Observer for Until<'_> {
     fn evaluated(&mut self, _: u64, body: Option<f64>, _: f64) {
         body.into_iter().for_each(|value| self.see(value));
     }
-    fn moved(&mut self, _: &Row) -> Result<(), String> {
+    fn moved(&mut self, _: &Row) -> Result<(), Unkept> {
         Ok(())
     }
-    fn improved(&mut self, best: &Best) -> Result<(), String> {
+    fn improved(&mut self, best: &Best) -> Result<(), Unkept> {
         self.see(best.value);
         Ok(())
     }

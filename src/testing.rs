@@ -12,6 +12,7 @@
 //! println!("{}", testing::derivation("grammars/legs.sgr", 7, 30));
 //! ```
 
+use crate::results::FileError;
 use std::path::Path;
 
 use grammar_lang::diagnostics::Diagnostic;
@@ -36,9 +37,9 @@ struct Checked {
 impl Checked {
     /// Reads a file. Everything is named from its folder, so that no text
     /// depends on where the project lies.
-    fn read(path: &Path) -> Result<Self, String> {
+    fn read(path: &Path) -> Result<Self, FileError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let text = read_text(path).map_err(|e| format!("cannot read {name}: {e}\n"))?;
+        let text = read_text(path).map_err(FileError::read(Path::new(&name)))?;
         let world = Folder { path: path.parent().unwrap_or(Path::new("")).to_owned() };
         let mut sources = SourceMap::default();
         let entry = sources.add(name, text);
@@ -67,7 +68,7 @@ impl Checked {
 
 /// What is to be said of a file, or why it cannot be read.
 fn of(path: &Path, say: impl Fn(&Checked) -> String) -> String {
-    Checked::read(path).map_or_else(|reason| reason, |checked| say(&checked))
+    Checked::read(path).map_or_else(|error| format!("{error}\n"), |checked| say(&checked))
 }
 
 /// What a grammar comes to, much as a grammar is written: variants, imports and parameters

@@ -1,10 +1,10 @@
 //! Where modules come from: the standard library inside the program, and files.
 
 use std::collections::BTreeMap;
-use std::io::ErrorKind;
+use std::io;
 use std::path::{Component, Path, PathBuf};
 
-use grammar_lang::source::{Source, World};
+use grammar_lang::source::{NoModule, Source, World};
 
 use crate::reading;
 
@@ -107,22 +107,12 @@ fn beside(from: &str, module: &str) -> PathBuf {
 /// # Errors
 ///
 /// The system's reason, or that it is a device or too long.
-pub fn read_text(path: &Path) -> Result<String, String> {
-    let bytes = reading::named(path).map_err(|e| e.to_string())?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
-}
-
-/// Why an imported file cannot be read, in words.
-fn unreadable(error: &std::io::Error) -> String {
-    match error.kind() {
-        ErrorKind::NotFound => "there is no such file".to_owned(),
-        ErrorKind::PermissionDenied => "it is there, but may not be read".to_owned(),
-        _ => error.to_string(),
-    }
+pub fn read_text(path: &Path) -> io::Result<String> {
+    Ok(String::from_utf8_lossy(&reading::named(path)?).into_owned())
 }
 
 impl World for Files {
-    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+    fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         Folder::default().load(module, from)
     }
 
@@ -132,18 +122,18 @@ impl World for Files {
 }
 
 impl World for Folder {
-    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+    fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         if let Some(source) = from_library(module) {
             return Ok(source);
         }
         if !module.ends_with(".sgr") {
-            return Err("not in the standard library".to_owned());
+            return Err(NoModule::NotInLibrary);
         }
         if from.starts_with("std.") {
-            return Err("the standard library imports no files".to_owned());
+            return Err(NoModule::FromLibrary);
         }
         let path = beside(from, module);
-        let bytes = reading::imported(&self.path.join(&path)).map_err(|e| unreadable(&e))?;
+        let bytes = reading::imported(&self.path.join(&path))?;
         let text = String::from_utf8_lossy(&bytes).into_owned();
         Ok(Source { name: path.to_string_lossy().into_owned(), text })
     }
@@ -154,7 +144,7 @@ impl World for Folder {
 }
 
 impl World for Edited {
-    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+    fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         let source = Files.load(module, from)?;
         match self.get(&source.name) {
             Some(text) if from_library(&source.name).is_none() => {
@@ -170,14 +160,14 @@ impl World for Edited {
 }
 
 impl World for Frozen {
-    fn load(&self, module: &str, from: &str) -> Result<Source, String> {
+    fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         let path = beside(from, module).to_string_lossy().into_owned();
         for name in [module, path.as_str()] {
             if let Some(text) = self.texts.get(name) {
                 return Ok(Source { name: name.to_owned(), text: text.clone() });
             }
         }
-        from_library(module).ok_or_else(|| "not among these texts".to_owned())
+        from_library(module).ok_or(NoModule::NotGiven)
     }
 
     fn library(&self) -> Vec<String> {

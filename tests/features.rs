@@ -10,7 +10,7 @@ use sgc::derive::{Candidate, Derivation, check_start, run_example};
 use sgc::design::Body;
 use sgc::drive::Drive;
 use sgc::results::names::Names;
-use sgc::search::{Best, Jobs, Limits, Observer, Row};
+use sgc::search::{Best, Jobs, Limits, Observer, Row, Unkept};
 use sgc::simulate;
 
 use crate::support::{grammar, root};
@@ -431,10 +431,10 @@ struct Log(Vec<f64>);
 
 impl Observer for Log {
     fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
-    fn moved(&mut self, _: &Row) -> Result<(), String> {
+    fn moved(&mut self, _: &Row) -> Result<(), Unkept> {
         Ok(())
     }
-    fn improved(&mut self, best: &Best) -> Result<(), String> {
+    fn improved(&mut self, best: &Best) -> Result<(), Unkept> {
         self.0.push(best.value);
         self.0.extend(best.tasks.iter().flat_map(|t| &t.parameters));
         Ok(())
@@ -535,7 +535,7 @@ fn a_choice_may_be_a_value_of_an_enumeration_or_a_record() {
     let undo = rules.rules.iter().find(|r| r.name == "undo").unwrap();
     let last = both.steps.last().unwrap().id;
     let step = grammar_lang::eval::Value::Reference(grammar_lang::eval::Reference::Step(last));
-    let one = both.apply(&rules, undo, &[step]).unwrap().expect("it can be undone");
+    let one = both.apply(&rules, undo, &[step]).expect("it can be undone");
     assert_eq!(one.steps, both.steps[..1]);
     assert_eq!(one.design.parts.len(), 2);
 }

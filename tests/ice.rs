@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use nalgebra::Vector3;
 use sgc::derive::Derivation;
 use sgc::design::assembly::Assembly;
-use sgc::search::{Best, Jobs, Limits, Observer, Row};
+use sgc::search::{Best, Jobs, Limits, Observer, Row, Unkept};
 use sgc::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop, Targets, Unfit, Watch, model};
 
 use crate::support::{compile_texts, is_long, texts};
@@ -70,10 +70,10 @@ struct Nobody;
 
 impl Observer for Nobody {
     fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
-    fn moved(&mut self, _: &Row) -> Result<(), String> {
+    fn moved(&mut self, _: &Row) -> Result<(), Unkept> {
         Ok(())
     }
-    fn improved(&mut self, _: &Best) -> Result<(), String> {
+    fn improved(&mut self, _: &Best) -> Result<(), Unkept> {
         Ok(())
     }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use grammar_lang::ir::RuleSet;
 use sgc::derive::{Derivation, Steps};
-use sgc::search::{Best, End, Jobs, Limits, Observer, Outcome, Row, State, go_on, run};
+use sgc::search::{Best, End, Jobs, Limits, Observer, Outcome, Row, State, Unkept, go_on, run};
 use sgc::simulate;
 
 use crate::support::{compile_texts, texts};
@@ -23,11 +23,11 @@ struct Log(Vec<String>);
 
 impl Observer for Log {
     fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
-    fn moved(&mut self, row: &Row) -> Result<(), String> {
+    fn moved(&mut self, row: &Row) -> Result<(), Unkept> {
         self.0.push(format!("{row:?}"));
         Ok(())
     }
-    fn improved(&mut self, best: &Best) -> Result<(), String> {
+    fn improved(&mut self, best: &Best) -> Result<(), Unkept> {
         self.0.push(format!("best {:x} {:?}", best.value.to_bits(), best.tasks));
         Ok(())
     }
@@ -166,14 +166,14 @@ struct Stopper<'a> {
 
 impl Observer for Stopper<'_> {
     fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
-    fn moved(&mut self, row: &Row) -> Result<(), String> {
+    fn moved(&mut self, row: &Row) -> Result<(), Unkept> {
         self.rows.push(format!("{row:?}"));
         Ok(())
     }
-    fn improved(&mut self, _: &Best) -> Result<(), String> {
+    fn improved(&mut self, _: &Best) -> Result<(), Unkept> {
         Ok(())
     }
-    fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), String> {
+    fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), Unkept> {
         if last {
             self.kept = Some(serde_json::to_string(&state.kept()).unwrap());
         }
@@ -458,11 +458,11 @@ struct Spent(Vec<(u64, Option<f64>, Option<f64>)>);
 
 impl Observer for Spent {
     fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
-    fn moved(&mut self, row: &Row) -> Result<(), String> {
+    fn moved(&mut self, row: &Row) -> Result<(), Unkept> {
         self.0.push((row.evaluations, row.best, row.value));
         Ok(())
     }
-    fn improved(&mut self, _: &Best) -> Result<(), String> {
+    fn improved(&mut self, _: &Best) -> Result<(), Unkept> {
         Ok(())
     }
 }

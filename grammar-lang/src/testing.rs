@@ -8,7 +8,7 @@
 //! use grammar_lang::testing;
 //! # struct Nothing;
 //! # impl grammar_lang::source::World for Nothing {
-//! #     fn load(&self, _: &str, _: &str) -> Result<grammar_lang::source::Source, String> {
+//! #     fn load(&self, _: &str, _: &str) -> Result<grammar_lang::source::Source, NoModule> {
 //! #         Err("there is nothing".to_owned())
 //! #     }
 //! # }
@@ -79,18 +79,18 @@ pub fn rule_set(rules: &RuleSet) -> String {
 #[cfg(test)]
 mod tests {
     use super::{CLEAN, MODULE, findings, rules};
-    use crate::source::{Source, World};
+    use crate::source::{NoModule, Source, World};
 
     /// One module, `legs`.
     struct Legs;
 
     impl World for Legs {
-        fn load(&self, module: &str, _: &str) -> Result<Source, String> {
+        fn load(&self, module: &str, _: &str) -> Result<Source, NoModule> {
             let text = "let knee = 90 deg\n".to_owned();
             if module == "./legs.sgr" {
                 Ok(Source { name: "legs.sgr".to_owned(), text })
             } else {
-                Err("no".to_owned())
+                Err(NoModule::NotGiven)
             }
         }
     }

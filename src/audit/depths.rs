@@ -119,7 +119,7 @@ impl Breadth<'_> {
                     if self.tried.is_multiple_of(1000) {
                         observer.progress("applications tried", self.tried, self.settings.budget);
                     }
-                    if let Ok(Ok(next)) = derivation.apply(self.rules, rule, &locals)
+                    if let Ok(next) = derivation.apply(self.rules, rule, &locals)
                         && self.known.insert(next.design.canonical_hash(self.rules))
                     {
                         found.push(next);

@@ -13,7 +13,7 @@ use grammar_lang::ir::{Effect, Expr, ExprKind, Matched, Rule, RuleSet, SearchWor
 
 use super::{Observer, Settings};
 use crate::derive::random::Stream;
-use crate::derive::{Blocked, Derivation, DesignScope, Step};
+use crate::derive::{BadStep, Blocked, Derivation, DesignScope, Step, Unrepeatable};
 use crate::design::Design;
 
 /// Whether a body can be made.
@@ -52,12 +52,14 @@ pub fn can_make(
         return Ok(Answer::No(vec![format!("this grammar has no part `{kind}`")]));
     }
     let body = wanted.design.canonical_hash(rules);
-    let followed = follow(rules, start, &wanted.steps, settings)?;
-    if let Ok(derivation) = &followed
-        && derivation.design.canonical_hash(rules) == body
-    {
-        return Ok(Answer::Yes(Box::new(Made { derivation: derivation.clone(), own_steps: true })));
-    }
+    let unfollowed = match follow(rules, start, &wanted.steps, settings) {
+        Ok(derivation) if derivation.design.canonical_hash(rules) == body => {
+            return Ok(Answer::Yes(Box::new(Made { derivation, own_steps: true })));
+        }
+        Ok(_) => None,
+        Err(BadStep { why: Unrepeatable::NoValue(error), .. }) => return Err(error),
+        Err(bad) => Some(format!("of its own steps, number {} cannot be made: {}", bad.number, bad.why)),
+    };
     let broken = broken(rules, wanted);
     if !broken.is_empty() {
         return Ok(Answer::No(broken));
@@ -82,7 +84,7 @@ pub fn can_make(
     if let Some(derivation) = found {
         return Ok(Answer::Yes(Box::new(Made { derivation, own_steps: false })));
     }
-    let mut reasons: Vec<String> = followed.err().into_iter().collect();
+    let mut reasons: Vec<String> = unfollowed.into_iter().collect();
     reasons.extend(search.story());
     let cold = !rules.rules.iter().any(|r| warm_weight(r) || warm_choice(r));
     let complete = search.tried < settings.budget && !search.sampled && cold && only_attaches(rules);
@@ -108,23 +110,20 @@ fn broken(rules: &RuleSet, wanted: &Derivation) -> Vec<String> {
     all.map(|i| Blocked::Requirement(i).sentence(rules)).collect()
 }
 
-/// Repeats steps as they are; or says which of them cannot be made, and why.
+/// Repeats steps as they are.
 fn follow(
     rules: &RuleSet,
     start: &Derivation,
     steps: &[Step],
     settings: &Settings,
-) -> Result<Result<Derivation, String>, EvalError> {
+) -> Result<Derivation, BadStep> {
     let mut derivation = start.clone();
     for (i, step) in steps.iter().enumerate() {
-        match derivation.follow(rules, step, settings.temperature)? {
-            Ok(next) => derivation = next,
-            Err(reason) => {
-                return Ok(Err(format!("of its own steps, number {} cannot be made: {reason}", i + 1)));
-            }
-        }
+        derivation = derivation
+            .follow(rules, step, settings.temperature)
+            .map_err(|why| BadStep { number: i + 1, why })?;
     }
-    Ok(Ok(derivation))
+    Ok(derivation)
 }
 
 /// Whether rules only ever attach parts: then every design on the way is contained in the result.
@@ -232,8 +231,7 @@ impl Search<'_> {
             }
             let Some(rule) = self.rules.rules.get(rule) else { continue };
             // A rule of which an expression has no value is not applied, as in a search.
-            let applied = open.derivation.apply(self.rules, rule, &locals);
-            let next = match applied.unwrap_or_else(|error| Err(Blocked::NoValue(error))) {
+            let next = match open.derivation.apply(self.rules, rule, &locals) {
                 Ok(next) => next,
                 Err(blocked) => {
                     let why = (rule.name.clone(), blocked.text(self.rules));

@@ -1,6 +1,7 @@
 //! Reads the measurements of a bench: a TOML file with a section for each, or one CSV file.
 
 use std::collections::BTreeMap;
+use std::io;
 
 use grammar_lang::diagnostics::did_you_mean;
 use grammar_lang::units::{self, Dimension, UnitError};
@@ -71,7 +72,7 @@ struct Raw {
 }
 
 /// Reads a file that a file of measurements names: what messages call it, and its text; or why it cannot be read.
-pub type Load<'a> = dyn Fn(&str) -> Result<(String, String), String> + 'a;
+pub type Load<'a> = dyn Fn(&str) -> io::Result<(String, String)> + 'a;
 
 /// What a file of measurements holds.
 #[derive(Clone, Debug, PartialEq)]

@@ -25,7 +25,7 @@ fn fitted_from(name: &str, text: &str, csv: &str) -> Result<Vec<Finding>, Vec<Pr
         if file == CSV {
             Ok((file.to_owned(), csv.to_owned()))
         } else {
-            Err("there is no such file".to_owned())
+            Err(std::io::Error::other("there is no such file"))
         }
     };
     fit(&read(name, text, &load), &rules("tendon"))
@@ -261,7 +261,8 @@ fn bad_measurements_are_told_all_at_once_with_their_places() {
 #[test]
 fn a_lone_csv_file_is_known_by_its_columns() {
     let kind = |csv: &str| {
-        let Reading { sections, problems } = read("any.csv", csv, &|_| Err(String::new()));
+        let Reading { sections, problems } =
+            read("any.csv", csv, &|_| Err(std::io::Error::other("there is no such file")));
         assert_eq!(problems, []);
         assert_eq!((sections.len(), sections[0].name.as_str()), (1, "any"));
         sections[0].kind

@@ -130,8 +130,7 @@ fn saved(path: &Path) -> Result<Derivation, Fault> {
     let design = design::read(&path)?;
     let fault = |e: DesignError| Fault::usage(format!("{}: {e}", path.display()));
     let rules = design.grammar.compile_edited().map_err(fault)?;
-    Derivation::replay(&rules, &design.derivation)
-        .map_err(|(number, why)| fault(DesignError::Step { number, why }))
+    Derivation::replay(&rules, &design.derivation).map_err(|bad| fault(bad.into()))
 }
 
 /// An example is its own derivation: it can be made if all of it holds.

@@ -15,7 +15,7 @@ use crate::hardware::backend::POINTS;
 use crate::hardware::compared;
 use crate::hardware::dry_run::{self, Marks};
 use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, Session, State, Status, Wish, picture};
-use crate::results::gait::{self, Gait};
+use crate::results::gait::{self, Gait, NoGait};
 
 /// Run the gait of a saved design on hardware
 ///
@@ -70,8 +70,8 @@ impl Drive {
             None => None,
         };
         let (task, target) = (self.task.as_deref(), self.target.as_deref());
-        let gait = gait::gait(&rules, other.as_ref(), &design, task, target)
-            .map_err(|problems| unfit(&path, &problems))?;
+        let gait =
+            gait::gait(&rules, other.as_ref(), &design, task, target).map_err(|why| unfit(&path, &why))?;
         self.compare(&gait, &path)?;
         match &self.port {
             Some(port) if !self.dry_run => self.play(&gait.schedule, port),
@@ -191,11 +191,14 @@ impl Drive {
 }
 
 /// The design and its target do not fit: nothing has been moved.
-fn unfit(path: &Path, problems: &[String]) -> Fault {
-    let lines: Vec<String> = problems.iter().map(|problem| format!("\n  {problem}")).collect();
-    match problems {
-        [one] => Fault::usage(format!("{}: {one}", path.display())),
-        _ => Fault::usage(format!("{} cannot be driven:{}", path.display(), lines.concat())),
+fn unfit(path: &Path, why: &NoGait) -> Fault {
+    let path = path.display();
+    match why {
+        NoGait::Schedule(problems) if problems.len() > 1 => {
+            let lines: String = problems.iter().map(|problem| format!("\n  {problem}")).collect();
+            Fault::usage(format!("{path} cannot be driven:{lines}"))
+        }
+        one => Fault::usage(format!("{path}: {one}")),
     }
 }
 

@@ -1,5 +1,6 @@
 //! A page that follows a run, or several, while they go on (`--live`).
 
+use crate::results::report::ReportError;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::time::{Duration, Instant};
@@ -85,7 +86,7 @@ impl Live {
     }
 
     /// Says once that there is no page: the run does not depend on it.
-    fn tell(&self, written: Result<PathBuf, String>, turn: &mut Turn) {
+    fn tell(&self, written: Result<PathBuf, ReportError>, turn: &mut Turn) {
         if let Err(why) = written
             && !turn.told
         {

@@ -45,9 +45,9 @@ pub(super) struct Text {
 
 /// Reads a file; `-` is standard input.
 pub(super) fn read(path: &Path) -> Result<Text, Fault> {
-    let fault = |e: String| Fault::usage(format!("cannot read {}: {e}", path.display()));
+    let fault = |e: std::io::Error| Fault::usage(format!("cannot read {}: {e}", path.display()));
     let (name, text) = if path == Path::new("-") {
-        let bytes = reading::bounded(std::io::stdin().lock()).map_err(|e| fault(e.to_string()))?;
+        let bytes = reading::bounded(std::io::stdin().lock()).map_err(fault)?;
         (STDIN.to_owned(), String::from_utf8_lossy(&bytes).into_owned())
     } else {
         (path.to_string_lossy().into_owned(), read_text(path).map_err(fault)?)

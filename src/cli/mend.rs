@@ -4,8 +4,10 @@
 //! gives more errors, or a line that was mended still cannot be read, each fix is tried alone, and those that do harm are
 //! left out for good. Only then is each file written, once and whole.
 
+use crate::results::FileError;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use thiserror::Error;
 
 use grammar_lang::diagnostics::{Code, Diagnostic, Edit, Together, apply};
 use grammar_lang::source::SourceMap;
@@ -283,14 +285,26 @@ fn by_text<'o>(offers: &[&'o Offer]) -> BTreeMap<&'o Path, Edits<'o>> {
     texts
 }
 
+/// Why a file keeps the text that it has.
+#[derive(Debug, Error)]
+enum Unmended {
+    #[error("it was changed by another program in the meantime")]
+    Changed,
+    #[error("it is read-only")]
+    ReadOnly,
+    #[error(transparent)]
+    System(#[from] std::io::Error),
+    #[error(transparent)]
+    Unwritten(#[from] FileError),
+}
+
 /// Replaces the content of a file that still is as it was read.
-fn replace(path: &Path, original: &str, mended: &str) -> Result<(), String> {
+fn replace(path: &Path, original: &str, mended: &str) -> Result<(), Unmended> {
     if read_text(path)? != original {
-        return Err("it was changed by another program in the meantime".to_owned());
+        return Err(Unmended::Changed);
     }
-    let permissions = std::fs::metadata(path).map_err(|e| e.to_string())?.permissions();
-    if permissions.readonly() {
-        return Err("it is read-only".to_owned());
+    if std::fs::metadata(path)?.permissions().readonly() {
+        return Err(Unmended::ReadOnly);
     }
     Ok(write_whole(path, mended)?)
 }

@@ -1,5 +1,6 @@
 //! What goes where: data to standard output, everything else to standard error.
 
+use std::fmt::Display;
 use std::io::{IsTerminal, Write};
 use std::path::Path;
 
@@ -15,13 +16,13 @@ pub(super) struct Fault {
 
 impl Fault {
     /// The input is wrong.
-    pub(super) fn input(message: impl Into<String>) -> Self {
-        Self { code: exit::INPUT, message: message.into() }
+    pub(super) fn input(message: impl Display) -> Self {
+        Self { code: exit::INPUT, message: message.to_string() }
     }
 
     /// Usage, configuration or files.
-    pub(super) fn usage(message: impl Into<String>) -> Self {
-        Self { code: exit::USAGE, message: message.into() }
+    pub(super) fn usage(message: impl Display) -> Self {
+        Self { code: exit::USAGE, message: message.to_string() }
     }
 }
 

@@ -17,7 +17,7 @@ use crate::results::folder::{Reopened, RunFolder};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::sittings::Sittings;
 use crate::results::{archive, leftovers, robustness, saving, summary};
-use crate::search::{self, Best, End, Failure, Jobs, Limits, Observer, Outcome, Row, State};
+use crate::search::{self, Best, End, Failure, Jobs, Limits, Observer, Outcome, Row, State, Unkept};
 use crate::simulate::{self, Stop};
 
 /// How the work is done; the result does not depend on it.
@@ -319,7 +319,7 @@ impl Observer for Keeper<'_> {
         self.progress.evaluated(spent, body);
     }
 
-    fn moved(&mut self, row: &Row) -> Result<(), String> {
+    fn moved(&mut self, row: &Row) -> Result<(), Unkept> {
         self.progress.moved(row.number, row.best, row.temperature);
         self.folder.row(row)?;
         if let Some(live) = self.live {
@@ -328,19 +328,19 @@ impl Observer for Keeper<'_> {
         Ok(())
     }
 
-    fn improved(&mut self, best: &Best) -> Result<(), String> {
+    fn improved(&mut self, best: &Best) -> Result<(), Unkept> {
         self.folder.best(&self.saved(best)?)?;
         interrupt::saved(self.folder.path());
         Ok(())
     }
 
-    fn kept(&mut self, archive: &[(Vec<usize>, Best)], new: usize) -> Result<(), String> {
+    fn kept(&mut self, archive: &[(Vec<usize>, Best)], new: usize) -> Result<(), Unkept> {
         let Some((cell, best)) = archive.get(new) else { return Ok(()) };
         let design = self.saved(best)?;
         Ok(self.folder.kept(self.rules, archive, cell, &design)?)
     }
 
-    fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), String> {
+    fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), Unkept> {
         if last || self.kept.elapsed() >= self.every {
             self.folder.checkpoint(state, self.max_evals)?;
             self.sittings.note(state.spent())?;

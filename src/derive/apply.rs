@@ -3,9 +3,9 @@
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{Binder, Cells, Effect, Expr, ExprKind, Holding, Painting, Rule, RuleSet};
 
-use super::Derivation;
 use super::record::{Recorded, Step};
 use super::scope::DesignScope;
+use super::{Derivation, Unrepeatable};
 use crate::design::step_of;
 use crate::design::{Attachment, Design, PartId, Refusal};
 
@@ -24,6 +24,18 @@ pub enum Blocked {
     NoChange,
     /// An expression of the rule, or a requirement on what it makes, has no value.
     NoValue(EvalError),
+}
+
+impl From<Refusal> for Blocked {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
+}
+
+impl From<EvalError> for Blocked {
+    fn from(error: EvalError) -> Self {
+        Self::NoValue(error)
+    }
 }
 
 impl Blocked {
@@ -84,42 +96,23 @@ impl Derivation {
     ///
     /// # Errors
     ///
-    /// [`EvalError`] when an expression has no value.
-    pub fn apply(
-        &self,
-        rules: &RuleSet,
-        rule: &Rule,
-        locals: &[Value],
-    ) -> Result<Result<Self, Blocked>, EvalError> {
+    /// What blocks it.
+    pub fn apply(&self, rules: &RuleSet, rule: &Rule, locals: &[Value]) -> Result<Self, Blocked> {
         let mut next = self.clone();
-        if let Err(blocked) = self.perform(&mut next, rules, rule, locals, self.next)? {
-            return Ok(Err(blocked));
-        }
+        self.carry_out(&mut next, rules, &rule.effects, locals, self.next)?;
         if let Some(broken) = next.broken(rules)? {
-            return Ok(Err(Blocked::Requirement(broken)));
+            return Err(Blocked::Requirement(broken));
         }
         if !rule.effects.iter().any(|e| matches!(e, Effect::Revert(_))) {
             let locals = locals.iter().map(Recorded::new).collect();
             next.steps.push(Step { id: next.next, rule: rule.name.clone(), locals });
         }
         next.next += 1;
-        Ok(Ok(next))
+        Ok(next)
     }
 
-    /// Carries out the effects of a rule on `next`, as step number `step`. All of them
-    /// read the design before the rule, and what earlier effects have made.
-    fn perform(
-        &self,
-        next: &mut Self,
-        rules: &RuleSet,
-        rule: &Rule,
-        locals: &[Value],
-        step: u64,
-    ) -> Result<Result<(), Blocked>, EvalError> {
-        self.carry_out(next, rules, &rule.effects, locals, step)
-    }
-
-    /// The same for any effects.
+    /// Carries out effects on `next`, as step number `step`. All of them
+    /// read the design before the step, and what earlier effects have made.
     pub(super) fn carry_out(
         &self,
         next: &mut Self,
@@ -127,23 +120,23 @@ impl Derivation {
         effects: &[Effect],
         locals: &[Value],
         step: u64,
-    ) -> Result<Result<(), Blocked>, EvalError> {
+    ) -> Result<(), Blocked> {
         let mut locals = locals.to_vec();
         for effect in effects {
             let made = next.design.clone();
             let scope = DesignScope::new(rules, self).with_made(&made);
-            let done = match effect {
+            let made = match effect {
                 Effect::Attach { what, on } => {
                     if let Some(refusal) = no_such_port(&on.port, &scope, &mut locals)? {
-                        return Ok(Err(Blocked::Refused(refusal)));
+                        return Err(refusal.into());
                     }
                     let attachment = attachment(what, on, &scope, &mut locals)?;
-                    next.design.attach(rules, &attachment, step).map(Some)
+                    Some(next.design.attach(rules, &attachment, step)?)
                 }
                 Effect::Replace { part, with, between } => {
                     let id = part_in(part, &scope, &mut locals)?;
                     let Value::Kind(kind) = evaluate(with, &scope, &mut locals)? else {
-                        return Err(missing(with));
+                        return Err(missing(with).into());
                     };
                     let between = match between {
                         Some((a, b)) => {
@@ -151,48 +144,38 @@ impl Derivation {
                         }
                         None => None,
                     };
-                    next.design.replace(rules, id, (&kind.name, &kind.params), between, step).map(Some)
+                    Some(next.design.replace(rules, id, (&kind.name, &kind.params), between, step)?)
                 }
                 Effect::Set { part, attribute, value } => {
                     let id = part_in(part, &scope, &mut locals)?;
                     let value = evaluate(value, &scope, &mut locals)?;
-                    next.design.set(rules, id, attribute, &value).map(|()| None)
+                    next.design.set(rules, id, attribute, &value)?;
+                    None
                 }
                 Effect::Remove(part) => {
                     let id = part_in(part, &scope, &mut locals)?;
-                    next.design.remove(id).map(|()| None)
+                    next.design.remove(id)?;
+                    None
                 }
                 Effect::Revert(reverted) => {
                     let Value::Reference(Reference::Step(id)) = evaluate(reverted, &scope, &mut locals)?
                     else {
-                        return Err(missing(reverted));
+                        return Err(missing(reverted).into());
                     };
-                    if let Err(blocked) = next.revert(rules, id) {
-                        return Ok(Err(blocked));
-                    }
-                    Ok(None)
+                    next.revert(rules, id)?;
+                    None
                 }
                 Effect::Cells(cells) => {
                     let depth = locals.len();
-                    let done = paint(
-                        &mut next.design,
-                        rules,
-                        cells,
-                        &cells.over,
-                        (&scope, &mut locals),
-                        (step, MOST),
-                    )?;
+                    let painter = Painter { rules, scope: &scope, cells, step };
+                    painter.paint(&mut next.design, &cells.over, &mut locals, MOST)?;
                     locals.truncate(depth);
-                    done.map(|()| None)
+                    None
                 }
             };
-            match done {
-                Ok(Some(made)) => locals.push(Value::Reference(Reference::Part(made))),
-                Ok(None) => {}
-                Err(refusal) => return Ok(Err(Blocked::Refused(refusal))),
-            }
+            locals.extend(made.map(|made| Value::Reference(Reference::Part(made))));
         }
-        Ok(Ok(()))
+        Ok(())
     }
 
     /// Takes a step back: all others are repeated with their recorded choices.
@@ -229,18 +212,15 @@ impl Derivation {
     }
 
     /// Repeats a recorded step with its own number.
-    pub(super) fn repeat(&mut self, rules: &RuleSet, step: &Step) -> Result<(), String> {
-        let rule = rules
-            .rules
-            .iter()
-            .find(|r| r.name == step.rule)
-            .ok_or_else(|| format!("there is no rule `{}`", step.rule))?;
+    pub(super) fn repeat(&mut self, rules: &RuleSet, step: &Step) -> Result<(), Unrepeatable> {
+        let rule = rules.rules.iter().find(|r| r.name == step.rule);
+        let rule = rule.ok_or_else(|| Unrepeatable::NoRule(step.rule.clone()))?;
         let locals: Vec<Value> = step.locals.iter().map(Recorded::value).collect();
         if locals.len() != rule.locals.len() {
-            return Err(format!("the rule `{}` now matches and chooses other things", rule.name));
+            return Err(Unrepeatable::OtherLocals(rule.name.clone()));
         }
         if rule.effects.iter().any(|e| matches!(e, Effect::Revert(_))) {
-            return Err("a reversion is no step".to_owned());
+            return Err(Unrepeatable::Reversion);
         }
         let kinds = locals.iter().filter_map(|l| match l {
             Value::Kind(kind) => Some(&kind.name),
@@ -248,14 +228,14 @@ impl Derivation {
         });
         for kind in kinds {
             if !rules.parts.contains_key(kind) && !rules.is_actuator(kind) && !rules.is_cell(kind) {
-                return Err(format!("there is no part `{kind}`"));
+                return Err(Unrepeatable::NoPart(kind.clone()));
             }
         }
         let before = self.clone();
-        before
-            .perform(self, rules, rule, &locals, step.id)
-            .map_err(|e| e.reason)?
-            .map_err(|blocked| blocked.text(rules))?;
+        before.carry_out(self, rules, &rule.effects, &locals, step.id).map_err(|blocked| match blocked {
+            Blocked::NoValue(error) => Unrepeatable::NoValue(error),
+            blocked => Unrepeatable::Refused(blocked.text(rules)),
+        })?;
         self.steps.push(step.clone());
         self.next = self.next.max(step.id + 1);
         Ok(())
@@ -265,20 +245,28 @@ impl Derivation {
 /// How often an effect may be repeated, all its binders together.
 const MOST: usize = 1000;
 
-/// Fills, paints or clears places, once for everything that it is repeated for.
-fn paint(
-    design: &mut Design,
-    rules: &RuleSet,
-    cells: &Cells,
-    over: &[Binder],
-    (scope, locals): (&DesignScope<'_>, &mut Vec<Value>),
-    (step, room): (u64, usize),
-) -> Result<Result<(), Refusal>, EvalError> {
-    if let Some((binder, rest)) = over.split_first() {
-        let values: Vec<Value> = match evaluate(&binder.over, scope, locals)? {
+/// Fills, paints or clears places.
+struct Painter<'a> {
+    rules: &'a RuleSet,
+    scope: &'a DesignScope<'a>,
+    cells: &'a Cells,
+    step: u64,
+}
+
+impl Painter<'_> {
+    /// Once for everything that it is repeated for: for `room` values at most.
+    fn paint(
+        &self,
+        design: &mut Design,
+        over: &[Binder],
+        locals: &mut Vec<Value>,
+        room: usize,
+    ) -> Result<(), Blocked> {
+        let Some((binder, rest)) = over.split_first() else { return self.paint_once(design, locals) };
+        let values: Vec<Value> = match evaluate(&binder.over, self.scope, locals)? {
             Value::Domain(domain) if domain.count() > room => {
                 let reason = format!("an effect is repeated more than {MOST} times");
-                return Err(EvalError { span: binder.over.span, reason });
+                return Err(EvalError { span: binder.over.span, reason }.into());
             }
             Value::Domain(domain) => domain.items().collect(),
             list => list.items().to_vec(),
@@ -288,31 +276,34 @@ fn paint(
             locals.truncate(binder.slot);
             locals.resize(binder.slot, Value::Bool(false));
             locals.push(value);
-            if let Err(refusal) = paint(design, rules, cells, rest, (scope, locals), (step, room))? {
-                return Ok(Err(refusal));
-            }
+            self.paint(design, rest, locals, room)?;
         }
-        return Ok(Ok(()));
+        Ok(())
     }
-    let Some(lattice) = &rules.lattice else { return Ok(Err(Refusal::NoCell)) };
-    let region = evaluate(&cells.region, scope, locals)?;
-    let places = region.items().iter().filter_map(|place| match place {
-        Value::Reference(Reference::Part(id)) => Some(*id),
-        _ => None,
-    });
-    let places: Vec<PartId> = places.collect();
-    let with = match &cells.with {
-        Some(with) => match evaluate(with, scope, locals)? {
-            Value::Kind(kind) => Some(kind),
-            _ => return Err(missing(with)),
-        },
-        None => None,
-    };
-    Ok(match (cells.how, with) {
-        (Painting::Fill, Some(with)) => design.fill(rules, lattice, &places, &with, step),
-        (Painting::Paint, Some(with)) => design.paint(rules, lattice, &places, &with),
-        _ => design.clear(lattice, rules.symmetry, &places),
-    })
+
+    fn paint_once(&self, design: &mut Design, locals: &mut Vec<Value>) -> Result<(), Blocked> {
+        let Self { rules, scope, cells, step } = *self;
+        let lattice = rules.lattice.as_ref().ok_or(Refusal::NoCell)?;
+        let region = evaluate(&cells.region, scope, locals)?;
+        let places = region.items().iter().filter_map(|place| match place {
+            Value::Reference(Reference::Part(id)) => Some(*id),
+            _ => None,
+        });
+        let places: Vec<PartId> = places.collect();
+        let with = match &cells.with {
+            Some(with) => match evaluate(with, scope, locals)? {
+                Value::Kind(kind) => Some(kind),
+                _ => return Err(missing(with).into()),
+            },
+            None => None,
+        };
+        match (cells.how, with) {
+            (Painting::Fill, Some(with)) => design.fill(rules, lattice, &places, &with, step)?,
+            (Painting::Paint, Some(with)) => design.paint(rules, lattice, &places, &with)?,
+            _ => design.clear(lattice, rules.symmetry, &places)?,
+        }
+        Ok(())
+    }
 }
 
 fn missing(expr: &Expr) -> EvalError {

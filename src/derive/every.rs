@@ -6,7 +6,7 @@ use grammar_lang::ir::{Effect, Match, Rule, RuleSet, Spread};
 use super::choosing::{Drawing, domain_of};
 use super::random::Stream;
 use super::record::{Recorded, Step};
-use super::{Derivation, DesignScope};
+use super::{Blocked, Derivation, DesignScope, Unrepeatable};
 
 /// How many values of a domain are tried at most.
 const VALUES: usize = 1000;
@@ -109,27 +109,24 @@ impl Derivation {
     ///
     /// # Errors
     ///
-    /// [`EvalError`] when an expression has no value.
-    pub fn follow(
-        &self,
-        rules: &RuleSet,
-        step: &Step,
-        temperature: f64,
-    ) -> Result<Result<Self, String>, EvalError> {
-        let Some(rule) = rules.rules.iter().find(|r| r.name == step.rule) else {
-            return Ok(Err(format!("there is no rule `{}`", step.rule)));
-        };
+    /// Why it cannot be made.
+    pub fn follow(&self, rules: &RuleSet, step: &Step, temperature: f64) -> Result<Self, Unrepeatable> {
+        let rule = rules.rules.iter().find(|r| r.name == step.rule);
+        let rule = rule.ok_or_else(|| Unrepeatable::NoRule(step.rule.clone()))?;
         let locals: Vec<Value> = step.locals.iter().map(Recorded::value).collect();
         let reverts = rule.effects.iter().any(|e| matches!(e, Effect::Revert(_)));
         if reverts || locals.len() != rule.locals.len() {
-            return Ok(Err(format!("the rule `{}` matches and chooses other things", rule.name)));
+            return Err(Unrepeatable::OtherLocals(rule.name.clone()));
         }
         if !self.allows(rules, rule, &locals, temperature)? {
-            return Ok(Err(format!("the rule `{}` cannot be applied like this", rule.name)));
+            return Err(Unrepeatable::NotDrawn(rule.name.clone()));
         }
         // Parts are named after the steps that made them: the number of the step stays.
         let here = Self { next: step.id.max(self.next), ..self.clone() };
-        Ok(here.apply(rules, rule, &locals)?.map_err(|blocked| blocked.sentence(rules)))
+        here.apply(rules, rule, &locals).map_err(|blocked| match blocked {
+            Blocked::NoValue(error) => Unrepeatable::NoValue(error),
+            blocked => Unrepeatable::Refused(blocked.sentence(rules)),
+        })
     }
 }
 

@@ -48,11 +48,14 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                 }
             }
             ExampleClause::Step { name, application } => {
-                let step = apply(rules, &derivation, application, &locals).map_err(no_value)?;
-                let step = step.map_err(|reason| {
-                    let place = reason.2.unwrap_or(application.span);
-                    fail(place, format!("`{name}` cannot be done"), reason.1)
-                })?;
+                let step =
+                    apply(rules, &derivation, application, &locals).map_err(|undone| match undone {
+                        Undone::NoValue(error) => no_value(error),
+                        Undone::Refused(Refused { reason, place, .. }) => {
+                            let place = place.unwrap_or(application.span);
+                            fail(place, format!("`{name}` cannot be done"), reason)
+                        }
+                    })?;
                 let id = step.steps.last().map_or(0, |s| s.id);
                 derivation = step;
                 let product = derivation.design.parts.keys().find(|p| step_of(**p) == id);
@@ -61,10 +64,13 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                 locals.push(Value::Reference(made));
             }
             ExampleClause::Refuse { application, by } => {
-                let outcome = apply(rules, &derivation, application, &locals).map_err(no_value)?;
-                let Err((blocked, reason, _)) = outcome else {
-                    let message = format!("`{}` should be refused", application.rule);
-                    return Err(fail(application.span, message, "but it can be done".into()));
+                let Refused { blocked, reason, .. } = match apply(rules, &derivation, application, &locals) {
+                    Err(Undone::Refused(refused)) => refused,
+                    Err(Undone::NoValue(error)) => return Err(no_value(error)),
+                    Ok(_) => {
+                        let message = format!("`{}` should be refused", application.rule);
+                        return Err(fail(application.span, message, "but it can be done".into()));
+                    }
                 };
                 let stopped = blocked.map_or(String::new(), |b| b.text(rules));
                 if let Some(by) = by.as_ref().filter(|by| **by != stopped) {
@@ -90,34 +96,57 @@ fn falsehood(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> Str
     }
 }
 
-/// The outcome of a rule that is applied with chosen values: the reason as a table has it and in
-/// words, and which value is to blame if one is.
-type Outcome = Result<Derivation, (Option<Blocked>, String, Option<Span>)>;
+/// Why a rule cannot be applied with chosen values.
+enum Undone {
+    /// What the grammar writes has no value: a mistake in it.
+    NoValue(EvalError),
+    /// The rule does not do this.
+    Refused(Refused),
+}
+
+struct Refused {
+    /// As a table has it, if the rule was refused.
+    blocked: Option<Blocked>,
+    /// A sentence.
+    reason: String,
+    /// The value that is to blame, if one is.
+    place: Option<Span>,
+}
+
+impl Undone {
+    fn refused(blocked: Option<Blocked>, reason: impl Into<String>, place: Option<Span>) -> Self {
+        Self::Refused(Refused { blocked, reason: reason.into(), place })
+    }
+
+    /// The values are none that the rule could have drawn.
+    fn unfit(reason: impl Into<String>, place: Option<Span>) -> Self {
+        Self::refused(Some(Blocked::NoMatch), reason, place)
+    }
+}
+
+impl From<EvalError> for Undone {
+    fn from(error: EvalError) -> Self {
+        Self::NoValue(error)
+    }
+}
 
 fn apply(
     rules: &RuleSet,
     derivation: &Derivation,
     application: &Application,
     names: &[Value],
-) -> Result<Outcome, EvalError> {
-    let Some(rule) = rules.rules.iter().find(|r| r.name == application.rule) else {
-        return Ok(Err((None, "there is no such rule".to_owned(), None)));
-    };
-    let locals = match values(rules, derivation, rule, application, names)? {
-        Ok(locals) => locals,
-        Err((reason, place)) => return Ok(Err((Some(Blocked::NoMatch), reason, place))),
-    };
-    Ok(match derivation.apply(rules, rule, &locals)? {
-        Ok(next) => Ok(next),
-        Err(blocked) => {
+) -> Result<Derivation, Undone> {
+    let rule = rules.rules.iter().find(|r| r.name == application.rule);
+    let rule = rule.ok_or_else(|| Undone::refused(None, "there is no such rule", None))?;
+    let locals = values(rules, derivation, rule, application, names)?;
+    derivation.apply(rules, rule, &locals).map_err(|blocked| match blocked {
+        Blocked::NoValue(error) => Undone::NoValue(error),
+        blocked => {
             let reason = blocked.sentence(rules);
-            Err((Some(blocked), reason, None))
+            Undone::refused(Some(blocked), reason, None)
         }
     })
 }
-
-/// Why values do not fit a rule, and which of them is to blame if one is.
-type Unfit = (String, Option<Span>);
 
 /// The values of all locals of a rule, if the rule could have drawn them.
 fn values(
@@ -126,7 +155,7 @@ fn values(
     rule: &Rule,
     application: &Application,
     names: &[Value],
-) -> Result<Result<Vec<Value>, Unfit>, EvalError> {
+) -> Result<Vec<Value>, Undone> {
     let scope = DesignScope::new(rules, derivation);
     let matched: usize = rule.matches.iter().map(grammar_lang::ir::Match::slots).sum();
     let mut locals: Vec<Value> = Vec::new();
@@ -139,14 +168,14 @@ fn values(
                 Ok(value) => value,
                 Err(error) => {
                     let reason = format!("`{called}` has no value: {}", error.reason);
-                    return Ok(Err((reason, Some(given.span))));
+                    return Err(Undone::unfit(reason, Some(given.span)));
                 }
             },
             (None, Some(choice)) => {
                 let only = domain_of(evaluate(&choice.domain, &scope, &mut locals.clone())?).item(0);
                 only.unwrap_or(Value::Bool(false))
             }
-            (None, None) => return Ok(Err((format!("`{called}` has no value"), None))),
+            (None, None) => return Err(Undone::unfit(format!("`{called}` has no value"), None)),
         };
         if let Some(choice) = choice.filter(|c| c.spread != Spread::Fixed) {
             let domain = domain_of(evaluate(&choice.domain, &scope, &mut locals.clone())?);
@@ -162,21 +191,21 @@ fn values(
                     }
                     _ => reason,
                 };
-                return Ok(Err((reason, given.as_ref().map(|g| g.span))));
+                return Err(Undone::unfit(reason, given.as_ref().map(|g| g.span)));
             }
         }
         locals.push(value);
         if slot + 1 == matched && !derivation.matches(rules, rule)?.contains(&locals) {
-            return Ok(Err(("the rule does not match there".to_owned(), None)));
+            return Err(Undone::unfit("the rule does not match there", None));
         }
     }
     if matched == 0 && derivation.matches(rules, rule)?.is_empty() {
-        return Ok(Err(("a guard of the rule forbids it".to_owned(), None)));
+        return Err(Undone::unfit("a guard of the rule forbids it", None));
     }
     for guard in rule.guards.iter().filter(|g| g.needs > matched) {
         if evaluate(&guard.condition, &scope, &mut locals.clone())? != Value::Bool(true) {
-            return Ok(Err(("a guard of the rule forbids it".to_owned(), None)));
+            return Err(Undone::unfit("a guard of the rule forbids it", None));
         }
     }
-    Ok(Ok(locals))
+    Ok(locals)
 }

@@ -16,6 +16,7 @@ mod record;
 mod refused;
 mod scope;
 mod start;
+mod unrepeatable;
 
 use grammar_lang::bounds::{Facts, locals_of};
 use grammar_lang::diagnostics::Diagnostic;
@@ -29,6 +30,7 @@ pub use example::run_example;
 pub use record::{Recorded, Step, Steps};
 pub use scope::DesignScope;
 pub use start::{check_begun, check_start};
+pub use unrepeatable::{BadStep, Unrepeatable};
 
 use crate::design::Design;
 pub use random::Stream;
@@ -97,12 +99,11 @@ impl Derivation {
                 return Move { result: None, rule: None, blocked };
             };
             match self.attempt(rules, rule, temperature, random) {
-                Ok(Ok(result)) if result.design.canonical_hash(rules) == before => {
+                Ok(result) if result.design.canonical_hash(rules) == before => {
                     blocked.push((index, Blocked::NoChange));
                 }
-                Ok(Ok(result)) => return Move { result: Some(result), rule: Some(index), blocked },
-                Ok(Err(reason)) => blocked.push((index, reason)),
-                Err(error) => blocked.push((index, Blocked::NoValue(error))),
+                Ok(result) => return Move { result: Some(result), rule: Some(index), blocked },
+                Err(reason) => blocked.push((index, reason)),
             }
             if let Some(weight) = weights.get_mut(index) {
                 *weight = 0.0;
@@ -117,10 +118,10 @@ impl Derivation {
         rule: &Rule,
         temperature: f64,
         random: &mut Stream,
-    ) -> Result<Result<Self, Blocked>, EvalError> {
+    ) -> Result<Self, Blocked> {
         match self.draw(rules, rule, temperature, random)? {
             Some(locals) => self.apply(rules, rule, &locals),
-            None => Ok(Err(Blocked::NoMatch)),
+            None => Err(Blocked::NoMatch),
         }
     }
 
@@ -167,10 +168,9 @@ impl Derivation {
     ///
     /// # Errors
     ///
-    /// A sentence that says which step cannot be applied, and why.
-    pub fn restore(rules: &RuleSet, kept: &Steps) -> Result<Self, String> {
-        let mut derivation = Self::replay(rules, &kept.steps)
-            .map_err(|(n, reason)| format!("step {n} of a derivation cannot be applied: {reason}"))?;
+    /// Which step cannot be applied, and why.
+    pub fn restore(rules: &RuleSet, kept: &Steps) -> Result<Self, BadStep> {
+        let mut derivation = Self::replay(rules, &kept.steps)?;
         derivation.next = derivation.next.max(kept.next);
         Ok(derivation)
     }
@@ -191,38 +191,39 @@ impl Derivation {
     ///
     /// # Errors
     ///
-    /// The number of the step (from 1) that cannot be applied, and why.
-    pub fn replay(rules: &RuleSet, steps: &[Step]) -> Result<Self, (usize, String)> {
+    /// Which step cannot be applied, and why.
+    pub fn replay(rules: &RuleSet, steps: &[Step]) -> Result<Self, BadStep> {
         let mut derivation = Self::begin(rules);
         let facts = Facts::from(rules, None);
         for (i, step) in steps.iter().enumerate() {
-            beyond(&facts, rules, step)
-                .map_or(Ok(()), Err)
+            within(&facts, rules, step)
                 .and_then(|()| derivation.repeat(rules, step))
-                .map_err(|reason| (i + 1, reason))?;
+                .map_err(|why| BadStep { number: i + 1, why })?;
         }
-        match derivation.broken(rules) {
-            Ok(None) => Ok(derivation),
-            Ok(Some(i)) => {
+        let last = |why| BadStep { number: steps.len(), why };
+        match derivation.broken(rules).map_err(|error| last(error.into()))? {
+            None => Ok(derivation),
+            Some(i) => {
                 let name = rules.requirements.get(i).map_or("", |r| r.name.as_str());
-                Err((steps.len(), format!("the design breaks `{name}`")))
+                Err(last(Unrepeatable::Breaks(name.to_owned())))
             }
-            Err(error) => Err((steps.len(), error.reason)),
         }
     }
 }
-/// What a step has chosen that its rule cannot choose in any design, if anything: somebody changed it.
-fn beyond(facts: &Facts<'_>, rules: &RuleSet, step: &Step) -> Option<String> {
-    let rule = rules.rules.iter().find(|rule| rule.name == step.rule)?;
+
+/// Fails where a step has chosen what its rule cannot choose in any design: somebody changed it.
+fn within(facts: &Facts<'_>, rules: &RuleSet, step: &Step) -> Result<(), Unrepeatable> {
+    let Some(rule) = rules.rules.iter().find(|rule| rule.name == step.rule) else { return Ok(()) };
     let first = rule.locals.len().saturating_sub(rule.choices.len());
     let known = locals_of(facts, rule);
     let chosen = rule.choices.iter().zip(step.locals.iter().skip(first)).zip(known.iter().skip(first));
     for ((choice, recorded), known) in chosen {
-        let (Value::Number(x), within) = (recorded.value(), known.numbers()) else { continue };
-        let slack = 1e-9 * (1.0 + x.abs().min(1e9));
-        if !(x >= within.low - slack && x <= within.high + slack) {
-            return Some(format!("`{}` is {x}, which the rule `{}` never chooses", choice.name, rule.name));
+        let (Value::Number(value), within) = (recorded.value(), known.numbers()) else { continue };
+        let slack = 1e-9 * (1.0 + value.abs().min(1e9));
+        if !(value >= within.low - slack && value <= within.high + slack) {
+            let (choice, rule) = (choice.name.clone(), rule.name.clone());
+            return Err(Unrepeatable::Beyond { choice, value, rule });
         }
     }
-    None
+    Ok(())
 }

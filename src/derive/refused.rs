@@ -83,7 +83,7 @@ fn always(rules: &RuleSet, rule: &Rule, begun: &Derivation) -> Option<Refusal> {
     let mut reason = None;
     for locals in &all.all {
         match begun.apply(rules, rule, locals) {
-            Ok(Err(Blocked::Refused(why @ (Refusal::PortTaken | Refusal::Asymmetric))))
+            Err(Blocked::Refused(why @ (Refusal::PortTaken | Refusal::Asymmetric)))
                 if reason.as_ref().is_none_or(|known| *known == why) =>
             {
                 reason = Some(why);

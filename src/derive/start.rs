@@ -33,13 +33,13 @@ fn fill(rules: &RuleSet, derivation: &mut Derivation) -> Option<EvalError> {
     let lattice = rules.lattice.as_ref()?;
     let before = derivation.clone();
     match before.carry_out(derivation, rules, &lattice.begin, &[], 0) {
-        Ok(Ok(())) if !derivation.design.parts.is_empty() => None,
-        Ok(Ok(())) => {
+        Ok(()) if !derivation.design.parts.is_empty() => None,
+        Ok(()) => {
             let reason = Blocked::Refused(Refusal::Empty).sentence(rules);
             Some(EvalError { span: lattice.span, reason })
         }
-        Ok(Err(blocked)) => Some(EvalError { span: lattice.span, reason: blocked.sentence(rules) }),
-        Err(error) => Some(error),
+        Err(Blocked::NoValue(error)) => Some(error),
+        Err(blocked) => Some(EvalError { span: lattice.span, reason: blocked.sentence(rules) }),
     }
 }
 

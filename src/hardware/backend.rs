@@ -2,9 +2,10 @@
 
 use grammar_lang::eval::Valve;
 use grammar_lang::ir::{Backend as Declared, Pneumatic, Target, Tendon};
+use thiserror::Error;
 
 use super::error::Problem;
-use super::pin::Pin;
+use super::pin::{NoPin, Pin};
 use super::schedule::{Channel, Micros, Output, Safe, Schedule, ValveState};
 use crate::drive::{Asked, Cycle};
 
@@ -13,6 +14,33 @@ pub const POINTS: usize = 64;
 
 /// Bends in rad that differ by less are the same.
 const CLOSE: f64 = 1e-6;
+
+/// Why the outputs of a channel cannot do what is asked of its actuator.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum Unplayable {
+    /// Valves know no angle.
+    #[error(
+        "it follows an angle, and the target drives valves: actuate it with an actuation that says `drive valves = ...`"
+    )]
+    Angle,
+    /// Servos know no valves.
+    #[error(
+        "it follows valves, and the target drives servos: actuate it with an actuation that says `drive angle = ...`"
+    )]
+    Valves,
+    /// A time is beyond what a board counts.
+    #[error("its cycle is too long for a board to count")]
+    TooLong,
+    /// The target names too few pins.
+    #[error("the target has no pin for channel {channel}")]
+    NoPin {
+        /// Which, from 1.
+        channel: usize,
+    },
+    /// A pin is none.
+    #[error(transparent)]
+    Pin(#[from] NoPin),
+}
 
 /// A way to bend actuators.
 pub trait Backend {
@@ -25,7 +53,7 @@ pub trait Backend {
     /// # Errors
     ///
     /// Why they cannot do what is asked for.
-    fn outputs(&self, channel: usize, name: &str, asked: &Asked) -> Result<Vec<Channel>, String>;
+    fn outputs(&self, channel: usize, name: &str, asked: &Asked) -> Result<Vec<Channel>, Unplayable>;
     /// What it leaves out of what an actuator is asked for, in words.
     fn cut(&self, asked: &Asked) -> Option<String>;
 }
@@ -65,7 +93,7 @@ pub fn schedule(backend: &dyn Backend, cycle: &Cycle, names: &[String]) -> Resul
     {
         match backend.outputs(number, name, asked) {
             Ok(outputs) => channels.extend(outputs),
-            Err(text) => problems.push(Problem { channel: Some(name.clone()), text }),
+            Err(why) => problems.push(Problem { channel: Some(name.clone()), text: why.to_string() }),
         }
     }
     match period {
@@ -80,10 +108,9 @@ fn micros(seconds: f64) -> Option<Micros> {
     (0.0..=f64::from(Micros::MAX)).contains(&micros).then_some(micros as Micros)
 }
 
-fn pin(pins: &[String], channel: usize) -> Result<Pin, String> {
-    let name =
-        pins.get(channel).ok_or_else(|| format!("the target has no pin for channel {}", channel + 1))?;
-    name.parse::<Pin>().map_err(|error| error.to_string())
+fn pin(pins: &[String], channel: usize) -> Result<Pin, Unplayable> {
+    let name = pins.get(channel).ok_or(Unplayable::NoPin { channel: channel + 1 })?;
+    Ok(name.parse()?)
 }
 
 /// Two valves for each actuator.
@@ -100,30 +127,25 @@ impl Backend for Valves<'_> {
         if self.air.vents { Safe::Vent } else { Safe::Hold }
     }
 
-    fn outputs(&self, channel: usize, name: &str, asked: &Asked) -> Result<Vec<Channel>, String> {
+    fn outputs(&self, channel: usize, name: &str, asked: &Asked) -> Result<Vec<Channel>, Unplayable> {
         let Asked::Valves(valves) = asked else {
-            return Err(
-                "it follows an angle, and the target drives valves: actuate it with an actuation that says \
-                        `drive valves = ...`"
-                    .to_owned(),
-            );
+            return Err(Unplayable::Angle);
         };
         let settled = valves.settled(self.air.shortest);
-        let too_long = || "its cycle is too long for a board to count".to_owned();
         let changes = settled.changes.iter().map(|(from, state)| {
             let state = match state {
                 Valve::Closed => ValveState::Closed,
                 Valve::Inflate => ValveState::Inflate,
                 Valve::Vent => ValveState::Vent,
             };
-            Ok((micros(*from).ok_or_else(too_long)?, state))
+            Ok((micros(*from).ok_or(Unplayable::TooLong)?, state))
         });
         let output = Output::Valves {
             inflate: pin(&self.air.inflate, channel)?,
             vent: pin(&self.air.vent, channel)?,
             // Rounding both ends of a state may have made it two microseconds shorter.
-            least: micros(self.air.shortest).ok_or_else(too_long)?.saturating_sub(2),
-            changes: changes.collect::<Result<_, String>>()?,
+            least: micros(self.air.shortest).ok_or(Unplayable::TooLong)?.saturating_sub(2),
+            changes: changes.collect::<Result<_, Unplayable>>()?,
         };
         Ok(vec![Channel { name: name.to_owned(), output }])
     }
@@ -177,13 +199,9 @@ impl Backend for Servos<'_> {
         if self.threads.rests { Safe::Rest } else { Safe::Release }
     }
 
-    fn outputs(&self, channel: usize, name: &str, asked: &Asked) -> Result<Vec<Channel>, String> {
+    fn outputs(&self, channel: usize, name: &str, asked: &Asked) -> Result<Vec<Channel>, Unplayable> {
         let Asked::Bends(bends) = asked else {
-            return Err(
-                "it follows valves, and the target drives servos: actuate it with an actuation that says \
-                        `drive angle = ...`"
-                    .to_owned(),
-            );
+            return Err(Unplayable::Valves);
         };
         let one = self.servo(pin(&self.threads.servo, channel)?, bends.iter().copied());
         if self.threads.opposite.is_empty() {

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::str::FromStr;
+use thiserror::Error;
 
 use serde::{Deserialize, Serialize};
 
@@ -32,15 +33,31 @@ impl fmt::Display for Pin {
     }
 }
 
+/// Why a name is of no pin that a valve or servo can have.
+#[derive(Clone, Debug, PartialEq, Eq, Error)]
+pub enum NoPin {
+    /// No board has it.
+    #[error("there is no pin {0}: use D3 to D12 or A0 to A5")]
+    Unknown(String),
+    /// The board needs it itself.
+    #[error("{name} {taken}: use D3 to D12 or A0 to A5")]
+    Taken {
+        /// Its name.
+        name: String,
+        /// What it is.
+        taken: &'static str,
+    },
+}
+
 impl FromStr for Pin {
-    type Err = String;
+    type Err = NoPin;
 
     /// Reads a name such as `D3` or `A0`, in small or large letters.
     ///
     /// # Errors
     ///
     /// Says which pins there are, and what the pin asked for is used for if the board needs it itself.
-    fn from_str(text: &str) -> Result<Self, String> {
+    fn from_str(text: &str) -> Result<Self, NoPin> {
         let name = text.trim().to_ascii_uppercase();
         if let Some(pin) = Self::all().find(|pin| pin.to_string() == name) {
             return Ok(pin);
@@ -50,16 +67,16 @@ impl FromStr for Pin {
             "D2" => "is the stop circuit",
             "D13" => "is the lamp, which blinks at each reset: a valve there would click",
             "A6" | "A7" => "can only be read, on boards that have it",
-            _ => return Err(format!("there is no pin {text}: use D3 to D12 or A0 to A5")),
+            _ => return Err(NoPin::Unknown(text.to_owned())),
         };
-        Err(format!("{name} {taken}: use D3 to D12 or A0 to A5"))
+        Err(NoPin::Taken { name, taken })
     }
 }
 
 impl TryFrom<String> for Pin {
-    type Error = String;
+    type Error = NoPin;
 
-    fn try_from(text: String) -> Result<Self, String> {
+    fn try_from(text: String) -> Result<Self, NoPin> {
         text.parse()
     }
 }
@@ -90,7 +107,7 @@ mod tests {
         for (name, why) in
             [("D0", "serial"), ("D2", "stop"), ("D13", "lamp"), ("D14", "no pin"), ("", "no pin")]
         {
-            let error = name.parse::<Pin>().unwrap_err();
+            let error = name.parse::<Pin>().unwrap_err().to_string();
             assert!(error.contains(why) && error.contains("D3 to D12"), "{error}");
         }
     }

@@ -3,6 +3,9 @@
 use grammar_lang::eval::EvalError;
 use thiserror::Error;
 
+use super::names::BadNames;
+use crate::derive::BadStep;
+use crate::simulate::export::NotMotion;
 use crate::simulate::{self, Invalid};
 
 /// Why a saved design cannot be simulated again, or is not what it says. The file is named by whoever asks.
@@ -17,17 +20,9 @@ pub enum DesignError {
     /// The frozen texts come to other rules.
     #[error("its grammar was changed after it was saved, or this version of sgc reads it differently")]
     OtherRules,
-    /// What a checkpoint says is no state of its grammar.
-    #[error("{0}")]
-    State(String),
     /// Its derivation does not go through.
-    #[error("step {number} of its derivation cannot be applied: {why}")]
-    Step {
-        /// Which, from 1.
-        number: usize,
-        /// A sentence.
-        why: String,
-    },
+    #[error(transparent)]
+    Step(#[from] BadStep),
     /// It has no task at all.
     #[error("it has no task")]
     NoTask,
@@ -69,8 +64,8 @@ pub enum DesignError {
     #[error("its motion is not valid: {}", .0.describe())]
     Motion(Invalid),
     /// A motion of another program cannot be read.
-    #[error("{0}")]
-    OtherMotion(String),
+    #[error(transparent)]
+    OtherMotion(#[from] NotMotion),
     /// Somebody asked to stop.
     #[error("stopped before {0}")]
     Stopped(&'static str),
@@ -78,8 +73,8 @@ pub enum DesignError {
     #[error("its derivation does not lead to the body that was saved: it was changed")]
     OtherBody,
     /// Its names are none.
-    #[error("{0}")]
-    Names(String),
+    #[error(transparent)]
+    Names(#[from] BadNames),
     /// Its drive calls an actuator otherwise than its names do.
     #[error("`{saved}` in its drive is `{label}` by the names of its parts: the file was changed")]
     OtherLabel {
@@ -138,12 +133,5 @@ impl From<simulate::Unfit> for DesignError {
 impl From<Invalid> for DesignError {
     fn from(invalid: Invalid) -> Self {
         Self::Motion(invalid)
-    }
-}
-
-/// Where several kinds of errors meet, they meet as sentences for people.
-impl From<DesignError> for String {
-    fn from(error: DesignError) -> Self {
-        error.to_string()
     }
 }

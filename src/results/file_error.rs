@@ -215,13 +215,13 @@ pub enum Unfit {
 
 impl FileError {
     /// What cannot be read.
-    pub(super) fn read(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
+    pub(crate) fn read(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
         let path = path.to_owned();
         move |why| Self::Read { path, why }
     }
 
     /// What cannot be written.
-    pub(super) fn write<E: Into<Unwritable>>(path: &Path) -> impl FnOnce(E) -> Self + use<E> {
+    pub(crate) fn write<E: Into<Unwritable>>(path: &Path) -> impl FnOnce(E) -> Self + use<E> {
         let path = path.to_owned();
         move |why| Self::Write { path, why: why.into() }
     }
@@ -247,12 +247,5 @@ impl FileError {
     pub(super) fn inside<E: Into<DesignError>>(path: &Path) -> impl FnOnce(E) -> Self + use<E> {
         let path = path.to_owned();
         move |why| Self::Inside { path, why: why.into() }
-    }
-}
-
-/// Where several kinds of errors meet, they meet as sentences for people.
-impl From<FileError> for String {
-    fn from(error: FileError) -> Self {
-        error.to_string()
     }
 }

@@ -288,7 +288,7 @@ impl RunFolder {
         let grammar = frozen(path, &asked)?;
         let (rules, sources) = grammar.compile_with_sources().map_err(FileError::inside(path))?;
         let state =
-            checkpoint.state.restore(&rules).map_err(DesignError::State).map_err(FileError::inside(path))?;
+            checkpoint.state.restore(&rules).map_err(DesignError::Step).map_err(FileError::inside(path))?;
         let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, &rules.observed)?;
         for name in entries(path).unwrap_or_default() {
             if is_unfinished(&name) {

@@ -1,6 +1,8 @@
 //! The gait of a saved design as what a board plays, compared with what was simulated.
 
+use grammar_lang::eval::EvalError;
 use grammar_lang::ir::RuleSet;
+use thiserror::Error;
 
 use super::DesignError;
 use super::names::Names;
@@ -33,75 +35,129 @@ pub struct Gait {
     pub begins_otherwise: bool,
 }
 
+/// Why a board cannot play a design.
+#[derive(Debug, Error)]
+pub enum NoGait {
+    /// The design is none of its grammar, or has no such task.
+    #[error(transparent)]
+    Design(#[from] DesignError),
+    /// Its grammar has no target at all.
+    #[error("the grammar `{grammar}` has no target: declare one with `target NAME on pneumatic for ...`")]
+    NoTarget {
+        /// Its name.
+        grammar: String,
+    },
+    /// It has several, and none was named.
+    #[error("which target? say --target with one of: {}", there.join(", "))]
+    WhichTarget {
+        /// Their names.
+        there: Vec<String>,
+    },
+    /// It has not this one.
+    #[error("the grammar `{grammar}` has no target `{name}`; it has: {}", or_none(there))]
+    UnknownTarget {
+        /// Its name.
+        grammar: String,
+        /// The target's.
+        name: String,
+        /// Those that it has.
+        there: Vec<String>,
+    },
+    /// The motion does not repeat.
+    #[error(
+        "what the actuators are asked for does not repeat: a board plays one period over and over; give the actuation \
+         a `period`, and let it read the time as `t / period` only"
+    )]
+    NoPeriod,
+    /// No actuator is of the kind that the target drives.
+    #[error("the design has no `{kind}` for the target `{target}` to drive")]
+    NothingToDrive {
+        /// The kind.
+        kind: String,
+        /// The target's name.
+        target: String,
+    },
+    /// No board can run the schedule: a line for each reason.
+    #[error("{}", .0.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+    Schedule(Vec<Problem>),
+}
+
+impl From<EvalError> for NoGait {
+    fn from(error: EvalError) -> Self {
+        Self::Design(error.into())
+    }
+}
+
+impl From<Vec<Problem>> for NoGait {
+    fn from(problems: Vec<Problem>) -> Self {
+        Self::Schedule(problems)
+    }
+}
+
+fn or_none(names: &[String]) -> String {
+    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+}
+
 /// The gait of a design in a task (the first, if none is named) on a target: the one that is named, or the one that the
 /// task is simulated on, or the only one. The target, and how fast and far its actuators bend, are those of `of`, if that
 /// is given, else of the design's own rules; all else is the design's.
 ///
 /// # Errors
 ///
-/// Sentences that say what does not fit.
+/// What does not fit.
 pub fn gait(
     rules: &RuleSet,
     of: Option<&RuleSet>,
     design: &SavedDesign,
     task: Option<&str>,
     target: Option<&str>,
-) -> Result<Gait, Vec<String>> {
-    let one = |text: String| vec![text];
-    let unfit = |error: DesignError| vec![error.to_string()];
-    let saved = design.task(task).map_err(unfit)?;
-    let candidate = replay::candidate(rules, design).map_err(unfit)?;
-    let (simulated, parameters) = replay::drive_of(&candidate, saved).map_err(unfit)?;
+) -> Result<Gait, NoGait> {
+    let saved = design.task(task)?;
+    let candidate = replay::candidate(rules, design)?;
+    let (simulated, parameters) = replay::drive_of(&candidate, saved)?;
     let own = simulated.task();
-    let name = target_name(of.unwrap_or(rules), target, own.on.as_deref()).map_err(one)?;
+    let name = target_name(of.unwrap_or(rules), target, own.on.as_deref())?;
     let played = on_target(rules, of, &saved.name, &name);
-    let (drive, _) = replay::drive_of(&candidate.under(&played), saved).map_err(unfit)?;
+    let (drive, _) = replay::drive_of(&candidate.under(&played), saved)?;
     let Some(target) = played.targets.get(&name) else {
-        return Err(one(format!("there is no target `{name}`")));
+        return Err(no_target(rules, &name));
     };
-    let no_value = |e: grammar_lang::eval::EvalError| one(e.reason);
-
-    let cycle = drive.cycle(&target.kind, &parameters, POINTS).map_err(no_value)?;
-    let cycle = cycle.ok_or_else(|| {
-        one("what the actuators are asked for does not repeat: a board plays one period over and over; give the \
-             actuation a `period`, and let it read the time as `t / period` only"
-            .to_owned())
-    })?;
+    let cycle = drive.cycle(&target.kind, &parameters, POINTS)?;
+    let cycle = cycle.ok_or(NoGait::NoPeriod)?;
     if cycle.actuators.is_empty() {
-        return Err(one(format!("the design has no `{}` for the target `{name}` to drive", target.kind)));
+        return Err(NoGait::NothingToDrive { kind: target.kind.clone(), target: name });
     }
     let driven: Vec<PartId> = cycle.actuators.iter().map(|(id, _)| *id).collect();
     let called = design.names(rules, &candidate.derivation);
     let names = called.all(&driven);
-    let texts = |problems: Vec<Problem>| problems.iter().map(ToString::to_string).collect::<Vec<String>>();
     let backend = backend(target);
-    let schedule = backend::schedule(&*backend, &cycle, &names).map_err(texts)?;
+    let schedule = backend::schedule(&*backend, &cycle, &names)?;
     // Better told before a board is asked.
     let problems = schedule.check(&Limits::default());
     if !problems.is_empty() {
-        return Err(texts(problems));
+        return Err(problems.into());
     }
 
-    let bends = drive.bends_over_time(&parameters).map_err(no_value)?;
+    let bends = drive.bends_over_time(&parameters)?;
     let mut cut: Vec<String> = cycle
         .actuators
         .iter()
         .zip(&names)
         .filter_map(|((_, asked), name)| Some(format!("{name}: {}", backend.cut(asked)?)))
         .collect();
-    let period = drive.period(&parameters).map_err(no_value)?;
+    let period = drive.period(&parameters)?;
     for (id, name) in driven.iter().zip(&names) {
         if !cut.iter().any(|text| text.starts_with(&format!("{name}: "))) {
             cut.extend(lagging(&bends, *id, period).map(|text| format!("{name}: {text}")));
         }
     }
-    let before = simulated.bends_over_time(&parameters).map_err(no_value)?;
+    let before = simulated.bends_over_time(&parameters)?;
     let contents = contents::changes(
         (own.on.as_ref().and_then(|on| rules.targets.get(on)), rules.actuators.get(&target.kind)),
         (target, played.actuators.get(&target.kind)),
     );
     let is_same = |all: &[Compared]| all.iter().all(|one| one.apart() <= SAME);
-    let by_points = drive.bends_by_points(&parameters, &cycle).map_err(no_value)?;
+    let by_points = drive.bends_by_points(&parameters, &cycle)?;
     let mut changed = compared((&before, &by_points), &called, period);
     let coarse = !is_same(&changed) && is_same(&compared((&before, &bends), &called, period));
     let from_rest = changed.iter().map(|one| Compared { from: 0, ..one.clone() }).collect::<Vec<_>>();
@@ -113,26 +169,21 @@ pub fn gait(
 }
 
 /// The name of the target that is meant.
-fn target_name(rules: &RuleSet, named: Option<&str>, on: Option<&str>) -> Result<String, String> {
-    let names: Vec<&str> = rules.targets.keys().map(String::as_str).collect();
-    let name = match (named, on.filter(|on| rules.targets.contains_key(*on)), names.as_slice()) {
-        (Some(name), ..) | (None, Some(name), _) => name,
-        (None, None, [only]) => only,
-        (None, None, []) => {
-            return Err(format!(
-                "the grammar `{}` has no target: declare one with `target NAME on pneumatic for ...`",
-                rules.name
-            ));
-        }
-        (None, None, several) => {
-            return Err(format!("which target? say --target with one of: {}", several.join(", ")));
-        }
-    };
-    if rules.targets.contains_key(name) {
-        return Ok(name.to_owned());
+fn target_name(rules: &RuleSet, named: Option<&str>, on: Option<&str>) -> Result<String, NoGait> {
+    let mut names = rules.targets.keys();
+    let only = names.next().filter(|_| names.next().is_none()).map(String::as_str);
+    let on = on.filter(|on| rules.targets.contains_key(*on));
+    match named.or(on).or(only) {
+        Some(name) if rules.targets.contains_key(name) => Ok(name.to_owned()),
+        Some(name) => Err(no_target(rules, name)),
+        None if rules.targets.is_empty() => Err(NoGait::NoTarget { grammar: rules.name.clone() }),
+        None => Err(NoGait::WhichTarget { there: rules.targets.keys().cloned().collect() }),
     }
-    let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-    Err(format!("the grammar `{}` has no target `{name}`; it has: {known}", rules.name))
+}
+
+fn no_target(rules: &RuleSet, name: &str) -> NoGait {
+    let there = rules.targets.keys().cloned().collect();
+    NoGait::UnknownTarget { grammar: rules.name.clone(), name: name.to_owned(), there }
 }
 
 /// The rules of a design with the targets of others, and with actuators that bend as theirs do; the task is on the target.

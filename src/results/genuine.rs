@@ -22,7 +22,7 @@ pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), DesignErr
     // Earlier versions wrote no names.
     let is_named = !design.own_names.is_empty();
     if is_named {
-        design.own_names.check(&candidate.body.actuators).map_err(DesignError::Names)?;
+        design.own_names.check(&candidate.body.actuators)?;
     }
     for saved in &design.tasks {
         let (drive, _) = drive_of(&candidate, saved)?;

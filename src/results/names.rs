@@ -4,6 +4,7 @@
 //! order of their making; an image of a symmetry is its original's twin, `bender-3.twin`.
 
 use std::collections::BTreeMap;
+use thiserror::Error;
 
 use grammar_lang::ir::RuleSet;
 use indexmap::IndexMap;
@@ -94,27 +95,46 @@ impl Names {
     ///
     /// # Errors
     ///
-    /// A sentence that names the first fault.
-    pub fn check(&self, parts: &[PartId]) -> Result<(), String> {
+    /// The first fault.
+    pub fn check(&self, parts: &[PartId]) -> Result<(), BadNames> {
         if let Some(id) = parts.iter().find(|id| !self.0.contains_key(id)) {
-            return Err(format!("its part {id} has no name in it: the file was changed"));
+            return Err(BadNames::Missing(*id));
         }
         let mut seen = BTreeMap::new();
         for (id, name) in &self.0 {
             // Tables name columns by them.
             let is_odd = |c: char| c.is_control() || c == ',' || c == '"';
             if name.trim().is_empty() || name.chars().any(is_odd) {
-                return Err(format!(
-                    "`{}` is no name for its part {id}: a name is text without commas, quotes and line breaks",
-                    name.escape_default()
-                ));
+                return Err(BadNames::Odd { name: name.clone(), part: *id });
             }
             if seen.insert(name, id).is_some() {
-                return Err(format!("two of its parts are called `{name}`: give each a name of its own"));
+                return Err(BadNames::Twice(name.clone()));
             }
         }
         Ok(())
     }
+}
+
+/// Why names cannot be those of a design's parts.
+#[derive(Clone, Debug, PartialEq, Error)]
+pub enum BadNames {
+    /// A part has none.
+    #[error("its part {0} has no name in it: the file was changed")]
+    Missing(PartId),
+    /// Tables and pages cannot show it.
+    #[error(
+        "`{}` is no name for its part {part}: a name is text without commas, quotes and line breaks",
+        name.escape_default()
+    )]
+    Odd {
+        /// The name.
+        name: String,
+        /// Whose it should be.
+        part: PartId,
+    },
+    /// Two parts have the same.
+    #[error("two of its parts are called `{0}`: give each a name of its own")]
+    Twice(String),
 }
 
 /// The parts of a design that have names of their own.

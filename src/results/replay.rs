@@ -160,8 +160,7 @@ impl Precision {
 
 /// What the steps of a saved design lead to.
 pub(crate) fn candidate<'r>(rules: &'r RuleSet, design: &SavedDesign) -> Result<Candidate<'r>, DesignError> {
-    let derivation = Derivation::replay(rules, &design.derivation)
-        .map_err(|(number, why)| DesignError::Step { number, why })?;
+    let derivation = Derivation::replay(rules, &design.derivation)?;
     Ok(Candidate::new(rules, Arc::new(derivation)))
 }
 
@@ -309,8 +308,7 @@ pub fn score_of(
 ) -> Result<(Score, Vec<Option<Observed>>), DesignError> {
     let candidate = candidate(rules, design)?;
     let driven = Driven::new(&candidate, design.task(task)?, Precision::Model)?;
-    let motion = simulate::export::read_motion(motion, &candidate.body.assembly, driven.settings.duration)
-        .map_err(DesignError::OtherMotion)?;
+    let motion = simulate::export::read_motion(motion, &candidate.body.assembly, driven.settings.duration)?;
     let score = driven.score(&motion)?;
     let is_first = rules.is_first(driven.drive.task());
     Ok((score, if is_first { score::observe(driven.recording(&motion)) } else { Vec::new() }))

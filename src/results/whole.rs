@@ -192,6 +192,7 @@ pub(super) fn read(path: &Path) -> Result<String, FileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::results::file_error::Unfit;
 
     #[test]
     fn a_folder_is_there_whole_or_not_at_all() {
@@ -201,9 +202,9 @@ mod tests {
         make_folder(&at("new"), None, fill).unwrap();
         assert_eq!(read(&at("new/a")).unwrap(), "1");
 
-        let fails = |path: &Path| fill(path).map_err(String::from).and(Err::<(), _>("no".to_owned()));
-        assert_eq!(make_folder(&at("other"), None, fails), Err("no".to_owned()));
-        assert_eq!(make_folder(&at("new"), Some(&at("old")), fails), Err("no".to_owned()));
+        let fails = |path: &Path| fill(path).and(Err::<(), _>(FileError::unfit(path, Unfit::Edited)));
+        assert!(make_folder(&at("other"), None, fails).is_err());
+        assert!(make_folder(&at("new"), Some(&at("old")), fails).is_err());
         assert_eq!(entries(parent.path()).unwrap(), ["new"], "nothing is left, and nothing was moved");
 
         let changed = |path: &Path| write_whole(&path.join("a"), "2");

@@ -105,7 +105,7 @@ impl Crew {
     pub(super) fn new(jobs: &Jobs) -> Result<Self, Failure> {
         let most = jobs.most();
         let pool = (most > 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(most).build()).transpose();
-        let pool = pool.map_err(|e| Failure::Threads(format!("cannot start {most} threads: {e}")))?;
+        let pool = pool.map_err(|why| Failure::Threads { wanted: most, why })?;
         Ok(Self { pool, jobs: jobs.clone(), away: AtomicUsize::new(0) })
     }
 

@@ -20,8 +20,8 @@ mod schedule;
 mod state;
 mod tally;
 
-use std::fmt;
 use std::sync::atomic::AtomicBool;
+use thiserror::Error;
 
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{RuleSet, Task};
@@ -56,19 +56,35 @@ pub struct Limits {
     pub deadline: Option<std::time::Instant>,
 }
 
+/// Why an [`Observer`] cannot keep what a search found.
+pub type Unkept = Box<dyn std::error::Error + Send + Sync>;
+
 /// Why a search cannot go on.
-#[derive(Clone, Debug)]
+#[derive(Debug, Error)]
 pub enum Failure {
     /// An expression of the grammar has no value.
+    #[error("{}", .0.reason)]
     Expression(EvalError),
     /// The model cannot simulate a design.
+    #[error("{}", .0.reason)]
     Unfit(Unfit),
     /// Results cannot be kept.
-    Output(String),
+    #[error(transparent)]
+    Output(#[from] Unkept),
     /// A random walk of so many values gave the same value again and again.
+    #[error(
+        "the random walk found {0} designs of the same value, so that their deviation gives no temperature: let \
+         `walk` be longer, or write a temperature as a number"
+    )]
     NoDeviation(usize),
     /// The threads could not be started.
-    Threads(String),
+    #[error("cannot start {wanted} threads: {why}")]
+    Threads {
+        /// How many.
+        wanted: usize,
+        /// The system's reason.
+        why: rayon::ThreadPoolBuildError,
+    },
 }
 
 impl From<EvalError> for Failure {
@@ -80,21 +96,6 @@ impl From<EvalError> for Failure {
 impl From<Unfit> for Failure {
     fn from(unfit: Unfit) -> Self {
         Self::Unfit(unfit)
-    }
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Expression(error) => f.write_str(&error.reason),
-            Self::Unfit(unfit) => f.write_str(&unfit.reason),
-            Self::NoDeviation(walk) => write!(
-                f,
-                "the random walk found {walk} designs of the same value, so that their deviation gives no \
-                 temperature: let `walk` be longer, or write a temperature as a number"
-            ),
-            Self::Output(reason) | Self::Threads(reason) => f.write_str(reason),
-        }
     }
 }
 

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::schedule::{Course, Iteration, Standing};
 use super::tally::Tally;
-use crate::derive::{Derivation, Steps};
+use crate::derive::{BadStep, Derivation, Steps};
 use crate::drive::Parameters;
 use crate::score::Observed;
 
@@ -280,8 +280,8 @@ impl State<Steps> {
     ///
     /// # Errors
     ///
-    /// A sentence that says why a design cannot be made by these rules.
-    pub fn restore(self, rules: &RuleSet) -> Result<State, String> {
+    /// Why a design cannot be made by these rules.
+    pub fn restore(self, rules: &RuleSet) -> Result<State, BadStep> {
         self.map(&mut |steps| Derivation::restore(rules, &steps).map(Arc::new))
     }
 }

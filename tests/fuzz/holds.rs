@@ -180,6 +180,6 @@ fn derive(rules: &RuleSet) -> Result<bool, String> {
             Ok(!derivation.steps.is_empty())
         }
         Ok(_) => Err("its derivation is another one when repeated".to_owned()),
-        Err((step, why)) => Err(format!("its derivation cannot be repeated at step {step}: {why}")),
+        Err(bad) => Err(format!("its derivation cannot be repeated: {bad}")),
     }
 }

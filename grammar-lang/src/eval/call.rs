@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Curve, EvalError, Evaluation, Result_, Value, Valve, Valves, fail, missing};
+use super::{Curve, EvalError, Evaluation, NoCycle, Result_, Value, Valve, Valves, fail, missing};
 use crate::ir::{DesignFunction, DesignWord, Expr, ExprKind, Function, Word};
 
 impl Function {
@@ -133,7 +133,7 @@ impl Evaluation<'_> {
                 let turns = turns(&values).ok_or_else(|| missing(expr))?;
                 match turns {
                     Ok(valves) => Value::Valves(Arc::new(valves)),
-                    Err(reason) => return fail(expr, reason),
+                    Err(reason) => return fail(expr, reason.to_string()),
                 }
             }
             F::Normal | F::Uniform => {
@@ -187,7 +187,7 @@ fn geometric(function: Function, values: &[Value]) -> Option<Value> {
 }
 
 /// The states of valves that take turns: `cycle(period, shares, states, phase)`.
-fn turns(values: &[Value]) -> Option<Result<Valves, String>> {
+fn turns(values: &[Value]) -> Option<Result<Valves, NoCycle>> {
     let [Value::Number(period), shares, states, Value::Number(phase)] = values else { return None };
     let shares: Vec<f64> = shares.items().iter().map(Value::as_number).collect::<Option<_>>()?;
     let state = |value: &Value| match value {

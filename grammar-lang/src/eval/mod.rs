@@ -11,7 +11,7 @@ use std::sync::Arc;
 pub use curve::Curve;
 pub use over::evaluate_over;
 pub use value::{Domain, KindValue, PartId, Reference, Value};
-pub use valves::{Valve, Valves};
+pub use valves::{NoCycle, Valve, Valves};
 
 use serde::{Deserialize, Serialize};
 

@@ -1,6 +1,7 @@
 //! States of valves over a cycle.
 
 use serde::{Deserialize, Serialize};
+use thiserror::Error;
 
 /// What the two valves of an actuator do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -12,6 +13,22 @@ pub enum Valve {
     Inflate,
     /// Air goes out.
     Vent,
+}
+
+/// Why there is no cycle of valves.
+#[derive(Clone, Copy, Debug, PartialEq, Error)]
+pub enum NoCycle {
+    /// It takes no time.
+    #[error("the period of a cycle must be above 0 s")]
+    NoPeriod,
+    /// Shares and states are not as many, or none.
+    #[error("a cycle has a share for each state: here are {shares} shares and {states} states")]
+    OtherNumbers {
+        /// How many shares there are.
+        shares: usize,
+        /// How many states there are.
+        states: usize,
+    },
 }
 
 /// The states of an actuator's valves over a cycle that repeats.
@@ -30,16 +47,12 @@ impl Valves {
     /// # Errors
     ///
     /// Why there is no such cycle.
-    pub fn cycle(period: f64, shares: &[f64], states: &[Valve], phase: f64) -> Result<Self, String> {
+    pub fn cycle(period: f64, shares: &[f64], states: &[Valve], phase: f64) -> Result<Self, NoCycle> {
         if period <= 0.0 {
-            return Err("the period of a cycle must be above 0 s".to_owned());
+            return Err(NoCycle::NoPeriod);
         }
         if shares.len() != states.len() || states.is_empty() {
-            return Err(format!(
-                "a cycle has a share for each state: here are {} shares and {} states",
-                shares.len(),
-                states.len()
-            ));
+            return Err(NoCycle::OtherNumbers { shares: shares.len(), states: states.len() });
         }
         let mut shares: Vec<f64> = shares.iter().map(|share| share.max(0.0)).collect();
         let sum: f64 = shares.iter().sum();
@@ -176,7 +189,9 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_together_is_told() {
-        assert!(Valves::cycle(0.0, &[1.0], &[Closed], 0.0).unwrap_err().contains("above 0"));
-        assert!(Valves::cycle(1.0, &[1.0], &[], 0.0).unwrap_err().contains("1 shares and 0 states"));
+        assert!(Valves::cycle(0.0, &[1.0], &[Closed], 0.0).unwrap_err().to_string().contains("above 0"));
+        assert!(
+            Valves::cycle(1.0, &[1.0], &[], 0.0).unwrap_err().to_string().contains("1 shares and 0 states")
+        );
     }
 }

@@ -11,7 +11,7 @@ pub(crate) use blame::{UNDECLARED, told_once, with_imports};
 use indexmap::IndexMap;
 
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::source::{FileId, SourceMap, Span, World};
+use crate::source::{FileId, NoModule, SourceMap, Span, World};
 use crate::syntax;
 use crate::syntax::ast::{Item, ItemKind, Module, Name};
 
@@ -292,7 +292,7 @@ impl Loader<'_> {
         let source = match self.world.load(&module.text, from) {
             Ok(source) => source,
             Err(reason) => {
-                self.errors.push(no_module(module, reason, &self.world.library()));
+                self.errors.push(no_module(module, &reason, &self.world.library()));
                 return None;
             }
         };
@@ -404,12 +404,12 @@ impl Loader<'_> {
 }
 
 /// Says that a module cannot be read: a file may be there all the same, a part of the library not.
-fn no_module(module: &Name, reason: String, library: &[String]) -> Diagnostic {
+fn no_module(module: &Name, reason: &NoModule, library: &[String]) -> Diagnostic {
     let name = &module.text;
     let modules = || library.iter().map(String::as_str);
     if name.ends_with(".sgr") {
         return Diagnostic::new(Code::NO_MODULE, module.span, format!("cannot read the file `{name}`"))
-            .label(reason)
+            .label(reason.to_string())
             .help("the path starts from the folder of this file, and folders are parted by `/`");
     }
     let help = did_you_mean(name, modules()).unwrap_or_else(|| {
@@ -420,7 +420,7 @@ fn no_module(module: &Name, reason: String, library: &[String]) -> Diagnostic {
         format!("the standard library has: {}; {files}", library.join(", "))
     });
     Diagnostic::new(Code::NO_MODULE, module.span, format!("there is no module `{name}`"))
-        .label(reason)
+        .label(reason.to_string())
         .help(help)
         .fix_if(respell(module.span, name, modules()))
 }

@@ -1,6 +1,8 @@
 //! Source texts: spans, the source map, and the world that texts come from.
 
 use serde::{Deserialize, Serialize};
+use std::io;
+use thiserror::Error;
 
 /// Identifies a text in a [`SourceMap`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -155,6 +157,39 @@ impl SourceMap {
     }
 }
 
+/// Why there is no text of a module.
+#[derive(Debug, Error)]
+pub enum NoModule {
+    /// It is no file, and of no library.
+    #[error("not in the standard library")]
+    NotInLibrary,
+    /// A module of a library asks for a file.
+    #[error("the standard library imports no files")]
+    FromLibrary,
+    /// Only some texts are given, and it is none of them.
+    #[error("not among these texts")]
+    NotGiven,
+    /// There is no file of this name.
+    #[error("there is no such file")]
+    NoFile,
+    /// This user may not read the file.
+    #[error("it is there, but may not be read")]
+    NotPermitted,
+    /// The file cannot be read for another reason.
+    #[error(transparent)]
+    System(io::Error),
+}
+
+impl From<io::Error> for NoModule {
+    fn from(error: io::Error) -> Self {
+        match error.kind() {
+            io::ErrorKind::NotFound => Self::NoFile,
+            io::ErrorKind::PermissionDenied => Self::NotPermitted,
+            _ => Self::System(error),
+        }
+    }
+}
+
 /// Where the text of a module comes from. The language itself reads no files.
 pub trait World {
     /// The text of a module.
@@ -165,8 +200,8 @@ pub trait World {
     ///
     /// # Errors
     ///
-    /// A sentence that says why there is no such text.
-    fn load(&self, module: &str, from: &str) -> Result<Source, String>;
+    /// Why there is no such text.
+    fn load(&self, module: &str, from: &str) -> Result<Source, NoModule>;
 
     /// The modules of the standard library, for suggestions.
     fn library(&self) -> Vec<String> {

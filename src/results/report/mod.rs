@@ -4,6 +4,7 @@
 //! section, and `page` draws, a file for each section again. A section is a line in
 //! `page::SECTIONS`, a table a line in `TABLES`; none knows another.
 
+mod error;
 mod gather;
 mod moves;
 pub(crate) mod page;
@@ -14,11 +15,13 @@ mod tests;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
+pub use error::{BadMoves, ReportError};
 pub use read::Asker;
 
 use gather::{convergence, observed, rejections, rules, runs, sizes, temperature};
 use read::Group;
 
+use super::FileError;
 use super::seal::{is_as_written, sealed};
 use super::whole::{entries, is_unfinished, write_whole};
 
@@ -62,8 +65,8 @@ impl Report {
     ///
     /// # Errors
     ///
-    /// A sentence: a folder holds no runs, is damaged or is named twice, or values cannot be compared.
-    pub fn read(folders: &[PathBuf], asker: Asker) -> Result<Self, String> {
+    /// A folder holds no runs, is damaged or is named twice, or values cannot be compared.
+    pub fn read(folders: &[PathBuf], asker: Asker) -> Result<Self, ReportError> {
         Ok(Self { groups: read::groups(folders, asker)? })
     }
 
@@ -71,8 +74,8 @@ impl Report {
     ///
     /// # Errors
     ///
-    /// A sentence: the folder holds something that no report writes (unless `force`), or cannot be written.
-    pub fn write(&self, out: &Path, force: bool) -> Result<PathBuf, String> {
+    /// The folder holds something that no report writes (unless `force`), or cannot be written.
+    pub fn write(&self, out: &Path, force: bool) -> Result<PathBuf, ReportError> {
         // The page is first: what it is written beside is known to be of a report.
         let page = self.write_page(out, Reload::Never, force)?;
         for (name, table) in TABLES {
@@ -90,11 +93,11 @@ impl Report {
     /// # Errors
     ///
     /// As of [`Report::write`].
-    pub fn write_page(&self, out: &Path, reload: Reload, force: bool) -> Result<PathBuf, String> {
+    pub fn write_page(&self, out: &Path, reload: Reload, force: bool) -> Result<PathBuf, ReportError> {
         if !force {
             check_place(out)?;
         }
-        fs::create_dir_all(out).map_err(|e| format!("cannot write {}: {e}", out.display()))?;
+        fs::create_dir_all(out).map_err(FileError::write(out))?;
         let page = out.join(PAGE);
         write_whole(&page, &sealed(&page::page(&self.groups, &|run| link(out, run), reload)))?;
         Ok(page)
@@ -102,18 +105,14 @@ impl Report {
 }
 
 /// Refuses a place where there is anything but a report.
-fn check_place(out: &Path) -> Result<(), String> {
+fn check_place(out: &Path) -> Result<(), ReportError> {
     if !out.exists() {
         return Ok(());
     }
     match foreign(out) {
         Ok(None) => Ok(()),
-        Ok(Some(name)) => Err(format!(
-            "{} holds \"{name}\", which no report wrote there, or which was edited since: take it away, choose another \
-             folder with --out, or write the report among it with --force",
-            out.display()
-        )),
-        Err(e) => Err(format!("cannot write a report to {}: {e}", out.display())),
+        Ok(Some(name)) => Err(ReportError::Foreign { folder: out.to_owned(), name }),
+        Err(why) => Err(ReportError::NoPlace { folder: out.to_owned(), why }),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The table of moves, read again. Columns are found by their names: others may stand beside them.
 
+use super::error::{BadMoves, ReportError};
 use std::path::Path;
 
 use csv::StringRecord;
@@ -46,26 +47,24 @@ pub(crate) struct Move {
 ///
 /// # Errors
 ///
-/// A sentence that names the place.
-pub(crate) fn moves(path: &Path, may_be_cut: bool) -> Result<Vec<Move>, String> {
-    parse(&read(path)?, may_be_cut).map_err(|why| {
-        format!("{} is damaged: {why}; restore it, or leave this run out of the report", path.display())
-    })
+/// What is wrong with the file, and where.
+pub(crate) fn moves(path: &Path, may_be_cut: bool) -> Result<Vec<Move>, ReportError> {
+    parse(&read(path)?, may_be_cut).map_err(|why| ReportError::Moves { path: path.to_owned(), why })
 }
 
-fn parse(text: &str, may_be_cut: bool) -> Result<Vec<Move>, String> {
+fn parse(text: &str, may_be_cut: bool) -> Result<Vec<Move>, BadMoves> {
     let whole = match text.rfind('\n') {
         Some(end) if may_be_cut => text.get(..=end).unwrap_or(text),
-        _ if text.is_empty() => return Err("it is empty".to_owned()),
+        _ if text.is_empty() => return Err(BadMoves::Empty),
         Some(end) if end + 1 == text.len() => text,
-        _ => return Err("its last row is not complete".to_owned()),
+        _ => return Err(BadMoves::Cut),
     };
     let mut reader = csv::Reader::from_reader(whole.as_bytes());
-    let head = reader.headers().map_err(|e| told(&e))?.clone();
+    let head = reader.headers().map_err(unread)?.clone();
     let columns = Columns::new(&head)?;
     let mut moves = Vec::new();
     for record in reader.records() {
-        let record = record.map_err(|e| told(&e))?;
+        let record = record.map_err(unread)?;
         moves.push(columns.read(&record)?);
     }
     start(&mut moves);
@@ -95,13 +94,14 @@ pub(crate) fn lineage<'a>(moves: &'a [Move], last: &'a Move) -> Option<Vec<&'a M
     Some(line)
 }
 
-fn told(error: &csv::Error) -> String {
+fn unread(error: csv::Error) -> BadMoves {
     match error.kind() {
-        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => format!(
-            "line {} has {len} fields, where its first line names {expected_len} columns",
-            pos.as_ref().map_or(0, csv::Position::line)
-        ),
-        _ => error.to_string(),
+        csv::ErrorKind::UnequalLengths { pos, expected_len, len } => BadMoves::OtherLength {
+            line: pos.as_ref().map_or(0, csv::Position::line),
+            found: *len,
+            wanted: *expected_len,
+        },
+        _ => BadMoves::Csv(error),
     }
 }
 
@@ -129,9 +129,9 @@ impl<'a> Columns<'a> {
         "why_invalid",
     ];
 
-    fn new(head: &'a StringRecord) -> Result<Self, String> {
+    fn new(head: &'a StringRecord) -> Result<Self, BadMoves> {
         match Self::NEEDED.iter().find(|needed| !head.iter().any(|name| name == **needed)) {
-            Some(missing) => Err(format!("it has no column `{missing}`")),
+            Some(missing) => Err(BadMoves::NoColumn(missing)),
             None => Ok(Self { head }),
         }
     }
@@ -141,11 +141,11 @@ impl<'a> Columns<'a> {
         self.head.iter().position(|column| column == name).and_then(|i| record.get(i)).unwrap_or("")
     }
 
-    fn read(&self, record: &StringRecord) -> Result<Move, String> {
+    fn read(&self, record: &StringRecord) -> Result<Move, BadMoves> {
         let text = |name| self.field(record, name);
-        let wrong = |name: &str| {
+        let wrong = |column: &'static str| {
             let line = record.position().map_or(0, csv::Position::line);
-            format!("line {line} has `{}` in the column `{name}`", self.field(record, name))
+            BadMoves::Field { line, text: self.field(record, column).to_owned(), column }
         };
         let count = |name| text(name).parse::<u64>().map_err(|_| wrong(name));
         let finite =
@@ -287,7 +287,7 @@ pub(crate) mod tests {
             (good.replace("true", "yes"), "line 2 has `yes` in the column `accepted`"),
             (good.replace("1,0,0,\n", "1,0,0,many\n"), "`many` in the column `why_invalid`"),
         ] {
-            let told = parse(&text, false).unwrap_err();
+            let told = parse(&text, false).unwrap_err().to_string();
             assert!(told.contains(says), "{told} / {says}");
         }
         assert_eq!(parse(&cut, true).unwrap().len(), 1, "a run under way may have half a row");

@@ -7,8 +7,10 @@ use std::rc::Rc;
 use grammar_lang::ir::{Direction, RuleSet};
 use grammar_lang::source::SourceMap;
 
+use super::error::{Lost, ReportError};
 use super::moves::{Move, lineage, moves};
-use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RESULT, RUN};
+use crate::results::DesignError;
+use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RUN};
 use crate::results::genuine;
 use crate::results::robustness::confirmed;
 use crate::results::saved::{Grammar, SavedDesign};
@@ -17,7 +19,7 @@ use crate::results::sittings::{self, Sitting};
 use crate::results::whole::is_locked;
 
 /// The rules of a grammar and their texts, or why this version of sgc cannot read them.
-type Rules = Result<Rc<(RuleSet, SourceMap)>, String>;
+type Rules = Result<Rc<(RuleSet, SourceMap)>, Rc<DesignError>>;
 
 /// Runs that belong together: those of a folder that was named.
 #[derive(Debug)]
@@ -41,7 +43,7 @@ pub(crate) struct Run {
     pub(crate) standing: Standing,
     pub(crate) moves: Vec<Move>,
     /// The best design so far, or why it cannot be read; none if there is none.
-    pub(crate) design: Option<Result<Found, String>>,
+    pub(crate) design: Option<Result<Found, Lost>>,
     /// None where nobody kept count.
     pub(crate) sittings: Option<Vec<Sitting>>,
 }
@@ -150,22 +152,22 @@ pub enum Asker {
 ///
 /// # Errors
 ///
-/// A sentence: a folder holds no runs, is damaged or is named twice, or values cannot be compared.
-pub(crate) fn groups(paths: &[PathBuf], asker: Asker) -> Result<Vec<Group>, String> {
+/// A folder holds no runs, is damaged or is named twice, or values cannot be compared.
+pub(crate) fn groups(paths: &[PathBuf], asker: Asker) -> Result<Vec<Group>, ReportError> {
     let mut compiled = Compiled::default();
     let groups: Vec<Group> =
         paths.iter().map(|path| group(path, asker, &mut compiled)).collect::<Result<_, _>>()?;
     for (i, one) in groups.iter().enumerate() {
         let real = |group: &Group| fs::canonicalize(&group.path).unwrap_or_else(|_| group.path.clone());
         if groups.iter().take(i).any(|other| real(other) == real(one)) {
-            return Err(format!("{} is named twice: name each folder once", one.path.display()));
+            return Err(ReportError::Twice(one.path.clone()));
         }
     }
     comparable(&groups)?;
     Ok(named(groups))
 }
 
-fn comparable(groups: &[Group]) -> Result<(), String> {
+fn comparable(groups: &[Group]) -> Result<(), ReportError> {
     let sense = |group: &Group| {
         let unit = if group.unit.is_empty() { "no unit" } else { &group.unit };
         let verb = match group.direction {
@@ -176,13 +178,10 @@ fn comparable(groups: &[Group]) -> Result<(), String> {
     };
     let Some((first, others)) = groups.split_first() else { return Ok(()) };
     match others.iter().find(|other| sense(other) != sense(first)) {
-        Some(other) => Err(format!(
-            "{} {}, {} {}: their values cannot be compared; report them one by one",
-            first.path.display(),
-            sense(first),
-            other.path.display(),
-            sense(other)
-        )),
+        Some(other) => Err(ReportError::Incomparable {
+            one: (first.path.clone(), sense(first)),
+            other: (other.path.clone(), sense(other)),
+        }),
         None => Ok(()),
     }
 }
@@ -204,8 +203,7 @@ fn named(mut groups: Vec<Group>) -> Vec<Group> {
     groups
 }
 
-fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, String> {
-    let shown = path.display();
+fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, ReportError> {
     let runs: Vec<Run> = if is_series(path) {
         let series = series::series(path)?;
         // Its runs are not asked one by one: one may be about to begin.
@@ -215,14 +213,12 @@ fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, St
     } else if folder::is_run(path) {
         vec![run(path, asker, compiled)?]
     } else if path.is_dir() {
-        return Err(format!(
-            "{shown} holds no run: it has neither {RUN} (one run) nor {RUNS} (several); name a folder that sgc run wrote"
-        ));
+        return Err(ReportError::NoRun(path.to_owned()));
     } else {
-        return Err(format!("there is no folder {shown}"));
+        return Err(ReportError::NoFolder(path.to_owned()));
     };
     let Some(first) = runs.first() else {
-        return Err(format!("{} names no seeds", path.join(RUNS).display()));
+        return Err(ReportError::NoSeeds(path.join(RUNS)));
     };
     genuine::check_one_grammar(runs.iter().map(|run| (run.path.as_path(), &run.asked)))?;
     let rules = first.rules.clone();
@@ -242,9 +238,9 @@ fn tendency(runs: &[Run]) -> Direction {
     if runs.iter().any(falls) { Direction::Minimize } else { Direction::Maximize }
 }
 
-fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String> {
+fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, ReportError> {
     if !folder::is_run(path) {
-        return Err(format!("{} is damaged: it has no {RUN}", path.display()));
+        return Err(ReportError::NotBegun(path.to_owned()));
     }
     let asked = folder::asked(path)?;
     let finished = folder::finished(path)?;
@@ -261,13 +257,10 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, String
         && let Some(last) = moves.last()
         && last.best.map(f64::to_bits) != finished.value.map(f64::to_bits)
     {
-        return Err(format!(
-            "{} is damaged: {EVALS} and {RESULT} name different bests; restore it, or leave this run out of the report",
-            path.display()
-        ));
+        return Err(ReportError::OtherBest(path.to_owned()));
     }
     let best = path.join(BEST);
-    let found = || {
+    let found = || -> Result<Found, Lost> {
         let design = SavedDesign::read(&best)?;
         let finished = match &standing {
             Standing::Complete(finished) => Some(&**finished),
@@ -292,7 +285,7 @@ impl Compiled {
         if let Some((_, known)) = self.all.iter().find(|(known, _)| known == grammar) {
             return known.clone();
         }
-        let rules = grammar.compile_with_sources().map(Rc::new).map_err(String::from);
+        let rules = grammar.compile_with_sources().map(Rc::new).map_err(Rc::new);
         self.all.push((grammar.clone(), rules.clone()));
         rules
     }

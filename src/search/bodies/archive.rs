@@ -114,7 +114,7 @@ impl Bodies<'_> {
                 free
             }
         };
-        self.observer.kept(archive, place).map_err(Failure::Output)?;
+        self.observer.kept(archive, place)?;
         Ok(true)
     }
 }

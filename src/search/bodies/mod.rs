@@ -19,7 +19,7 @@ use super::gains::Gains;
 use super::schedule::{Course, Iteration};
 use super::state::{Best, Body, Designs, Origin, Place, State, Trial, Tune};
 use super::tally::Tally;
-use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES};
+use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES, Unkept};
 use crate::derive::random::Stream;
 use crate::derive::{Blocked, Candidate, Derivation};
 use crate::score::Observed;
@@ -67,22 +67,22 @@ pub trait Observer {
     ///
     /// # Errors
     ///
-    /// A sentence; the search ends with it.
-    fn moved(&mut self, row: &Row) -> Result<(), String>;
+    /// Why it cannot be kept; the search ends with it.
+    fn moved(&mut self, row: &Row) -> Result<(), Unkept>;
     /// Called for each new best design; and when the search is stopped, for one whose curves
     /// are not tuned to the end.
     ///
     /// # Errors
     ///
-    /// A sentence; the search ends with it.
-    fn improved(&mut self, best: &Best) -> Result<(), String>;
+    /// Why it cannot be kept; the search ends with it.
+    fn improved(&mut self, best: &Best) -> Result<(), Unkept>;
     /// Called for each new best of its kind, where a search keeps an archive: all that it keeps, by the cells
     /// of its descriptors, and the place of the new one.
     ///
     /// # Errors
     ///
-    /// A sentence; the search ends with it.
-    fn kept(&mut self, archive: &[(Vec<usize>, Best)], new: usize) -> Result<(), String> {
+    /// Why it cannot be kept; the search ends with it.
+    fn kept(&mut self, archive: &[(Vec<usize>, Best)], new: usize) -> Result<(), Unkept> {
         let _ = (archive, new);
         Ok(())
     }
@@ -91,8 +91,8 @@ pub trait Observer {
     ///
     /// # Errors
     ///
-    /// A sentence; the search ends with it.
-    fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), String> {
+    /// Why it cannot be kept; the search ends with it.
+    fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), Unkept> {
         let _ = (state, last);
         Ok(())
     }
@@ -311,7 +311,7 @@ impl Bodies<'_> {
                 self.keep_unfinished()?;
             }
             if last || end.is_none() {
-                self.observer.checkpoint(&self.state, last).map_err(Failure::Output)?;
+                self.observer.checkpoint(&self.state, last)?;
             }
             if let Some(end) = end {
                 return Ok(end);
@@ -453,7 +453,7 @@ impl Bodies<'_> {
             }
             let (temperature, best) = trial.body.progress();
             self.observer.evaluated(self.state.spent, best, temperature);
-            self.observer.checkpoint(&self.state, false).map_err(Failure::Output)?;
+            self.observer.checkpoint(&self.state, false)?;
         };
         let cell = match self.describe()? {
             Described::Stopped(end) => return Ok(Some(end)),
@@ -507,7 +507,7 @@ impl Bodies<'_> {
         let number = self.state.moves;
         let place = Place { number, derivation: Arc::clone(&derivation), value, tunes };
         if let Some(best) = self.better(&derivation, found) {
-            self.observer.improved(&best).map_err(Failure::Output)?;
+            self.observer.improved(&best)?;
             self.state.best = Some(best);
         }
         let accepted = if first {
@@ -546,7 +546,7 @@ impl Bodies<'_> {
         body.close();
         let (found, _) = body.found(self.rules, derivation);
         if let Some(best) = self.better(derivation, found) {
-            self.observer.improved(&best).map_err(Failure::Output)?;
+            self.observer.improved(&best)?;
             self.unfinished = Some(best);
         }
         Ok(())

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::super::gains::least_gain;
 use super::super::state::{State, Trial};
 use super::super::tally::Tally;
-use super::super::{Failure, accepts};
+use super::super::{Failure, Unkept, accepts};
 use super::ahead::{Found, Order};
 use super::{Best, Bodies, Observer, Row};
 use crate::derive::Derivation;
@@ -26,10 +26,10 @@ struct Nobody;
 
 impl Observer for Nobody {
     fn evaluated(&mut self, _: u64, _: Option<f64>, _: f64) {}
-    fn moved(&mut self, _: &Row) -> Result<(), String> {
+    fn moved(&mut self, _: &Row) -> Result<(), Unkept> {
         Ok(())
     }
-    fn improved(&mut self, _: &Best) -> Result<(), String> {
+    fn improved(&mut self, _: &Best) -> Result<(), Unkept> {
         Ok(())
     }
 }

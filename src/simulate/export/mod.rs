@@ -15,7 +15,7 @@ use std::collections::BTreeMap;
 use super::lowering::Lowered;
 pub use drive::drive;
 pub use mjcf::mjcf;
-pub use motion::{motion, read_motion};
+pub use motion::{NotMotion, motion, read_motion};
 
 /// What the hinges of lowered bodies are called, in their order: `bender-1.hinge0`, counted from the end by which the
 /// actuator is held.

@@ -1,6 +1,7 @@
 //! A motion as a table, and a motion from a table that another program wrote.
 
 use std::sync::Arc;
+use thiserror::Error;
 
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
@@ -48,36 +49,91 @@ pub fn motion(motion: &Motion) -> String {
 const NEAR: f64 = 5e-3;
 const TURNED: f64 = 0.35;
 
+/// Why a table is no motion of a design.
+#[derive(Debug, PartialEq, Error)]
+pub enum NotMotion {
+    /// Its columns are others.
+    #[error(
+        "the first line does not name the columns of a motion of {elements} elements: \
+         time,element0.x,element0.y,element0.z,element0.qw,element0.qx,element0.qy,element0.qz,element1.x and so on"
+    )]
+    OtherColumns {
+        /// How many elements the design has.
+        elements: usize,
+    },
+    /// A row has something that is no finite number.
+    #[error("line {0}: not every value is a number")]
+    NoNumber(usize),
+    /// A row is too short or too long.
+    #[error("line {line}: {found} values instead of {wanted}")]
+    OtherLength {
+        /// Which, from 1.
+        line: usize,
+        /// How many values it has.
+        found: usize,
+        /// How many it should have.
+        wanted: usize,
+    },
+    /// A row has a quaternion that does not stand for a rotation.
+    #[error("line {0}: a rotation is not a quaternion of length one")]
+    NoRotation(usize),
+    /// It has less than two rows.
+    #[error("a motion needs two rows at least")]
+    TooShort,
+    /// Its times are not those of frames.
+    #[error("its rows are not at equal intervals from time zero")]
+    Uneven,
+    /// It is not as long as the task.
+    #[error("it ends at {end} s, but the task takes {duration} s")]
+    OtherDuration {
+        /// Its last time, s.
+        end: f64,
+        /// The time of the task, s.
+        duration: f64,
+    },
+    /// It is in another unit or frame, or of another design.
+    #[error(
+        "it does not begin where the design is at rest: element{element} is {:.1} mm and {:.0} deg away. Positions are \
+         in metres, y points up, and the first row is at rest, as `sgc export --to motion` writes it",
+        1e3 * off, turned.to_degrees()
+    )]
+    NotAtRest {
+        /// The number of the element that is elsewhere.
+        element: usize,
+        /// How far, m.
+        off: f64,
+        /// By which angle it is turned, rad.
+        turned: f64,
+    },
+}
+
 /// Reads what [`motion`] writes. Rows are at equal intervals from time zero to
 /// `duration`; only the last may come early. It tells no bends and no work.
 ///
 /// # Errors
 ///
-/// A sentence that says what does not fit.
-pub fn read_motion(text: &str, assembly: &Assembly, duration: f64) -> Result<Motion, String> {
+/// What does not fit.
+pub fn read_motion(text: &str, assembly: &Assembly, duration: f64) -> Result<Motion, NotMotion> {
     let elements = assembly.elements.len();
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     if lines.next().map(|(_, line)| line.trim()) != Some(header(elements).as_str()) {
-        return Err(format!(
-            "the first line does not name the columns of a motion of {elements} elements: \
-             time,element0.x,element0.y,element0.z,element0.qw,element0.qx,element0.qy,element0.qz,element1.x and so on"
-        ));
+        return Err(NotMotion::OtherColumns { elements });
     }
     let (mut times, mut poses) = (Vec::new(), Vec::new());
     for (line, row) in lines {
-        let wrong = |what: &str| format!("line {}: {what}", line + 1);
+        let line = line + 1;
         let values: Option<Vec<f64>> =
             row.split(',').map(|value| value.trim().parse().ok().filter(|x: &f64| x.is_finite())).collect();
-        let values = values.ok_or_else(|| wrong("not every value is a number"))?;
+        let values = values.ok_or(NotMotion::NoNumber(line))?;
         let Some((time, rest)) = values.split_first().filter(|(_, rest)| rest.len() == 7 * elements) else {
-            return Err(wrong(&format!("{} values instead of {}", values.len(), 1 + 7 * elements)));
+            return Err(NotMotion::OtherLength { line, found: values.len(), wanted: 1 + 7 * elements });
         };
         times.push(*time);
         for pose in rest.chunks_exact(7) {
             let &[x, y, z, w, i, j, k] = pose else { continue };
             let rotation = Quaternion::new(w, i, j, k);
             if (rotation.norm() - 1.0).abs() > 1e-3 {
-                return Err(wrong("a rotation is not a quaternion of length one"));
+                return Err(NotMotion::NoRotation(line));
             }
             let rotation = if rotation.norm() == 1.0 {
                 UnitQuaternion::new_unchecked(rotation)
@@ -106,7 +162,7 @@ pub fn read_motion(text: &str, assembly: &Assembly, duration: f64) -> Result<Mot
 }
 
 /// A motion begins where the design is at rest: where it does not, it is in another unit or frame, or of another design.
-fn begins_at_rest(poses: &[Isometry3<f64>], assembly: &Assembly) -> Result<(), String> {
+fn begins_at_rest(poses: &[Isometry3<f64>], assembly: &Assembly) -> Result<(), NotMotion> {
     let most = assembly.elements.iter().map(|element| element.pose.translation.vector.norm());
     let near = NEAR.max(0.05 * most.fold(0.0, f64::max));
     let moved = |(pose, element): (&Isometry3<f64>, &Element)| {
@@ -118,21 +174,16 @@ fn begins_at_rest(poses: &[Isometry3<f64>], assembly: &Assembly) -> Result<(), S
         let off = (moved((pose, element)) - Vector3::new(0.0, lifted, 0.0)).norm();
         let turned = pose.rotation.angle_to(&element.pose.rotation);
         if off > near || turned > TURNED {
-            return Err(format!(
-                "it does not begin where the design is at rest: element{number} is {:.1} mm and {:.0} deg away. Positions are \
-                 in metres, y points up, and the first row is at rest, as `sgc export --to motion` writes it",
-                1e3 * off,
-                turned.to_degrees()
-            ));
+            return Err(NotMotion::NotAtRest { element: number, off, turned });
         }
     }
     Ok(())
 }
 
 /// The time between rows.
-fn interval(times: &[f64], duration: f64) -> Result<f64, String> {
+fn interval(times: &[f64], duration: f64) -> Result<f64, NotMotion> {
     let [first, second, ..] = times else {
-        return Err("a motion needs two rows at least".to_owned());
+        return Err(NotMotion::TooShort);
     };
     let (interval, last) = (second - first, times.len() - 1);
     let close = 1e-6 * duration;
@@ -141,10 +192,10 @@ fn interval(times: &[f64], duration: f64) -> Result<f64, String> {
         (time - wanted).abs() <= close
     };
     if interval <= 0.0 || first.abs() > close || !times.iter().enumerate().all(even) {
-        return Err("its rows are not at equal intervals from time zero".to_owned());
+        return Err(NotMotion::Uneven);
     }
     if (times[last] - duration).abs() > close {
-        return Err(format!("it ends at {} s, but the task takes {duration} s", times[last]));
+        return Err(NotMotion::OtherDuration { end: times[last], duration });
     }
     Ok(interval)
 }

@@ -181,15 +181,16 @@ fn a_motion_comes_back() {
         ("\n1.05,", "\n1.02,", "equal intervals"),
     ] {
         assert!(text.contains(from), "{from}");
-        let error = read_motion(&text.replacen(from, to, 1), &assembly, settings.duration).unwrap_err();
+        let error =
+            read_motion(&text.replacen(from, to, 1), &assembly, settings.duration).unwrap_err().to_string();
         assert!(error.contains(says), "{from}: {error}");
     }
-    let error = read_motion(&text, &small(), settings.duration).unwrap_err();
+    let error = read_motion(&text, &small(), settings.duration).unwrap_err().to_string();
     assert!(error.contains("motion of 3 elements"), "{error}");
     assert!(read_motion(&text, &assembly, 20.0).is_err());
     assert!(read_motion("", &assembly, 20.0).is_err());
     let head = text.lines().next().unwrap();
-    assert!(read_motion(head, &assembly, 20.0).unwrap_err().contains("two rows"));
+    assert!(read_motion(head, &assembly, 20.0).unwrap_err().to_string().contains("two rows"));
     let zeros = format!("{head}\n0{}\n", ",0".repeat(7 * assembly.elements.len()));
-    assert!(read_motion(&zeros, &assembly, 20.0).unwrap_err().contains("quaternion"));
+    assert!(read_motion(&zeros, &assembly, 20.0).unwrap_err().to_string().contains("quaternion"));
 }

@@ -1,5 +1,7 @@
 //! The best designs as bodies that can be drawn.
 
+use std::rc::Rc;
+
 use nalgebra::Isometry3;
 
 use crate::derive::Candidate;
@@ -21,17 +23,20 @@ pub(crate) struct Piece {
 ///
 /// # Errors
 ///
-/// A sentence: why it cannot be made again.
+/// Why it cannot be made again, in a sentence for the page.
 pub(crate) fn pieces(run: &Run) -> Option<Result<Vec<Piece>, String>> {
     let found = run.design.as_ref()?.as_ref();
-    Some(found.map_err(Clone::clone).and_then(made))
+    Some(match found {
+        Ok(found) => made(found).map_err(|why| why.to_string()),
+        Err(lost) => Err(lost.to_string()),
+    })
 }
 
-fn made(found: &Found) -> Result<Vec<Piece>, String> {
-    let rules = &found.rules.as_ref().map_err(Clone::clone)?.0;
+fn made(found: &Found) -> Result<Vec<Piece>, Rc<DesignError>> {
+    let rules = &found.rules.as_ref().map_err(Rc::clone)?.0;
     let Candidate { derivation, body, .. } = replay::candidate(rules, &found.design)?;
     if derivation.design.canonical_hash(rules) != found.design.body {
-        return Err(DesignError::OtherBody.to_string());
+        return Err(DesignError::OtherBody.into());
     }
     let elements = body.assembly.elements.iter().zip(&body.parts_of_elements);
     let piece = elements.map(|(element, id)| {

@@ -32,6 +32,7 @@ pub(crate) mod tests {
     use grammar_lang::ir::Direction;
     use std::path::PathBuf;
 
+    use crate::results::DesignError;
     use crate::results::folder::{Asked, Finished};
     use crate::results::report::moves::tests::table;
     use crate::results::report::read::{Group, Run, Standing};
@@ -56,7 +57,7 @@ pub(crate) mod tests {
                 parameters: Vec::new(),
                 sources: Vec::new(),
             },
-            rules: Err("there is none".to_owned()),
+            rules: Err(DesignError::NoText.into()),
             standing: Standing::Complete(Box::new(Finished {
                 grammar: "tiny".to_owned(),
                 seed,
@@ -83,7 +84,7 @@ pub(crate) mod tests {
             runs,
             unit: "cm".to_owned(),
             direction: Direction::Maximize,
-            rules: Err("there is none".to_owned()),
+            rules: Err(DesignError::NoText.into()),
         }
     }
 

@@ -54,7 +54,7 @@ fn facts(group: &Group) -> String {
     let mut facts = vec![("grammar", format!("{}, from {}", escape(&asked.grammar), code(&asked.entry)))];
     match &group.rules {
         Ok(rules) => facts.extend(of_rules(&rules.0, &rules.1)),
-        Err(why) => facts.push(("rules", format!("not shown: {}", escape(why)))),
+        Err(why) => facts.push(("rules", format!("not shown: {}", escape(&why.to_string())))),
     }
     facts.push(("runs", format!("{}, {}", group.runs.len(), seeds(group))));
     let bound = match (asked.max_evals, &asked.time) {
