@@ -81,6 +81,29 @@ fn layers_know_only_those_before_them() {
     check("grammar-lang/src", LANGUAGE);
 }
 
+/// The checker of the language goes through phases, which are folders or files of `types`.
+#[test]
+fn phases_of_the_checker_know_only_those_before_them() {
+    const PHASES: [&str; 4] = ["environment", "expressions", "declarations", "assembly"];
+    let types = root().join("grammar-lang/src/types");
+    let mut files = Vec::new();
+    rust_files(&types, &mut files);
+    let mut seen = 0;
+    for file in files {
+        let name = file.strip_prefix(&types).unwrap().to_string_lossy().into_owned();
+        let own = PHASES.iter().position(|phase| name.starts_with(phase));
+        let Some(own) = own else { continue };
+        let text = std::fs::read_to_string(&file).unwrap();
+        for later in &PHASES[own + 1..] {
+            for path in [format!("types::{later}"), format!("super::{later}")] {
+                assert!(!text.contains(&path), "{name} names {path}");
+            }
+        }
+        seen += 1;
+    }
+    assert!(seen > 25, "the test sees no files");
+}
+
 /// What simulates, and what speaks with the board, could be crates of their own: they know what an assembly is, or a
 /// schedule, and nothing of grammars.
 #[test]

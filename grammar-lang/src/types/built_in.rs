@@ -1,10 +1,10 @@
 //! Names that the language has a meaning for already: what a grammar declares by one of them would be read in some
 //! places and not in others.
 
-use super::Checker;
+use super::found::Found;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Function, Word};
-use crate::names::declared;
+use crate::names::{Program, declared};
 use crate::syntax::ast::{ItemKind, Name};
 
 /// The first part of the body, wherever no declaration says otherwise.
@@ -12,18 +12,15 @@ const CORE: &str = "core";
 /// Groups of parts that are no reserved words.
 const GROUPS: [&str; 1] = ["block"];
 
-impl Checker<'_> {
-    /// Reports declarations whose names are built in.
-    pub(super) fn built_in_names(&mut self) {
-        let program = self.program;
-        for (_, item) in program.entries() {
-            // What requirements and preferences are called is read nowhere.
-            if matches!(item.kind, ItemKind::Require { .. } | ItemKind::Prefer { .. }) {
-                continue;
-            }
-            if let Some(name) = declared(item).filter(|name| is_built_in(&name.text)) {
-                self.report(built_in(name));
-            }
+/// Reports declarations whose names are built in.
+pub(super) fn check(program: &Program, found: &mut Found) {
+    for (_, item) in program.entries() {
+        // What requirements and preferences are called is read nowhere.
+        if matches!(item.kind, ItemKind::Require { .. } | ItemKind::Prefer { .. }) {
+            continue;
+        }
+        if let Some(name) = declared(item).filter(|name| is_built_in(&name.text)) {
+            found.add(built_in(name));
         }
     }
 }

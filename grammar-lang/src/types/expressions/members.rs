@@ -2,7 +2,7 @@
 
 use indexmap::IndexMap;
 
-use super::Checker;
+use super::Expressions;
 use super::expr::{Context, unknown};
 use super::fit::article;
 use super::stage::Stage;
@@ -23,11 +23,11 @@ struct Asked<'n> {
     stage: Stage,
 }
 
-impl Checker<'_> {
+impl Expressions<'_> {
     /// A port by its name, if that is what an expression is.
-    pub(super) fn port_name(&self, tree: &ast::Expr) -> Option<Expr> {
+    pub(in crate::types) fn port_name(&self, tree: &ast::Expr) -> Option<Expr> {
         let ast::ExprKind::Name(name) = &tree.kind else { return None };
-        self.ports.contains(name).then(|| Expr {
+        self.environment.ports.contains(name).then(|| Expr {
             kind: ExprKind::PortName(name.clone()),
             ty: Ty::Port,
             span: tree.span,
@@ -91,7 +91,7 @@ impl Checker<'_> {
                 }
             }
             Ty::Part | Ty::Actuator => {
-                if self.ports.contains(&name.text) {
+                if self.environment.ports.contains(&name.text) {
                     let kind = ExprKind::Port(Box::new(of), name.text.clone(), None);
                     return Expr { kind, ty: Ty::Port, span };
                 }
@@ -120,7 +120,7 @@ impl Checker<'_> {
         let built_in = Attribute::all_of(ty).into_iter().map(|(attribute, _)| attribute);
         let built_in = built_in.filter(|a| !a.is_of_motion() || stage.sees_motion());
         let built_in = built_in.map(|attribute| attribute.text().to_owned());
-        let ports = self.ports.iter().filter(|_| of_part).cloned();
+        let ports = self.environment.ports.iter().filter(|_| of_part).cloned();
         let params = self.instance_params.iter().flat_map(IndexMap::keys).cloned();
         let params = params.filter(|_| *ty == Ty::Actuator).chain(cells.into_iter().map(|(n, _)| n));
         built_in.chain(ports).chain(params).collect()
@@ -130,7 +130,7 @@ impl Checker<'_> {
     fn only_actuators(&mut self, of: &Expr, name: &Name) -> Expr {
         let name_text = &name.text;
         let message = format!("only an actuator has a `{name_text}`");
-        let whole = self.sources.slice(of.span);
+        let whole = self.environment.sources.slice(of.span);
         // The twin or holder of an actuator may be any part.
         let help = match of.kind {
             ExprKind::Attribute(..) => format!(
@@ -148,7 +148,7 @@ impl Checker<'_> {
         let owner = OWNERS.iter().find(has);
         let help = did_you_mean(&name.text, candidates.iter().map(String::as_str)).or_else(|| {
             if of.ty == Ty::Kind {
-                let kind = self.sources.slice(of.span);
+                let kind = self.environment.sources.slice(of.span);
                 return Some(format!(
                     "there may be many of a kind: name one, as `s` in `match s : {kind}` or \
                      `attach {kind} to q as s`, and write `s.{}`",
@@ -177,7 +177,7 @@ impl Checker<'_> {
     pub(super) fn named_port(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
         if let ast::ExprKind::Name(name) = &tree.kind {
             let local = cx.locals.iter().any(|l| l.name == *name);
-            if !local && self.program.lookup(tree.span, name).is_none() {
+            if !local && self.environment.program.lookup(tree.span, name).is_none() {
                 self.unknown_port(&Name { text: name.clone(), span: tree.span });
                 return unknown(tree.span);
             }
@@ -185,8 +185,8 @@ impl Checker<'_> {
         self.expect(tree, cx, &Ty::Port, "what a port is compared with")
     }
 
-    pub(super) fn unknown_port(&mut self, name: &Name) {
-        let names: Vec<&str> = self.ports.iter().map(String::as_str).collect();
+    pub(in crate::types) fn unknown_port(&mut self, name: &Name) {
+        let names: Vec<&str> = self.environment.ports.iter().map(String::as_str).collect();
         let help = did_you_mean(&name.text, names.iter().copied());
         self.report(
             Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("no part has a port `{}`", name.text))

@@ -2,18 +2,18 @@
 
 use indexmap::{IndexMap, IndexSet};
 
-use super::Checker;
-use super::expr::{Context, Local};
-use super::stage::Stage;
+use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Effect, Expr, ExprKind, Matched, Spread, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Application, ExampleClause, ItemKind, Name};
+use crate::types::expressions::expr::{Context, Local};
+use crate::types::expressions::stage::Stage;
 
 /// A rule with the types of what it binds.
 pub(super) struct Applicable<'r> {
     /// The rule.
-    pub(super) rule: &'r ir::Rule,
+    pub(in crate::types) rule: &'r ir::Rule,
     types: Vec<Ty>,
 }
 
@@ -57,7 +57,7 @@ fn types_of(rule: &ir::Rule, member_of: &dyn Fn(&ir::Group) -> Ty) -> Vec<Ty> {
     types
 }
 
-impl Checker<'_> {
+impl Declarations<'_> {
     pub(super) fn example(
         &mut self,
         clauses: &[ExampleClause],
@@ -69,11 +69,12 @@ impl Checker<'_> {
         let (example, span) = (name.text.as_str(), name.span);
         let mut cx = Context::new(Stage::Derivation, damaged);
         let mut out = Vec::new();
-        let found = self.errors.len();
+        let found = self.expressions.errors.len();
         for clause in clauses {
             match clause {
                 ExampleClause::Expect(condition) => {
-                    let condition = self.expect(condition, &mut cx, &Ty::Bool, "what follows `expect`");
+                    let condition =
+                        self.expressions.expect(condition, &mut cx, &Ty::Bool, "what follows `expect`");
                     out.push(ir::ExampleClause::Expect(condition));
                 }
                 ExampleClause::Refuse(application, by) => {
@@ -100,14 +101,14 @@ impl Checker<'_> {
                     let checked = self.application(example, application, rules, &mut cx);
                     let ty = checked.as_ref().map_or(Ty::Unknown, |(_, ty)| ty.clone());
                     cx.locals.push(Local { name: String::new(), ty: Ty::Step, span: name.span });
-                    self.bind(name, ty, &mut cx);
+                    self.expressions.bind(name, ty, &mut cx);
                     if let Some((application, _)) = checked {
                         out.push(ir::ExampleClause::Step { name: name.text.clone(), application });
                     }
                 }
             }
         }
-        (self.errors.len() == found).then_some(ir::Example { clauses: out, span })
+        (self.expressions.errors.len() == found).then_some(ir::Example { clauses: out, span })
     }
 
     /// A rule with a value for each of its locals, and the type of what it makes first.
@@ -121,15 +122,15 @@ impl Checker<'_> {
         let name = &application.rule;
         let Some(known) = rules.get(name.text.as_str()) else {
             // A rule that has an error of its own is declared all the same.
-            let program = self.program;
+            let program = self.environment.program;
             let declared = program.lookup(name.span, &name.text);
             let broken = declared.is_some_and(|(_, i)| matches!(i.kind, ItemKind::Rule(..)));
             let dropped = format!(
                 "drop or replace this, too: `drop {example}` or `replace example {example} {{ ... }}`"
             );
             if !broken
-                && !self.is_lost(name.span, &name.text)
-                && !self.report_dropped_with(name.span, &name.text, &dropped)
+                && !self.expressions.is_lost(name.span, &name.text)
+                && !self.expressions.report_dropped_with(name.span, &name.text, &dropped)
             {
                 let help = did_you_mean(&name.text, rules.keys().copied());
                 self.report(
@@ -180,7 +181,7 @@ impl Checker<'_> {
             let wanted = known.types.get(slot).cloned().unwrap_or(Ty::Unknown);
             let value = self.argument(&argument.value, &wanted, &key.text, cx);
             if values.insert(slot, value).is_some() {
-                self.given_twice(&application.arguments, key);
+                self.expressions.given_twice(&application.arguments, key);
             }
         }
         let missing: Vec<&str> = (0..rule.locals.len())
@@ -215,7 +216,7 @@ impl Checker<'_> {
         let arguments = &application.arguments;
         let all = arguments.len() == settable.len() && arguments.iter().all(|a| a.name.is_none());
         let help = if all {
-            let values = arguments.iter().map(|a| self.sources.slice(a.value.span));
+            let values = arguments.iter().map(|a| self.environment.sources.slice(a.value.span));
             let named: Vec<String> = settable.iter().zip(values).map(|(n, v)| format!("{n} = {v}")).collect();
             format!("write `{}({})`", application.rule.text, named.join(", "))
         } else {
@@ -236,21 +237,21 @@ impl Checker<'_> {
             return Expr { kind: ExprKind::Local(slot.saturating_sub(1)), ty: Ty::Step, span: tree.span };
         }
         if *wanted == Ty::Port
-            && let Some(port) = self.port_name(tree)
+            && let Some(port) = self.expressions.port_name(tree)
         {
             self.report(
                 Diagnostic::new(Code::WRONG_TYPE, port.span, "whose port is this?")
                     .label("a port belongs to a part")
                     .help("write for example `core.left`"),
             );
-            return super::expr::unknown(tree.span);
+            return crate::types::expressions::expr::unknown(tree.span);
         }
-        let value = self.infer(tree, cx);
+        let value = self.expressions.infer(tree, cx);
         if value.ty == Ty::Part && *wanted == Ty::Actuator {
             // Which kind of part a step makes may depend on its values.
             return value;
         }
-        self.fit(value, wanted, &format!("`{name}`"))
+        self.expressions.fit(value, wanted, &format!("`{name}`"))
     }
 
     /// The type of the first part that a rule makes with these values.
@@ -265,7 +266,7 @@ impl Checker<'_> {
             what = values.get(*slot).and_then(Option::as_ref);
         }
         match what.map(|w| (&w.kind, w.span)) {
-            Some((ExprKind::Kind(kind, _), span)) if self.is_actuator(kind, span) => Ty::Actuator,
+            Some((ExprKind::Kind(kind, _), span)) if self.expressions.is_actuator(kind, span) => Ty::Actuator,
             _ => Ty::Part,
         }
     }

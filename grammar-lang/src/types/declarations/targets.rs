@@ -4,24 +4,34 @@ use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
 
-use super::Checker;
-use super::expr::Context;
-use super::fields::{Sign, Values};
-use super::stage::Stage;
+use super::Declarations;
+use super::fields::{Fields, Sign, Values};
 use super::tasks::Tasks;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
-use crate::ir::{self, Backend, Expr, ExprKind, PINS, Ty};
+use crate::ir::{self, Backend, PINS, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, ItemKind, Name};
+use crate::types::expressions::expr::Context;
+use crate::types::expressions::stage::Stage;
 use crate::units::{self, Dimension};
 
-const PNEUMATIC: &[&str] = &["inflate", "vent", "shortest", "safe", "supply", "speed"];
-const SUPPLY: &[&str] = &["pressure", "full", "line", "valve"];
-const TENDON: &[&str] =
-    &["servo", "opposite", "thread", "wheel", "turn", "servo_speed", "pulse", "safe", "speed"];
-const PROTOTYPE: &[&str] = &["simulated", "measured", "length"];
+const PNEUMATIC: Fields<'static> =
+    Fields { all: &["inflate", "vent", "shortest", "safe", "supply", "speed"], blocks: &["supply"] };
+const SUPPLY: Fields<'static> = Fields::values(&["pressure", "full", "line", "valve"]);
+const TENDON: Fields<'static> = Fields::values(&[
+    "servo",
+    "opposite",
+    "thread",
+    "wheel",
+    "turn",
+    "servo_speed",
+    "pulse",
+    "safe",
+    "speed",
+]);
+const PROTOTYPE: Fields<'static> = Fields::values(&["simulated", "measured", "length"]);
 
 /// Reads the fields of a back end.
 type Reader<C> = fn(&mut C, &Values<'_>, &Context) -> Option<Backend>;
@@ -30,65 +40,7 @@ type Reader<C> = fn(&mut C, &Values<'_>, &Context) -> Option<Backend>;
 const SAFE_AIR: [&str; 2] = ["vent", "hold"];
 const SAFE_THREADS: [&str; 2] = ["rest", "release"];
 
-impl Checker<'_> {
-    /// A measured function: its rows in SI units.
-    pub(super) fn table(&mut self, table: &ast::Table, damaged: bool) -> Expr {
-        let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span: table.name.span };
-        let (from, to) = (self.type_named(&table.from), self.type_named(&table.to));
-        for (ty, name) in [(&from, &table.from), (&to, &table.to)] {
-            if !matches!(ty, Ty::Quantity(_) | Ty::Unknown) {
-                self.report(
-                    Diagnostic::new(
-                        Code::WRONG_TYPE,
-                        name.span,
-                        "a table leads from a quantity to a quantity",
-                    )
-                    .label(format!("this is {}", super::fit::article(ty)))
-                    .help("write for example `table lengths : Angle -> Length { ... }`"),
-                );
-            }
-        }
-        let (Ty::Quantity(asked), Ty::Quantity(answer)) = (&from, &to) else { return unknown };
-        let mut rows: Vec<([f64; 2], Span)> = Vec::new();
-        let mut sound = true;
-        for (x, y) in &table.rows {
-            let mut cx = Context::new(Stage::Declaration, damaged);
-            let x = self.expect(x, &mut cx, &from, "what a table is asked");
-            let y = self.expect(y, &mut cx, &to, "what a table answers");
-            match (self.constant_number(&x), self.constant_number(&y)) {
-                (Some(a), Some(b)) => rows.push(([a, b], x.span)),
-                _ => sound = false,
-            }
-        }
-        if table.rows.is_empty() && !damaged {
-            self.report(
-                Diagnostic::new(Code::MISSING_FIELD, table.name.span, "this table has no rows")
-                    .label("nothing was measured")
-                    .help("write rows such as `0 deg -> 0 mm, 90 deg -> 21 mm`"),
-            );
-        }
-        for pair in rows.windows(2) {
-            let ([before, _], first) = pair[0];
-            let ([x, _], span) = pair[1];
-            if x <= before {
-                let (x, before) = (units::shown(x, *asked), units::shown(before, *asked));
-                self.report(
-                    Diagnostic::new(Code::TABLE_ORDER, span, "the rows of a table must ascend")
-                        .label(format!("{x} comes after {before}"))
-                        .also(first, "the row before")
-                        .help("put the rows in order, and average what was measured at the same place"),
-                );
-                return unknown;
-            }
-        }
-        if !sound || rows.is_empty() {
-            return unknown;
-        }
-        let rows = rows.into_iter().map(|(row, _)| row).collect();
-        let ty = Ty::Table(*asked, *answer);
-        Expr { kind: ExprKind::Table(ir::Table { rows }), ty, span: table.name.span }
-    }
-
+impl Declarations<'_> {
     /// A field that holds a table, whose answers must be ordered.
     fn monotonic(&mut self, from: &Values<'_>, name: &str, ty: &Ty, cx: &Context) -> Option<ir::Table> {
         let (value, span) = self.value(from, name, ty, "thread_lengths", cx)?;
@@ -111,7 +63,7 @@ impl Checker<'_> {
         let velocity = Dimension::ANGULAR_VELOCITY;
         let by_bend = from.values.get(name).is_some_and(|(_, tree)| match &tree.kind {
             ast::ExprKind::Name(word) => {
-                matches!(self.program.lookup(tree.span, word), Some((_, i)) if matches!(i.kind, ItemKind::Table(_)))
+                matches!(self.environment.program.lookup(tree.span, word), Some((_, i)) if matches!(i.kind, ItemKind::Table(_)))
             }
             _ => false,
         });
@@ -159,7 +111,7 @@ impl Checker<'_> {
                 }
                 kind => {
                     sound = false;
-                    let text = self.sources.slice(item.span).to_owned();
+                    let text = self.environment.sources.slice(item.span).to_owned();
                     let help = match (kind, text.as_str()) {
                         (_, "D0" | "D1") => "the serial line needs D0 and D1".to_owned(),
                         (_, "D2") => "the stop circuit is connected to D2".to_owned(),
@@ -269,8 +221,8 @@ impl Checker<'_> {
             return None;
         };
         let ty = Ty::Domain(Box::new(Ty::Quantity(dimension)));
-        let expr = self.expect(tree, &mut cx.clone(), &ty, &format!("`{name}`"));
-        let (low, high) = self.constant_range(&expr)?;
+        let expr = self.expressions.expect(tree, &mut cx.clone(), &ty, &format!("`{name}`"));
+        let (low, high) = self.expressions.constant_range(&expr)?;
         if low >= high {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, format!("`{name}` is a single value"))
@@ -316,7 +268,7 @@ impl Checker<'_> {
         let speed = from.values.get("speed").map(|(_, tree)| {
             let mut cx = Context::new(Stage::Score, damaged);
             let velocity = Ty::Quantity(Dimension::VELOCITY);
-            self.expect(tree, &mut cx, &velocity, "`speed`")
+            self.expressions.expect(tree, &mut cx, &velocity, "`speed`")
         });
         let backend = read(self, &from, &cx)?;
         Some(ir::Target { backend, kind: known.then(|| kind.text.clone())?, speed, span: block.name.span })
@@ -433,12 +385,12 @@ impl Checker<'_> {
     }
 
     /// The targets and prototypes that take part in a grammar.
-    pub(super) fn hardware(
+    pub(in crate::types) fn hardware(
         &mut self,
     ) -> Option<(IndexMap<String, ir::Target>, IndexMap<String, ir::Prototype>)> {
         let (mut targets, mut prototypes) = (IndexMap::new(), IndexMap::new());
         let mut sound = true;
-        let program = self.program;
+        let program = self.environment.program;
         // What a variant's text imports is known to it, as what its base has.
         let known = program.own.iter().filter_map(|m| program.modules.get(*m)).flat_map(|m| m.scope.values());
         let all: BTreeSet<Declaration> =
@@ -448,14 +400,14 @@ impl Checker<'_> {
             let Some(name) = declared(item) else { continue };
             match &item.kind {
                 ItemKind::Target { block, backend, kind } => {
-                    self.touched.insert(declaration);
+                    self.expressions.touched.insert(declaration);
                     match self.target(block, backend, kind, item.damaged) {
                         Some(target) => drop(targets.insert(name.text.clone(), target)),
                         None => sound = false,
                     }
                 }
                 ItemKind::Prototype(block, backend) => {
-                    self.touched.insert(declaration);
+                    self.expressions.touched.insert(declaration);
                     match self.prototype(block, backend, item.damaged) {
                         Some(prototype) => drop(prototypes.insert(name.text.clone(), prototype)),
                         None => sound = false,
@@ -468,7 +420,7 @@ impl Checker<'_> {
     }
 
     /// Whether what drives an actuator is what its target can do.
-    pub(super) fn check_targets(
+    pub(in crate::types) fn check_targets(
         &mut self,
         tasks: &Tasks,
         targets: &IndexMap<String, ir::Target>,

@@ -2,9 +2,11 @@
 
 use indexmap::{IndexMap, IndexSet};
 
-use super::Checker;
-use super::singles::Singles;
-use super::tasks::Actuated;
+use super::declarations::Declarations;
+use super::declarations::singles::Singles;
+use super::declarations::tasks::Actuated;
+use super::environment::Environment;
+use super::{Checked, Idle};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, RuleSet};
 use crate::names::{Declaration, LoadedModule, declared};
@@ -45,10 +47,31 @@ fn keep<T>(among: &mut IndexMap<String, T>, name: String, checked: Option<T>) ->
     })
 }
 
-impl<'a> Checker<'a> {
+/// Puts the rule set together.
+pub(super) struct Assembly<'a> {
+    environment: &'a Environment<'a>,
+    declarations: Declarations<'a>,
+    /// What is not used, of a text with several grammars.
+    idle: Idle,
+}
+
+impl<'a> Assembly<'a> {
+    pub(super) fn new(declarations: Declarations<'a>) -> Self {
+        Self { environment: declarations.environment, declarations, idle: Idle::default() }
+    }
+
     /// Checks everything that the grammar says or uses.
-    pub(super) fn grammar(&mut self) -> Option<RuleSet> {
-        let program = self.program;
+    pub(super) fn check(mut self) -> Checked {
+        let ruleset = self.grammar();
+        Checked { ruleset, found: self.declarations.expressions.errors.into_vec(), idle: self.idle }
+    }
+
+    fn report(&mut self, found: Diagnostic) {
+        self.declarations.report(found);
+    }
+
+    fn grammar(&mut self) -> Option<RuleSet> {
+        let program = self.environment.program;
         let rules = || program.entries().filter(|(_, item)| matches!(item.kind, ItemKind::Rule(..)));
         if let Some((_, item)) = rules().nth(MOST_RULES) {
             let more = rules().count() - MOST_RULES;
@@ -67,32 +90,34 @@ impl<'a> Checker<'a> {
             program.entries().filter(|(d, _)| program.own.contains(&d.module)).collect();
         for (declaration, item) in &items {
             if matches!(item.kind, ItemKind::Param(_)) {
-                self.param(*declaration);
+                self.declarations.expressions.param(*declaration);
             }
         }
         let mut singles = Singles::default();
         for (_, item) in &items {
-            self.single(item, &mut singles);
+            self.declarations.single(item, &mut singles);
         }
-        let rest = self.check_all();
+        let rest = self.declarations.check_all();
         // Rules, requirements and preferences that are imported by name take part, too.
         let mut rules = Vec::new();
         let mut requirements = Vec::new();
         let mut preferences = Vec::new();
         for (_, item) in program.entries() {
             match &item.kind {
-                ItemKind::Rule(name, clauses) => rules.extend(self.rule(name, clauses, item.damaged)),
-                ItemKind::Require { .. } => requirements.extend(self.requirement(item)),
-                ItemKind::Prefer { .. } => preferences.extend(self.preference(item)),
+                ItemKind::Rule(name, clauses) => {
+                    rules.extend(self.declarations.rule(name, clauses, item.damaged))
+                }
+                ItemKind::Require { .. } => requirements.extend(self.declarations.requirement(item)),
+                ItemKind::Prefer { .. } => preferences.extend(self.declarations.preference(item)),
                 _ => {}
             }
         }
-        let examples = self.examples(&items, &rules, &requirements);
+        let examples = self.declarations.examples(&items, &rules, &requirements);
         // A module without `grammar` is only imported; it has been checked.
         let name = program.name.as_ref()?;
         let complete = self.complete(&singles, program.base.unwrap_or(name.span));
         let from = self.starting_example(&singles, &examples);
-        let fallbacks = self.fallbacks(&rules);
+        let fallbacks = self.declarations.fallbacks(&rules);
         let assembled = self.assemble(
             name,
             singles,
@@ -101,14 +126,9 @@ impl<'a> Checker<'a> {
         self.unknown_overrides(name.span);
         self.unused(&items, &rest);
         let mut ruleset = assembled?;
-        for (declaration, param) in self.params.clone() {
-            let name = program.item(declaration).and_then(declared);
-            if let (Some(name), super::CheckedParam::Right(param)) = (name, param) {
-                ruleset.params.insert(name.text.clone(), param);
-            }
-        }
-        ruleset.params.sort_by(|a, x, b, y| x.span.cmp(&y.span).then(a.cmp(b)));
-        (complete && !self.errors.iter().any(Diagnostic::is_error)).then_some(ruleset)
+        ruleset.params = self.declarations.expressions.parameters();
+        (complete && !self.declarations.expressions.errors.iter().any(Diagnostic::is_error))
+            .then_some(ruleset)
     }
 
     /// The example that the search starts from.
@@ -121,7 +141,7 @@ impl<'a> Checker<'a> {
         if examples.contains_key(&from.text) {
             return Some(from.text.clone());
         }
-        let declared = self.program.lookup(from.span, &from.text);
+        let declared = self.environment.program.lookup(from.span, &from.text);
         if !declared.is_some_and(|(_, i)| matches!(i.kind, ItemKind::Example(..))) {
             let help = did_you_mean(&from.text, examples.keys().map(String::as_str));
             self.report(
@@ -139,14 +159,15 @@ impl<'a> Checker<'a> {
 
     /// Warns of declarations and imports of the first text that nothing uses.
     fn unused(&mut self, items: &[(Declaration, &Item)], rest: &IndexSet<Declaration>) {
-        if self.is_partial() || self.errors.iter().any(Diagnostic::is_error) {
+        if self.is_partial() || self.declarations.expressions.errors.iter().any(Diagnostic::is_error) {
             // What an error hides might be the use.
             return;
         }
-        let program = self.program;
+        let program = self.environment.program;
         let mut there = Vec::new();
         let mut idle: Vec<(&Name, String)> = Vec::new();
-        let used = |d: &Declaration, c: &Self| c.touched.contains(d) || rest.contains(d);
+        let used =
+            |d: &Declaration, c: &Self| c.declarations.expressions.touched.contains(d) || rest.contains(d);
         for (declaration, item) in items.iter().filter(|(d, _)| d.module == 0) {
             let by_itself = item.kind.kind().is_some_and(|kind| kind.counts != Counts::WhereUsed);
             there.extend(declared(item).map(|n| n.span));
@@ -173,7 +194,7 @@ impl<'a> Checker<'a> {
         let unused: Vec<Diagnostic> = unused.collect();
         // Of several grammars in a text, each may leave to the others what it does not use.
         if program.modules.first().is_some_and(|m| crate::names::offers(&m.tree).len() > 1) {
-            self.idle = super::Idle { there, unused };
+            self.idle = Idle { there, unused };
             return;
         }
         unused.into_iter().for_each(|warning| self.report(warning));
@@ -182,7 +203,7 @@ impl<'a> Checker<'a> {
     /// Whether some declarations could not be read: what seems to be missing may be there.
     fn is_partial(&self) -> bool {
         let lost = |m: &LoadedModule| m.tree.headless || m.tree.broken.iter().any(|b| !b.is_empty());
-        self.program.modules.iter().any(lost)
+        self.environment.program.modules.iter().any(lost)
     }
 
     /// Reports what a grammar lacks.
@@ -194,18 +215,22 @@ impl<'a> Checker<'a> {
             ("maximize", "maximize travel in cm"),
             ("search", "search nested_annealing"),
         ];
-        let cells = self.begins_with_cells().then_some(("lattice", "lattice 15 x 15 x 15 of KIND"));
+        let cells = self
+            .declarations
+            .expressions
+            .begins_with_cells()
+            .then_some(("lattice", "lattice 15 x 15 x 15 of KIND"));
         let missing = wanted.into_iter().chain(cells).filter(|(what, _)| {
             // Tasks say for themselves how they are simulated.
             !(*what == "simulate" && tasks || singles.seen.contains_key(what))
         });
         let (words, lines): (Vec<&str>, Vec<&str>) = missing.unzip();
         if !words.is_empty() && !self.is_partial() {
-            let message = format!("this grammar has no {}", super::names::listed(&words, "or"));
+            let message = format!("this grammar has no {}", super::expressions::names::listed(&words, "or"));
             self.report(
                 Diagnostic::new(Code::MISSING_ITEM, span, message)
                     .label("incomplete")
-                    .help(format!("add for example {}", super::names::listed(&lines, "and"))),
+                    .help(format!("add for example {}", super::expressions::names::listed(&lines, "and"))),
             );
         }
         words.is_empty()
@@ -213,12 +238,12 @@ impl<'a> Checker<'a> {
 
     /// What the grammar uses, with all that this uses in turn.
     fn used(&mut self) -> Used {
-        let program = self.program;
+        let program = self.environment.program;
         let mut used = Used { is_sound: true, ..Used::default() };
         // Checking one declaration may touch others: the set grows while it is walked.
         let mut next = 0;
         let mut taken: IndexMap<String, Declaration> = IndexMap::new();
-        while let Some(declaration) = self.touched.get_index(next).copied() {
+        while let Some(declaration) = self.declarations.expressions.touched.get_index(next).copied() {
             next += 1;
             let Some(item) = program.item(declaration) else { continue };
             let Some(own) = declared(item) else { continue };
@@ -241,17 +266,19 @@ impl<'a> Checker<'a> {
         let key = own.text.clone();
         let damaged = item.damaged;
         let is_sound = match &item.kind {
-            ItemKind::Part(block) => keep(&mut used.parts, key, self.part(block, damaged)),
-            ItemKind::Actuator(block) => keep(&mut used.actuators, key, self.actuator(block, damaged)),
+            ItemKind::Part(block) => keep(&mut used.parts, key, self.declarations.part(block, damaged)),
+            ItemKind::Actuator(block) => {
+                keep(&mut used.actuators, key, self.declarations.actuator(block, damaged))
+            }
             ItemKind::Actuation { name, binder, kind, clauses } => {
-                let actuation = self.actuation(name, binder, kind, clauses, damaged);
+                let actuation = self.declarations.actuation(name, binder, kind, clauses, damaged);
                 keep(&mut used.actuations, key, actuation)
             }
             ItemKind::Pattern(_, value) => {
-                keep(&mut used.patterns, key, Some(self.fixed_pattern(value, damaged)))
+                keep(&mut used.patterns, key, Some(self.declarations.fixed_pattern(value, damaged)))
             }
             ItemKind::Term(_, ty, value) => {
-                let (ty, value) = self.term(ty, value, damaged);
+                let (ty, value) = self.declarations.term(ty, value, damaged);
                 keep(&mut used.terms, key, Some(ir::Term { ty, value, span: own.span }))
             }
             _ => true,
@@ -260,10 +287,10 @@ impl<'a> Checker<'a> {
     }
 
     fn assemble(&mut self, name: &Name, singles: Singles<'a>, derived: Derived) -> Option<RuleSet> {
-        let tasks = self.tasks(&singles);
-        let hardware = self.hardware();
-        let observed = self.all_observed();
-        let novelties = self.novelties();
+        let tasks = self.declarations.tasks(&singles);
+        let hardware = self.declarations.hardware();
+        let observed = self.declarations.all_observed();
+        let novelties = self.declarations.novelties();
         // What drives what is checked even where the tasks are not complete.
         let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
         let used = self.used();
@@ -273,21 +300,25 @@ impl<'a> Checker<'a> {
         };
         let actuated_cells: Vec<Actuated> = actuated.iter().copied().cloned().collect();
         for actuated in actuated {
-            self.check_actuated(actuated, &used.actuators, &used.actuations);
+            self.declarations.check_actuated(actuated, &used.actuators, &used.actuations);
         }
         if let (Some(kind), Some((sides, cell, span))) = (singles.cell, &singles.lattice) {
             for (with, place) in actuated_cells.iter().filter_map(|actuated| actuated.get(&kind.text)) {
                 if let Some(actuation) = used.actuations.get(with) {
-                    self.check_attributes(&kind.text, &cell.params, actuation, *place);
+                    self.declarations.check_attributes(&kind.text, &cell.params, actuation, *place);
                 }
             }
-            self.check_lattice_symmetry(*sides, singles.symmetry.unwrap_or(ir::Symmetry::None), *span);
+            self.declarations.check_lattice_symmetry(
+                *sides,
+                singles.symmetry.unwrap_or(ir::Symmetry::None),
+                *span,
+            );
         }
         let (tasks, objective) = tasks?;
-        self.check_models(&tasks, &singles);
+        self.declarations.check_models(&tasks, &singles);
         let (targets, prototypes) = hardware?;
-        self.check_targets(&tasks, &targets, &used.actuators, &used.actuations);
-        self.check_periods(&tasks, &used.actuations, &used.terms, &observed);
+        self.declarations.check_targets(&tasks, &targets, &used.actuators, &used.actuations);
+        self.declarations.check_periods(&tasks, &used.actuations, &used.terms, &observed);
         let novelties = novelties?;
         if !used.is_sound {
             return None;
@@ -320,7 +351,7 @@ impl<'a> Checker<'a> {
             tasks: tasks.into_iter().map(|(name, (task, _))| (name, task)).collect(),
             targets,
             prototypes,
-            observed: Self::names_observed(observed, &used.terms, is_lattice),
+            observed: Declarations::names_observed(observed, &used.terms, is_lattice),
             novelties,
             terms: used.terms,
             objective,
@@ -331,7 +362,11 @@ impl<'a> Checker<'a> {
 
     /// The values of every enumeration that is used.
     fn enumerations(&self) -> IndexMap<String, Vec<String>> {
-        let used = self.program.items().filter(|(d, _)| self.touched.contains(d));
+        let used = self
+            .environment
+            .program
+            .items()
+            .filter(|(d, _)| self.declarations.expressions.touched.contains(d));
         used.filter_map(|(_, item)| match &item.kind {
             ItemKind::Enum(name, values) => {
                 Some((name.text.clone(), values.iter().map(|v| v.text.clone()).collect()))
@@ -342,11 +377,9 @@ impl<'a> Checker<'a> {
     }
 
     fn unknown_overrides(&mut self, span: Span) {
-        let program = self.program;
-        let known: Vec<&str> =
-            self.params.keys().filter_map(|d| Some(declared(program.item(*d)?)?.text.as_str())).collect();
-        for (place, (name, _)) in self.overrides.iter().enumerate() {
-            let before = self.overrides.get(..place).unwrap_or_default();
+        let known = self.declarations.expressions.parameter_names();
+        for (place, (name, _)) in self.environment.overrides.iter().enumerate() {
+            let before = self.environment.overrides.get(..place).unwrap_or_default();
             if before.iter().any(|(other, _)| other == name) {
                 self.report(
                     Diagnostic::new(Code::DUPLICATE, span, format!("`{name}` is given twice"))

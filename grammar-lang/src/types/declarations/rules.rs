@@ -2,29 +2,34 @@
 
 use std::collections::BTreeMap;
 
-use super::Checker;
-use super::expr::Context;
-use super::stage::Stage;
+use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Attribute, Expr, ExprKind, Group, PartAttribute, Settable, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Name, RuleClause, RuleClauseKind};
+use crate::types::expressions::expr::Context;
+use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
-impl Checker<'_> {
+impl Declarations<'_> {
     /// The group of parts that a kind's name stands for.
     pub(super) fn group_named(&mut self, kind: &Name, cx: &mut Context) -> Option<Group> {
         let tree = ast::Expr { kind: ast::ExprKind::Name(kind.text.clone()), span: kind.span };
-        let expr = self.expect(&tree, cx, &Ty::Group, "what is matched");
+        let expr = self.expressions.expect(&tree, cx, &Ty::Group, "what is matched");
         match expr.kind {
             ExprKind::Group(group) if expr.ty == Ty::Group => Some(group),
             _ => None,
         }
     }
 
-    pub(super) fn rule(&mut self, name: &Name, clauses: &[RuleClause], damaged: bool) -> Option<ir::Rule> {
+    pub(in crate::types) fn rule(
+        &mut self,
+        name: &Name,
+        clauses: &[RuleClause],
+        damaged: bool,
+    ) -> Option<ir::Rule> {
         let mut cx = Context::new(Stage::Derivation, damaged);
-        let found = self.errors.len();
+        let found = self.expressions.errors.len();
         let mut matches = Some(Vec::new());
         let mut nothing: Option<Span> = None;
         for clause in clauses {
@@ -67,7 +72,7 @@ impl Checker<'_> {
                     // A guard is asked before the effects: it does not see what they make.
                     let mut before = cx.clone();
                     before.locals.truncate(bound);
-                    let condition = self.expect(condition, &mut before, &Ty::Bool, what);
+                    let condition = self.expressions.expect(condition, &mut before, &Ty::Bool, what);
                     let needs = highest_local(&condition, bound);
                     let condition = if *positive {
                         condition
@@ -78,7 +83,7 @@ impl Checker<'_> {
                 }
                 RuleClauseKind::Weight(value) => {
                     let mut cx = Context::new(Stage::Weight, damaged);
-                    let value = self.expect(value, &mut cx, &Ty::NUMBER, "a weight");
+                    let value = self.expressions.expect(value, &mut cx, &Ty::NUMBER, "a weight");
                     if let Some(first) = weight.replace(value) {
                         self.report(
                             Diagnostic::new(Code::DUPLICATE, clause.span, "a rule has one `weight`")
@@ -91,7 +96,7 @@ impl Checker<'_> {
                 kind => effects.extend(self.effect(kind, &mut cx)),
             }
         }
-        if effects.is_empty() && !damaged && self.errors.len() == found {
+        if effects.is_empty() && !damaged && self.expressions.errors.len() == found {
             self.report(
                 Diagnostic::new(Code::NO_EFFECT, name.span, format!("the rule `{}` does nothing", name.text))
                     .label("without an effect")
@@ -100,13 +105,13 @@ impl Checker<'_> {
         }
         self.check_twice(clauses);
         self.check_space(clauses);
-        if !damaged && self.errors.len() == found {
+        if !damaged && self.expressions.errors.len() == found {
             self.unread(
                 clauses.iter().filter_map(|c| bound_by(&c.kind)),
                 "use it in this rule, or take it out",
             );
         }
-        if damaged || self.errors.iter().skip(found).any(Diagnostic::is_error) {
+        if damaged || self.expressions.errors.iter().skip(found).any(Diagnostic::is_error) {
             self.faulty.insert(name.span);
         }
         let weight = weight.unwrap_or(Expr { kind: ExprKind::Number(1.0), ty: Ty::NUMBER, span: name.span });
@@ -129,23 +134,23 @@ impl Checker<'_> {
             let before = std::mem::replace(&mut cx.stage, Stage::Choice);
             match &clause.kind {
                 RuleClauseKind::Choose(name, domain, spread) => {
-                    let domain = self.infer(domain, cx);
+                    let domain = self.expressions.infer(domain, cx);
                     let ty = self.chosen_from(&domain);
                     let spread = match spread {
                         Some(spread) => self.spread(spread, &ty, cx),
                         None => ir::Spread::Even,
                     };
                     cx.stage = before;
-                    self.bind(name, ty, cx);
+                    self.expressions.bind(name, ty, cx);
                     choices.push(ir::Choice { name: name.text.clone(), domain, spread });
                 }
                 RuleClauseKind::Let(name, value) => {
-                    let value = self.infer(value, cx);
+                    let value = self.expressions.infer(value, cx);
                     cx.stage = before;
                     let (ty, span) = (value.ty.clone(), value.span);
                     let kind = ExprKind::Set(vec![value]);
                     let domain = Expr { kind, ty: Ty::Domain(Box::new(ty.clone())), span };
-                    self.bind(name, ty, cx);
+                    self.expressions.bind(name, ty, cx);
                     choices.push(ir::Choice { name: name.text.clone(), domain, spread: ir::Spread::Fixed });
                 }
                 _ => {}
@@ -159,7 +164,7 @@ impl Checker<'_> {
         match &domain.ty {
             Ty::Domain(item) | Ty::List(item) => (**item).clone(),
             Ty::Group => match &domain.kind {
-                ExprKind::Group(group) => self.member_of(group, domain.span),
+                ExprKind::Group(group) => self.expressions.member_of(group, domain.span),
                 _ => Ty::Part,
             },
             Ty::Unknown => Ty::Unknown,
@@ -181,18 +186,18 @@ impl Checker<'_> {
 
     /// `by normal(...)`, `by uniform(...)` or `by [weights]`.
     fn spread(&mut self, tree: &ast::Expr, ty: &Ty, cx: &mut Context) -> ir::Spread {
-        let spread = self.infer(tree, cx);
+        let spread = self.expressions.infer(tree, cx);
         let numbers = Ty::List(Box::new(Ty::NUMBER));
         if spread.ty.fits(&numbers) {
             return ir::Spread::Weights(spread);
         }
         let Some(dimension) = ty.dimension() else {
             if *ty != Ty::Unknown {
-                self.fit(spread, &numbers, "what follows `by`");
+                self.expressions.fit(spread, &numbers, "what follows `by`");
             }
             return ir::Spread::Even;
         };
-        let spread = self.fit(spread, &Ty::Distribution(dimension), "what follows `by`");
+        let spread = self.expressions.fit(spread, &Ty::Distribution(dimension), "what follows `by`");
         match spread.kind {
             ExprKind::Call(function, arguments) if spread.ty != Ty::Unknown => {
                 let Ok([a, b]) = <[Expr; 2]>::try_from(arguments) else { return ir::Spread::Even };
@@ -209,30 +214,30 @@ impl Checker<'_> {
     fn effect(&mut self, clause: &RuleClauseKind, cx: &mut Context) -> Option<ir::Effect> {
         match clause {
             RuleClauseKind::Attach { what, port, turned, by, product } => {
-                let what = self.expect(what, cx, &Ty::Kind, "what is attached");
+                let what = self.expressions.expect(what, cx, &Ty::Kind, "what is attached");
                 let on = self.holding(&what, port, turned.as_ref(), by.as_ref(), cx);
                 self.product(product.as_ref(), &what, cx);
                 Some(ir::Effect::Attach { what, on })
             }
             RuleClauseKind::Set(target, value) => self.set(target, value, cx),
             RuleClauseKind::Remove(part) => {
-                let part = self.expect(part, cx, &Ty::Part, "what is removed");
+                let part = self.expressions.expect(part, cx, &Ty::Part, "what is removed");
                 self.check_removable(&part, "remove");
                 Some(ir::Effect::Remove(part))
             }
             RuleClauseKind::Replace { part, with, between, product } => {
-                let part = self.expect(part, cx, &Ty::Part, "what is replaced");
+                let part = self.expressions.expect(part, cx, &Ty::Part, "what is replaced");
                 self.check_removable(&part, "replace");
-                let with = self.expect(with, cx, &Ty::Kind, "what takes its place");
+                let with = self.expressions.expect(with, cx, &Ty::Kind, "what takes its place");
                 let between = between.as_ref().map(|(a, b)| {
-                    let mut end = |e| self.expect(e, cx, &Ty::Part, "a neighbour");
+                    let mut end = |e| self.expressions.expect(e, cx, &Ty::Part, "a neighbour");
                     (end(a), end(b))
                 });
                 self.product(product.as_ref(), &with, cx);
                 Some(ir::Effect::Replace { part, with, between })
             }
             RuleClauseKind::Revert(step) => {
-                let step = self.expect(step, cx, &Ty::Step, "what is reverted");
+                let step = self.expressions.expect(step, cx, &Ty::Step, "what is reverted");
                 Some(ir::Effect::Revert(step))
             }
             RuleClauseKind::Cells { region, .. } => self.cells(clause, region.span, cx),
@@ -249,13 +254,13 @@ impl Checker<'_> {
         by: Option<&Name>,
         cx: &mut Context,
     ) -> ir::Holding {
-        let port = self.expect(port, cx, &Ty::Port, "where it is attached");
+        let port = self.expressions.expect(port, cx, &Ty::Port, "where it is attached");
         let angle = Ty::Quantity(Dimension::ANGLE);
-        let turned = turned.map(|t| self.expect(t, cx, &angle, "what follows `turned`"));
+        let turned = turned.map(|t| self.expressions.expect(t, cx, &angle, "what follows `turned`"));
         let by = by.and_then(|name| {
             let tree = ast::Expr { kind: ast::ExprKind::Name(name.text.clone()), span: name.span };
-            if self.port_name(&tree).is_none() {
-                self.unknown_port(name);
+            if self.expressions.port_name(&tree).is_none() {
+                self.expressions.unknown_port(name);
                 return None;
             }
             self.check_own_port(what, name);
@@ -272,7 +277,7 @@ impl Checker<'_> {
             return;
         }
         // A real port of another kind is no slip of the finger.
-        let exists = self.ports.contains(&port.text);
+        let exists = self.environment.ports.contains(&port.text);
         let help = did_you_mean(&port.text, ports.iter().map(String::as_str)).filter(|_| !exists);
         self.report(
             Diagnostic::new(
@@ -288,7 +293,7 @@ impl Checker<'_> {
     /// The ports of a kind of part; none if the kind is not known.
     fn ports_of(&self, kind: &str, place: Span) -> Vec<String> {
         let built_in = |ports: &[&str]| ports.iter().map(|p| (*p).to_owned()).collect();
-        match self.program.lookup(place, kind).map(|(_, item)| &item.kind) {
+        match self.environment.program.lookup(place, kind).map(|(_, item)| &item.kind) {
             Some(ast::ItemKind::Actuator(_)) => built_in(ir::ACTUATOR_PORTS),
             Some(ast::ItemKind::Part(block)) => {
                 let declared = block.fields.iter().filter_map(|f| match f {
@@ -328,7 +333,7 @@ impl Checker<'_> {
                 RuleClauseKind::Revert(step) => ("revert", step),
                 _ => continue,
             };
-            let text: String = self.sources.slice(target.span).split_whitespace().collect();
+            let text: String = self.environment.sources.slice(target.span).split_whitespace().collect();
             if let Some(first) = seen.get(&(verb, text.clone())).copied() {
                 self.report(
                     Diagnostic::new(
@@ -349,7 +354,9 @@ impl Checker<'_> {
     /// Warns of names that a rule or actuation of the first text binds and never reads.
     pub(super) fn unread<'n>(&mut self, names: impl Iterator<Item = &'n Name>, help: &str) {
         for name in names {
-            if self.program.module_at(name.span) != 0 || self.read.contains(&name.span) {
+            if self.environment.program.module_at(name.span) != 0
+                || self.expressions.read.contains(&name.span)
+            {
                 continue;
             }
             self.report(
@@ -362,11 +369,16 @@ impl Checker<'_> {
 
     /// A part that an effect makes takes a local slot, with or without a name.
     fn product(&mut self, name: Option<&Name>, what: &Expr, cx: &mut Context) {
-        let active = matches!(&what.kind, ExprKind::Kind(kind, _) if self.is_actuator(kind, what.span));
+        let active =
+            matches!(&what.kind, ExprKind::Kind(kind, _) if self.expressions.is_actuator(kind, what.span));
         let ty = if active { Ty::Actuator } else { Ty::Part };
         match name {
-            Some(name) => self.bind(name, ty, cx),
-            None => cx.locals.push(super::expr::Local { name: String::new(), ty, span: what.span }),
+            Some(name) => self.expressions.bind(name, ty, cx),
+            None => cx.locals.push(crate::types::expressions::expr::Local {
+                name: String::new(),
+                ty,
+                span: what.span,
+            }),
         }
     }
 
@@ -389,7 +401,7 @@ impl Checker<'_> {
             }
             before = chained.then_some(slot);
         }
-        let condition = condition.map(|c| self.expect(c, cx, &Ty::Bool, "what follows `where`"));
+        let condition = condition.map(|c| self.expressions.expect(c, cx, &Ty::Bool, "what follows `where`"));
         if let Some(last) = out.last_mut() {
             last.condition = condition;
         }
@@ -427,21 +439,22 @@ impl Checker<'_> {
             self.report(
                 Diagnostic::new(Code::WRONG_TYPE, span, message).label("not possible").help("match a part"),
             );
-            self.bind(&link.name, Ty::Unknown, cx);
+            self.expressions.bind(&link.name, Ty::Unknown, cx);
             return None;
         }
         if let Some((matched, ty)) = other {
-            self.bind(&link.name, ty, cx);
+            self.expressions.bind(&link.name, ty, cx);
             return Some(matched);
         }
         let group = match kind {
             Some(kind) => self.group_named(kind, cx),
             None => Some(Group::Part),
         };
-        let ty = group.as_ref().map_or(Ty::Unknown, |group| self.member_of(group, link.name.span));
-        self.bind(&link.name, ty, cx);
+        let ty =
+            group.as_ref().map_or(Ty::Unknown, |group| self.expressions.member_of(group, link.name.span));
+        self.expressions.bind(&link.name, ty, cx);
         if let Some(port) = &link.port {
-            self.bind(port, Ty::Port, cx);
+            self.expressions.bind(port, Ty::Port, cx);
         }
         Some(ir::Matched::Part { kind: group?, port: link.port.is_some(), joined_to })
     }
@@ -451,7 +464,7 @@ impl Checker<'_> {
         let slot = cx.locals.iter().position(|l| l.name == owner.text);
         let local = slot.and_then(|s| cx.locals.get(s));
         let fits = local.is_some_and(|l| l.ty.fits(&Ty::Part));
-        self.read.extend(local.map(|l| l.span));
+        self.expressions.read.extend(local.map(|l| l.span));
         if !fits && !cx.damaged {
             let parts = cx.locals.iter().filter(|l| l.ty.fits(&Ty::Part)).map(|l| l.name.as_str());
             self.report(
@@ -481,7 +494,7 @@ impl Checker<'_> {
             );
             return None;
         };
-        let whole = self.infer(target, cx);
+        let whole = self.expressions.infer(target, cx);
         if whole.ty == Ty::Port {
             self.report(
                 Diagnostic::new(Code::WRONG_TYPE, target.span, "a port cannot be set")
@@ -502,21 +515,21 @@ impl Checker<'_> {
             // Or something of which nothing is known, as what is wrong with it has been said.
             _ => Settable::Param(attribute.text.clone()),
         };
-        let part = self.infer(of, cx);
-        let value = self.expect(value, cx, &whole.ty, &format!("`{}`", attribute.text));
+        let part = self.expressions.infer(of, cx);
+        let value = self.expressions.expect(value, cx, &whole.ty, &format!("`{}`", attribute.text));
         self.check_set_domain(&attribute.text, &value);
         Some(ir::Effect::Set { part, attribute: settable, value })
     }
 
     /// Where one actuator alone has a parameter, what it is set to must lie in its domain.
     fn check_set_domain(&mut self, name: &str, value: &Expr) {
-        let program = self.program;
+        let program = self.environment.program;
         let has = |field: &ast::Field| matches!(field, ast::Field::Param(p) if p.name.text == name);
         let mut owners = program.items().map(|(_, item)| item).filter(
             |item| matches!(&item.kind, ast::ItemKind::Actuator(block) if block.fields.iter().any(has)),
         );
         if let (Some(only), None) = (owners.next(), owners.next()) {
-            self.check_instance_domain(only, name, value);
+            self.expressions.check_instance_domain(only, name, value);
         }
     }
 }

@@ -1,15 +1,15 @@
 //! Checks actuations: what varies, and what drives actuators.
 
-use super::Checker;
-use super::expr::Context;
-use super::stage::Stage;
+use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, ExprKind, Group, Ty};
 use crate::syntax::ast::{self, ActuationClause, Name};
+use crate::types::expressions::expr::Context;
+use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
-impl Checker<'_> {
-    pub(super) fn actuation(
+impl Declarations<'_> {
+    pub(in crate::types) fn actuation(
         &mut self,
         name: &Name,
         binder: &Name,
@@ -17,13 +17,15 @@ impl Checker<'_> {
         clauses: &[ActuationClause],
         damaged: bool,
     ) -> Option<ir::Actuation> {
-        let found = self.errors.len();
+        let found = self.expressions.errors.len();
         let mut cx = Context::new(Stage::Drive, damaged);
         let group = self.group_named(kind, &mut cx);
         let fine = match &group {
             Some(Group::Actuator) | None => true,
             Some(Group::Cell) => true,
-            Some(Group::Kind(name)) => self.is_actuator(name, kind.span) || self.is_cell(name, kind.span),
+            Some(Group::Kind(name)) => {
+                self.expressions.is_actuator(name, kind.span) || self.expressions.is_cell(name, kind.span)
+            }
             _ => false,
         };
         if !fine {
@@ -33,16 +35,17 @@ impl Checker<'_> {
                     .help("write `for a : actuator`"),
             );
         }
-        let driven = group.as_ref().map_or(Ty::Actuator, |group| self.member_of(group, kind.span));
+        let driven =
+            group.as_ref().map_or(Ty::Actuator, |group| self.expressions.member_of(group, kind.span));
         let of_cells = driven == Ty::Cell;
-        self.bind(binder, driven, &mut cx);
+        self.expressions.bind(binder, driven, &mut cx);
         let mut variables = Vec::new();
         for clause in clauses {
             let ActuationClause::Variable(variable) = clause else { continue };
             let checked = self.variable(variable, &cx);
             let item = checked.as_ref().map_or(Ty::Unknown, |v| v.ty.clone());
             let ty = if variable.size.is_some() { Ty::List(Box::new(item)) } else { item };
-            self.bind(&variable.name, ty, &mut cx);
+            self.expressions.bind(&variable.name, ty, &mut cx);
             variables.extend(checked);
         }
         let complete = variables.len() + 1 == cx.locals.len();
@@ -53,9 +56,9 @@ impl Checker<'_> {
         for clause in clauses {
             match clause {
                 ActuationClause::Let(name, value) => {
-                    let value = self.infer(value, &mut cx);
+                    let value = self.expressions.infer(value, &mut cx);
                     let timed = value.any(&mut |e| matches!(e.kind, ExprKind::Word(ir::Word::Time)));
-                    self.bind(name, value.ty.clone(), &mut cx);
+                    self.expressions.bind(name, value.ty.clone(), &mut cx);
                     // Slots are in the order of the text: once one value moves, those after it do too.
                     if timed || !moving.is_empty() {
                         moving.push((name.text.clone(), value));
@@ -67,11 +70,16 @@ impl Checker<'_> {
                     let valves = what.text == "valves" && !of_cells;
                     self.check_driven(what, of_cells);
                     let value = if of_cells {
-                        self.expect(value, &mut cx, &Ty::NUMBER, "the driven strain")
+                        self.expressions.expect(value, &mut cx, &Ty::NUMBER, "the driven strain")
                     } else if valves {
-                        self.expect(value, &mut cx, &Ty::Valves, "what drives the valves")
+                        self.expressions.expect(value, &mut cx, &Ty::Valves, "what drives the valves")
                     } else {
-                        self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "the driven angle")
+                        self.expressions.expect(
+                            value,
+                            &mut cx,
+                            &Ty::Quantity(Dimension::ANGLE),
+                            "the driven angle",
+                        )
                     };
                     if valves {
                         self.check_valves(&value, &variables);
@@ -99,7 +107,7 @@ impl Checker<'_> {
                 .help("add a line such as `drive angle = 30 deg * sin(t / period * 360 deg)`"),
             );
         }
-        if !damaged && self.errors.len() == found {
+        if !damaged && self.expressions.errors.len() == found {
             self.unread(clauses.iter().filter_map(varied_by), "use it in `drive`, or take it out");
         }
         if !complete {
@@ -193,7 +201,7 @@ impl Checker<'_> {
         // Only the actuator itself is known: its variables are what is being declared.
         let mut cx = Context { stage: Stage::Derivation, ..cx.clone() };
         cx.locals.truncate(1);
-        let value = self.infer(per, &mut cx);
+        let value = self.expressions.infer(per, &mut cx);
         match value.ty {
             Ty::Count | Ty::Quantity(_) | Ty::Enum(_) | Ty::Bool => Some(ir::Owner::Group(value)),
             Ty::Unknown => None,
@@ -209,7 +217,7 @@ impl Checker<'_> {
     }
 
     fn variable(&mut self, variable: &ast::Variable, cx: &Context) -> Option<ir::Variable> {
-        let ty = self.type_named(&variable.ty);
+        let ty = self.expressions.type_named(&variable.ty);
         let owner = self.owner(variable, cx);
         let size = match &variable.size {
             None => None,
@@ -231,8 +239,8 @@ impl Checker<'_> {
     fn list_length(&mut self, size: &ast::Expr, cx: &Context) -> Option<usize> {
         let mut constant = Context::new(Stage::Declaration, cx.damaged);
         let span = size.span;
-        let size = self.expect(size, &mut constant, &Ty::Count, "the length of a list");
-        let n = self.constant_number(&size)?;
+        let size = self.expressions.expect(size, &mut constant, &Ty::Count, "the length of a list");
+        let n = self.expressions.constant_number(&size)?;
         if (1.0..=64.0).contains(&n) {
             return Some(n as usize);
         }
@@ -253,8 +261,9 @@ impl Checker<'_> {
             (Ty::Quantity(_) | Ty::Count, Some(domain)) => {
                 let mut constant = Context::new(Stage::Declaration, cx.damaged);
                 let what = format!("the domain of `{}`", name.text);
-                let domain = self.expect(domain, &mut constant, &Ty::Domain(Box::new(ty.clone())), &what);
-                return self.constant_range(&domain);
+                let domain =
+                    self.expressions.expect(domain, &mut constant, &Ty::Domain(Box::new(ty.clone())), &what);
+                return self.expressions.constant_range(&domain);
             }
             (Ty::Quantity(_) | Ty::Count, None) => {
                 Diagnostic::new(Code::MISSING_FIELD, name.span, format!("`{}` has no domain", name.text))
@@ -283,8 +292,12 @@ impl Checker<'_> {
                     Ty::Count => Dimension::NUMBER,
                     ty => ty.dimension()?,
                 };
-                let kernel =
-                    self.expect(kernel, &mut mutating, &Ty::Distribution(wanted), "what follows `by`");
+                let kernel = self.expressions.expect(
+                    kernel,
+                    &mut mutating,
+                    &Ty::Distribution(wanted),
+                    "what follows `by`",
+                );
                 let ExprKind::Call(function, arguments) = kernel.kind else { return None };
                 let [a, b] = <[Expr; 2]>::try_from(arguments).ok()?;
                 let normal = function == ir::Function::Normal;
@@ -298,8 +311,8 @@ impl Checker<'_> {
     }
 
     fn chance(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
-        let expr = self.expect(tree, cx, &Ty::NUMBER, "a probability");
-        if let Some(p) = self.quiet_number(&expr)
+        let expr = self.expressions.expect(tree, cx, &Ty::NUMBER, "a probability");
+        if let Some(p) = self.expressions.quiet_number(&expr)
             && !(0.0..=1.0).contains(&p)
         {
             self.report(

@@ -1,6 +1,6 @@
 //! Checks what is observed: terms whose values are written beside that of each body.
 
-use super::Checker;
+use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, Ty};
 use crate::names::declared;
@@ -9,14 +9,14 @@ use crate::syntax::ast::{ItemKind, Name};
 use indexmap::IndexMap;
 
 /// A term that is observed.
-pub(super) struct Observed {
+pub(in crate::types) struct Observed {
     /// Its name, where that is said.
-    pub(super) name: Name,
+    pub(in crate::types) name: Name,
     /// Whether the grammar says so, not a module that it uses.
     is_own: bool,
 }
 
-impl Checker<'_> {
+impl Declarations<'_> {
     /// The terms among some names.
     pub(super) fn observed(&mut self, names: &[Name]) -> Vec<Name> {
         let mut terms: Vec<Name> = Vec::new();
@@ -31,7 +31,7 @@ impl Checker<'_> {
                 continue;
             };
             let place = ty.span;
-            match self.type_named(ty) {
+            match self.expressions.type_named(ty) {
                 ty if ty.dimension().is_some() => terms.push(name.clone()),
                 Ty::Bool | Ty::Enum(_) => terms.push(name.clone()),
                 Ty::Unknown => {}
@@ -41,7 +41,7 @@ impl Checker<'_> {
                         name.span,
                         "what is observed is a quantity, a Count, a Bool or a value of an enumeration",
                     )
-                    .label(format!("this is {}", super::fit::article(&ty)))
+                    .label(format!("this is {}", crate::types::expressions::fit::article(&ty)))
                     .also(place, "declared here")
                     .help("observe a number that says of it what matters, such as `height(...)`"),
                 ),
@@ -52,8 +52,8 @@ impl Checker<'_> {
 
     /// What the grammar observes, then what the modules observe that it uses, unless it uses the name for
     /// something else.
-    pub(super) fn all_observed(&mut self) -> Vec<Observed> {
-        let program = self.program;
+    pub(in crate::types) fn all_observed(&mut self) -> Vec<Observed> {
+        let program = self.environment.program;
         let mut all: Vec<Observed> = Vec::new();
         for declaration in program.observing() {
             let Some(ItemKind::Observe(names)) = program.item(declaration).map(|item| &item.kind) else {
@@ -80,7 +80,7 @@ impl Checker<'_> {
 
     /// The names of what is observed. What a module observes is left out where it means nothing: of a lattice, what
     /// reads the core or the actuators.
-    pub(super) fn names_observed(
+    pub(in crate::types) fn names_observed(
         observed: Vec<Observed>,
         terms: &IndexMap<String, ir::Term>,
         is_lattice: bool,

@@ -1,6 +1,6 @@
 //! Mends of quantities that are certain enough for a program to make.
 
-use super::Checker;
+use super::Expressions;
 use crate::diagnostics::{Fix, sure};
 use crate::ir::{Expr, ExprKind, Operator};
 use crate::source::Span;
@@ -38,7 +38,7 @@ pub(super) fn unit_meant(word: &str) -> Option<&'static str> {
     (letters(word) == letters(unit)).then_some(unit)
 }
 
-impl Checker<'_> {
+impl Expressions<'_> {
     /// Writes the unit behind a bare number: the one of the literal `beside` it, or the usual one.
     pub(super) fn missing_unit(
         &self,
@@ -47,7 +47,7 @@ impl Checker<'_> {
         want: Dimension,
         beside: Option<&Expr>,
     ) -> Option<Fix> {
-        let text = self.sources.slice(number.span);
+        let text = self.environment.sources.slice(number.span);
         let unit = self.unit_beside(want, beside).or_else(|| usual(want, value))?;
         let plain = text.ends_with(|c: char| c.is_ascii_digit()) && !text.starts_with('(');
         plain.then(|| Fix::insert_after(number.span, format!(" {unit}"), format!("write `{text} {unit}`")))
@@ -55,7 +55,7 @@ impl Checker<'_> {
 
     /// The unit of this dimension that a literal carries.
     pub(super) fn unit_beside(&self, want: Dimension, beside: Option<&Expr>) -> Option<&str> {
-        let (_, unit) = written(self.sources.slice(beside?.span))?;
+        let (_, unit) = written(self.environment.sources.slice(beside?.span))?;
         units::parse(unit).is_ok_and(|u| u.dimension == want).then_some(unit)
     }
 
@@ -63,13 +63,13 @@ impl Checker<'_> {
     pub(super) fn mended_quantity(&self, expr: &Expr, want: Dimension) -> Option<Fix> {
         let text = match &expr.kind {
             ExprKind::Binary(a, Operator::Divide, b) => {
-                let (above, none) = written(self.sources.slice(a.span))?;
-                let (below, unit) = written(self.sources.slice(b.span))?;
+                let (above, none) = written(self.environment.sources.slice(a.span))?;
+                let (below, unit) = written(self.environment.sources.slice(b.span))?;
                 let fits = none.is_empty() && units::parse(unit).is_ok_and(|u| u.dimension == want);
                 fits.then(|| format!("{above} {unit} / {below}"))?
             }
             ExprKind::Number(_) => {
-                let (number, unit) = written(self.sources.slice(expr.span))?;
+                let (number, unit) = written(self.environment.sources.slice(expr.span))?;
                 let have = units::parse(unit).ok()?.dimension;
                 let unit = match have.over(want)? {
                     d if d == Dimension::ANGLE => match unit.strip_suffix("/rad") {
@@ -90,7 +90,7 @@ impl Checker<'_> {
 
     /// Turns a range the right way round.
     pub(super) fn swapped(&self, low: Span, high: Span) -> Option<Fix> {
-        let (a, b) = (self.sources.slice(low), self.sources.slice(high));
+        let (a, b) = (self.environment.sources.slice(low), self.environment.sources.slice(high));
         let there = !a.is_empty() && !b.is_empty();
         there.then(|| Fix::replace(low, b, format!("write `{b} .. {a}`")).and(high, a))
     }
@@ -99,7 +99,7 @@ impl Checker<'_> {
     pub(super) fn mended_unit(&self, unit: &Name, word: &str) -> Option<Fix> {
         let meant = unit_meant(word)?;
         let mut start = unit.span.start as usize;
-        for piece in self.sources.slice(unit.span).split_inclusive(['*', '/', '^']) {
+        for piece in self.environment.sources.slice(unit.span).split_inclusive(['*', '/', '^']) {
             if piece.trim_end_matches(['*', '/', '^']) == word {
                 let span = Span::new(unit.span.file, start, start + word.len());
                 return Some(Fix::replace(span, meant, format!("write `{meant}` instead of `{word}`")));

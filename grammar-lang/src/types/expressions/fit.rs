@@ -1,6 +1,6 @@
 //! Types that must fit: what is expected of an expression, and what two have in common.
 
-use super::Checker;
+use super::Expressions;
 use super::expr::{Context, as_group, unknown};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{Expr, ExprKind, Operator, Ty, Word};
@@ -8,15 +8,21 @@ use crate::syntax::ast;
 use crate::syntax::ast::Name;
 use crate::units::{self, Dimension, UnitError};
 
-impl Checker<'_> {
+impl Expressions<'_> {
     /// Checks an expression that must have a type; says `what` it is for.
-    pub(super) fn expect(&mut self, tree: &ast::Expr, cx: &mut Context, wanted: &Ty, what: &str) -> Expr {
+    pub(in crate::types) fn expect(
+        &mut self,
+        tree: &ast::Expr,
+        cx: &mut Context,
+        wanted: &Ty,
+        what: &str,
+    ) -> Expr {
         let expr = self.infer(tree, cx);
         self.fit(expr, wanted, what)
     }
 
     /// Makes an expression fit a type, or reports why it does not.
-    pub(super) fn fit(&mut self, mut expr: Expr, wanted: &Ty, what: &str) -> Expr {
+    pub(in crate::types) fn fit(&mut self, mut expr: Expr, wanted: &Ty, what: &str) -> Expr {
         if expr.ty.fits(wanted) {
             return expr;
         }
@@ -108,7 +114,7 @@ impl Checker<'_> {
             Ok(unit) => Some(unit),
             Err(UnitError::Unknown(word)) => {
                 let meant = super::mend::unit_meant(&word).map(|m| format!("did you mean `{m}`?"));
-                let kind = self.program.lookup(unit.span, &unit.text).map(|(_, item)| &item.kind);
+                let kind = self.environment.program.lookup(unit.span, &unit.text).map(|(_, item)| &item.kind);
                 let part = matches!(kind, Some(ast::ItemKind::Part(_) | ast::ItemKind::Actuator(_)));
                 let help = meant.or_else(|| did_you_mean(&word, units::unit_names())).unwrap_or_else(|| {
                     if part {
@@ -169,7 +175,7 @@ pub(super) fn other_unit(value: &Expr, dimension: Dimension, unit: &Name) -> Dia
 }
 
 /// A type with its article.
-pub(super) fn article(ty: &Ty) -> String {
+pub(in crate::types) fn article(ty: &Ty) -> String {
     let name = ty.to_string();
     let an = name.starts_with(['A', 'E', 'a', 'e']);
     format!("{} {name}", if an { "an" } else { "a" })

@@ -2,42 +2,42 @@
 
 use indexmap::IndexMap;
 
-use super::Checker;
-use super::expr::Context;
-use super::stage::Stage;
+use super::Declarations;
 use super::tasks::Actuated;
 use crate::diagnostics::{Code, Diagnostic, respell};
 use crate::ir::{self, Direction, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name, Place};
+use crate::types::expressions::expr::Context;
+use crate::types::expressions::stage::Stage;
 
 /// Declarations of which a grammar, or a task, has one.
 #[derive(Default)]
-pub(super) struct Singles<'t> {
-    pub(super) begin: Option<Vec<ir::Placed>>,
+pub(in crate::types) struct Singles<'t> {
+    pub(in crate::types) begin: Option<Vec<ir::Placed>>,
     /// What the initial design fills.
-    pub(super) filled: Vec<ir::Effect>,
+    pub(in crate::types) filled: Vec<ir::Effect>,
     /// The sides of the lattice, its cell and its place.
-    pub(super) lattice: Option<([usize; 3], ir::Cell, Span)>,
+    pub(in crate::types) lattice: Option<([usize; 3], ir::Cell, Span)>,
     /// The name of its cell.
-    pub(super) cell: Option<&'t Name>,
-    pub(super) symmetry: Option<ir::Symmetry>,
+    pub(in crate::types) cell: Option<&'t Name>,
+    pub(in crate::types) symmetry: Option<ir::Symmetry>,
     pub(super) model: Option<ir::Model>,
     /// The target that it is simulated on.
     pub(super) on: Option<&'t Name>,
     /// Whether more is better, the value, and whether the item is damaged.
-    pub(super) objective: Option<(Direction, &'t Tree, bool)>,
-    pub(super) search: Option<ir::Search>,
-    pub(super) from: Option<&'t Name>,
-    pub(super) actuated: Actuated,
-    pub(super) tasks: Vec<(&'t Name, &'t [Item])>,
-    pub(super) seen: IndexMap<&'static str, Span>,
+    pub(in crate::types) objective: Option<(Direction, &'t Tree, bool)>,
+    pub(in crate::types) search: Option<ir::Search>,
+    pub(in crate::types) from: Option<&'t Name>,
+    pub(in crate::types) actuated: Actuated,
+    pub(in crate::types) tasks: Vec<(&'t Name, &'t [Item])>,
+    pub(in crate::types) seen: IndexMap<&'static str, Span>,
 }
 
-impl<'a> Checker<'a> {
+impl<'a> Declarations<'a> {
     /// Takes in a declaration of which there is one.
-    pub(super) fn single(&mut self, item: &'a Item, singles: &mut Singles<'a>) {
+    pub(in crate::types) fn single(&mut self, item: &'a Item, singles: &mut Singles<'a>) {
         let what = match &item.kind {
             ItemKind::Grammar(_) => "grammar",
             ItemKind::Begin(..) => "begin",
@@ -62,7 +62,7 @@ impl<'a> Checker<'a> {
             return;
         }
         match &item.kind {
-            ItemKind::Begin(places, fills) if self.has_lattice() => {
+            ItemKind::Begin(places, fills) if self.expressions.has_lattice() => {
                 for place in places {
                     self.mixed(place.name.span, true);
                 }
@@ -141,7 +141,7 @@ impl<'a> Checker<'a> {
         let mut placed = Vec::new();
         let mut sound = true;
         for (i, place) in places.iter().enumerate() {
-            if let Some((_, other)) = self.program.lookup(place.name.span, &place.name.text) {
+            if let Some((_, other)) = self.environment.program.lookup(place.name.span, &place.name.text) {
                 let mut error = Diagnostic::new(
                     Code::DUPLICATE,
                     place.name.span,
@@ -155,7 +155,7 @@ impl<'a> Checker<'a> {
                 self.report(error);
             }
             let mut cx = Context::new(Stage::Derivation, item.damaged);
-            let what = self.expect(&place.what, &mut cx, &Ty::Kind, "what is placed");
+            let what = self.expressions.expect(&place.what, &mut cx, &Ty::Kind, "what is placed");
             sound &= what.ty == Ty::Kind;
             let on = place
                 .to
@@ -224,8 +224,9 @@ impl<'a> Checker<'a> {
             ("radial", Some(count), Some(axis)) => {
                 let place = count.span;
                 let mut cx = Context::new(Stage::Declaration, false);
-                let count = self.expect(count, &mut cx, &Ty::Count, "how often the design is repeated");
-                let count = self.constant_number(&count)?;
+                let count =
+                    self.expressions.expect(count, &mut cx, &Ty::Count, "how often the design is repeated");
+                let count = self.expressions.constant_number(&count)?;
                 let axis_index = ["x", "y", "z"].iter().position(|a| *a == axis.text);
                 match axis_index {
                     Some(axis) if (2.0..=64.0).contains(&count) => {

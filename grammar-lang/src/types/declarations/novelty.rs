@@ -4,21 +4,21 @@ use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
 
-use super::Checker;
-use super::expr::Context;
-use super::fit::article;
-use super::stage::Stage;
+use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
 use crate::ir::{self, Expr, ExprKind, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, Field, ItemKind, Name, NoveltyClause};
+use crate::types::expressions::expr::Context;
+use crate::types::expressions::fit::article;
+use crate::types::expressions::stage::Stage;
 
-impl Checker<'_> {
+impl Declarations<'_> {
     /// The sets that take part in a grammar.
-    pub(super) fn novelties(&mut self) -> Option<IndexMap<String, ir::Novelty>> {
-        let program = self.program;
+    pub(in crate::types) fn novelties(&mut self) -> Option<IndexMap<String, ir::Novelty>> {
+        let program = self.environment.program;
         let mut novelties = IndexMap::new();
         let mut sound = true;
         // What a variant's text imports is known to it, as what its base has.
@@ -28,7 +28,7 @@ impl Checker<'_> {
         for declaration in all.into_iter().filter(|d| !program.dropped.contains_key(d)) {
             let Some(item) = program.item(declaration) else { continue };
             let (ItemKind::Novelty(_, clauses), Some(name)) = (&item.kind, declared(item)) else { continue };
-            self.touched.insert(declaration);
+            self.expressions.touched.insert(declaration);
             match self.novelty(name, clauses, item.damaged) {
                 Some(novelty) => drop(novelties.insert(name.text.clone(), novelty)),
                 None => sound = false,
@@ -54,8 +54,11 @@ impl Checker<'_> {
                 continue;
             }
             sound &= feature.is_some();
-            let unknown =
-                ir::Feature { ty: Ty::Unknown, value: super::expr::unknown(value.span), weight: 1.0 };
+            let unknown = ir::Feature {
+                ty: Ty::Unknown,
+                value: crate::types::expressions::expr::unknown(value.span),
+                weight: 1.0,
+            };
             features.insert(name.text.clone(), (feature.unwrap_or(unknown), name.span));
         }
         if features.is_empty() && !damaged {
@@ -108,7 +111,7 @@ impl Checker<'_> {
         damaged: bool,
     ) -> Option<ir::Feature> {
         let mut cx = Context::new(Stage::Score, damaged);
-        let value = self.infer(value, &mut cx);
+        let value = self.expressions.infer(value, &mut cx);
         let weight = match weight {
             Some(weight) => self.feature_weight(weight, damaged),
             None => Some(1.0),
@@ -132,8 +135,8 @@ impl Checker<'_> {
 
     fn feature_weight(&mut self, weight: &ast::Expr, damaged: bool) -> Option<f64> {
         let mut cx = Context::new(Stage::Declaration, damaged);
-        let weight = self.expect(weight, &mut cx, &Ty::NUMBER, "the weight of a feature");
-        let number = self.constant_number(&weight)?;
+        let weight = self.expressions.expect(weight, &mut cx, &Ty::NUMBER, "the weight of a feature");
+        let number = self.expressions.constant_number(&weight)?;
         if number < 0.0 {
             self.report(
                 Diagnostic::new(
@@ -202,7 +205,7 @@ impl Checker<'_> {
     fn known_value(&mut self, tree: &ast::Expr, ty: &Ty, name: &str) -> Option<f64> {
         // Its type is known: a value of an enumeration needs no more than its name.
         if let (Ty::Enum(of), ast::ExprKind::Name(word)) = (ty, &tree.kind) {
-            let all = self.variants_of(of, tree.span);
+            let all = self.expressions.variants_of(of, tree.span);
             if let Some(index) = all.iter().position(|value| value == word) {
                 return Some(index as f64);
             }
@@ -220,11 +223,11 @@ impl Checker<'_> {
             return None;
         }
         let mut cx = Context::new(Stage::Declaration, false);
-        let value: Expr = self.expect(tree, &mut cx, ty, &format!("`{name}`"));
+        let value: Expr = self.expressions.expect(tree, &mut cx, ty, &format!("`{name}`"));
         if let ExprKind::Bool(yes) = value.kind {
             return Some(f64::from(u8::from(yes)));
         }
-        match self.constant(&value)? {
+        match self.expressions.constant(&value)? {
             Value::Number(x) => Some(x),
             Value::Bool(yes) => Some(f64::from(u8::from(yes))),
             _ => None,

@@ -1,60 +1,23 @@
 //! Checks lattices: their cells, the grid, and what rules do to places.
 
-use super::Checker;
-use super::expr::{Context, Local};
-use super::fields::{Sign, Values};
+use super::Declarations;
+use super::fields::{Fields, Sign, Values};
 use super::singles::Singles;
-use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{self, Effect, Expr, ExprKind, Group, Painting, Symmetry, Ty};
+use crate::ir::{self, Effect, Expr, ExprKind, Painting, Symmetry, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, Field, ItemKind, Link, Name, RuleClause, RuleClauseKind};
+use crate::types::expressions::expr::{Context, Local};
+use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
-const CELL: &[&str] = &["spacing", "mass", "friction", "stiffness", "damping", "colour"];
+const CELL: Fields<'static> =
+    Fields::values(&["spacing", "mass", "friction", "stiffness", "damping", "colour"]);
 
 /// More places than this are a slip of the pen: the solver of balls numbers them in 16 bits, and keeps two numbers spare.
 const MOST_PLACES: f64 = 65_534.0;
 
-impl Checker<'_> {
-    /// Whether the bodies of this grammar are lattices.
-    pub(super) fn has_lattice(&self) -> bool {
-        self.begins_with_cells()
-            || self.program.entries().any(|(_, item)| matches!(item.kind, ItemKind::Lattice(..)))
-    }
-
-    /// Whether the initial design fills places: then it is a lattice that is meant, even if it is not declared.
-    pub(super) fn begins_with_cells(&self) -> bool {
-        let fills = |item: &ast::Item| matches!(&item.kind, ItemKind::Begin(places, fills) if places.is_empty() && !fills.is_empty());
-        self.program.entries().any(|(_, item)| fills(item))
-    }
-
-    /// Whether a name means a kind of cell.
-    pub(super) fn is_cell(&self, kind: &str, place: Span) -> bool {
-        self.program.lookup(place, kind).is_some_and(|(_, item)| matches!(item.kind, ItemKind::Cell(_)))
-    }
-
-    /// The type of what belongs to a group.
-    pub(super) fn member_of(&self, group: &Group, place: Span) -> Ty {
-        match group {
-            Group::Actuator => Ty::Actuator,
-            Group::Cell => Ty::Cell,
-            Group::Kind(kind) if self.is_actuator(kind, place) => Ty::Actuator,
-            Group::Kind(kind) if self.is_cell(kind, place) => Ty::Cell,
-            _ => Ty::Part,
-        }
-    }
-
-    /// The parameters that cells of the program have.
-    pub(super) fn cell_params(&mut self) -> Vec<(String, Ty)> {
-        let program = self.program;
-        let blocks = program.items().filter_map(|(_, item)| match &item.kind {
-            ItemKind::Cell(block) => Some(block),
-            _ => None,
-        });
-        blocks.flat_map(|block| self.params_of(block)).collect()
-    }
-
+impl Declarations<'_> {
     pub(super) fn cell(&mut self, block: &Block, damaged: bool) -> Option<ir::Cell> {
         let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a cell", CELL);
@@ -76,7 +39,7 @@ impl Checker<'_> {
             self.varying(&from, "stiffness", Dimension::STIFFNESS, Sign::Positive, "200 N/m", &cx);
         let damping = self.varying(&from, "damping", Dimension::DAMPING, Sign::NotNegative, "0.1 N*s/m", &cx);
         let colour = match from.values.get("colour") {
-            Some((_, tree)) => self.expect(tree, &mut cx.clone(), &Ty::Text, "`colour`"),
+            Some((_, tree)) => self.expressions.expect(tree, &mut cx.clone(), &Ty::Text, "`colour`"),
             None => {
                 let kind = ExprKind::Text("#9aa3ad".to_owned());
                 Expr { kind, ty: Ty::Text, span: block.name.span }
@@ -109,14 +72,14 @@ impl Checker<'_> {
             return None;
         };
         let ty = Ty::Quantity(dimension);
-        let known = self.errors.len();
-        let expr = self.expect(tree, &mut cx.clone(), &ty, &format!("`{name}`"));
+        let known = self.expressions.errors.len();
+        let expr = self.expressions.expect(tree, &mut cx.clone(), &ty, &format!("`{name}`"));
         self.show_example(known, tree.span, name, example);
         if expr.ty == Ty::Unknown {
             return None;
         }
         let fixed = !expr.any(&mut |e| matches!(e.kind, ExprKind::Local(_)));
-        if let Some(x) = self.quiet_number(&expr).filter(|_| fixed) {
+        if let Some(x) = self.expressions.quiet_number(&expr).filter(|_| fixed) {
             let fine = match sign {
                 Sign::Positive => x > 0.0,
                 Sign::NotNegative => x >= 0.0,
@@ -126,7 +89,7 @@ impl Checker<'_> {
                     if matches!(sign, Sign::Positive) { "must be above 0" } else { "must not be below 0" };
                 self.report(
                     Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, format!("`{name}` {must}"))
-                        .label(format!("this is {}", super::shown(x, &ty)))
+                        .label(format!("this is {}", crate::types::expressions::shown(x, &ty)))
                         .help(format!("write for example `{name} = {example}`")),
                 );
                 return None;
@@ -149,8 +112,8 @@ impl Checker<'_> {
         let mut counts = [0; 3];
         for (count, side) in counts.iter_mut().zip(sides) {
             let mut cx = Context::new(Stage::Declaration, false);
-            let value = self.expect(side, &mut cx, &Ty::Count, "the side of a lattice");
-            let n = self.constant_number(&value)?;
+            let value = self.expressions.expect(side, &mut cx, &Ty::Count, "the side of a lattice");
+            let n = self.expressions.constant_number(&value)?;
             if n < 1.0 {
                 self.report(
                     Diagnostic::new(
@@ -182,7 +145,12 @@ impl Checker<'_> {
     }
 
     /// A symmetry must map the grid onto itself.
-    pub(super) fn check_lattice_symmetry(&mut self, sides: [usize; 3], symmetry: Symmetry, span: Span) {
+    pub(in crate::types) fn check_lattice_symmetry(
+        &mut self,
+        sides: [usize; 3],
+        symmetry: Symmetry,
+        span: Span,
+    ) {
         let Symmetry::Radial(count, axis) = symmetry else { return };
         let around: Vec<usize> =
             (0..3).filter(|i| *i != axis).filter_map(|i| sides.get(i).copied()).collect();
@@ -211,14 +179,14 @@ impl Checker<'_> {
     pub(super) fn cells(&mut self, clause: &RuleClauseKind, span: Span, cx: &mut Context) -> Option<Effect> {
         let RuleClauseKind::Cells { how, region, with, over } = clause else { return None };
         let depth = cx.locals.len();
-        let over = self.binders(over, cx);
+        let over = self.expressions.binders(over, cx);
         let places = Ty::List(Box::new(Ty::Cell));
-        let region = self.infer(region, cx);
+        let region = self.expressions.infer(region, cx);
         let region = if region.ty == Ty::Cell {
             // One place is a region, too.
             Expr { ty: places.clone(), span: region.span, kind: ExprKind::List(vec![region]) }
         } else {
-            self.fit(region, &places, &format!("what follows `{}`", how.word()))
+            self.expressions.fit(region, &places, &format!("what follows `{}`", how.word()))
         };
         let with = with.as_ref().map(|with| self.filling(*how, with, span, cx));
         cx.locals.truncate(depth);
@@ -227,10 +195,11 @@ impl Checker<'_> {
 
     /// What cells become.
     fn filling(&mut self, how: Painting, with: &ast::Expr, clause: Span, cx: &mut Context) -> Expr {
-        let with = self.expect(with, cx, &Ty::Kind, &format!("what is used to {}", how.word()));
+        let with = self.expressions.expect(with, cx, &Ty::Kind, &format!("what is used to {}", how.word()));
         let ExprKind::Kind(kind, given) = &with.kind else { return with };
-        if !self.is_cell(kind, with.span) {
+        if !self.expressions.is_cell(kind, with.span) {
             let cells: Vec<&str> = self
+                .expressions
                 .guessable(with.span)
                 .filter(|(_, i)| matches!(i.kind, ItemKind::Cell(_)))
                 .map(|(n, _)| n)
@@ -254,9 +223,9 @@ impl Checker<'_> {
 
     /// Reports what a rule does with parts where bodies are lattices, and with cells where they are not.
     pub(super) fn check_space(&mut self, clauses: &[RuleClause]) {
-        let lattice = self.has_lattice();
+        let lattice = self.expressions.has_lattice();
         // A module on its own does not know which bodies it will meet.
-        if self.program.name.is_none() {
+        if self.environment.program.name.is_none() {
             return;
         }
         for clause in clauses {
@@ -272,7 +241,9 @@ impl Checker<'_> {
                 RuleClauseKind::Cells { .. } => true,
                 RuleClauseKind::Match { links, .. } => {
                     let cell = |link: &Link| {
-                        link.kind.as_ref().is_some_and(|k| k.text == "cell" || self.is_cell(&k.text, k.span))
+                        link.kind
+                            .as_ref()
+                            .is_some_and(|k| k.text == "cell" || self.expressions.is_cell(&k.text, k.span))
                     };
                     links.iter().any(cell)
                 }
@@ -303,13 +274,13 @@ impl Checker<'_> {
     }
 
     /// The rules that alone are drawn while something holds.
-    pub(super) fn fallbacks(&mut self, rules: &[ir::Rule]) -> Vec<ir::Fallback> {
-        let program = self.program;
+    pub(in crate::types) fn fallbacks(&mut self, rules: &[ir::Rule]) -> Vec<ir::Fallback> {
+        let program = self.environment.program;
         let mut fallbacks = Vec::new();
         for (_, item) in program.entries() {
             let ItemKind::Fallback { rule, condition, because } = &item.kind else { continue };
             let mut cx = Context::new(Stage::Derivation, item.damaged);
-            let condition = self.expect(condition, &mut cx, &Ty::Bool, "what follows `when`");
+            let condition = self.expressions.expect(condition, &mut cx, &Ty::Bool, "what follows `when`");
             if self.named(rule, "rule", |k| matches!(k, ItemKind::Rule(..))).is_none() {
                 continue;
             }
@@ -327,8 +298,8 @@ impl Checker<'_> {
     }
 
     /// The models of all tasks must be able to simulate the bodies.
-    pub(super) fn check_models(&mut self, tasks: &super::tasks::Tasks, singles: &Singles<'_>) {
-        let lattice = self.has_lattice();
+    pub(in crate::types) fn check_models(&mut self, tasks: &super::tasks::Tasks, singles: &Singles<'_>) {
+        let lattice = self.expressions.has_lattice();
         let first = tasks.values().next().map(|(task, _)| task.model.method);
         for (task, _) in tasks.values() {
             let place = singles.seen.get("simulate").copied().unwrap_or(task.objective.value.span);
@@ -357,7 +328,7 @@ impl Checker<'_> {
 
     /// Which balls parts are filled with.
     pub(super) fn filling_of_parts(&mut self, group: &Block, cx: &Context) -> Option<ir::Filling> {
-        let from = self.values(group, "a filling", &["spacing", "stiffness", "damping"]);
+        let from = self.values(group, "a filling", Fields::values(&["spacing", "stiffness", "damping"]));
         let spacing = self.number(&from, "spacing", Dimension::LENGTH, Sign::Positive, "1 cm", cx);
         let stiffness = self.number(&from, "stiffness", Dimension::STIFFNESS, Sign::Positive, "500 N/m", cx);
         let damping = self.number(&from, "damping", Dimension::DAMPING, Sign::NotNegative, "0.5 N*s/m", cx);

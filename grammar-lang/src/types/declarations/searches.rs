@@ -1,19 +1,19 @@
 //! Checks searches: their loops, and how long each goes on. What each searches by is in `methods.rs`.
 
-use super::Checker;
-use super::expr::Context;
-use super::fields::{Sign, Values};
+use super::Declarations;
+use super::fields::{Fields, Sign, Values};
 use super::methods::{Known, METHODS};
-use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
 use crate::eval::Value;
 use crate::ir::{self, Expr, SearchMethod, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{Block, Field, Name};
 use crate::syntax::earlier;
+use crate::types::expressions::expr::Context;
+use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
-const SEARCH: &[&str] = &["keep", "bodies", "curves"];
+const SEARCH: Fields<'static> = Fields { all: &["keep", "bodies", "curves"], blocks: &["bodies", "curves"] };
 const SCHEDULE: &[&str] = &["iterations", "moves", "stop"];
 
 /// More chains or moves of a walk than this are a slip of the keyboard.
@@ -53,7 +53,7 @@ impl Loop {
     }
 }
 
-impl Checker<'_> {
+impl Declarations<'_> {
     pub(super) fn search(&mut self, block: &Block, damaged: bool) -> Option<ir::Search> {
         let cx = Context::new(Stage::Declaration, damaged);
         let block = self.renamed(block);
@@ -132,7 +132,8 @@ impl Checker<'_> {
             Loop::Bodies => "the loop over bodies",
             Loop::Curves => "the loop over curves",
         };
-        let allowed = [which.shared().as_slice(), method.fields].concat();
+        let all = [which.shared().as_slice(), method.fields].concat();
+        let allowed = Fields { all: &all, blocks: method.blocks };
         let elsewhere = |name: &str| METHODS.iter().find(|other| other.fields.contains(&name));
         for field in &block.fields {
             let (Field::Value(name, _) | Field::Group(Block { name, .. })) = field else { continue };
@@ -147,7 +148,7 @@ impl Checker<'_> {
             }
             Field::Param(_) | Field::Port(_) => true,
         });
-        let from = self.values_among(block, fields, what, &allowed);
+        let from = self.values_among(block, fields, what, allowed);
         Some((method.name, from))
     }
 
@@ -229,8 +230,8 @@ impl Checker<'_> {
             return None;
         };
         let mut cx = Context::new(Stage::Schedule, damaged);
-        let known = self.errors.len();
-        let value = self.expect(tree, &mut cx, ty, &format!("`{name}`"));
+        let known = self.expressions.errors.len();
+        let value = self.expressions.expect(tree, &mut cx, ty, &format!("`{name}`"));
         self.show_example(known, tree.span, name, example);
         Some(value)
     }
@@ -320,7 +321,7 @@ impl Checker<'_> {
     /// those and the fields.
     fn braces(&self, block: &Block) -> Option<[Span; 2]> {
         let file = block.name.span.file;
-        let text = &self.sources.get(file)?.text;
+        let text = &self.environment.sources.get(file)?.text;
         let [Field::Value(..), ..] = block.fields.as_slice() else { return None };
         let Some(Field::Value(_, last)) = block.fields.last() else { return None };
         let from = block.name.span.range();

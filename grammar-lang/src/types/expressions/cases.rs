@@ -1,6 +1,6 @@
 //! Checks `match` expressions.
 
-use super::Checker;
+use super::Expressions;
 use super::expr::{Context, Local, as_group, unknown};
 use super::fit::article;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
@@ -8,7 +8,7 @@ use crate::ir::{Expr, ExprKind, Operator, Ty};
 use crate::source::Span;
 use crate::syntax::ast;
 
-impl Checker<'_> {
+impl Expressions<'_> {
     /// `match x { a -> b, else -> c }` becomes a chain of `if`s over one value.
     pub(super) fn cases(
         &mut self,

@@ -1,6 +1,6 @@
 //! Checks calls: built-in functions, curves, and kinds of parts with parameters.
 
-use super::Checker;
+use super::Expressions;
 use super::expr::Context;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{Expr, ExprKind, Function, Ty};
@@ -30,7 +30,7 @@ pub(super) fn given(arguments: &[ast::Argument]) -> String {
     }
 }
 
-impl Checker<'_> {
+impl Expressions<'_> {
     pub(super) fn call(
         &mut self,
         callee: &ast::Expr,
@@ -42,7 +42,7 @@ impl Checker<'_> {
         if let ast::ExprKind::Name(name) = &callee.kind {
             let local = cx.locals.iter().any(|l| l.name == *name);
             if !local {
-                let program = self.program;
+                let program = self.environment.program;
                 if let Some((declaration, item)) = program.lookup(callee.span, name) {
                     match &item.kind {
                         ItemKind::Part(_) | ItemKind::Actuator(_) | ItemKind::Cell(_) => {
@@ -229,7 +229,8 @@ impl Checker<'_> {
                 let others = arguments.iter().filter(|a| a.span != error.span());
                 let unit = others.filter_map(|a| self.unit_beside(a.ty.dimension()?, Some(a))).next();
                 if let Some(unit) = unit.filter(|u| !u.is_empty()) {
-                    error.help = Some(format!("write `{} {unit}`", self.sources.slice(error.span())));
+                    error.help =
+                        Some(format!("write `{} {unit}`", self.environment.sources.slice(error.span())));
                 }
             }
             self.errors.add(error);
@@ -237,7 +238,7 @@ impl Checker<'_> {
     }
 
     /// A second value under one name.
-    pub(super) fn given_twice(&mut self, arguments: &[ast::Argument], key: &ast::Name) {
+    pub(in crate::types) fn given_twice(&mut self, arguments: &[ast::Argument], key: &ast::Name) {
         let mut names = arguments.iter().filter_map(|a| a.name.as_ref());
         let first = names.find(|n| n.text == key.text).map_or(key.span, |n| n.span);
         self.report(
@@ -427,7 +428,10 @@ impl Checker<'_> {
     pub(super) fn decimal_comma(&self, arguments: &[ast::Argument]) -> Option<String> {
         let numbers = arguments.windows(2).find_map(|pair| match pair {
             [a, b] if b.value.span.start == a.value.span.end + 1 => {
-                let (a, b) = (self.sources.slice(a.value.span), self.sources.slice(b.value.span));
+                let (a, b) = (
+                    self.environment.sources.slice(a.value.span),
+                    self.environment.sources.slice(b.value.span),
+                );
                 let digits =
                     a.bytes().all(|c| c.is_ascii_digit()) && b.starts_with(|c: char| c.is_ascii_digit());
                 digits.then_some((a, b))

@@ -4,33 +4,32 @@ use std::collections::BTreeSet;
 
 use indexmap::{IndexMap, IndexSet};
 
-use super::Checker;
-use super::expr::Context;
-use super::found::Found;
-use super::stage::Stage;
+use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, Expr, Ty};
 use crate::names::Declaration;
 use crate::source::Span;
-use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name, Typed};
+use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name};
+use crate::types::expressions::expr::Context;
+use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
-impl Checker<'_> {
-    pub(super) fn requirement(&mut self, item: &Item) -> Option<ir::Requirement> {
+impl Declarations<'_> {
+    pub(in crate::types) fn requirement(&mut self, item: &Item) -> Option<ir::Requirement> {
         let ItemKind::Require { name, condition, because } = &item.kind else { return None };
         let name = self.name_or_text(name.as_ref(), condition);
         let mut cx = Context::new(Stage::Derivation, item.damaged);
-        let condition = self.expect(condition, &mut cx, &Ty::Bool, "a requirement");
+        let condition = self.expressions.expect(condition, &mut cx, &Ty::Bool, "a requirement");
         Some(ir::Requirement { name, condition, because: because.clone(), span: item.span })
     }
 
-    pub(super) fn preference(&mut self, item: &Item) -> Option<ir::Preference> {
+    pub(in crate::types) fn preference(&mut self, item: &Item) -> Option<ir::Preference> {
         let ItemKind::Prefer { name, condition, weight, because } = &item.kind else { return None };
         let name = self.name_or_text(name.as_ref(), condition);
         let mut cx = Context::new(Stage::Derivation, item.damaged);
-        let condition = self.expect(condition, &mut cx, &Ty::Bool, "a preference");
-        let weight = self.expect(weight, &mut cx, &Ty::NUMBER, "the weight of a preference");
-        if let Some(x) = self.quiet_number(&weight)
+        let condition = self.expressions.expect(condition, &mut cx, &Ty::Bool, "a preference");
+        let weight = self.expressions.expect(weight, &mut cx, &Ty::NUMBER, "the weight of a preference");
+        if let Some(x) = self.expressions.quiet_number(&weight)
             && x < 0.0
         {
             self.report(
@@ -50,17 +49,23 @@ impl Checker<'_> {
     fn name_or_text(&self, name: Option<&Name>, condition: &Tree) -> String {
         match name {
             Some(name) => name.text.clone(),
-            None => self.sources.slice(condition.span).split_whitespace().collect::<Vec<_>>().join(" "),
+            None => self
+                .environment
+                .sources
+                .slice(condition.span)
+                .split_whitespace()
+                .collect::<Vec<_>>()
+                .join(" "),
         }
     }
 
-    pub(super) fn examples(
+    pub(in crate::types) fn examples(
         &mut self,
         items: &[(Declaration, &Item)],
         rules: &[ir::Rule],
         requirements: &[ir::Requirement],
     ) -> IndexMap<String, ir::Example> {
-        let program = self.program;
+        let program = self.environment.program;
         let actuators = program.items().filter_map(|(_, i)| match &i.kind {
             ItemKind::Actuator(block) => Some(block.name.text.as_str()),
             _ => None,
@@ -92,9 +97,9 @@ impl Checker<'_> {
 
     /// Checks every declaration for its own sake, whether or not anything uses
     /// it; gives what only such checks have read. The library has its own tests.
-    pub(super) fn check_all(&mut self) -> IndexSet<Declaration> {
-        let program = self.program;
-        let before = self.touched.clone();
+    pub(in crate::types) fn check_all(&mut self) -> IndexSet<Declaration> {
+        let program = self.environment.program;
+        let before = self.expressions.touched.clone();
         for (declaration, item) in program.items() {
             let library = program.modules.get(declaration.module).is_some_and(|m| m.name.starts_with("std."));
             let own = declaration.module == 0 || !library;
@@ -102,7 +107,7 @@ impl Checker<'_> {
                 self.check_own(declaration, item);
             }
         }
-        std::mem::replace(&mut self.touched, before)
+        std::mem::replace(&mut self.expressions.touched, before)
     }
 
     fn check_own(&mut self, declaration: Declaration, item: &Item) {
@@ -113,7 +118,7 @@ impl Checker<'_> {
             ItemKind::Model(block) => drop(self.model(block, None, item.damaged)),
             ItemKind::Search(block) => drop(self.search(block, item.damaged)),
             ItemKind::Pattern(_, value) => drop(self.fixed_pattern(value, item.damaged)),
-            ItemKind::Table(table) => drop(self.table(table, item.damaged)),
+            ItemKind::Table(table) => drop(self.expressions.table(table, item.damaged)),
             ItemKind::Target { block, backend, kind } => {
                 drop(self.target(block, backend, kind, item.damaged));
             }
@@ -124,54 +129,22 @@ impl Checker<'_> {
             ItemKind::Actuation { name, binder, kind, clauses } => {
                 drop(self.actuation(name, binder, kind, clauses, item.damaged));
             }
-            ItemKind::Let(_, None, value) => drop(self.inline(declaration, value)),
-            ItemKind::Let(_, Some(parameters), value) => self.own_body(declaration, parameters, value),
+            ItemKind::Let(_, None, value) => drop(self.expressions.inline(declaration, value)),
+            ItemKind::Let(_, Some(parameters), value) => {
+                self.distinct(parameters.iter().map(|p| &p.name), "parameter");
+                self.expressions.own_body(declaration, parameters, value);
+            }
             ItemKind::Enum(name, values) => self.enumeration(name, values),
             ItemKind::Record(name, fields) => {
                 self.distinct(fields.iter().map(|f| &f.name), "field");
                 // That a record is read to be checked does not mean that something uses it.
-                let used = self.touched.contains(&declaration);
-                self.type_named(name);
+                let used = self.expressions.touched.contains(&declaration);
+                self.expressions.type_named(name);
                 if !used {
-                    self.touched.shift_remove(&declaration);
+                    self.expressions.touched.shift_remove(&declaration);
                 }
             }
             _ => {}
-        }
-    }
-
-    /// Checks the body of a function in every stage; it must fit one of them.
-    fn own_body(&mut self, declaration: Declaration, parameters: &[Typed], value: &Tree) {
-        self.distinct(parameters.iter().map(|p| &p.name), "parameter");
-        let known = std::mem::take(&mut self.errors);
-        let mut fewest: Option<Found> = None;
-        for stage in [
-            Stage::Declaration,
-            Stage::Derivation,
-            Stage::Score,
-            Stage::Drive,
-            Stage::Schedule,
-            Stage::Weight,
-        ] {
-            let mut cx = Context::new(stage, false);
-            for parameter in parameters {
-                let ty = self.type_named(&parameter.ty);
-                self.bind_parameter(&parameter.name, ty, &mut cx);
-            }
-            self.open_functions.push(declaration);
-            self.open.push(declaration);
-            self.calls = 0;
-            self.infer(value, &mut cx);
-            self.open.pop();
-            self.open_functions.pop();
-            let found = std::mem::take(&mut self.errors);
-            if fewest.as_ref().is_none_or(|f| found.len() < f.len()) {
-                fewest = Some(found);
-            }
-        }
-        self.errors = known;
-        for error in fewest.unwrap_or_default().into_vec() {
-            self.report(error);
         }
     }
 
@@ -204,15 +177,15 @@ impl Checker<'_> {
         }
     }
 
-    pub(super) fn fixed_pattern(&mut self, value: &Tree, damaged: bool) -> Expr {
+    pub(in crate::types) fn fixed_pattern(&mut self, value: &Tree, damaged: bool) -> Expr {
         let mut cx = Context::new(Stage::Pattern, damaged);
-        self.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "a pattern")
+        self.expressions.expect(value, &mut cx, &Ty::Quantity(Dimension::ANGLE), "a pattern")
     }
 
-    pub(super) fn term(&mut self, ty: &Name, value: &Tree, damaged: bool) -> (Ty, Expr) {
-        let ty = self.type_named(ty);
+    pub(in crate::types) fn term(&mut self, ty: &Name, value: &Tree, damaged: bool) -> (Ty, Expr) {
+        let ty = self.expressions.type_named(ty);
         let mut cx = Context::new(Stage::Score, damaged);
-        let value = self.expect(value, &mut cx, &ty, "this term");
+        let value = self.expressions.expect(value, &mut cx, &ty, "this term");
         (ty, value)
     }
 }

@@ -2,14 +2,14 @@
 
 use indexmap::IndexMap;
 
-use super::Checker;
-use super::expr::Context;
-use super::fields::{Sign, Values};
+use super::Declarations;
+use super::fields::{Fields, Sign, Values};
 use super::searches::{Loop, Looped, whole};
-use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, SearchMethod, SearchWord, Ty, Word};
 use crate::syntax::ast::{self, Block, Field, Name};
+use crate::types::expressions::expr::Context;
+use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
 /// A method as texts name it.
@@ -19,6 +19,8 @@ pub(super) struct Known {
     pub(super) loops: &'static [Loop],
     /// The fields that only it has; the first must be there.
     pub(super) fields: &'static [&'static str],
+    /// Those of them that are blocks.
+    pub(super) blocks: &'static [&'static str],
 }
 
 /// All methods. A new one stands here, in the enumerations of `ir/search.rs` that say which loop has it, and in a
@@ -28,12 +30,13 @@ pub(super) const METHODS: &[Known] = &[
         name: "annealing",
         loops: &[Loop::Bodies, Loop::Curves],
         fields: &["temperature", "walk", "chains", "exchange"],
+        blocks: &[],
     },
-    Known { name: "archive", loops: &[Loop::Bodies], fields: &["descriptors"] },
-    Known { name: "cma_es", loops: &[Loop::Curves], fields: &["spread", "restart"] },
+    Known { name: "archive", loops: &[Loop::Bodies], fields: &["descriptors"], blocks: &["descriptors"] },
+    Known { name: "cma_es", loops: &[Loop::Curves], fields: &["spread", "restart"], blocks: &[] },
 ];
 
-const DESCRIPTOR: &[&str] = &["value", "from", "to", "cells"];
+const DESCRIPTOR: Fields<'static> = Fields::values(&["value", "from", "to", "cells"]);
 
 /// A descriptor as it may stand in a text.
 const EXAMPLE: &str = "size { value = count(part)  from = 0  to = 20  cells = 10 }";
@@ -41,7 +44,7 @@ const EXAMPLE: &str = "size { value = count(part)  from = 0  to = 20  cells = 10
 /// More cells than this never fill.
 const MOST_CELLS: f64 = 100_000.0;
 
-impl Checker<'_> {
+impl Declarations<'_> {
     /// The method of a loop over bodies, by its name.
     pub(super) fn body_method(&mut self, name: &str, from: &Values<'_>, damaged: bool) -> Option<BodyMethod> {
         match name {
@@ -108,6 +111,9 @@ impl Checker<'_> {
 
     /// What tells kinds of designs apart: a block of descriptors, by names of the grammar's own.
     fn descriptors(&mut self, block: &Block, damaged: bool) -> Option<IndexMap<String, ir::Descriptor>> {
+        if let Some(word) = &block.method {
+            self.no_method(&block.name, word);
+        }
         let mut found = IndexMap::new();
         let mut is_fine = true;
         for field in &block.fields {
@@ -129,9 +135,6 @@ impl Checker<'_> {
                     continue;
                 }
             };
-            if let Some(word) = &group.method {
-                self.no_method(&group.name, word);
-            }
             let descriptor = self.descriptor(group, damaged);
             is_fine &= descriptor.is_some();
             if found.contains_key(&group.name.text) {
@@ -194,8 +197,8 @@ impl Checker<'_> {
         if high <= low {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, place, "`to` must be above `from`")
-                    .label(format!("this is {}", super::shown(high, &ty)))
-                    .help(format!("`from` is {}", super::shown(low, &ty))),
+                    .label(format!("this is {}", crate::types::expressions::shown(high, &ty)))
+                    .help(format!("`from` is {}", crate::types::expressions::shown(low, &ty))),
             );
             return None;
         }
@@ -204,7 +207,7 @@ impl Checker<'_> {
 
     /// What describes a design: any quantity of its motion or of itself.
     fn described(&mut self, tree: &ast::Expr, damaged: bool) -> Option<Expr> {
-        let value = self.infer(tree, &mut Context::new(Stage::Score, damaged));
+        let value = self.expressions.infer(tree, &mut Context::new(Stage::Score, damaged));
         match value.ty {
             Ty::Quantity(_) | Ty::Count | Ty::Bool => Some(value),
             Ty::Unknown => None,

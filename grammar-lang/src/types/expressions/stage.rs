@@ -4,7 +4,7 @@ use crate::ir::{DesignFunction, DesignWord, Function, MotionWord, SearchWord, Wo
 
 /// When an expression is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stage {
+pub(in crate::types) enum Stage {
     /// Once, before anything runs.
     Declaration,
     /// For a place in the cycle of a pattern.

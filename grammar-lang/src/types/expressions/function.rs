@@ -2,14 +2,56 @@
 
 use super::call::given;
 use super::expr::Context;
-use super::{Checker, signature};
+use super::stage::Stage;
+use super::{Expressions, signature};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{DesignFunction, Expr, ExprKind, Function, Ty};
+use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast;
+use crate::types::found::Found;
 use crate::units::Dimension;
 
-impl Checker<'_> {
+impl Expressions<'_> {
+    /// Checks the body of a function in every stage; it must fit one of them.
+    pub(in crate::types) fn own_body(
+        &mut self,
+        declaration: Declaration,
+        parameters: &[ast::Typed],
+        value: &ast::Expr,
+    ) {
+        let known = std::mem::take(&mut self.errors);
+        let mut fewest: Option<Found> = None;
+        for stage in [
+            Stage::Declaration,
+            Stage::Derivation,
+            Stage::Score,
+            Stage::Drive,
+            Stage::Schedule,
+            Stage::Weight,
+        ] {
+            let mut cx = Context::new(stage, false);
+            for parameter in parameters {
+                let ty = self.type_named(&parameter.ty);
+                self.bind_parameter(&parameter.name, ty, &mut cx);
+            }
+            self.open_functions.push(declaration);
+            self.open.push(declaration);
+            self.calls = 0;
+            self.infer(value, &mut cx);
+            self.open.pop();
+            self.open_functions.pop();
+            let found = std::mem::take(&mut self.errors);
+            if fewest.as_ref().is_none_or(|f| found.len() < f.len()) {
+                fewest = Some(found);
+            }
+        }
+        self.errors = known;
+        for error in fewest.unwrap_or_default().into_vec() {
+            self.report(error);
+        }
+    }
+
     pub(super) fn function(
         &mut self,
         function: Function,

@@ -2,51 +2,36 @@
 
 use indexmap::IndexMap;
 
-use super::Checker;
-use super::expr::Context;
+use super::Declarations;
 use super::observe::Observed;
 use super::singles::Singles;
-use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Attribute, Direction, Expr, ExprKind, MotionWord, RuleSet, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ItemKind, Name};
+use crate::types::expressions::expr::Context;
+use crate::types::expressions::stage::Stage;
+use crate::types::expressions::task;
 use crate::units::{self, Dimension};
 
 /// Which actuation drives which actuator, and where that is said.
-pub(super) type Actuated = IndexMap<String, (String, Span)>;
+pub(in crate::types) type Actuated = IndexMap<String, (String, Span)>;
 
 /// Tasks by name, with the places of what they say about actuators.
-pub(super) type Tasks = IndexMap<String, (ir::Task, Actuated)>;
+pub(in crate::types) type Tasks = IndexMap<String, (ir::Task, Actuated)>;
 
-/// Whether a task says what is wanted.
-pub(super) fn has_objective(items: &[Item]) -> bool {
-    items.iter().any(|item| matches!(item.kind, ItemKind::Objective { .. }))
-}
-
-/// The unit in which a task's value is told, if it has one.
-pub(super) fn unit_of(items: &[Item]) -> Option<&Name> {
-    items.iter().find_map(|item| match &item.kind {
-        ItemKind::Objective { value, .. } => match &value.kind {
-            ast::ExprKind::Convert(_, unit) => Some(unit),
-            _ => None,
-        },
-        _ => None,
-    })
-}
-
-impl<'a> Checker<'a> {
+impl<'a> Declarations<'a> {
     /// The tasks of a grammar and what is wanted of all together.
-    pub(super) fn tasks(&mut self, singles: &Singles<'a>) -> Option<(Tasks, ir::Objective)> {
+    pub(in crate::types) fn tasks(&mut self, singles: &Singles<'a>) -> Option<(Tasks, ir::Objective)> {
         let stage = if singles.tasks.is_empty() { Stage::Score } else { Stage::Outcome };
-        let known = self.errors.len();
+        let known = self.expressions.errors.len();
         let objective = match singles.objective {
             Some((direction, value, damaged)) => self.objective(direction, value, stage, damaged),
             None => None,
         };
         // What is wrong with it may hide which tasks it uses.
-        let sound_objective = self.errors.len() == known;
+        let sound_objective = self.expressions.errors.len() == known;
         let mut tasks = IndexMap::new();
         if singles.tasks.is_empty() {
             let mut objective = objective?;
@@ -146,8 +131,8 @@ impl<'a> Checker<'a> {
         let mut cx = Context::new(Stage::Declaration, false);
         let span = duration.span;
         let time = Ty::Quantity(crate::units::Dimension::TIME);
-        let duration = self.expect(duration, &mut cx, &time, "the simulated time");
-        let duration = self.constant_number(&duration);
+        let duration = self.expressions.expect(duration, &mut cx, &time, "the simulated time");
+        let duration = self.expressions.constant_number(&duration);
         if let Some(d) = duration
             && !(d > 0.0 && d <= 3600.0)
         {
@@ -157,7 +142,7 @@ impl<'a> Checker<'a> {
                     span,
                     "the simulated time must be above 0 s, and at most 1 h",
                 )
-                .label(super::shown(d, &time))
+                .label(crate::types::expressions::shown(d, &time))
                 .help("write for example `20 s`"),
             );
             return None;
@@ -176,7 +161,7 @@ impl<'a> Checker<'a> {
         damaged: bool,
     ) -> Option<ir::Objective> {
         let mut cx = Context::new(stage, damaged);
-        let value = self.infer(tree, &mut cx);
+        let value = self.expressions.infer(tree, &mut cx);
         let unit = match &tree.kind {
             ast::ExprKind::Convert(_, unit) => unit.text.clone(),
             _ => String::new(),
@@ -215,8 +200,8 @@ impl<'a> Checker<'a> {
 
     /// A unit for an objective: that of the tasks, where it fits.
     fn told_in(&self, dimension: Dimension) -> String {
-        let units = self.program.entries().filter_map(|(_, item)| match &item.kind {
-            ItemKind::Task(_, items) => unit_of(items),
+        let units = self.environment.program.entries().filter_map(|(_, item)| match &item.kind {
+            ItemKind::Task(_, items) => task::unit_of(items),
             _ => None,
         });
         let fits = |unit: &&Name| units::parse(&unit.text).is_ok_and(|unit| unit.dimension == dimension);
@@ -225,11 +210,11 @@ impl<'a> Checker<'a> {
 
     fn says_what_drives(&self, kind: &str) -> bool {
         let drives = |item: &Item| matches!(&item.kind, ItemKind::Actuate(what, _) if what.text == *kind);
-        self.program.entries().any(|(_, item)| drives(item))
+        self.environment.program.entries().any(|(_, item)| drives(item))
     }
 
     /// Checks that every actuator is driven by an actuation that fits it.
-    pub(super) fn check_actuated(
+    pub(in crate::types) fn check_actuated(
         &mut self,
         actuated: &Actuated,
         actuators: &IndexMap<String, ir::Actuator>,
@@ -241,7 +226,12 @@ impl<'a> Checker<'a> {
                 None if self.says_what_drives(kind) => {}
                 None => {
                     // Where the grammar imports it: the library is not what is to be changed.
-                    let imports = self.program.own.iter().filter_map(|m| self.program.modules.get(*m));
+                    let imports = self
+                        .environment
+                        .program
+                        .own
+                        .iter()
+                        .filter_map(|m| self.environment.program.modules.get(*m));
                     let imports = imports.flat_map(|m| &m.tree.items).filter_map(|i| match &i.kind {
                         ItemKind::Use { names: Some(names), .. } => Some(names),
                         _ => None,
@@ -267,7 +257,7 @@ impl<'a> Checker<'a> {
     }
 
     /// Checks that a task whose objective reads the period has one.
-    pub(super) fn check_periods(
+    pub(in crate::types) fn check_periods(
         &mut self,
         tasks: &Tasks,
         actuations: &IndexMap<String, ir::Actuation>,
@@ -303,7 +293,7 @@ impl<'a> Checker<'a> {
     }
 
     /// An actuation may read only what the actuator that it drives has.
-    pub(super) fn check_attributes(
+    pub(in crate::types) fn check_attributes(
         &mut self,
         kind: &str,
         params: &IndexMap<String, ir::InstanceParam>,
@@ -344,19 +334,21 @@ impl<'a> Checker<'a> {
         what: &str,
         fits: impl Fn(&ItemKind) -> bool,
     ) -> Option<&'a ItemKind> {
-        let program = self.program;
+        let program = self.environment.program;
         match program.lookup(name.span, &name.text) {
             Some((declaration, item)) if fits(&item.kind) => {
-                self.touched.insert(declaration);
+                self.expressions.touched.insert(declaration);
                 return Some(&item.kind);
             }
-            None if self.is_lost(name.span, &name.text) || self.report_dropped(name.span, &name.text) => {
+            None if self.expressions.is_lost(name.span, &name.text)
+                || self.expressions.report_dropped(name.span, &name.text) =>
+            {
                 return None;
             }
             _ => {}
         }
         let others: Vec<&str> =
-            self.guessable(name.span).filter(|(_, i)| fits(&i.kind)).map(|(n, _)| n).collect();
+            self.expressions.guessable(name.span).filter(|(_, i)| fits(&i.kind)).map(|(n, _)| n).collect();
         let other = program.lookup(name.span, &name.text).and_then(|(_, i)| declared(i));
         let help = did_you_mean(&name.text, others.iter().copied()).unwrap_or_else(|| match others.first() {
             Some(one) if other.is_some() => format!("name {}, such as `{one}`", an(what)),

@@ -1,16 +1,16 @@
 //! What a name in an expression stands for, and where it may be read.
 
 use super::expr::{Context, Local, unknown};
-use super::{Checker, signature, tasks};
+use super::stage::{Stage, stages_of};
+use super::{Expressions, signature, task};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{DesignWord, Expr, ExprKind, Function, Group, Operator, Ty, Word};
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::{ItemKind, Name};
-use crate::types::stage::{Stage, stages_of};
 use crate::units::{self, Unit};
 
-impl Checker<'_> {
+impl Expressions<'_> {
     pub(super) fn name(&mut self, name: &str, span: Span, cx: &mut Context) -> Expr {
         let make = |kind, ty| Expr { kind, ty, span };
         if let Some(slot) = cx.locals.iter().rposition(|l| l.name == name) {
@@ -18,10 +18,10 @@ impl Checker<'_> {
             self.read.extend(local.map(|l| l.span));
             return make(ExprKind::Local(slot), local.map_or(Ty::Unknown, |l| l.ty.clone()));
         }
-        let declared = self.program.lookup(span, name).is_some();
+        let declared = self.environment.program.lookup(span, name).is_some();
         let word = Word::named(name).filter(|w| !declared || cx.stage.sees_word(*w));
         // A module on its own does not know which bodies it will meet.
-        let lattice = self.has_lattice() || self.program.name.is_none();
+        let lattice = self.has_lattice() || self.environment.program.name.is_none();
         if let Some(word) = word.filter(|w| *w != Word::Design(DesignWord::Middle) || lattice) {
             if cx.stage.sees_word(word) {
                 return make(ExprKind::Word(word), signature::word(word));
@@ -45,7 +45,7 @@ impl Checker<'_> {
             }
             return make(ExprKind::Group(group), Ty::Group);
         }
-        if let Some((_, what)) = self.placed.get_key_value(name) {
+        if let Some((_, what)) = self.environment.placed.get_key_value(name) {
             let kind = match &what.kind {
                 ast::ExprKind::Call(callee, _) => &callee.kind,
                 kind => kind,
@@ -57,7 +57,7 @@ impl Checker<'_> {
             let ty = if active { Ty::Actuator } else { Ty::Part };
             return make(ExprKind::Placed(name.to_owned()), ty);
         }
-        let program = self.program;
+        let program = self.environment.program;
         let Some((declaration, item)) = program.lookup(span, name) else {
             return self.unknown_name(name, span, cx);
         };
@@ -121,7 +121,7 @@ impl Checker<'_> {
 
     /// Parts of a kind are asked for where there is no design.
     pub(super) fn parts_unknown(&mut self, kind: Span, stage: Stage) -> Expr {
-        let name = self.sources.slice(kind).to_owned();
+        let name = self.environment.sources.slice(kind).to_owned();
         self.stage_error(kind, &name, stage, "rules, requirements and terms, as the parts of a design")
     }
 
@@ -157,7 +157,7 @@ impl Checker<'_> {
                 .filter(|name| !name.is_empty())
                 .chain(Word::ALL.iter().filter(|w| cx.stage.sees_word(**w)).map(|w| w.text()))
                 .chain(self.guessable(span).map(|(n, _)| n))
-                .chain(self.placed.keys().map(String::as_str))
+                .chain(self.environment.placed.keys().copied())
                 .chain(["part", "block", "actuator", "cell"]);
             let candidates: Vec<&str> = candidates.collect();
             fix = respell(span, name, candidates.iter().copied());
@@ -173,18 +173,18 @@ impl Checker<'_> {
     }
 
     /// Whether an unknown name is the echo of another error.
-    pub(super) fn is_lost(&self, place: Span, name: &str) -> bool {
-        self.program.is_lost(self.program.module_at(place), name)
+    pub(in crate::types) fn is_lost(&self, place: Span, name: &str) -> bool {
+        self.environment.program.is_lost(self.environment.program.module_at(place), name)
     }
 
     /// Reports a name that a variant drops; false if it does not.
-    pub(super) fn report_dropped(&mut self, span: Span, name: &str) -> bool {
+    pub(in crate::types) fn report_dropped(&mut self, span: Span, name: &str) -> bool {
         self.report_dropped_with(span, name, "drop or replace this, too")
     }
 
     /// The same with a help of its own.
-    pub(super) fn report_dropped_with(&mut self, span: Span, name: &str, help: &str) -> bool {
-        let Some(place) = self.program.dropped_at(span, name) else { return false };
+    pub(in crate::types) fn report_dropped_with(&mut self, span: Span, name: &str, help: &str) -> bool {
+        let Some(place) = self.environment.program.dropped_at(span, name) else { return false };
         self.report(
             Diagnostic::new(Code::DROPPED, span, format!("`{name}` is used, but the variant drops it"))
                 .label("still used here")
@@ -206,7 +206,7 @@ impl Checker<'_> {
         if cx.locals.iter().any(|l| l.name == *head) {
             return None;
         }
-        let program = self.program;
+        let program = self.environment.program;
         let (declaration, item) = program.lookup(of.span, head)?;
         let (offers, what): (Vec<&str>, &str) = match &item.kind {
             ItemKind::Enum(_, values) => {
@@ -229,11 +229,11 @@ impl Checker<'_> {
                 }
                 if name.text == "value" {
                     let value = Expr { kind: ExprKind::Task(head.clone()), ty: Ty::NUMBER, span };
-                    let unit = tasks::unit_of(items).and_then(|unit| units::parse(&unit.text).ok());
+                    let unit = task::unit_of(items).and_then(|unit| units::parse(&unit.text).ok());
                     return Some(match unit {
                         Some(unit) => in_unit(value, unit),
                         // What is wanted is missing, which is told there.
-                        None if !tasks::has_objective(items) => Expr { ty: Ty::Unknown, ..value },
+                        None if !task::has_objective(items) => Expr { ty: Ty::Unknown, ..value },
                         None => value,
                     });
                 }
@@ -273,21 +273,22 @@ impl Checker<'_> {
     }
 
     /// Adds a name that must not hide another.
-    pub(super) fn bind(&mut self, name: &Name, ty: Ty, cx: &mut Context) {
+    pub(in crate::types) fn bind(&mut self, name: &Name, ty: Ty, cx: &mut Context) {
         let taken = cx
             .locals
             .iter()
             .find(|l| l.name == name.text)
             .map(|l| Some(l.span))
             .or_else(|| {
-                let (_, item) = self.program.lookup(name.span, &name.text)?;
+                let (_, item) = self.environment.program.lookup(name.span, &name.text)?;
                 Some(crate::names::declared(item).map(|n| n.span))
             })
             .or_else(|| {
                 // What `begin` calls its parts is the business of the grammar that does, not of
                 // the modules that it imports.
-                let own = self.program.own.contains(&self.program.module_at(name.span));
-                let placed = self.placed.get(&name.text).filter(|_| own);
+                let own =
+                    self.environment.program.own.contains(&self.environment.program.module_at(name.span));
+                let placed = self.environment.placed.get(name.text.as_str()).filter(|_| own);
                 // Where no lattice is, nothing has a place in its middle.
                 let known = |w: &Word| *w != Word::Design(DesignWord::Middle) || self.has_lattice();
                 let word = Word::named(&name.text).filter(known).is_some_and(|w| cx.stage.shares_word(w));
@@ -346,7 +347,7 @@ fn one_of(words: &[&str]) -> String {
 }
 
 /// Words in backquotes, with a word between the last two.
-pub(super) fn listed(words: &[&str], join: &str) -> String {
+pub(in crate::types) fn listed(words: &[&str], join: &str) -> String {
     match words {
         [head @ .., last] if !head.is_empty() => format!("`{}` {join} `{last}`", head.join("`, `")),
         other => format!("`{}`", other.concat()),

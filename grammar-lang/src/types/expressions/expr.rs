@@ -1,51 +1,51 @@
 //! Checks expressions: names, stages, types and dimensions.
 
-use super::Checker;
+use super::Expressions;
 use super::fit::{article, other_unit};
+use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::eval::Value;
 use crate::ir::{Binder, Expr, ExprKind, Gather, Group, Operator, Ty};
 use crate::source::Span;
 use crate::syntax::ast;
-use crate::types::stage::Stage;
 use crate::units::Dimension;
 
 /// A name that only part of a declaration can read.
 #[derive(Clone, Debug)]
-pub(super) struct Local {
-    pub(super) name: String,
-    pub(super) ty: Ty,
-    pub(super) span: Span,
+pub(in crate::types) struct Local {
+    pub(in crate::types) name: String,
+    pub(in crate::types) ty: Ty,
+    pub(in crate::types) span: Span,
 }
 
 /// Where an expression stands.
 #[derive(Clone, Debug)]
-pub(super) struct Context {
+pub(in crate::types) struct Context {
     /// When it is evaluated.
-    pub(super) stage: Stage,
+    pub(in crate::types) stage: Stage,
     /// Names by slot.
-    pub(super) locals: Vec<Local>,
+    pub(in crate::types) locals: Vec<Local>,
     /// Whether clauses around it were lost, so that unknown names mean nothing.
-    pub(super) damaged: bool,
+    pub(in crate::types) damaged: bool,
 }
 
 impl Context {
-    pub(super) fn new(stage: Stage, damaged: bool) -> Self {
+    pub(in crate::types) fn new(stage: Stage, damaged: bool) -> Self {
         Self { stage, locals: Vec::new(), damaged }
     }
 }
 
-pub(super) fn unknown(span: Span) -> Expr {
+pub(in crate::types) fn unknown(span: Span) -> Expr {
     Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span }
 }
 
-impl Checker<'_> {
-    pub(super) fn report(&mut self, diagnostic: Diagnostic) {
+impl Expressions<'_> {
+    pub(in crate::types) fn report(&mut self, diagnostic: Diagnostic) {
         self.errors.add(diagnostic);
     }
 
     /// Finds the type of an expression; every error in it is reported once.
-    pub(super) fn infer(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
+    pub(in crate::types) fn infer(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
         let known = self.errors.len();
         let whole = !std::mem::replace(&mut self.inside, true);
         let expr = self.infer_piece(tree, cx);
@@ -74,7 +74,7 @@ impl Checker<'_> {
         match &tree.kind {
             ast::ExprKind::Quantity(value, None) => {
                 // `1.0` is a number, `1` a count.
-                let written = self.sources.slice(span);
+                let written = self.environment.sources.slice(span);
                 let whole = value.fract() == 0.0 && value.abs() < 1e15 && !written.contains(['.', 'e', 'E']);
                 make(ExprKind::Number(*value), if whole { Ty::Count } else { Ty::NUMBER })
             }
@@ -425,10 +425,10 @@ impl Checker<'_> {
     fn check_rule_name(&mut self, a: &Expr, b: &Expr) {
         let (ExprKind::Attribute(step, _), ExprKind::Text(name)) = (&a.kind, &b.kind) else { return };
         // A module on its own does not know which rules it will meet.
-        if step.ty != Ty::Step || self.program.name.is_none() {
+        if step.ty != Ty::Step || self.environment.program.name.is_none() {
             return;
         }
-        let program = self.program;
+        let program = self.environment.program;
         let rules = || {
             program.entries().filter_map(|(_, item)| match &item.kind {
                 ast::ItemKind::Rule(name, _) => Some(name.text.as_str()),
@@ -450,7 +450,7 @@ impl Checker<'_> {
     }
 
     /// What aggregates and effects run over: each binder takes the next local slot.
-    pub(super) fn binders(&mut self, binders: &[ast::Binder], cx: &mut Context) -> Vec<Binder> {
+    pub(in crate::types) fn binders(&mut self, binders: &[ast::Binder], cx: &mut Context) -> Vec<Binder> {
         let mut bound = Vec::new();
         for binder in binders {
             let over = self.infer(&binder.over, cx);

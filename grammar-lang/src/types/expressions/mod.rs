@@ -1,0 +1,592 @@
+//! Expressions: what they are of, whether that fits, and what they come to.
+//!
+//! This knows no declaration but those that an expression can name: constants, parameters,
+//! functions, tables, types. Whoever checks another one asks here.
+
+mod call;
+mod cases;
+mod cells;
+pub(super) mod expr;
+pub(super) mod fit;
+mod function;
+mod members;
+mod mend;
+pub(super) mod names;
+mod signature;
+pub(super) mod stage;
+mod table;
+pub(super) mod task;
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+
+use indexmap::{IndexMap, IndexSet};
+
+use super::environment::Environment;
+use super::found::Found;
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
+use crate::eval::{self, Scope, Value};
+use crate::ir::{self, Expr, Ty};
+use crate::names::{Declaration, declared};
+use crate::source::Span;
+use crate::syntax::ast;
+use crate::syntax::ast::{Item, ItemKind, Name};
+use crate::units::Dimension;
+use expr::Context;
+use stage::Stage;
+
+/// How many constants may build on each other.
+const DEEPEST: usize = 100;
+
+/// How many pieces a constant that is no number may have.
+const LARGEST: usize = 10_000;
+/// How many calls of functions may be written out within one.
+const MOST_CALLS: usize = 10_000;
+
+/// Of how many pieces an expression is made.
+fn nodes(expr: &Expr) -> usize {
+    let mut count = 0;
+    expr.any(&mut |_| {
+        count += 1;
+        false
+    });
+    count
+}
+
+/// What constant expressions can read: the parameters of the grammar.
+#[derive(Default)]
+struct Constants {
+    params: IndexMap<String, Value>,
+}
+
+impl Scope for Constants {
+    fn outer(&self) -> Option<&dyn Scope> {
+        None
+    }
+    fn param(&self, name: &str) -> Option<Value> {
+        self.params.get(name).cloned()
+    }
+}
+
+/// How far the check of a parameter is.
+#[derive(Clone)]
+enum CheckedParam {
+    /// It has begun: whoever asks now goes round in a circle.
+    Open,
+    /// It found an error, which has been reported.
+    Wrong,
+    /// It is complete.
+    Right(ir::Param),
+}
+
+/// Checks expressions, and what they read: constants, parameters, functions, types.
+pub(super) struct Expressions<'a> {
+    pub(super) environment: &'a Environment<'a>,
+    /// All that was found so far.
+    pub(super) errors: Found,
+    /// Every parameter that some actuator of the program has, once that was asked.
+    instance_params: Option<IndexMap<String, Ty>>,
+    /// Declarations that something reads, in the order of reading.
+    pub(super) touched: IndexSet<Declaration>,
+    /// Parameters that are being checked or have been.
+    params: BTreeMap<Declaration, CheckedParam>,
+    /// Named constants that have been checked; `None` while they are.
+    inlined: BTreeMap<Declaration, Option<Expr>>,
+    /// Whether an expression is being checked, so that what is checked now is a piece of it.
+    inside: bool,
+    /// Where names of rules and actuations are bound that something reads.
+    pub(super) read: IndexSet<Span>,
+    /// Constants, parameters and functions that are being checked, outermost first.
+    open: Vec<Declaration>,
+    /// How many of them are being checked.
+    open_constants: usize,
+    /// Functions whose bodies are being checked, outermost first.
+    open_functions: Vec<Declaration>,
+    /// How many calls have been written out within the outermost one.
+    calls: usize,
+    constants: Constants,
+    /// How many more names misspelt ones may be compared with.
+    guesses: Cell<usize>,
+}
+
+/// With how many names misspelt ones are compared in one check. Guessing takes as long as there are
+/// names, for every error anew: a text that is wrong throughout gets no guesses at its end.
+const GUESSES: usize = 1_000_000;
+
+impl<'a> Expressions<'a> {
+    /// Begins with what was found so far.
+    pub(super) fn new(environment: &'a Environment<'a>, errors: Found) -> Self {
+        Self {
+            environment,
+            errors,
+            instance_params: None,
+            touched: IndexSet::new(),
+            params: BTreeMap::new(),
+            inlined: BTreeMap::new(),
+            inside: false,
+            read: IndexSet::new(),
+            open: Vec::new(),
+            open_constants: 0,
+            open_functions: Vec::new(),
+            calls: 0,
+            constants: Constants::default(),
+            guesses: Cell::new(GUESSES),
+        }
+    }
+
+    /// The parameters without errors by name, as they are declared.
+    pub(super) fn parameters(&self) -> IndexMap<String, ir::Param> {
+        let named = self.params.iter().filter_map(|(declaration, param)| {
+            let name = self.environment.program.item(*declaration).and_then(declared)?;
+            match param {
+                CheckedParam::Right(param) => Some((name.text.clone(), param.clone())),
+                CheckedParam::Open | CheckedParam::Wrong => None,
+            }
+        });
+        let mut all: IndexMap<String, ir::Param> = named.collect();
+        all.sort_by(|a, x, b, y| x.span.cmp(&y.span).then(a.cmp(b)));
+        all
+    }
+
+    /// The names of all parameters.
+    pub(super) fn parameter_names(&self) -> Vec<&'a str> {
+        let program = self.environment.program;
+        let names = self.params.keys().filter_map(|d| Some(declared(program.item(*d)?)?.text.as_str()));
+        names.collect()
+    }
+
+    /// The names at a place that a misspelt one may have been meant to be.
+    pub(super) fn guessable(&self, place: Span) -> impl Iterator<Item = (&str, &Item)> {
+        let all = self.environment.program.known_at(place);
+        let left = self.guesses.get().checked_sub(all);
+        self.guesses.set(left.unwrap_or(0));
+        self.environment.program.scope_at(place).filter(move |_| left.is_some())
+    }
+
+    /// The value of an expression that must be known before anything runs.
+    pub(super) fn constant(&mut self, expr: &Expr) -> Option<Value> {
+        self.constant_with(expr, &mut Vec::new())
+    }
+
+    /// The same with values for the first locals.
+    pub(super) fn constant_with(&mut self, expr: &Expr, locals: &mut Vec<Value>) -> Option<Value> {
+        if expr.any(&mut |e| e.ty == Ty::Unknown) {
+            return None;
+        }
+        match eval::evaluate(expr, &self.constants, locals) {
+            Ok(value) => Some(value),
+            Err(error) => {
+                self.report(
+                    Diagnostic::new(Code::BAD_VALUE, error.span, "this has no usable value")
+                        .label(error.reason)
+                        .help("it is worked out before anything runs: change the values that it is made of"),
+                );
+                None
+            }
+        }
+    }
+
+    pub(super) fn constant_number(&mut self, expr: &Expr) -> Option<f64> {
+        self.constant(expr)?.as_number()
+    }
+
+    /// The same without a report.
+    pub(super) fn quiet_number(&self, expr: &Expr) -> Option<f64> {
+        if expr.any(&mut |e| e.ty == Ty::Unknown) {
+            return None;
+        }
+        eval::evaluate(expr, &self.constants, &mut Vec::new()).ok()?.as_number()
+    }
+
+    /// The ends of a constant domain, low before high.
+    pub(super) fn constant_range(&mut self, expr: &Expr) -> Option<(f64, f64)> {
+        let ends = match &expr.kind {
+            ir::ExprKind::Range(low, high) => (self.constant_number(low)?, self.constant_number(high)?),
+            _ if expr.ty == Ty::Unknown => return None,
+            _ => {
+                self.report(
+                    Diagnostic::new(Code::WRONG_TYPE, expr.span, "a range is needed here, not a set")
+                        .label("single values")
+                        .help("write `LEAST .. GREATEST`"),
+                );
+                return None;
+            }
+        };
+        (ends.0 <= ends.1).then_some(ends)
+    }
+
+    /// A named constant, put in the place of its name.
+    pub(super) fn inline(&mut self, declaration: Declaration, value: &ast::Expr) -> Expr {
+        let unknown = Expr { kind: ir::ExprKind::Bool(false), ty: Ty::Unknown, span: value.span };
+        if let Some(done) = self.inlined.get(&declaration) {
+            if let Some(done) = done {
+                return done.clone();
+            }
+            self.circle(declaration, value.span);
+            return unknown;
+        }
+        if self.open_constants >= DEEPEST {
+            self.report(
+                Diagnostic::new(
+                    Code::TOO_DEEP,
+                    value.span,
+                    format!("more than {DEEPEST} constants build on each other"),
+                )
+                .label("too deep")
+                .help("declare them in another order, or fewer of them"),
+            );
+            return unknown;
+        }
+        self.inlined.insert(declaration, None);
+        self.open.push(declaration);
+        self.open_constants += 1;
+        let mut cx = Context::new(Stage::Declaration, false);
+        let inside = std::mem::take(&mut self.inside);
+        let mut expr = self.infer(value, &mut cx);
+        self.inside = inside;
+        self.open.pop();
+        self.open_constants -= 1;
+        // A constant is worked out once, or constants of constants would grow without bound.
+        if expr.ty.dimension().is_some() {
+            match self.constant_number(&expr) {
+                Some(x) => expr.kind = ir::ExprKind::Number(x),
+                None => expr = unknown.clone(),
+            }
+        } else if nodes(&expr) > LARGEST {
+            self.report(
+                Diagnostic::new(Code::TOO_DEEP, value.span, "this constant is too large")
+                    .label("made of too many pieces"),
+            );
+            expr = unknown.clone();
+        }
+        self.inlined.insert(declaration, Some(expr.clone()));
+        expr
+    }
+
+    /// Reports what is defined by itself, with the others that the circle goes through.
+    fn circle(&mut self, declaration: Declaration, span: Span) {
+        let mut error = Diagnostic::new(Code::BAD_VALUE, span, "this is defined by itself")
+            .label("its value depends on its own value")
+            .help("nothing can use itself, not even through others: give one of them a value of its own");
+        let others = self.open.iter().rev().take_while(|open| **open != declaration);
+        let others: Vec<Declaration> = others.copied().collect();
+        for other in others.iter().rev().filter_map(|d| self.environment.program.item(*d).and_then(declared))
+        {
+            error = error.also(other.span, "through this");
+        }
+        self.report(error);
+    }
+
+    /// A parameter of the grammar with its value in force.
+    pub(super) fn param(&mut self, declaration: Declaration) -> Option<ir::Param> {
+        let program = self.environment.program;
+        let ItemKind::Param(param) = &program.item(declaration)?.kind else { return None };
+        match self.params.get(&declaration) {
+            Some(CheckedParam::Right(done)) => return Some(done.clone()),
+            Some(CheckedParam::Wrong) => return None,
+            Some(CheckedParam::Open) => {
+                self.circle(declaration, param.name.span);
+                return None;
+            }
+            None => {}
+        }
+        self.params.insert(declaration, CheckedParam::Open);
+        let inside = std::mem::take(&mut self.inside);
+        self.open.push(declaration);
+        let checked = self.check_param(param);
+        self.open.pop();
+        self.inside = inside;
+        let state = match &checked {
+            Some(checked) => {
+                self.constants.params.insert(param.name.text.clone(), value_of(checked));
+                CheckedParam::Right(checked.clone())
+            }
+            None => CheckedParam::Wrong,
+        };
+        self.params.insert(declaration, state);
+        checked
+    }
+
+    fn check_param(&mut self, param: &ast::Param) -> Option<ir::Param> {
+        let ty = self.type_named(&param.ty);
+        if ty.dimension().is_none() && !matches!(ty, Ty::Bool | Ty::Enum(_) | Ty::Unknown) {
+            self.report(
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    param.ty.span,
+                    "a parameter is a quantity, a Count, a Bool or a value of an enumeration",
+                )
+                .label(format!("this is {}", fit::article(&ty)))
+                .help("what has another type is declared with `let`"),
+            );
+            return None;
+        }
+        let mut cx = Context::new(Stage::Declaration, false);
+        let domain = param.domain.as_ref().and_then(|d| {
+            let domain =
+                self.expect(d, &mut cx, &Ty::Domain(Box::new(ty.clone())), "the domain of a parameter");
+            self.constant_range(&domain)
+        });
+        let what = format!("`{}`", param.name.text);
+        let mut given = None;
+        for (name, text) in self.environment.overrides {
+            if *name == param.name.text {
+                given = Some(text.clone());
+            }
+        }
+        let (value, span) = match (given, &param.default) {
+            (Some(text), _) => (self.outside_value(&text, &ty, param)?, param.name.span),
+            (None, Some(default)) => {
+                let span = default.span;
+                let default = self.expect(default, &mut cx, &ty, &what);
+                match self.constant(&default)? {
+                    Value::Number(x) => (x, span),
+                    Value::Bool(x) => (f64::from(u8::from(x)), span),
+                    _ => return None,
+                }
+            }
+            (None, None) => {
+                self.report(
+                    Diagnostic::new(Code::MISSING_FIELD, param.name.span, format!("{what} has no value"))
+                        .label("no default")
+                        .help(format!(
+                            "write `= VALUE` after it, or run with `-p {}=VALUE`",
+                            param.name.text
+                        )),
+                );
+                return None;
+            }
+        };
+        if let Some((low, high)) = domain
+            && (value < low || value > high)
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, span, format!("{what} is outside its domain"))
+                    .label(format!(
+                        "{} is not within {} .. {}",
+                        shown(value, &ty),
+                        shown(low, &ty),
+                        shown(high, &ty)
+                    ))
+                    .help("choose a value inside, or widen the domain")
+                    .also(param.domain.as_ref().map_or(param.name.span, |d| d.span), "the domain"),
+            );
+            return None;
+        }
+        Some(ir::Param { ty, domain, value, span: param.name.span })
+    }
+
+    /// Reads the value of `-p NAME=VALUE`.
+    fn outside_value(&mut self, text: &str, ty: &Ty, param: &ast::Param) -> Option<f64> {
+        let trimmed = text.trim();
+        let value = match (ty, trimmed) {
+            (Ty::Bool, "true") => Some(1.0),
+            (Ty::Bool, "false") => Some(0.0),
+            (Ty::Bool, _) => None,
+            (Ty::Enum(name), text) => {
+                self.variants_of(name, param.ty.span).iter().position(|v| v == text).map(|i| i as f64)
+            }
+            _ => {
+                let split = trimmed
+                    .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+')))
+                    .unwrap_or(trimmed.len());
+                let (number, unit) = trimmed.split_at(split);
+                let unit = unit.trim();
+                let unit = if unit.is_empty() {
+                    Some((Dimension::NUMBER, 1.0))
+                } else {
+                    crate::units::parse(unit).ok().map(|u| (u.dimension, u.factor))
+                };
+                match (number.parse::<f64>(), unit) {
+                    (Ok(x), Some((d, factor)))
+                        if x.is_finite()
+                            && Some(d) == ty.dimension()
+                            && (*ty != Ty::Count || x.fract() == 0.0) =>
+                    {
+                        Some(x * factor)
+                    }
+                    _ => None,
+                }
+            }
+        };
+        if value.is_none() {
+            let example = match ty {
+                Ty::Bool => "true".to_owned(),
+                Ty::Enum(name) => self.variants_of(name, param.ty.span).join("|"),
+                Ty::Count => "3".to_owned(),
+                ty => format!("\"1 {}\"", ty.dimension().map(crate::units::suggest).unwrap_or_default()),
+            };
+            self.report(
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    param.name.span,
+                    format!("`-p {}={text}` is not a {ty}", param.name.text),
+                )
+                .label("this parameter")
+                .help(format!("write for example `-p {}={example}`", param.name.text)),
+            );
+        }
+        value
+    }
+
+    /// The type that a declaration names.
+    pub(super) fn type_named(&mut self, name: &Name) -> Ty {
+        const OTHERS: &[(&str, Ty)] = &[
+            ("Count", Ty::Count),
+            ("Bool", Ty::Bool),
+            ("Text", Ty::Text),
+            ("Pattern", Ty::Pattern),
+            ("Position", Ty::Vector(Dimension::LENGTH)),
+            ("Rotation", Ty::Rotation),
+            ("part", Ty::Part),
+            ("block", Ty::Part),
+            ("actuator", Ty::Actuator),
+            ("cell", Ty::Cell),
+            ("element", Ty::Element),
+            ("port", Ty::Port),
+            ("step", Ty::Step),
+        ];
+        if let Some((_, ty)) = OTHERS.iter().find(|(n, _)| *n == name.text) {
+            return ty.clone();
+        }
+        if let Some(dimension) = Dimension::named(&name.text) {
+            return Ty::Quantity(dimension);
+        }
+        let program = self.environment.program;
+        match program.lookup(name.span, &name.text) {
+            Some((declaration, Item { kind: ItemKind::Enum(..), .. })) => {
+                self.touched.insert(declaration);
+                return Ty::Enum(name.text.clone());
+            }
+            Some((declaration, Item { kind: ItemKind::Record(_, fields), .. })) => {
+                self.touched.insert(declaration);
+                if self.open_functions.contains(&declaration) {
+                    self.circle(declaration, name.span);
+                    return Ty::Unknown;
+                }
+                self.open_functions.push(declaration);
+                self.open.push(declaration);
+                let fields = fields.iter().map(|f| (f.name.text.clone(), self.type_named(&f.ty))).collect();
+                self.open.pop();
+                self.open_functions.pop();
+                return Ty::Record(name.text.clone(), fields);
+            }
+            None if program.is_lost(program.module_at(name.span), &name.text) => return Ty::Unknown,
+            _ => {}
+        }
+        let own = self
+            .guessable(name.span)
+            .filter(|(_, i)| matches!(i.kind, ItemKind::Enum(..) | ItemKind::Record(..)))
+            .map(|(n, _)| n);
+        let mut names: Vec<&str> = Dimension::names().collect();
+        names.extend(OTHERS.iter().map(|(n, _)| *n));
+        names.extend(own);
+        let help = did_you_mean(&name.text, names.iter().copied())
+            .unwrap_or_else(|| format!("types are: {}", names.join(", ")));
+        self.report(
+            Diagnostic::new(Code::UNKNOWN_TYPE, name.span, format!("unknown type `{}`", name.text))
+                .label("no type of this name")
+                .help(help)
+                .fix_if(respell(name.span, &name.text, names)),
+        );
+        Ty::Unknown
+    }
+
+    /// The values of an enumeration that is known at a place.
+    pub(super) fn variants_of(&self, name: &str, place: Span) -> Vec<String> {
+        // Its name may be unknown where a value of it is: then it is looked for everywhere.
+        let here = self.environment.program.lookup(place, name).map(|(_, i)| i);
+        let anywhere = || {
+            self.environment
+                .program
+                .items()
+                .map(|(_, i)| i)
+                .find(|i| matches!(&i.kind, ItemKind::Enum(n, _) if n.text == name))
+        };
+        match here.filter(|i| matches!(i.kind, ItemKind::Enum(..))).or_else(anywhere).map(|i| &i.kind) {
+            Some(ItemKind::Enum(_, values)) => values.iter().map(|v| v.text.clone()).collect(),
+            _ => Vec::new(),
+        }
+    }
+
+    pub(super) fn is_actuator(&self, kind: &str, place: Span) -> bool {
+        self.environment
+            .program
+            .lookup(place, kind)
+            .is_some_and(|(_, item)| matches!(item.kind, ItemKind::Actuator(_)))
+    }
+
+    /// Every parameter that some actuator of the program has.
+    fn instance_params(&mut self) -> &IndexMap<String, Ty> {
+        let params = match self.instance_params.take() {
+            Some(params) => params,
+            None => self.find_instance_params(),
+        };
+        self.instance_params.insert(params)
+    }
+
+    fn find_instance_params(&mut self) -> IndexMap<String, Ty> {
+        let program = self.environment.program;
+        let mut params = IndexMap::new();
+        for (_, item) in program.items() {
+            let ItemKind::Actuator(block) = &item.kind else { continue };
+            for (name, ty) in self.params_of(block) {
+                params.entry(name).or_insert(ty);
+            }
+        }
+        params
+    }
+
+    /// The parameters that an actuator's block declares.
+    fn params_of(&mut self, block: &ast::Block) -> Vec<(String, Ty)> {
+        block
+            .fields
+            .iter()
+            .filter_map(|field| match field {
+                ast::Field::Param(param) => Some((param.name.text.clone(), self.type_named(&param.ty))),
+                _ => None,
+            })
+            .collect()
+    }
+
+    /// A parameter of a part that is known beforehand must lie in its domain.
+    pub(super) fn check_instance_domain(&mut self, item: &ast::Item, name: &str, value: &Expr) {
+        let (ItemKind::Actuator(block) | ItemKind::Cell(block)) = &item.kind else { return };
+        let Some(param) = block.fields.iter().find_map(|f| match f {
+            ast::Field::Param(p) if p.name.text == name => Some(p),
+            _ => None,
+        }) else {
+            return;
+        };
+        let Some(domain) = &param.domain else { return };
+        let Some(value_now) = self.quiet_number(value) else { return };
+        let ty = value.ty.clone();
+        let mut inner = Context::new(Stage::Declaration, false);
+        let domain = self.expect(domain, &mut inner, &Ty::Domain(Box::new(ty.clone())), "a domain");
+        if let Some((low, high)) = self.constant_range(&domain)
+            && (value_now < low || value_now > high)
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, format!("`{name}` is outside its domain"))
+                    .label(format!(
+                        "{} is not within {} .. {}",
+                        shown(value_now, &ty),
+                        shown(low, &ty),
+                        shown(high, &ty)
+                    ))
+                    .also(param.name.span, "declared here")
+                    .help(format!("choose a value within {} .. {}", shown(low, &ty), shown(high, &ty))),
+            );
+        }
+    }
+}
+
+/// The value of a checked parameter.
+fn value_of(param: &ir::Param) -> Value {
+    if param.ty == Ty::Bool { Value::Bool(param.value != 0.0) } else { Value::Number(param.value) }
+}
+
+/// A number of a type with the unit that people would write.
+pub(super) fn shown(value: f64, ty: &Ty) -> String {
+    crate::units::shown(value, ty.dimension().unwrap_or_default())
+}
