@@ -81,6 +81,76 @@ fn layers_know_only_those_before_them() {
     check("grammar-lang/src", LANGUAGE);
 }
 
+/// The files and folders beside a file that it names, those that only its tests name left out.
+fn siblings_named(file: &std::path::Path, siblings: &[String]) -> Vec<usize> {
+    let text = std::fs::read_to_string(file).unwrap();
+    let code = text.split("#[cfg(test)]").next().unwrap().lines();
+    let text: String = code.filter(|line| !line.trim_start().starts_with("//")).collect();
+    // `use super::{one, two::Three}` names both.
+    let of_list = |list: &str| -> Vec<String> {
+        let end = list.find("};").unwrap_or(list.len());
+        let inner = list.get(1..end).unwrap_or_default();
+        inner.split(',').map(|part| part.split("::").next().unwrap_or_default().trim().to_owned()).collect()
+    };
+    let named = text.match_indices("super::").filter(|(i, _)| !text[..*i].ends_with("super::")).flat_map(
+        |(i, path)| {
+            let rest = &text[i + path.len()..];
+            let word: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+            if rest.starts_with('{') { of_list(rest) } else { vec![word] }
+        },
+    );
+    named.filter_map(|name| siblings.iter().position(|sibling| *sibling == name)).collect()
+}
+
+/// The files on a circle, if from this one there is a way back to one on the way.
+fn circle(edges: &[Vec<usize>], way: &mut Vec<usize>, done: &mut [bool]) -> Option<Vec<usize>> {
+    let at = *way.last().unwrap();
+    for &next in &edges[at] {
+        if let Some(begin) = way.iter().position(|one| *one == next) {
+            return Some(way[begin..].to_vec());
+        }
+        if !done[next] {
+            way.push(next);
+            let found = circle(edges, way, done);
+            way.pop();
+            if found.is_some() {
+                return found;
+            }
+        }
+    }
+    done[at] = true;
+    None
+}
+
+/// A file can be read before those that use it: no circle of files beside each other.
+#[test]
+fn files_beside_each_other_form_no_circle() {
+    let mut seen = 0;
+    let mut open = vec![root().join("src"), root().join("grammar-lang/src")];
+    while let Some(folder) = open.pop() {
+        let mut files: Vec<_> =
+            std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+        files.sort();
+        open.extend(files.iter().filter(|path| path.is_dir() && !path.ends_with("tests")).cloned());
+        let is_file = |path: &std::path::PathBuf| {
+            let name = path.file_name().unwrap().to_string_lossy();
+            name.ends_with(".rs") && !["mod.rs", "lib.rs", "main.rs", "tests.rs"].contains(&&*name)
+        };
+        files.retain(is_file);
+        let names: Vec<String> =
+            files.iter().map(|path| path.file_stem().unwrap().to_string_lossy().into_owned()).collect();
+        let edges: Vec<Vec<usize>> = files.iter().map(|file| siblings_named(file, &names)).collect();
+        seen += edges.iter().map(Vec::len).sum::<usize>();
+        let mut done = vec![false; files.len()];
+        for first in 0..files.len() {
+            let found = circle(&edges, &mut vec![first], &mut done);
+            let found = found.map(|all| all.into_iter().map(|i| &names[i]).collect::<Vec<_>>());
+            assert!(found.is_none(), "in {} these name each other: {found:?}", folder.display());
+        }
+    }
+    assert!(seen > 200, "the test sees no uses");
+}
+
 /// The checker of the language goes through phases, which are folders or files of `types`.
 #[test]
 fn phases_of_the_checker_know_only_those_before_them() {

@@ -1,5 +1,7 @@
 //! Saved designs that somebody names on the command line.
 
+use crate::results::place;
+use crate::results::run_files;
 use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::RuleSet;
@@ -8,26 +10,26 @@ use grammar_lang::source::SourceMap;
 use super::load;
 use super::output::{self, Fault};
 use crate::results::DesignError;
+use crate::results::genuine;
 use crate::results::saved::SavedDesign;
-use crate::results::{folder, genuine, series};
 
 /// The file that a design or run folder means.
 pub(super) fn file(path: &Path) -> PathBuf {
-    if path.is_dir() { folder::best(path) } else { path.to_owned() }
+    if path.is_dir() { run_files::best(path) } else { path.to_owned() }
 }
 
 /// Reads the design that a file or run folder means; `path` is the file, as [`file`] gives it.
 pub(super) fn read(path: &Path) -> Result<SavedDesign, Fault> {
     if let Some(folder) = path.parent().filter(|_| !path.exists()) {
         let typed = output::typed(folder);
-        if series::is_series(folder) {
+        if place::is_series(folder) {
             let seeds = folder.join("seed-N");
             return Err(Fault::usage(format!(
                 "{typed} holds several runs: name one of them, {}; `sgc report {typed}` compares them",
                 seeds.display()
             )));
         }
-        if folder::is_run(folder) {
+        if run_files::is_run(folder) {
             return Err(Fault::usage(format!(
                 "the run in {typed} has found no design yet; it goes on with: sgc resume {typed}"
             )));

@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 use super::output;
-use super::session::Work;
+use super::work::Work;
 use crate::results::report::{Asker, FOLDER, PAGE, Reload, Report};
 
 /// The page is written again after so long at the earliest.

@@ -31,6 +31,7 @@ mod session;
 mod several;
 mod test;
 mod view;
+mod work;
 
 use std::process::ExitCode;
 

@@ -1,5 +1,7 @@
 //! `sgc resume`: goes on with a run that was stopped.
 
+use crate::results::place;
+use crate::results::run_files;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -7,12 +9,13 @@ use clap::Args;
 
 use super::live::Live;
 use super::output::{self, Fault};
-use super::session::{Session, Work, duration};
+use super::session::Session;
 use super::several::Several;
+use super::work::{Work, duration};
 use super::{exit, interrupt};
 use crate::results::folder::{self, RunFolder};
 use crate::results::leftovers;
-use crate::results::series::{self, SeriesFolder};
+use crate::results::series::SeriesFolder;
 use crate::search::Jobs;
 
 /// Go on with a run that was stopped or killed, from its last checkpoint
@@ -38,7 +41,7 @@ impl Resume {
         let flag = interrupt::listen();
         let deadline = self.time.as_ref().map(|(_, time)| Instant::now() + *time);
         let path = &self.folder;
-        if folder::is_run(path) && folder::finished(path).map_err(Fault::usage)?.is_some() {
+        if run_files::is_run(path) && run_files::finished(path).map_err(Fault::usage)?.is_some() {
             let complete = format!("the run in {} is complete", path.display());
             if self.max_evals.is_some() {
                 return Err(Fault::usage(format!(
@@ -51,7 +54,7 @@ impl Resume {
             return Ok(exit::DONE);
         }
         let max_evals = self.max_evals.map(|max| Some(max).filter(|max| *max > 0));
-        if series::is_series(path) {
+        if place::is_series(path) {
             let folder = SeriesFolder::open(path).map_err(Fault::usage)?;
             return Several { folder, work: self.work, max_evals, deadline, flag }.go();
         }

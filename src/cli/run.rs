@@ -7,10 +7,12 @@ use clap::Args;
 
 use super::live::Live;
 use super::output::{self, Fault};
-use super::session::{Session, Work, duration};
+use super::session::Session;
 use super::several::Several;
+use super::work::{Work, duration};
 use super::{interrupt, load, price};
-use crate::results::folder::{Asked, Reopened, RunFolder, listed};
+use crate::results::folder::{Reopened, RunFolder};
+use crate::results::run_files::{Asked, listed};
 use crate::results::saved::Grammar;
 use crate::results::series::{Series, SeriesFolder};
 use crate::search::{Jobs, State};

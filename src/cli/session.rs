@@ -1,10 +1,10 @@
 //! One run, from where it stands to its end or until it is stopped.
 
+use super::work::Work;
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use clap::Args;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
@@ -19,47 +19,6 @@ use crate::results::sittings::Sittings;
 use crate::results::{archive, leftovers, robustness, saving, summary};
 use crate::search::{self, Best, End, Failure, Jobs, Limits, Observer, Outcome, Row, State, Unkept};
 use crate::simulate::{self, Stop};
-
-/// How the work is done; the result does not depend on it.
-#[derive(Args, Clone, Debug)]
-pub(super) struct Work {
-    /// Threads to use; the result does not depend on it [default: all cores]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub(super) jobs: Option<u16>,
-    /// Save a checkpoint about this often
-    #[arg(long, value_name = "TIME", value_parser = duration, default_value = "5s")]
-    pub(super) checkpoint: (String, Duration),
-    /// No progress, only the result
-    #[arg(short, long)]
-    pub(super) quiet: bool,
-    /// Keep a page of charts up to date in the folder, report/index.html: open it in a browser, it follows
-    #[arg(long)]
-    pub(super) live: bool,
-}
-
-impl Work {
-    pub(super) fn jobs(&self) -> usize {
-        let all = || std::thread::available_parallelism().map_or(1, usize::from);
-        self.jobs.map_or_else(all, usize::from)
-    }
-}
-
-/// Reads a time such as `90s`, `30m`, `1h`.
-pub(super) fn duration(text: &str) -> Result<(String, Duration), String> {
-    let wrong = || "write a time such as 90s, 30m or 2h".to_owned();
-    let text = text.trim();
-    let (number, unit) = text.split_at(text.len() - text.chars().last().map_or(0, char::len_utf8));
-    let seconds = match unit {
-        "s" => 1.0,
-        "m" => 60.0,
-        "h" => 3600.0,
-        _ => return Err(wrong()),
-    };
-    match number.trim().parse::<f64>() {
-        Ok(x) if x > 0.0 && x * seconds < 1e8 => Ok((text.to_owned(), Duration::from_secs_f64(x * seconds))),
-        _ => Err(wrong()),
-    }
-}
 
 /// A run that is to go on.
 pub(super) struct Session<'a> {

@@ -11,10 +11,12 @@ use grammar_lang::ir::Direction;
 
 use super::live::Live;
 use super::output::{self, Fault};
-use super::session::{Ended, Session, Work};
+use super::session::{Ended, Session};
+use super::work::Work;
 use super::{exit, interrupt};
 use crate::results::describe;
-use crate::results::folder::{RunFolder, clear, finished};
+use crate::results::folder::{RunFolder, clear};
+use crate::results::run_files::finished;
 use crate::results::series::{SeriesFolder, table};
 use crate::search::{Jobs, Threads};
 use crate::simulate::Stop;

@@ -9,6 +9,7 @@ pub mod compared;
 pub mod contents;
 pub mod dry_run;
 pub mod error;
+mod fit;
 pub mod frame;
 pub mod link;
 pub mod message;

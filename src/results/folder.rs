@@ -1,102 +1,25 @@
 //! The run folder: what a run was asked, what it did, what it found, and how it goes on.
 
 use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
-use indexmap::IndexMap;
-use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::archive;
 use super::checkpoint::Checkpoint;
 use super::evals::Evals;
 use super::leftovers;
-use super::report;
+use super::place::check_place;
+use super::run_files::{
+    Asked, BEST, CHECKPOINT, EVALS, Finished, RESULT, RUN, SOURCES, asked, finished, frozen, is_run,
+};
 use super::saved::{Grammar, SavedDesign, hex};
-use super::sittings::SITTINGS;
 use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
 use super::{DesignError, FileError, Unfit};
-use crate::score::Observed;
 use crate::search::{Best, Outcome, Row, State};
-
-use crate::reading;
-
-pub(super) const RUN: &str = "run.toml";
-const SOURCES: &str = "sources";
-pub(super) const EVALS: &str = "evals.csv";
-const CHECKPOINT: &str = "checkpoint";
-pub(super) const BEST: &str = "best.design.json";
-pub(super) const RESULT: &str = "result.json";
-
-/// What a run was asked; the content of `run.toml`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Asked {
-    /// The command line.
-    pub command: String,
-    /// The version of sgc.
-    pub sgc: String,
-    /// The grammar's name.
-    pub grammar: String,
-    /// Hash of the typed rule set.
-    pub rules: String,
-    /// The seed.
-    pub seed: u64,
-    /// The solver.
-    pub solver: String,
-    /// The bound on evaluations.
-    pub max_evals: Option<u64>,
-    /// The bound on time, as it was written.
-    pub time: Option<String>,
-    /// The example that it started from, if it was not the initial design.
-    pub from: Option<String>,
-    /// The text that declares the grammar.
-    pub entry: String,
-    /// Parameters that were set from outside.
-    pub parameters: Vec<(String, String)>,
-    /// The texts in `sources/`.
-    pub sources: Vec<Source>,
-}
-
-/// A text of the grammar, frozen in `sources/`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Source {
-    /// What the grammar calls it.
-    pub name: String,
-    /// Its file.
-    pub file: String,
-    /// The hash of its text.
-    pub sha256: String,
-}
-
-/// What a complete run says in `result.json`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
-pub struct Finished {
-    /// The grammar's name.
-    pub grammar: String,
-    /// The seed.
-    pub seed: u64,
-    /// The value of the best design; none if there is none.
-    pub value: Option<f64>,
-    /// Its unit.
-    pub unit: String,
-    /// What was observed of it, in SI units.
-    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
-    pub observed: IndexMap<String, Option<Observed>>,
-    /// Evaluations spent.
-    pub evaluations: u64,
-    /// Outer moves made.
-    pub moves: usize,
-    /// Evaluations without a value, by reason.
-    pub invalid: BTreeMap<String, u64>,
-    /// Would-be bests that lost their value at half the step.
-    pub unstable: u64,
-    /// Why it ended.
-    pub end: String,
-}
 
 /// A run folder that is being written. Another process cannot write it as long as this lives.
 #[derive(Debug)]
@@ -128,80 +51,6 @@ pub struct Reopened {
     pub state: State,
     /// The bound on evaluations.
     pub max_evals: Option<u64>,
-}
-
-/// The texts of a grammar as [`Asked`] lists them.
-#[must_use]
-pub fn listed(grammar: &Grammar) -> Vec<Source> {
-    let mut taken = BTreeSet::new();
-    let list = grammar.sources.iter().map(|(name, text)| {
-        let mut file = file_name(name);
-        while !taken.insert(file.clone()) {
-            file = format!("again-{file}");
-        }
-        Source { name: name.clone(), file, sha256: hex(&Sha256::digest(text)) }
-    });
-    list.collect()
-}
-
-/// Whether there is a run in a folder.
-#[must_use]
-pub fn is_run(path: &Path) -> bool {
-    path.join(RUN).is_file()
-}
-
-/// Where a run in a folder keeps its best design.
-#[must_use]
-pub fn best(path: &Path) -> PathBuf {
-    path.join(BEST)
-}
-
-/// What a complete run says; none if it is not complete.
-///
-/// # Errors
-///
-/// A sentence: the result cannot be read.
-pub fn finished(path: &Path) -> Result<Option<Finished>, FileError> {
-    let path = path.join(RESULT);
-    match reading::own(&path) {
-        Ok(bytes) => serde_json::from_slice(&bytes).map(Some).map_err(FileError::damaged(&path)),
-        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
-        Err(e) => Err(FileError::read(&path)(e)),
-    }
-}
-
-/// What the run in a folder was asked.
-///
-/// # Errors
-///
-/// A sentence: `run.toml` cannot be read, or is damaged.
-pub fn asked(path: &Path) -> Result<Asked, FileError> {
-    let path = path.join(RUN);
-    toml::from_str(&read(&path)?).map_err(FileError::damaged(&path))
-}
-
-/// The texts that a run froze when it began.
-///
-/// # Errors
-///
-/// A sentence: a text is gone or was changed.
-pub fn frozen(path: &Path, asked: &Asked) -> Result<Grammar, FileError> {
-    let mut sources = BTreeMap::new();
-    for source in &asked.sources {
-        let file = path.join(SOURCES).join(&source.file);
-        let text = read(&file)?;
-        if hex(&Sha256::digest(&text)) != source.sha256 {
-            return Err(FileError::unfit(&file, Unfit::OtherText));
-        }
-        sources.insert(source.name.clone(), text);
-    }
-    Ok(Grammar {
-        name: asked.grammar.clone(),
-        rules: asked.rules.clone(),
-        entry: asked.entry.clone(),
-        parameters: asked.parameters.clone(),
-        sources,
-    })
 }
 
 impl RunFolder {
@@ -423,73 +272,4 @@ impl Drop for RunFolder {
             let _ = fs::rename(old, &self.path);
         }
     }
-}
-
-/// Whether there is a run to be replaced; what is none is left alone.
-pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
-    if !path.exists() {
-        return Ok(false);
-    }
-    let entries =
-        if path.is_dir() { entries(path).map_err(FileError::read(path))? } else { vec![String::new()] };
-    if entries.is_empty() {
-        return Ok(false);
-    }
-    if !force {
-        return Err(FileError::unfit(path, Unfit::Exists));
-    }
-    // Only what a run has written is ever replaced.
-    if let Some(foreign) = entries.iter().find(|e| !is_own(path, e)).cloned().or_else(|| foreign_within(path))
-    {
-        return Err(FileError::unfit(path, Unfit::NotOnlyRun { foreign }));
-    }
-    if is_run(path) {
-        // Not while it is under way.
-        drop(lock(&path.join(RUN))?);
-    }
-    Ok(true)
-}
-
-/// What in the folders of a run no run has written, if there is anything: where no `run.toml` says what it froze, that is all.
-fn foreign_within(path: &Path) -> Option<String> {
-    let sources = asked(path).map(|asked| asked.sources).unwrap_or_default();
-    let is_source = |name: &str| sources.iter().any(|source| source.file == name);
-    let is_kept = |name: &str| name.ends_with(".design.json") && path.join(archive::TABLE).exists();
-    let within = |folder: &str, is_own: &dyn Fn(&str) -> bool| {
-        let names = entries(&path.join(folder)).unwrap_or_default();
-        let foreign = names.into_iter().find(|name| !is_own(name) && !is_unfinished(name))?;
-        Some(format!("{folder}/{foreign}"))
-    };
-    within(SOURCES, &is_source).or_else(|| within(archive::FOLDER, &is_kept)).or_else(|| {
-        let lacks_its_order = sources.is_empty();
-        let first = entries(path).unwrap_or_default().into_iter().find(|name| !is_unfinished(name));
-        first.filter(|_| lacks_its_order)
-    })
-}
-
-/// Whether what has this name in a folder was written by a run, or of it.
-fn is_own(path: &Path, name: &str) -> bool {
-    let known = [
-        RUN,
-        SOURCES,
-        EVALS,
-        CHECKPOINT,
-        BEST,
-        RESULT,
-        SITTINGS,
-        archive::FOLDER,
-        archive::TABLE,
-        "view.html",
-    ];
-    known.contains(&name) || is_unfinished(name) || report::is_own(path, name)
-}
-
-/// A file name for a source: `std.blocks` becomes `std.blocks.sgr`, folders become dashes.
-fn file_name(name: &str) -> String {
-    let flat: String = name
-        .chars()
-        .map(|c| if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') { c } else { '-' })
-        .collect();
-    let flat = flat.trim_start_matches(['-', '.']).to_owned();
-    if flat.ends_with(".sgr") { flat } else { format!("{flat}.sgr") }
 }

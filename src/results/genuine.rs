@@ -4,8 +4,8 @@ use std::path::Path;
 
 use grammar_lang::ir::RuleSet;
 
-use super::folder::{Asked, Finished, RESULT};
 use super::replay::{Replayed, candidate, drive_of};
+use super::run_files::{Asked, Finished, RESULT};
 use super::saved::SavedDesign;
 use super::{DesignError, FileError, Unfit};
 

@@ -5,8 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use super::folder::check_place;
-use super::series::check_series;
+use super::place::{check_place, check_series};
 use super::whole::{entries, replaced, unfinished};
 
 /// A folder without a lock yet may be one that another process fills right now, unless it is older.
@@ -31,7 +30,7 @@ pub fn clear(path: &Path) {
 /// Removes folders that were to become this one and were not filled to their end.
 pub(super) fn clear_unfinished(path: &Path) {
     for folder in beside(path, &unfinished(path), false) {
-        let is_locked_when_filled = super::folder::is_run(&folder) || super::series::is_series(&folder);
+        let is_locked_when_filled = super::run_files::is_run(&folder) || super::place::is_series(&folder);
         let age = changed(&folder).and_then(|then| then.elapsed().ok());
         if is_locked_when_filled || age.is_some_and(|age| age > FILLED_WITHIN) {
             remove(&folder);
@@ -62,7 +61,7 @@ fn beside(path: &Path, prefix: &str, numbered: bool) -> Vec<PathBuf> {
 
 /// Removes a folder if all in it was written by runs and no process holds it.
 fn remove(folder: &Path) {
-    let is_ours = if super::series::is_series(folder) {
+    let is_ours = if super::place::is_series(folder) {
         check_series(folder).is_ok()
     } else {
         check_place(folder, true).is_ok()

@@ -7,8 +7,8 @@ use grammar_lang::ir::{Expr, RuleSet, Task};
 use indexmap::IndexMap;
 
 use super::DesignError;
-use super::robustness::Shift;
 use super::saved::{SavedDesign, SavedTask};
+use super::shift::Shift;
 use crate::derive::{Candidate, Derivation};
 use crate::design::Body;
 use crate::design::assembly::Assembly;

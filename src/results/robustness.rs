@@ -6,9 +6,9 @@ use super::DesignError;
 use super::describe;
 use super::replay::{Precision, Trial, candidate, replay_task};
 use super::saved::{Check, Measured, SavedDesign, SavedTask};
-use crate::design::assembly::{Assembly, JointKind};
+use super::shift::Shift;
 use crate::search::keeps;
-use crate::simulate::{Settings, SolverName, Stop};
+use crate::simulate::{SolverName, Stop};
 
 /// The names of the checks that every final best goes through.
 pub(super) const HALF_STEP: &str = "half the step, finer contacts";
@@ -28,42 +28,6 @@ const SHIFTS: [(&str, Shift); 6] = [
     ("motors 10 % weaker", Shift::Motors(0.9)),
     ("motors 10 % stronger", Shift::Motors(1.1)),
 ];
-
-/// A body or a ground that is not quite what was thought: a factor for one of its numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Shift {
-    /// Friction of the parts with the ground and each other.
-    Friction(f64),
-    /// No friction at all.
-    Ice,
-    /// The masses of all parts.
-    Mass(f64),
-    /// Largest torque, stiffness and damping of the servos.
-    Motors(f64),
-}
-
-impl Shift {
-    pub(super) fn apply(self, assembly: &mut Assembly, settings: &mut Settings) {
-        match self {
-            Self::Ice => Self::Friction(0.0).apply(assembly, settings),
-            Self::Friction(factor) => {
-                settings.ground_friction *= factor;
-                assembly.elements.iter_mut().for_each(|element| element.friction *= factor);
-            }
-            Self::Mass(factor) => assembly.elements.iter_mut().for_each(|element| element.mass *= factor),
-            Self::Motors(factor) => {
-                for joint in &mut assembly.joints {
-                    if let JointKind::Hinge(hinge) = &mut joint.kind {
-                        hinge.torque *= factor;
-                        hinge.stiffness *= factor;
-                        hinge.damping *= factor;
-                    }
-                }
-                assembly.swellings.iter_mut().for_each(|swelling| swelling.gain *= factor);
-            }
-        }
-    }
-}
 
 /// Adds what a final best is checked with: half the step, where the search had
 /// no need to, an eighth of it, the opinion of the reference solver, and other friction, masses and motors.

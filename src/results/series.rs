@@ -6,19 +6,17 @@ use std::path::{Path, PathBuf};
 use grammar_lang::ir::RuleSet;
 use serde::{Deserialize, Serialize};
 
+use super::FileError;
 use super::describe;
 use super::evals::quoted;
-use super::folder::{self, check_place, finished};
 use super::genuine;
 use super::leftovers;
-use super::report;
+use super::place::{RUNS, SUMMARY, check_place, check_series, is_series};
 use super::robustness::confirmed;
+use super::run_files::{self, finished};
 use super::saved::SavedDesign;
-use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
-use super::{FileError, Unfit};
+use super::whole::{aside, lock, lock_again, make_folder, read, write_whole};
 
-pub(super) const RUNS: &str = "runs.toml";
-const SUMMARY: &str = "summary.csv";
 const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks\n";
 
 /// What several runs were asked; the content of `runs.toml`.
@@ -54,12 +52,6 @@ pub struct Line {
     end: String,
     /// Of how many cross-checks the value was kept in how many.
     checks: Option<(usize, usize)>,
-}
-
-/// Whether there are several runs in a folder.
-#[must_use]
-pub fn is_series(path: &Path) -> bool {
-    path.join(RUNS).is_file()
 }
 
 /// What several runs in a folder were asked.
@@ -154,11 +146,12 @@ impl SeriesFolder {
         let mut rules: Option<RuleSet> = None;
         let mut lines = Vec::new();
         let paths = || self.series.seeds.iter().map(|&seed| self.run(seed));
-        let runs: Vec<_> =
-            paths().map(|path| folder::asked(&path).map(|asked| (path, asked))).collect::<Result<_, _>>()?;
+        let runs: Vec<_> = paths()
+            .map(|path| run_files::asked(&path).map(|asked| (path, asked)))
+            .collect::<Result<_, _>>()?;
         genuine::check_one_grammar(runs.iter().map(|(path, asked)| (path.as_path(), asked)))?;
         for (&seed, (path, asked)) in self.series.seeds.iter().zip(&runs) {
-            let best = folder::best(path);
+            let best = run_files::best(path);
             let design = if best.exists() { Some(SavedDesign::read(&best)?) } else { None };
             if let (None, Some(design)) = (&rules, &design) {
                 rules = Some(design.grammar.compile().map_err(FileError::inside(&best))?);
@@ -227,17 +220,4 @@ pub fn table(lines: &[Line]) -> String {
         format!("{}  {}\n", cells.join("  "), row[4])
     };
     rows.iter().map(line).collect()
-}
-
-/// Refuses to replace what is not only the folder of several runs, or is under way.
-pub(super) fn check_series(path: &Path) -> Result<(), FileError> {
-    drop(lock(&path.join(RUNS))?);
-    for name in entries(path).map_err(FileError::read(path))? {
-        if name.starts_with("seed-") {
-            check_place(&path.join(name), true)?;
-        } else if name != RUNS && name != SUMMARY && !is_unfinished(&name) && !report::is_own(path, &name) {
-            return Err(FileError::unfit(path, Unfit::NotOnlyRuns { foreign: name }));
-        }
-    }
-    Ok(())
 }

@@ -6,7 +6,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use sha2::{Digest, Sha256};
 
-use super::evaluator::Evaluated;
+use super::evaluated::Evaluated;
 use super::tally::Missing;
 use crate::derive::Derivation;
 use crate::simulate::Invalid;

@@ -1,5 +1,6 @@
 //! Evaluates parameters of one body: drive, simulation, score.
 
+use super::evaluated::{Evaluated, Valued};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
 
@@ -15,22 +16,8 @@ use crate::derive::Candidate;
 use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
-use crate::score::{self, Observed, Recording};
+use crate::score::{self, Recording};
 use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Watch};
-
-/// The value of an evaluation, or why it has none.
-pub(super) type Valued = Result<f64, Missing>;
-
-/// An evaluation, as far as it was made.
-#[derive(Clone, Debug)]
-pub(super) struct Evaluated {
-    pub(super) value: Valued,
-    /// What its value could come to at most, where more is better, when that was least. It is known by the
-    /// middle of the motion or later, also of motions that turn out not to be valid; infinite where no bound follows.
-    pub(super) ceiling: f64,
-    /// What was observed of its motion, where it could be a new best.
-    pub(super) observed: Option<Vec<Option<Observed>>>,
-}
 
 /// What evaluations are made with.
 #[derive(Clone, Copy)]

@@ -14,6 +14,7 @@ mod body;
 mod cache;
 mod crew;
 mod curves;
+mod evaluated;
 mod evaluator;
 mod gains;
 mod schedule;

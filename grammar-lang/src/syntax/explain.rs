@@ -4,7 +4,7 @@ use pest::Parser;
 use pest::error::{ErrorVariant, InputLocation};
 
 use super::forms::form;
-use super::parse::{Rule, SgrParser};
+use super::parser::{Rule, SgrParser};
 use super::slip::Stop;
 use super::tokens::{Stretch, TokenKind};
 use crate::diagnostics::{Code, Diagnostic};

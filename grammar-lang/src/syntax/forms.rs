@@ -1,7 +1,7 @@
 //! What clauses and edits look like, as declarations do: shown where one cannot be read.
 
 use super::declarations::kind;
-use super::parse::Rule;
+use super::parser::Rule;
 
 /// Clauses of rules, actuations, tasks, examples and blocks.
 const CLAUSES: &[(&str, &str)] = &[
@@ -59,7 +59,7 @@ mod tests {
     use pest::Parser;
 
     use super::super::declarations::KINDS;
-    use super::super::parse::SgrParser;
+    use super::super::parser::SgrParser;
     use super::*;
 
     #[test]

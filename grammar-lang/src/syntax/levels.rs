@@ -1,6 +1,6 @@
 //! What binds how tightly: the levels of an expression, which `grammar.pest` leaves flat.
 
-use super::parse::Rule;
+use super::parser::Rule;
 
 /// A level, named by what its operator does.
 #[derive(Clone, Copy, PartialEq, Eq)]

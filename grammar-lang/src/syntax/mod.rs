@@ -10,6 +10,7 @@ mod forms;
 mod levels;
 mod lower;
 mod parse;
+mod parser;
 mod recover;
 mod slip;
 mod strange;

@@ -4,20 +4,15 @@ use std::borrow::Cow;
 
 use pest::Parser;
 use pest::iterators::Pair;
-use pest_derive::Parser;
 
 use super::ast::Module;
 use super::declarations::ITEM_WORDS;
 use super::lower::Lowering;
+use super::parser::{Found, Rule, SgrParser};
 use super::tokens::{Scan, Token, TokenKind, deeper};
 use super::{recover, strange};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{FileId, Span};
-
-/// The parser that pest derives.
-#[derive(Parser)]
-#[grammar = "syntax/grammar.pest"]
-pub(super) struct SgrParser;
 
 /// How many brackets may be open at once: recursion in the parser and in all
 /// that walks the tree is bounded by it.
@@ -83,13 +78,6 @@ fn items(scan: &Scan<'_>, file: FileId) -> (Module, Vec<Diagnostic>) {
     }
     found.errors.extend(lowering.finish());
     (found.module, found.errors)
-}
-
-/// What a text holds, and what is wrong with it.
-#[derive(Default)]
-pub(super) struct Found {
-    pub(super) module: Module,
-    pub(super) errors: Vec<Diagnostic>,
 }
 
 /// Whether a declaration is followed by something unreadable in its last line.

@@ -8,7 +8,7 @@ use super::braces::{brace, doubled_brace, is_all_within, matching_close, opening
 use super::declarations::{Clauses, ITEM_WORDS, kind};
 use super::explain::explain;
 use super::lower::Lowering;
-use super::parse::{Found, Rule, SgrParser};
+use super::parser::{Found, Rule, SgrParser};
 use super::tokens::{Scan, Stretch, Token, TokenKind, deeper};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, nearest, respell};
 use crate::source::{FileId, Span};

@@ -3,7 +3,7 @@
 use pest::Parser;
 
 use super::braces::span;
-use super::parse::{Rule, SgrParser};
+use super::parser::{Rule, SgrParser};
 use super::tokens::Stretch;
 use crate::diagnostics::{Diagnostic, Fix};
 use crate::source::{FileId, Span};

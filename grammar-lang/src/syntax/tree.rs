@@ -9,7 +9,7 @@ use pest::Parser;
 use pest::iterators::{Pair, Pairs};
 
 use super::levels::Level;
-use super::parse::{Rule, SgrParser};
+use super::parser::{Rule, SgrParser};
 
 /// A leaf of the tree: a token or, of a unit or the name of a module, several that are never divided.
 pub(crate) struct Leaf<'a> {

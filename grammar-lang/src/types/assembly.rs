@@ -3,8 +3,7 @@
 use indexmap::{IndexMap, IndexSet};
 
 use super::declarations::Declarations;
-use super::declarations::singles::Singles;
-use super::declarations::tasks::Actuated;
+use super::declarations::singles::{Actuated, Singles};
 use super::environment::Environment;
 use super::{Checked, Idle};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};

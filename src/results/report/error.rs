@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use crate::results::folder::{EVALS, RESULT, RUN};
-use crate::results::series::RUNS;
+use crate::results::place::RUNS;
+use crate::results::run_files::{EVALS, RESULT, RUN};
 use crate::results::{DesignError, FileError};
 
 /// Why there is no report. Each is a sentence that names a folder or file.

@@ -10,11 +10,12 @@ use grammar_lang::source::SourceMap;
 use super::error::{Lost, ReportError};
 use super::moves::{Move, lineage, moves};
 use crate::results::DesignError;
-use crate::results::folder::{self, Asked, BEST, EVALS, Finished, RUN};
 use crate::results::genuine;
+use crate::results::place::{RUNS, is_series};
 use crate::results::robustness::confirmed;
+use crate::results::run_files::{self, Asked, BEST, EVALS, Finished, RUN};
 use crate::results::saved::{Grammar, SavedDesign};
-use crate::results::series::{self, RUNS, is_series, run_folder};
+use crate::results::series::{self, run_folder};
 use crate::results::sittings::{self, Sitting};
 use crate::results::whole::is_locked;
 
@@ -210,7 +211,7 @@ fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, Re
         let asker = if asker == Asker::Anybody && is_locked(&path.join(RUNS)) { Asker::Going } else { asker };
         let folders = series.seeds.iter().map(|seed| run_folder(path, *seed));
         folders.map(|folder| run(&folder, asker, compiled)).collect::<Result<_, _>>()?
-    } else if folder::is_run(path) {
+    } else if run_files::is_run(path) {
         vec![run(path, asker, compiled)?]
     } else if path.is_dir() {
         return Err(ReportError::NoRun(path.to_owned()));
@@ -239,12 +240,12 @@ fn tendency(runs: &[Run]) -> Direction {
 }
 
 fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, ReportError> {
-    if !folder::is_run(path) {
+    if !run_files::is_run(path) {
         return Err(ReportError::NotBegun(path.to_owned()));
     }
-    let asked = folder::asked(path)?;
-    let finished = folder::finished(path)?;
-    let rules = compiled.get(&folder::frozen(path, &asked)?);
+    let asked = run_files::asked(path)?;
+    let finished = run_files::finished(path)?;
+    let rules = compiled.get(&run_files::frozen(path, &asked)?);
     let moves = moves(&path.join(EVALS), finished.is_none())?;
     let standing = match (finished, asker) {
         (Some(finished), _) => Standing::Complete(Box::new(finished)),

@@ -18,7 +18,7 @@ use nalgebra::{Isometry3, UnitQuaternion};
 use serde::Serialize;
 
 use super::Scene;
-use super::pieces::{Look, Looks, Piece, pieces};
+use super::pieces::{Look, Looks, Piece, finite, pieces};
 use crate::simulate::Motion;
 
 /// The most frames that a page keeps of a recording.
@@ -214,11 +214,6 @@ fn elements(scene: &Scene, looks: &mut Looks) -> Vec<Part> {
 fn coordinates(pose: &Isometry3<f64>) -> [f64; 7] {
     let (at, turn) = (pose.translation.vector, pose.rotation.coords);
     [at.x, at.y, at.z, turn.x, turn.y, turn.z, turn.w].map(finite)
-}
-
-/// The value, or zero for what JSON has no word for.
-pub(super) fn finite(value: f64) -> f64 {
-    if value.is_finite() { value } else { 0.0 }
 }
 
 /// Collects groups and their 16-bit differences.

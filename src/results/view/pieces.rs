@@ -4,7 +4,6 @@ use nalgebra::Isometry3;
 use serde::Serialize;
 
 use super::Making;
-use super::encode::finite;
 use crate::design::assembly::Shape;
 
 /// A look as the page's script reads it.
@@ -85,6 +84,11 @@ fn colour(text: &str) -> String {
         .strip_prefix('#')
         .is_some_and(|digits| digits.len() == 6 && digits.bytes().all(|digit| digit.is_ascii_hexdigit()));
     if is_colour { text.to_ascii_lowercase() } else { "#8a9099".to_owned() }
+}
+
+/// The value, or zero for what JSON has no word for.
+pub(super) fn finite(value: f64) -> f64 {
+    if value.is_finite() { value } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -1,12 +1,12 @@
 //! Annealing of curves, by one chain or several that may change places.
 
-use grammar_lang::ir::{Annealing, Schedule};
+use grammar_lang::ir::Schedule;
 
 use super::super::gains::least_gain;
 use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation, exchange, neighbours};
 use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
-use super::futures::Neighbour;
+use super::futures::{Annealed, Neighbour};
 use super::{Pace, Tuner, best};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
@@ -16,13 +16,6 @@ pub(super) fn chains(starts: Vec<Parameters>, fitness: Vec<Option<f64>>, course:
     let chain = |(current, fitness)| Chain { current, fitness, standing: Standing::default(), number: 0 };
     let chains = starts.into_iter().zip(fitness).map(chain).collect();
     Chains { course, iteration: None, chains, turn: 0, walk: (Vec::new(), 0) }
-}
-
-/// An annealing, and how long it goes on.
-#[derive(Clone, Copy)]
-pub(super) struct Annealed<'a> {
-    pub(super) schedule: &'a Schedule,
-    pub(super) annealing: &'a Annealing,
 }
 
 impl Tuner<'_> {

@@ -4,10 +4,17 @@ use super::super::gains::least_gain;
 use super::super::schedule::Stand;
 use super::super::state::{Chains, Tuning};
 use super::super::{Failure, accepts};
-use super::annealing::Annealed;
 use super::forecast::{Guess, Outlook};
 use super::{Tuner, best};
 use crate::drive::Parameters;
+use grammar_lang::ir::{Annealing, Schedule};
+
+/// An annealing, and how long it goes on.
+#[derive(Clone, Copy)]
+pub(super) struct Annealed<'a> {
+    pub(super) schedule: &'a Schedule,
+    pub(super) annealing: &'a Annealing,
+}
 
 /// A move that may come to pass.
 pub(super) struct Neighbour {

@@ -7,7 +7,8 @@ mod futures;
 
 use grammar_lang::ir::{CurveLoop, CurveMethod, Direction, RuleSet, Task};
 
-use super::evaluator::{Evaluated, Evaluator};
+use super::evaluated::Evaluated;
+use super::evaluator::Evaluator;
 use super::schedule::Course;
 use super::state::{Curves, Tune, Tuning};
 use super::tally::Missing;
@@ -15,8 +16,8 @@ use super::{Bounds, End, Failure, keeps};
 use crate::derive::Candidate;
 use crate::derive::random::Stream;
 use crate::drive::Parameters;
-use annealing::Annealed;
 use forecast::Forecast;
+use futures::Annealed;
 
 /// How a loop stands after a batch of evaluations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -27,6 +27,7 @@ mod pgs;
 mod places;
 mod rows;
 mod scalar;
+mod single;
 mod solver;
 mod stride;
 #[cfg(test)]

@@ -22,6 +22,7 @@ mod swell;
 #[cfg(test)]
 mod tests;
 mod touch;
+mod vector;
 
 use fearless_simd::{Level, Simd};
 

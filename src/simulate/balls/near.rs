@@ -5,6 +5,7 @@
 //! at rest, as across a corner of a lattice: to meet they would have to squeeze those springs by two fifths.
 
 use super::touch::Touch;
+use super::vector::{dot, sub};
 use crate::simulate::lattice::Lattice;
 
 /// The margin, as a share of the mean diameter: less than what lies at rest between balls of a lattice that are
@@ -155,16 +156,4 @@ fn mean(count: usize, of: impl Fn(usize) -> [f32; 3]) -> [f32; 3] {
         (0..3).for_each(|axis| sum[axis] += own[axis]);
     }
     sum.map(|s| s / count as f32)
-}
-
-/// The difference of two vectors.
-#[inline(always)]
-pub(super) fn sub(a: [f32; 3], b: [f32; 3]) -> [f32; 3] {
-    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
-}
-
-/// The product of two vectors.
-#[inline(always)]
-pub(super) fn dot(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }

@@ -1,5 +1,6 @@
 //! One body of balls and springs, step by step.
 
+use super::vector::dot;
 use fearless_simd::f32x4;
 use fearless_simd::prelude::*;
 use nalgebra::{Isometry3, Translation3, UnitQuaternion};
@@ -160,7 +161,7 @@ impl<K: Simd> Solver<K> {
         if squares <= limit {
             return None;
         }
-        let mut speeds = self.state.velocity.iter().map(|v| near::dot(xyz(*v), xyz(*v)));
+        let mut speeds = self.state.velocity.iter().map(|v| dot(xyz(*v), xyz(*v)));
         if speeds.clone().any(|square| !square.is_finite()) {
             return Some(Invalid::NotFinite);
         }
@@ -255,7 +256,7 @@ impl<K: Simd> State<K> {
     fn moving(&self, before: &[f32x4<K>], lattice: &Lattice) -> f64 {
         let pairs = before.iter().zip(&self.velocity).zip(&lattice.balls);
         let one = |((before, after), ball): ((&f32x4<K>, &f32x4<K>), &Ball)| {
-            let product = near::dot(xyz(*before), xyz(*after));
+            let product = dot(xyz(*before), xyz(*after));
             if ball.mass.is_finite() { 0.5 * ball.mass * f64::from(product) } else { 0.0 }
         };
         pairs.map(one).sum()

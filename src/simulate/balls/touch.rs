@@ -1,6 +1,6 @@
 //! Balls that touch each other: impulses with Coulomb friction by projected Gauss-Seidel.
 
-use super::near::{dot, sub};
+use super::vector::{dot, sub};
 
 /// How much of an overlap is mended in a step, at most.
 const MEND: f32 = 0.2;

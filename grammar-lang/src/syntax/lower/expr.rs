@@ -6,7 +6,7 @@ use pest::iterators::Pairs;
 
 use super::super::ast::{Argument, Binder, Expr, ExprKind, Gather, Operator};
 use super::super::levels::Level;
-use super::super::parse::Rule;
+use super::super::parser::Rule;
 use super::{Lowering, Node, children, parts, unquote};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;

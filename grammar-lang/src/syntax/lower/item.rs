@@ -2,7 +2,7 @@
 
 use super::super::Direction;
 use super::super::ast::{Block, Expr, Item, ItemKind, Name, Table, Variant};
-use super::super::parse::Rule;
+use super::super::parser::Rule;
 use super::{Lowering, Node, children, parts, unquote};
 
 /// What `require` and `prefer` say.

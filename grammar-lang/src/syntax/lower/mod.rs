@@ -11,7 +11,7 @@ use super::ast::{
     ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field, ItemKind,
     Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Typed, Variable,
 };
-use super::parse::Rule;
+use super::parser::Rule;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{FileId, Span};
 

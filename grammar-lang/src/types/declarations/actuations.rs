@@ -4,7 +4,7 @@ use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, ExprKind, Group, Ty};
 use crate::syntax::ast::{self, ActuationClause, Name};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 

@@ -7,7 +7,7 @@ use super::fields::{Fields, Sign, Values};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, Ty};
 use crate::syntax::ast::{Block, Field};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 

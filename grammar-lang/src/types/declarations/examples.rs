@@ -7,7 +7,7 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Effect, Expr, ExprKind, Matched, Spread, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Application, ExampleClause, ItemKind, Name};
-use crate::types::expressions::expr::{Context, Local};
+use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 
 /// A rule with the types of what it binds.
@@ -244,7 +244,7 @@ impl Declarations<'_> {
                     .label("a port belongs to a part")
                     .help("write for example `core.left`"),
             );
-            return crate::types::expressions::expr::unknown(tree.span);
+            return crate::types::expressions::context::unknown(tree.span);
         }
         let value = self.expressions.infer(tree, cx);
         if value.ty == Ty::Part && *wanted == Ty::Actuator {

@@ -7,7 +7,7 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest, respell};
 use crate::eval::Value;
 use crate::ir::Ty;
 use crate::syntax::ast::{self, Block, Field, Name};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 
 /// What a number must be.
 #[derive(Clone, Copy)]

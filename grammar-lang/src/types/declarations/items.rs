@@ -10,7 +10,7 @@ use crate::ir::{self, Expr, Ty};
 use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 

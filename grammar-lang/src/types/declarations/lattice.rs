@@ -7,7 +7,7 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Effect, Expr, ExprKind, Painting, Symmetry, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, Field, ItemKind, Link, Name, RuleClause, RuleClauseKind};
-use crate::types::expressions::expr::{Context, Local};
+use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 

@@ -4,11 +4,11 @@ use indexmap::IndexMap;
 
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
-use super::searches::{Loop, Looped, whole};
+use super::loops::{Loop, Looped, whole};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, SearchMethod, SearchWord, Ty, Word};
 use crate::syntax::ast::{self, Block, Field, Name};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 

@@ -6,6 +6,7 @@ mod examples;
 mod fields;
 mod items;
 mod lattice;
+mod loops;
 mod methods;
 mod models;
 mod novelty;

@@ -6,7 +6,7 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Value;
 use crate::ir::{self, Ty};
 use crate::syntax::ast::Block;
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 

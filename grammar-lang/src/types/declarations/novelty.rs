@@ -11,7 +11,7 @@ use crate::ir::{self, Expr, ExprKind, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, Field, ItemKind, Name, NoveltyClause};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::fit::article;
 use crate::types::expressions::stage::Stage;
 
@@ -56,7 +56,7 @@ impl Declarations<'_> {
             sound &= feature.is_some();
             let unknown = ir::Feature {
                 ty: Ty::Unknown,
-                value: crate::types::expressions::expr::unknown(value.span),
+                value: crate::types::expressions::context::unknown(value.span),
                 weight: 1.0,
             };
             features.insert(name.text.clone(), (feature.unwrap_or(unknown), name.span));

@@ -7,7 +7,7 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Attribute, Expr, ExprKind, Group, PartAttribute, Settable, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Name, RuleClause, RuleClauseKind};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
@@ -374,7 +374,7 @@ impl Declarations<'_> {
         let ty = if active { Ty::Actuator } else { Ty::Part };
         match name {
             Some(name) => self.expressions.bind(name, ty, cx),
-            None => cx.locals.push(crate::types::expressions::expr::Local {
+            None => cx.locals.push(crate::types::expressions::context::Local {
                 name: String::new(),
                 ty,
                 span: what.span,

@@ -2,14 +2,15 @@
 
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
+use super::loops::{Loop, Looped, whole};
 use super::methods::{Known, METHODS};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
 use crate::eval::Value;
-use crate::ir::{self, Expr, SearchMethod, Ty};
+use crate::ir::{self, Expr, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{Block, Field, Name};
 use crate::syntax::earlier;
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
@@ -18,19 +19,6 @@ const SCHEDULE: &[&str] = &["iterations", "moves", "stop"];
 
 /// More chains or moves of a walk than this are a slip of the keyboard.
 const MOST: f64 = 10_000.0;
-
-/// A loop of a search.
-#[derive(Clone, Copy, PartialEq)]
-pub(super) enum Loop {
-    Bodies,
-    Curves,
-}
-
-/// What a loop came to: its schedule, and its method among all.
-pub(super) struct Looped<'a> {
-    pub(super) schedule: &'a ir::Schedule,
-    pub(super) method: SearchMethod<'a>,
-}
 
 impl Loop {
     const ALL: [Self; 2] = [Self::Bodies, Self::Curves];
@@ -346,12 +334,4 @@ fn meant(block: &Block, which: Loop) -> Option<&'static str> {
         .methods()
         .filter(|method| given(method.name) || method.fields.first().is_some_and(|field| given(field)));
     meant.next().filter(|_| meant.next().is_none()).map(|method| method.name)
-}
-
-/// What is there must be right; what is not there may be missing.
-pub(super) fn whole<T>(given: Option<Option<T>>) -> Option<Option<T>> {
-    match given {
-        Some(value) => Some(Some(value?)),
-        None => Some(None),
-    }
 }

@@ -3,14 +3,16 @@
 use indexmap::IndexMap;
 
 use super::Declarations;
-use super::tasks::Actuated;
 use crate::diagnostics::{Code, Diagnostic, respell};
 use crate::ir::{self, Direction, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name, Place};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
+
+/// Which actuation drives which actuator, and where that is said.
+pub(in crate::types) type Actuated = IndexMap<String, (String, Span)>;
 
 /// Declarations of which a grammar, or a task, has one.
 #[derive(Default)]

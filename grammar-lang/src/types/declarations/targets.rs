@@ -13,7 +13,7 @@ use crate::ir::{self, Backend, PINS, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, ItemKind, Name};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::{self, Dimension};
 

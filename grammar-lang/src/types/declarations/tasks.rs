@@ -4,19 +4,16 @@ use indexmap::IndexMap;
 
 use super::Declarations;
 use super::observe::Observed;
-use super::singles::Singles;
+use super::singles::{Actuated, Singles};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Attribute, Direction, Expr, ExprKind, MotionWord, RuleSet, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ItemKind, Name};
-use crate::types::expressions::expr::Context;
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::types::expressions::task;
 use crate::units::{self, Dimension};
-
-/// Which actuation drives which actuator, and where that is said.
-pub(in crate::types) type Actuated = IndexMap<String, (String, Span)>;
 
 /// Tasks by name, with the places of what they say about actuators.
 pub(in crate::types) type Tasks = IndexMap<String, (ir::Task, Actuated)>;

@@ -1,7 +1,7 @@
 //! Checks calls: built-in functions, curves, and kinds of parts with parameters.
 
 use super::Expressions;
-use super::expr::Context;
+use super::context::Context;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{Expr, ExprKind, Function, Ty};
 use crate::names::Declaration;
@@ -290,7 +290,7 @@ impl Expressions<'_> {
         }
         // The body sees its parameters and the names of its own text, not the locals of the caller.
         let mut inner = Context::new(cx.stage, cx.damaged);
-        let hidden = |l: &super::expr::Local| super::expr::Local { name: String::new(), ..l.clone() };
+        let hidden = |l: &super::context::Local| super::context::Local { name: String::new(), ..l.clone() };
         inner.locals = cx.locals.iter().map(hidden).collect();
         let mut bound = Vec::new();
         for (parameter, argument) in function.parameters.iter().zip(arguments) {

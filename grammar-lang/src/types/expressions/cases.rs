@@ -1,7 +1,7 @@
 //! Checks `match` expressions.
 
 use super::Expressions;
-use super::expr::{Context, Local, as_group, unknown};
+use super::context::{Context, Local, as_group, unknown};
 use super::fit::article;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{Expr, ExprKind, Operator, Ty};

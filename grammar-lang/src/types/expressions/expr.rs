@@ -1,43 +1,14 @@
 //! Checks expressions: names, stages, types and dimensions.
 
 use super::Expressions;
+use super::context::{Context, as_group, unknown};
 use super::fit::{article, other_unit};
-use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::eval::Value;
-use crate::ir::{Binder, Expr, ExprKind, Gather, Group, Operator, Ty};
+use crate::ir::{Binder, Expr, ExprKind, Gather, Operator, Ty};
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::units::Dimension;
-
-/// A name that only part of a declaration can read.
-#[derive(Clone, Debug)]
-pub(in crate::types) struct Local {
-    pub(in crate::types) name: String,
-    pub(in crate::types) ty: Ty,
-    pub(in crate::types) span: Span,
-}
-
-/// Where an expression stands.
-#[derive(Clone, Debug)]
-pub(in crate::types) struct Context {
-    /// When it is evaluated.
-    pub(in crate::types) stage: Stage,
-    /// Names by slot.
-    pub(in crate::types) locals: Vec<Local>,
-    /// Whether clauses around it were lost, so that unknown names mean nothing.
-    pub(in crate::types) damaged: bool,
-}
-
-impl Context {
-    pub(in crate::types) fn new(stage: Stage, damaged: bool) -> Self {
-        Self { stage, locals: Vec::new(), damaged }
-    }
-}
-
-pub(in crate::types) fn unknown(span: Span) -> Expr {
-    Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span }
-}
 
 impl Expressions<'_> {
     pub(in crate::types) fn report(&mut self, diagnostic: Diagnostic) {
@@ -562,16 +533,6 @@ fn chosen(domain: &Ty, dimension: Dimension) -> Ty {
     match domain {
         Ty::Domain(item) | Ty::List(item) => (**item).clone(),
         _ => Ty::Quantity(dimension),
-    }
-}
-
-/// A kind of part used as the collection of its parts.
-pub(super) fn as_group(expr: &Expr) -> Option<Expr> {
-    match &expr.kind {
-        ExprKind::Kind(name, params) if params.is_empty() => {
-            Some(Expr { kind: ExprKind::Group(Group::Kind(name.clone())), ty: Ty::Group, span: expr.span })
-        }
-        _ => None,
     }
 }
 

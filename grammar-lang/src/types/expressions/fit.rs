@@ -1,7 +1,7 @@
 //! Types that must fit: what is expected of an expression, and what two have in common.
 
 use super::Expressions;
-use super::expr::{Context, as_group, unknown};
+use super::context::{Context, as_group, unknown};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{Expr, ExprKind, Operator, Ty, Word};
 use crate::syntax::ast;

@@ -1,7 +1,7 @@
 //! Calls of built-in functions.
 
 use super::call::given;
-use super::expr::Context;
+use super::context::Context;
 use super::stage::Stage;
 use super::{Expressions, signature};
 use crate::diagnostics::{Code, Diagnostic};

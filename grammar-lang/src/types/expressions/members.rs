@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 
 use super::Expressions;
-use super::expr::{Context, unknown};
+use super::context::{Context, unknown};
 use super::fit::article;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};

@@ -6,7 +6,8 @@
 mod call;
 mod cases;
 mod cells;
-pub(super) mod expr;
+pub(super) mod context;
+mod expr;
 pub(super) mod fit;
 mod function;
 mod members;
@@ -32,7 +33,7 @@ use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::{Item, ItemKind, Name};
 use crate::units::Dimension;
-use expr::Context;
+use context::Context;
 use stage::Stage;
 
 /// How many constants may build on each other.

@@ -1,6 +1,6 @@
 //! What a name in an expression stands for, and where it may be read.
 
-use super::expr::{Context, Local, unknown};
+use super::context::{Context, Local, unknown};
 use super::stage::{Stage, stages_of};
 use super::{Expressions, signature, task};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};

@@ -1,7 +1,7 @@
 //! Measured functions: tables of numbers between which a straight line goes.
 
 use super::Expressions;
-use super::expr::Context;
+use super::context::Context;
 use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, Expr, ExprKind, Ty};

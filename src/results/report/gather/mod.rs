@@ -33,9 +33,9 @@ pub(crate) mod tests {
     use std::path::PathBuf;
 
     use crate::results::DesignError;
-    use crate::results::folder::{Asked, Finished};
     use crate::results::report::moves::tests::table;
     use crate::results::report::read::{Group, Run, Standing};
+    use crate::results::run_files::{Asked, Finished};
 
     /// A complete run with the rows of `evals.csv`.
     pub(crate) fn run(seed: u64, rows: &str) -> Run {

@@ -1,0 +1,44 @@
+//! Where an expression stands, and which names it can read there.
+
+use super::stage::Stage;
+use crate::ir::{Expr, ExprKind, Group, Ty};
+use crate::source::Span;
+
+/// A name that only part of a declaration can read.
+#[derive(Clone, Debug)]
+pub(in crate::types) struct Local {
+    pub(in crate::types) name: String,
+    pub(in crate::types) ty: Ty,
+    pub(in crate::types) span: Span,
+}
+
+/// Where an expression stands.
+#[derive(Clone, Debug)]
+pub(in crate::types) struct Context {
+    /// When it is evaluated.
+    pub(in crate::types) stage: Stage,
+    /// Names by slot.
+    pub(in crate::types) locals: Vec<Local>,
+    /// Whether clauses around it were lost, so that unknown names mean nothing.
+    pub(in crate::types) damaged: bool,
+}
+
+impl Context {
+    pub(in crate::types) fn new(stage: Stage, damaged: bool) -> Self {
+        Self { stage, locals: Vec::new(), damaged }
+    }
+}
+
+pub(in crate::types) fn unknown(span: Span) -> Expr {
+    Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span }
+}
+
+/// A kind of part used as the collection of its parts.
+pub(super) fn as_group(expr: &Expr) -> Option<Expr> {
+    match &expr.kind {
+        ExprKind::Kind(name, params) if params.is_empty() => {
+            Some(Expr { kind: ExprKind::Group(Group::Kind(name.clone())), ty: Ty::Group, span: expr.span })
+        }
+        _ => None,
+    }
+}

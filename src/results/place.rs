@@ -1,0 +1,89 @@
+//! Whether what is in a folder may be replaced: only what runs have written ever is.
+
+use std::path::Path;
+
+use super::run_files::{BEST, CHECKPOINT, EVALS, RESULT, RUN, SOURCES, asked, is_run};
+use super::sittings::SITTINGS;
+use super::whole::{entries, is_unfinished, lock};
+use super::{FileError, Unfit, archive, report};
+
+pub(super) const RUNS: &str = "runs.toml";
+pub(super) const SUMMARY: &str = "summary.csv";
+
+/// Whether there are several runs in a folder.
+#[must_use]
+pub fn is_series(path: &Path) -> bool {
+    path.join(RUNS).is_file()
+}
+
+/// Refuses to replace what is not only the folder of several runs, or is under way.
+pub(super) fn check_series(path: &Path) -> Result<(), FileError> {
+    drop(lock(&path.join(RUNS))?);
+    for name in entries(path).map_err(FileError::read(path))? {
+        if name.starts_with("seed-") {
+            check_place(&path.join(name), true)?;
+        } else if name != RUNS && name != SUMMARY && !is_unfinished(&name) && !report::is_own(path, &name) {
+            return Err(FileError::unfit(path, Unfit::NotOnlyRuns { foreign: name }));
+        }
+    }
+    Ok(())
+}
+
+/// Whether there is a run to be replaced; what is none is left alone.
+pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
+    if !path.exists() {
+        return Ok(false);
+    }
+    let entries =
+        if path.is_dir() { entries(path).map_err(FileError::read(path))? } else { vec![String::new()] };
+    if entries.is_empty() {
+        return Ok(false);
+    }
+    if !force {
+        return Err(FileError::unfit(path, Unfit::Exists));
+    }
+    // Only what a run has written is ever replaced.
+    if let Some(foreign) = entries.iter().find(|e| !is_own(path, e)).cloned().or_else(|| foreign_within(path))
+    {
+        return Err(FileError::unfit(path, Unfit::NotOnlyRun { foreign }));
+    }
+    if is_run(path) {
+        // Not while it is under way.
+        drop(lock(&path.join(RUN))?);
+    }
+    Ok(true)
+}
+
+/// What in the folders of a run no run has written, if there is anything: where no `run.toml` says what it froze, that is all.
+fn foreign_within(path: &Path) -> Option<String> {
+    let sources = asked(path).map(|asked| asked.sources).unwrap_or_default();
+    let is_source = |name: &str| sources.iter().any(|source| source.file == name);
+    let is_kept = |name: &str| name.ends_with(".design.json") && path.join(archive::TABLE).exists();
+    let within = |folder: &str, is_own: &dyn Fn(&str) -> bool| {
+        let names = entries(&path.join(folder)).unwrap_or_default();
+        let foreign = names.into_iter().find(|name| !is_own(name) && !is_unfinished(name))?;
+        Some(format!("{folder}/{foreign}"))
+    };
+    within(SOURCES, &is_source).or_else(|| within(archive::FOLDER, &is_kept)).or_else(|| {
+        let lacks_its_order = sources.is_empty();
+        let first = entries(path).unwrap_or_default().into_iter().find(|name| !is_unfinished(name));
+        first.filter(|_| lacks_its_order)
+    })
+}
+
+/// Whether what has this name in a folder was written by a run, or of it.
+fn is_own(path: &Path, name: &str) -> bool {
+    let known = [
+        RUN,
+        SOURCES,
+        EVALS,
+        CHECKPOINT,
+        BEST,
+        RESULT,
+        SITTINGS,
+        archive::FOLDER,
+        archive::TABLE,
+        "view.html",
+    ];
+    known.contains(&name) || is_unfinished(name) || report::is_own(path, name)
+}

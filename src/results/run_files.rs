@@ -1,0 +1,171 @@
+//! The files of a run, read: what it was asked, what it froze, what it came to.
+
+use crate::score::Observed;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::saved::{Grammar, hex};
+use super::whole::read;
+use super::{FileError, Unfit};
+use crate::reading;
+
+pub(super) const RUN: &str = "run.toml";
+pub(super) const SOURCES: &str = "sources";
+pub(super) const EVALS: &str = "evals.csv";
+pub(super) const CHECKPOINT: &str = "checkpoint";
+pub(super) const BEST: &str = "best.design.json";
+pub(super) const RESULT: &str = "result.json";
+
+/// What a run was asked; the content of `run.toml`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Asked {
+    /// The command line.
+    pub command: String,
+    /// The version of sgc.
+    pub sgc: String,
+    /// The grammar's name.
+    pub grammar: String,
+    /// Hash of the typed rule set.
+    pub rules: String,
+    /// The seed.
+    pub seed: u64,
+    /// The solver.
+    pub solver: String,
+    /// The bound on evaluations.
+    pub max_evals: Option<u64>,
+    /// The bound on time, as it was written.
+    pub time: Option<String>,
+    /// The example that it started from, if it was not the initial design.
+    pub from: Option<String>,
+    /// The text that declares the grammar.
+    pub entry: String,
+    /// Parameters that were set from outside.
+    pub parameters: Vec<(String, String)>,
+    /// The texts in `sources/`.
+    pub sources: Vec<Source>,
+}
+
+/// A text of the grammar, frozen in `sources/`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Source {
+    /// What the grammar calls it.
+    pub name: String,
+    /// Its file.
+    pub file: String,
+    /// The hash of its text.
+    pub sha256: String,
+}
+
+/// What a complete run says in `result.json`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Finished {
+    /// The grammar's name.
+    pub grammar: String,
+    /// The seed.
+    pub seed: u64,
+    /// The value of the best design; none if there is none.
+    pub value: Option<f64>,
+    /// Its unit.
+    pub unit: String,
+    /// What was observed of it, in SI units.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub observed: IndexMap<String, Option<Observed>>,
+    /// Evaluations spent.
+    pub evaluations: u64,
+    /// Outer moves made.
+    pub moves: usize,
+    /// Evaluations without a value, by reason.
+    pub invalid: BTreeMap<String, u64>,
+    /// Would-be bests that lost their value at half the step.
+    pub unstable: u64,
+    /// Why it ended.
+    pub end: String,
+}
+
+/// The texts of a grammar as [`Asked`] lists them.
+#[must_use]
+pub fn listed(grammar: &Grammar) -> Vec<Source> {
+    let mut taken = BTreeSet::new();
+    let list = grammar.sources.iter().map(|(name, text)| {
+        let mut file = file_name(name);
+        while !taken.insert(file.clone()) {
+            file = format!("again-{file}");
+        }
+        Source { name: name.clone(), file, sha256: hex(&Sha256::digest(text)) }
+    });
+    list.collect()
+}
+
+/// Whether there is a run in a folder.
+#[must_use]
+pub fn is_run(path: &Path) -> bool {
+    path.join(RUN).is_file()
+}
+
+/// Where a run in a folder keeps its best design.
+#[must_use]
+pub fn best(path: &Path) -> PathBuf {
+    path.join(BEST)
+}
+
+/// What a complete run says; none if it is not complete.
+///
+/// # Errors
+///
+/// A sentence: the result cannot be read.
+pub fn finished(path: &Path) -> Result<Option<Finished>, FileError> {
+    let path = path.join(RESULT);
+    match reading::own(&path) {
+        Ok(bytes) => serde_json::from_slice(&bytes).map(Some).map_err(FileError::damaged(&path)),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(FileError::read(&path)(e)),
+    }
+}
+
+/// What the run in a folder was asked.
+///
+/// # Errors
+///
+/// A sentence: `run.toml` cannot be read, or is damaged.
+pub fn asked(path: &Path) -> Result<Asked, FileError> {
+    let path = path.join(RUN);
+    toml::from_str(&read(&path)?).map_err(FileError::damaged(&path))
+}
+
+/// The texts that a run froze when it began.
+///
+/// # Errors
+///
+/// A sentence: a text is gone or was changed.
+pub fn frozen(path: &Path, asked: &Asked) -> Result<Grammar, FileError> {
+    let mut sources = BTreeMap::new();
+    for source in &asked.sources {
+        let file = path.join(SOURCES).join(&source.file);
+        let text = read(&file)?;
+        if hex(&Sha256::digest(&text)) != source.sha256 {
+            return Err(FileError::unfit(&file, Unfit::OtherText));
+        }
+        sources.insert(source.name.clone(), text);
+    }
+    Ok(Grammar {
+        name: asked.grammar.clone(),
+        rules: asked.rules.clone(),
+        entry: asked.entry.clone(),
+        parameters: asked.parameters.clone(),
+        sources,
+    })
+}
+
+/// A file name for a source: `std.blocks` becomes `std.blocks.sgr`, folders become dashes.
+fn file_name(name: &str) -> String {
+    let flat: String = name
+        .chars()
+        .map(|c| if c.is_alphanumeric() || matches!(c, '.' | '_' | '-') { c } else { '-' })
+        .collect();
+    let flat = flat.trim_start_matches(['-', '.']).to_owned();
+    if flat.ends_with(".sgr") { flat } else { format!("{flat}.sgr") }
+}
