@@ -9,7 +9,7 @@
 //! # struct Nothing;
 //! # impl grammar_lang::source::World for Nothing {
 //! #     fn load(&self, _: &str, _: &str) -> Result<grammar_lang::source::Source, NoModule> {
-//! #         Err("there is nothing".to_owned())
+//! #         Err(grammar_lang::source::NoModule::NotGiven)
 //! #     }
 //! # }
 //! # let world = Nothing;

@@ -6,8 +6,8 @@ use grammar_lang::ir::{Effect, Matched, RuleSet};
 use serde::Serialize;
 
 use super::{Observer, Settings};
-use crate::derive::Derivation;
 use crate::derive::random::Stream;
+use crate::derive::{Derivation, Extent};
 
 /// How a number of designs was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
@@ -105,8 +105,13 @@ impl Breadth<'_> {
                 }
                 // One more than is left: then it is seen that the budget is spent.
                 let most = self.settings.budget - self.tried + 1;
-                let ways =
-                    derivation.applications(self.rules, rule, temperature, (most, &[]), &mut self.random);
+                let ways = derivation.applications(
+                    self.rules,
+                    rule,
+                    temperature,
+                    Extent { most, hints: &[] },
+                    &mut self.random,
+                );
                 let Ok(ways) = ways else { continue };
                 if ways.sampled {
                     self.counted = self.counted.max(Counted::AtLeast);

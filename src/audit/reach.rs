@@ -13,7 +13,7 @@ use grammar_lang::ir::{Effect, Expr, ExprKind, Matched, Rule, RuleSet, SearchWor
 
 use super::{Observer, Settings};
 use crate::derive::random::Stream;
-use crate::derive::{BadStep, Blocked, Derivation, DesignScope, Step, Unrepeatable};
+use crate::derive::{BadStep, Blocked, Derivation, DesignScope, Extent, Step, Unrepeatable};
 use crate::design::Design;
 
 /// Whether a body can be made.
@@ -263,8 +263,13 @@ impl Search<'_> {
                 continue;
             }
             let most = self.settings.budget.saturating_sub(self.tried) + 1;
-            let found =
-                derivation.applications(self.rules, rule, temperature, (most, &self.hints), &mut self.random);
+            let found = derivation.applications(
+                self.rules,
+                rule,
+                temperature,
+                Extent { most, hints: &self.hints },
+                &mut self.random,
+            );
             let Ok(found) = found else { continue };
             self.sampled |= found.sampled;
             ways.extend(found.all.into_iter().map(|locals| (i, locals)));

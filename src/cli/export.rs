@@ -69,7 +69,7 @@ impl Export {
         let assembly = &setup.body.assembly;
         let names = names.all(&body.actuators);
         let text = match self.to {
-            Format::Mjcf => export::mjcf(assembly, &setup.settings, (&self.title(&design), &names)),
+            Format::Mjcf => export::mjcf(assembly, &setup.settings, &self.title(&design), &names),
             Format::Drive => export::drive(assembly, &setup.settings, &setup.targets, &names),
             // Written already.
             Format::Begin => Ok(String::new()),

@@ -144,7 +144,7 @@ impl Derivation {
                         }
                         None => None,
                     };
-                    Some(next.design.replace(rules, id, (&kind.name, &kind.params), between, step)?)
+                    Some(next.design.replace(rules, id, &kind, between, step)?)
                 }
                 Effect::Set { part, attribute, value } => {
                     let id = part_in(part, &scope, &mut locals)?;

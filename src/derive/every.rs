@@ -24,6 +24,15 @@ pub struct Applications {
     pub sampled: bool,
 }
 
+/// How far applications are listed.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent<'h> {
+    /// How many at most.
+    pub most: usize,
+    /// Values of continuous domains that are tried beside those that are drawn, in SI units.
+    pub hints: &'h [f64],
+}
+
 impl Derivation {
     /// The weight of a rule at a temperature.
     ///
@@ -59,12 +68,12 @@ impl Derivation {
         rules: &RuleSet,
         rule: &Rule,
         temperature: f64,
-        (most, hints): (usize, &[f64]),
+        extent: Extent<'_>,
         random: &mut Stream,
     ) -> Result<Applications, EvalError> {
         let scope = DesignScope::new(rules, self).at_temperature(temperature);
         let drawing = Drawing { scope, rule };
-        let mut every = Every { drawing, most, looked: 0, hints, random, found: Applications::default() };
+        let mut every = Every { drawing, extent, looked: 0, random, found: Applications::default() };
         for mut bound in self.matches(rules, rule)? {
             every.choose(0, &mut bound)?;
         }
@@ -132,11 +141,9 @@ impl Derivation {
 
 struct Every<'a> {
     drawing: Drawing<'a>,
-    /// How many applications are listed at most.
-    most: usize,
+    extent: Extent<'a>,
     /// How many values were looked at.
     looked: usize,
-    hints: &'a [f64],
     random: &'a mut Stream,
     found: Applications,
 }
@@ -155,7 +162,7 @@ impl Every<'_> {
             Domain::Range { low, high, whole: false } => {
                 self.found.sampled = true;
                 let drawn: Vec<f64> = (0..SAMPLES).map(|_| weighing.draw(*low, *high, self.random)).collect();
-                let tried = self.hints.iter().chain(&drawn).filter(|x| low <= *x && *x <= high);
+                let tried = self.extent.hints.iter().chain(&drawn).filter(|x| low <= *x && *x <= high);
                 tried.map(|x| Value::Number(*x)).collect()
             }
             domain => {
@@ -167,7 +174,7 @@ impl Every<'_> {
         let depth = locals.len();
         for value in values {
             self.looked += 1;
-            if self.found.all.len() >= self.most || self.looked / LOOKED_AT > self.most {
+            if self.found.all.len() >= self.extent.most || self.looked / LOOKED_AT > self.extent.most {
                 self.found.sampled = true;
                 break;
             }

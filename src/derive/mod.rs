@@ -25,7 +25,7 @@ use grammar_lang::ir::{Rule, RuleSet};
 
 pub use apply::Blocked;
 pub use candidate::Candidate;
-pub use every::Applications;
+pub use every::{Applications, Extent};
 pub use example::run_example;
 pub use record::{Recorded, Step, Steps};
 pub use scope::DesignScope;

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::ir::{Effect, Expr, ExprKind, Group, Matched, Rule, RuleSet, Spread};
 
-use super::{Blocked, Derivation, Stream};
+use super::{Blocked, Derivation, Extent, Stream};
 use crate::design::Refusal;
 
 /// How many applications of a rule are tried at most.
@@ -76,7 +76,7 @@ fn always(rules: &RuleSet, rule: &Rule, begun: &Derivation) -> Option<Refusal> {
         return None;
     }
     let mut random = Stream::named(0, "refused");
-    let all = begun.applications(rules, rule, 0.0, (MOST, &[]), &mut random).ok()?;
+    let all = begun.applications(rules, rule, 0.0, Extent { most: MOST, hints: &[] }, &mut random).ok()?;
     if all.sampled {
         return None;
     }

@@ -1,6 +1,6 @@
 //! Changes of a design: attaching, setting, removing, replacing, with all images.
 
-use grammar_lang::eval::Value;
+use grammar_lang::eval::{KindValue, Value};
 use grammar_lang::ir::{RuleSet, Settable};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
@@ -22,7 +22,7 @@ impl Design {
         let images = symmetry::images(rules.symmetry);
         let mut places = Vec::with_capacity(images.len());
         for (k, image) in images.iter().enumerate() {
-            places.push(symmetry::image_port(self, rules, (k + 1, image), place.0, place.1)?);
+            places.push(symmetry::image_port(self, rules, k + 1, image, place.0, place.1)?);
         }
         let original = self.add(rules, attachment, step, None)?;
         if places.contains(&place) {
@@ -143,7 +143,7 @@ impl Design {
         &mut self,
         rules: &RuleSet,
         id: PartId,
-        (kind, given): (&str, &[(String, Value)]),
+        with: &KindValue,
         between: Option<(PartId, PartId)>,
         step: u64,
     ) -> Result<PartId, Refusal> {
@@ -159,7 +159,7 @@ impl Design {
             // The neighbours were named for one of the images: the others have their images.
             let shift = (part.image as usize + order - mine % order) % order;
             let between = between.map(|(a, b)| (self.image(rules, a, shift), self.image(rules, b, shift)));
-            let id = self.replace_one(rules, old, (kind, given), between, step)?;
+            let id = self.replace_one(rules, old, with, between, step)?;
             if let Some(part) = self.parts.get_mut(&id) {
                 part.image_of = made;
             }
@@ -174,18 +174,18 @@ impl Design {
         &mut self,
         rules: &RuleSet,
         old: PartId,
-        (kind, given): (&str, &[(String, Value)]),
+        with: &KindValue,
         between: Option<(PartId, PartId)>,
         step: u64,
     ) -> Result<PartId, Refusal> {
         let index = self.parts.get_index_of(&old).ok_or(Refusal::Gone)?;
         let id = self.next_id(step)?;
-        let (near, far) = ends(rules, kind);
+        let (near, far) = ends(rules, &with.name);
         let before = self.parts.shift_remove(&old).ok_or(Refusal::Gone)?;
         let holder = before.held_by.map(|(h, _)| h);
         let mut part = Part {
-            kind: kind.to_owned(),
-            params: params(rules, kind, given)?,
+            kind: with.name.clone(),
+            params: params(rules, &with.name, &with.params)?,
             holding: near,
             step,
             ..before.clone()

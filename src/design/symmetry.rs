@@ -89,7 +89,8 @@ impl Image {
 pub(super) fn image_port(
     design: &Design,
     rules: &RuleSet,
-    (k, image): (usize, &Image),
+    k: usize,
+    image: &Image,
     id: PartId,
     port: u8,
 ) -> Result<(PartId, u8), Refusal> {

@@ -81,7 +81,7 @@ impl Lowered {
         for (new, &old) in order.iter().enumerate() {
             let hinge = groups.hinges[old].map(|hinge| raised(hinge, lift));
             let servo = hinge.as_ref().map_or(0, |hinge| servo(&mut servos, hinge));
-            bodies.push(body(assembly, &members[new], place[groups.parents[old]], (hinge, servo), lift));
+            bodies.push(body(assembly, &members[new], place[groups.parents[old]], hinge, servo, lift));
         }
         let pieces = assembly
             .elements
@@ -193,7 +193,8 @@ fn body(
     assembly: &Assembly,
     members: &[usize],
     parent: usize,
-    (hinge, servo): (Option<Hinge>, usize),
+    hinge: Option<Hinge>,
+    servo: usize,
     lift: f64,
 ) -> Body {
     let elements = || members.iter().map(|&member| &assembly.elements[member]);

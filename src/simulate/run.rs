@@ -126,7 +126,8 @@ impl<S: Stepper> Run<S> {
     fn together(
         &mut self,
         stop: Stop<'_>,
-        (first, drives): (usize, &[Targets]),
+        first: usize,
+        drives: &[Targets],
         watch: &dyn Watch,
     ) -> Option<Vec<Result<Motion, Invalid>>> {
         let mut lanes: Vec<Lane> = drives.iter().map(|drive| self.lane(drive)).collect();
@@ -223,7 +224,7 @@ impl<S: Stepper> Simulation for Run<S> {
     ) -> Option<Vec<Result<Motion, Invalid>>> {
         let chunks = drives.chunks(S::LANES).enumerate();
         let chunks: Option<Vec<_>> =
-            chunks.map(|(n, chunk)| self.together(stop, (n * S::LANES, chunk), watch)).collect();
+            chunks.map(|(n, chunk)| self.together(stop, n * S::LANES, chunk, watch)).collect();
         Some(chunks?.into_iter().flatten().collect())
     }
 }

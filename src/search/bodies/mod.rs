@@ -486,14 +486,15 @@ impl Bodies<'_> {
             // From nothing to nothing is no gain.
             self.gains.learn(trial.origin.chain, if gain.is_nan() { f64::NEG_INFINITY } else { gain });
         }
-        self.settle(trial, (found, tally), cell, is_cut)
+        self.settle(trial, found, tally, cell, is_cut)
     }
 
     /// Does with a body what its value asks for.
     fn settle(
         &mut self,
         trial: Trial<Arc<Derivation>>,
-        (found, tally): (Found, Tally),
+        found: Found,
+        tally: Tally,
         cell: Option<Vec<usize>>,
         is_cut: bool,
     ) -> Result<(), Failure> {

@@ -155,7 +155,7 @@ impl<'a> Bodies<'a> {
             unfinished: None,
         };
         let trial = search.state.trial.take()?;
-        let judged: Result<(), Failure> = search.settle(trial, (found, Tally::default()), None, false);
+        let judged: Result<(), Failure> = search.settle(trial, found, Tally::default(), None, false);
         judged.ok()?;
         for _ in 0..IDLE {
             match search.next_move() {

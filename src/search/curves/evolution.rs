@@ -34,7 +34,8 @@ impl Tuner<'_> {
     /// Goes on by a generation.
     pub(super) fn evolve(
         &mut self,
-        (schedule, cma_es): (&Schedule, &CmaEs),
+        schedule: &Schedule,
+        cma_es: &CmaEs,
         tuning: &mut Tuning,
         state: &mut Distribution,
         spent: &mut u64,

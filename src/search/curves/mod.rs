@@ -127,7 +127,7 @@ impl<'a> Tuner<'a> {
                 self.anneal(Annealed { schedule, annealing }, tuning, chains, spent)
             }
             (Curves::Distribution(distribution), CurveMethod::CmaEs(cma_es)) => {
-                self.evolve((schedule, cma_es), tuning, distribution, spent)
+                self.evolve(schedule, cma_es, tuning, distribution, spent)
             }
             // A state is begun with the method that it goes on with.
             (Curves::Chains(_), CurveMethod::CmaEs(_))

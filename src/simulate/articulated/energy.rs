@@ -61,7 +61,9 @@ pub(super) fn energy<S: Scalar>(
     tree: &Tree<S>,
     ways: &[Way<S>],
     momenta: &Momenta<S>,
-    (state, gravity, step): (&State<S>, V3<S>, S),
+    state: &State<S>,
+    gravity: V3<S>,
+    step: S,
 ) -> S {
     let mut sum = step.like(0.0);
     for (way, link) in ways.iter().zip(&tree.links) {

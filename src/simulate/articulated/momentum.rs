@@ -6,7 +6,7 @@
 
 use super::kinematics::{Frame, State, Velocity};
 use super::scalar::Scalar;
-use super::stride::Stride;
+use super::stride::{Pose, Stride};
 use super::tree::{Tree, dof_of};
 use super::vector::{Sym, V3, add, apply_sym, cross, dot, null, scale, sub};
 
@@ -145,10 +145,10 @@ impl<S: Scalar> Wrench<S> {
 /// present speeds would mean in this step, plus the `fall`, the change of velocity by gravity.
 #[inline(always)]
 pub(super) fn gather<S: Scalar>(
-    tree: &Tree<S>,
-    (frames, inertias): (&[Frame<S>], &[Sym<S>]),
+    Pose { tree, frames, inertias }: Pose<'_, S>,
     strides: &[Stride<S>],
-    (momenta, fall): (&Momenta<S>, V3<S>),
+    momenta: &Momenta<S>,
+    fall: V3<S>,
     wrenches: &mut [Wrench<S>],
     impulses: &mut [S],
 ) {

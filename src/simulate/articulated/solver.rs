@@ -11,7 +11,7 @@ use super::momentum::{Momenta, Wrench, carry, gather};
 use super::pgs::{self, Unrest};
 use super::rows::Rows;
 use super::scalar::{Mask, Scalar, lanes_of};
-use super::stride::{Stride, Way, stride};
+use super::stride::{Pose, Stride, Way, stride};
 use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
 use super::vector::{Sym, V3, add, apply, constant, copy_lane, cross, dot, null, scale, sub};
@@ -200,9 +200,9 @@ impl<S: Scalar> Solver<S> {
         self.strides.fill(Stride::null(tree.kit));
         carry(inertias, ahead, &self.strides, momenta);
         stride(
-            tree,
-            (frames, inertias),
-            (&state.speeds, ahead),
+            Pose { tree, frames, inertias },
+            &state.speeds,
+            ahead,
             self.step,
             &mut self.ways,
             &mut self.strides,
@@ -253,7 +253,7 @@ impl<S: Scalar> Solver<S> {
             if pass == 0 {
                 self.touch();
             }
-            self.constrain((pass == 0, servos_changed), live);
+            self.constrain(pass == 0, servos_changed, live);
             for (next, &found) in self.next.iter_mut().zip(&self.free) {
                 *next = S::pick(live, found, *next);
             }
@@ -300,7 +300,8 @@ impl<S: Scalar> Solver<S> {
     fn unsettled(&mut self, changed: S::Mask) -> S::Mask {
         let Self { tree, frames, inertias, ahead, next, .. } = self;
         move_on(tree, frames, next, ahead);
-        stride(tree, (frames, inertias), (next, ahead), self.step, &mut self.ways, &mut self.found);
+        let pose = Pose { tree, frames, inertias };
+        stride(pose, next, ahead, self.step, &mut self.ways, &mut self.found);
         let zero = S::zero(tree.kit);
         let (mut error, mut whole) = (zero, zero);
         for (body, link) in tree.links.iter().enumerate() {
@@ -324,7 +325,8 @@ impl<S: Scalar> Solver<S> {
         let Self {
             tree, state, frames, inertias, strides, momenta, wrenches, factor, joints, y, free, ..
         } = self;
-        gather(tree, (frames, inertias), strides, (momenta, self.fall), wrenches, free);
+        let pose = Pose { tree, frames, inertias };
+        gather(pose, strides, momenta, self.fall, wrenches, free);
         joints.push(state, free);
         if servos_changed {
             factor.rows.copy_from_slice(&self.h);
@@ -413,7 +415,7 @@ impl<S: Scalar> Solver<S> {
     /// Makes the rows of the contacts, solves limits and contacts, and
     /// remembers the impulses of the live lanes; leaves the speeds in `free`.
     #[inline(always)]
-    fn constrain(&mut self, (first, servos_changed): (bool, bool), live: S::Mask) {
+    fn constrain(&mut self, first: bool, servos_changed: bool, live: S::Mask) {
         let Self { tree, frames, factor, joints, rows, y, .. } = self;
         if servos_changed {
             rows.fill(tree, frames, factor, &self.touches);
@@ -499,7 +501,7 @@ impl<S: Scalar> Solver<S> {
     /// Kinetic and potential energy in the middle of the last step, erg.
     #[inline(always)]
     pub(super) fn energy(&self) -> S {
-        energy(&self.tree, &self.ways, &self.momenta, (&self.state, self.gravity, self.step))
+        energy(&self.tree, &self.ways, &self.momenta, &self.state, self.gravity, self.step)
     }
 
     #[cold]

@@ -83,12 +83,22 @@ impl<S: Scalar> Way<S> {
     }
 }
 
+/// All bodies where a step begins.
+#[derive(Clone, Copy)]
+pub(super) struct Pose<'a, S: Scalar> {
+    pub(super) tree: &'a Tree<S>,
+    /// Where each body is, and what it does.
+    pub(super) frames: &'a [Frame<S>],
+    /// The inertia of each about its centre, in the axes of the world.
+    pub(super) inertias: &'a [Sym<S>],
+}
+
 /// Computes the strides of all bodies with these speeds, of which `moves` are the velocities.
 #[inline(always)]
 pub(super) fn stride<S: Scalar>(
-    tree: &Tree<S>,
-    (frames, inertias): (&[Frame<S>], &[Sym<S>]),
-    (speeds, moves): (&[S], &[Velocity<S>]),
+    Pose { tree, frames, inertias }: Pose<'_, S>,
+    speeds: &[S],
+    moves: &[Velocity<S>],
     step: S,
     ways: &mut [Way<S>],
     strides: &mut [Stride<S>],

@@ -35,7 +35,8 @@ const ABOUT: [&str; 4] = [
 pub fn mjcf(
     assembly: &Assembly,
     settings: &Settings,
-    (title, names): (&str, &[String]),
+    title: &str,
+    names: &[String],
 ) -> Result<String, Unfit> {
     let lowered = Lowered::new(assembly, settings)?;
     let names = hinge_names(&lowered, names);

@@ -42,7 +42,7 @@ fn a_capsule_lies_along_its_own_x() {
         elements: vec![bodies::element(shape, nalgebra::Isometry3::identity())],
         ..Assembly::default()
     };
-    let model = mjcf(&body, &settings(), ("capsule", &names())).unwrap();
+    let model = mjcf(&body, &settings(), "capsule", &names()).unwrap();
     let document = Document::parse(&model).unwrap();
     let geom = all(&document, "geom").find(|geom| geom.attribute("type") == Some("capsule")).unwrap();
     assert_eq!(numbers(geom, "size"), [0.01, 0.02]);
@@ -54,13 +54,13 @@ fn a_capsule_lies_along_its_own_x() {
 
 #[test]
 fn a_small_model() {
-    insta::assert_snapshot!(mjcf(&small(), &settings(), ("small", &names())).unwrap());
+    insta::assert_snapshot!(mjcf(&small(), &settings(), "small", &names()).unwrap());
 }
 
 #[test]
 fn a_title_may_be_any_text() {
     let title = "a<b> & \"c\" 'd' --> é\u{0}\n\u{7f}\u{ffff}]]>";
-    let text = mjcf(&small(), &settings(), (title, &names())).unwrap();
+    let text = mjcf(&small(), &settings(), title, &names()).unwrap();
     let document = Document::parse(&text).unwrap();
     assert_eq!(document.root_element().attribute("model"), Some("a<b> & \"c\" 'd' --> é ]]>"));
 }
@@ -69,7 +69,7 @@ fn a_title_may_be_any_text() {
 #[test]
 fn a_model_has_the_mass_and_the_places_of_the_assembly() {
     let assembly = bodies::m8();
-    let text = mjcf(&assembly, &settings(), ("m8", &names())).unwrap();
+    let text = mjcf(&assembly, &settings(), "m8", &names()).unwrap();
     let document = Document::parse(&text).unwrap();
     assert_eq!(all(&document, "body").count(), 41);
     assert_eq!(all(&document, "position").count(), 40);
@@ -102,7 +102,7 @@ fn a_model_has_the_mass_and_the_places_of_the_assembly() {
 #[test]
 fn other_frictions_are_paired() {
     let pairs = |assembly: &Assembly, settings: &Settings| {
-        let text = mjcf(assembly, settings, ("", &names())).unwrap();
+        let text = mjcf(assembly, settings, "", &names()).unwrap();
         let document = Document::parse(&text).unwrap();
         let inside = |node: &Node<'_, '_>| node.parent().is_some_and(|parent| parent.has_tag_name("contact"));
         all(&document, "pair")
@@ -133,10 +133,10 @@ fn what_has_no_bounds_has_no_ranges() {
     let mut assembly = small();
     let JointKind::Hinge(hinge) = &mut assembly.joints[0].kind else { panic!("a hinge") };
     (hinge.torque, hinge.limits) = (f64::INFINITY, (f64::NEG_INFINITY, f64::INFINITY));
-    let text = mjcf(&assembly, &settings(), ("", &names())).unwrap();
+    let text = mjcf(&assembly, &settings(), "", &names()).unwrap();
     assert!(!text.contains("range") && !text.contains("inf"), "{text}");
     let bad = Settings { step: 0.0, ..settings() };
-    assert!(mjcf(&assembly, &bad, ("", &names())).is_err());
+    assert!(mjcf(&assembly, &bad, "", &names()).is_err());
 }
 
 /// The targets are those that the servos of the solvers get: rate-limited, whatever the step.

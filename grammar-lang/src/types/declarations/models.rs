@@ -64,7 +64,9 @@ impl Declarations<'_> {
     fn check_step(
         &mut self,
         from: &Values<'_>,
-        (step, control, duration): (Option<f64>, Option<f64>, Option<f64>),
+        step: Option<f64>,
+        control: Option<f64>,
+        duration: Option<f64>,
         balls: bool,
     ) -> Option<()> {
         let (Some(step), Some((_, tree))) = (step, from.values.get("step")) else { return Some(()) };
@@ -147,7 +149,7 @@ impl Declarations<'_> {
                 return None;
             }
         }
-        self.check_step(&from, (step, control, duration), balls)?;
+        self.check_step(&from, step, control, duration, balls)?;
         Some(ir::Model {
             name: block.name.text.clone(),
             method: method?,
