@@ -22,9 +22,7 @@ use super::ground::top_speed;
 use super::kinematics::{Frame, State, Velocity, place};
 use super::scalar::{Mask, Scalar};
 use super::tree::{LENGTH, Tree};
-use super::vector::{
-    M3, V3, add, apply, apply_transposed, constant, cross, dot, length, null, pick, product, scale, sub,
-};
+use super::vector::{M3, V3};
 use crate::design::assembly::Shape;
 use crate::simulate::lowering::{Lowered, Piece};
 
@@ -56,17 +54,17 @@ impl<S: Scalar> Core<S> {
     fn closest(&self, p: V3<S>) -> V3<S> {
         let clamp = |value: S, most: S| value.min(most).max(-most);
         match *self {
-            Self::Point => null(p[0].kit()),
-            Self::Box(half) => [clamp(p[0], half[0]), clamp(p[1], half[1]), clamp(p[2], half[2])],
+            Self::Point => V3::null(p.kit()),
+            Self::Box(half) => V3([clamp(p[0], half[0]), clamp(p[1], half[1]), clamp(p[2], half[2])]),
             Self::Cylinder(half_length, radius) => {
                 let square = p[1] * p[1] + p[2] * p[2];
                 let outside = (radius * radius).less(square);
                 let k = S::pick(outside, radius / square.sqrt(), radius.like(1.0));
-                [clamp(p[0], half_length), p[1] * k, p[2] * k]
+                V3([clamp(p[0], half_length), p[1] * k, p[2] * k])
             }
             Self::Line(half_length) => {
                 let zero = p[0].like(0.0);
-                [clamp(p[0], half_length), zero, zero]
+                V3([clamp(p[0], half_length), zero, zero])
             }
         }
     }
@@ -96,13 +94,13 @@ struct Placed<'a, S> {
 impl<'a, S: Scalar> Placed<'a, S> {
     #[inline(always)]
     fn new(hull: &'a Hull<S>, frame: &Frame<S>, centre: V3<S>) -> Self {
-        Self { hull, centre, rotation: product(&frame.rotation, &hull.rotation) }
+        Self { hull, centre, rotation: frame.rotation * hull.rotation }
     }
 
     #[inline(always)]
     fn closest(&self, p: V3<S>) -> V3<S> {
-        let local = apply_transposed(&self.rotation, sub(p, self.centre));
-        add(self.centre, apply(&self.rotation, self.hull.core.closest(local)))
+        let local = self.rotation.transposed(p - self.centre);
+        self.centre + self.rotation * self.hull.core.closest(local)
     }
 }
 
@@ -165,7 +163,7 @@ impl<S: Scalar> Collisions<S> {
     pub(super) fn new(kit: S::Kit, lowered: &Lowered) -> Self {
         let tree = Tree::<f32>::new((), lowered);
         let mut frames = vec![Frame::null(()); lowered.bodies.len()];
-        place(&tree, &State::new(&tree, [0.0; 3]), &mut frames);
+        place(&tree, &State::new(&tree, V3::null(())), &mut frames);
         let hulls: Vec<Hull<f32>> = lowered.pieces.iter().map(|piece| hull((), piece)).collect();
         let mut pairs = Vec::new();
         for first in 0..hulls.len() {
@@ -254,8 +252,8 @@ impl<S: Scalar> Collisions<S> {
     /// The greatest speed of any point of a body as the root sees it.
     #[inline(always)]
     fn relative_speed(&self, body: usize, frame: &Frame<S>, own: Velocity<S>, root: Velocity<S>) -> S {
-        let carried = add(root.velocity, cross(root.spin, frame.centre));
-        top_speed(sub(own.spin, root.spin), sub(own.velocity, carried), self.reach[body])
+        let carried = root.velocity + root.spin.cross(frame.centre);
+        top_speed(own.spin - root.spin, own.velocity - carried, self.reach[body])
     }
 
     /// A lower bound of the gap of a pair, and the contact where it is small, in
@@ -271,23 +269,23 @@ impl<S: Scalar> Collisions<S> {
         let pair = &mut self.pairs[place];
         let (a, b) = (&self.hulls[pair.first], &self.hulls[pair.second]);
         let (frame_a, frame_b) = (&frames[a.body], &frames[b.body]);
-        let centre_a = add(frame_a.centre, apply(&frame_a.rotation, a.centre));
-        let centre_b = add(frame_b.centre, apply(&frame_b.rotation, b.centre));
-        let apart = length(sub(centre_a, centre_b)) - a.reach - b.reach;
+        let centre_a = frame_a.centre + frame_a.rotation * a.centre;
+        let centre_b = frame_b.centre + frame_b.rotation * b.centre;
+        let apart = (centre_a - centre_b).length() - a.reach - b.reach;
         let near = awake & apart.at_most(margin);
         if !near.any() {
             return (apart, None);
         }
         let (a, b) = (Placed::new(a, frame_a, centre_a), Placed::new(b, frame_b, centre_b));
-        let start = add(frame_b.centre, apply(&frame_b.rotation, pair.witness));
+        let start = frame_b.centre + frame_b.rotation * pair.witness;
         let (on_a, on_b) = project(&a, &b, start, PROJECTIONS);
-        let witness = apply_transposed(&frame_b.rotation, sub(on_b, frame_b.centre));
-        pair.witness = pick::<S>(near, witness, pair.witness);
-        let way = sub(on_a, on_b);
-        let distance = length(way);
+        let witness = frame_b.rotation.transposed(on_b - frame_b.centre);
+        pair.witness = V3::pick(near, witness, pair.witness);
+        let way = on_a - on_b;
+        let distance = way.length();
         // Inside each other there is no direction: keep the last one.
         let apart_enough = near & distance.like(1e-5).less(distance);
-        pair.normal = pick::<S>(apart_enough, scale(way, distance.like(1.0) / distance), pair.normal);
+        pair.normal = V3::pick(apart_enough, way * (distance.like(1.0) / distance), pair.normal);
         let gap = distance - a.hull.rounding - b.hull.rounding + pair.overlap;
         let lanes = near & gap.at_most(margin);
         let half = gap.like(0.5);
@@ -296,13 +294,13 @@ impl<S: Scalar> Collisions<S> {
         if !lanes.any() {
             return (bound, None);
         }
-        let middle = scale(add(on_a, on_b), half);
+        let middle = (on_a + on_b) * half;
         let offset = (b.hull.rounding - a.hull.rounding) * half;
         let meeting = Meeting {
             lanes,
             bodies: (a.hull.body, b.hull.body),
             normal: pair.normal,
-            point: add(middle, scale(pair.normal, offset)),
+            point: middle + pair.normal * offset,
             gap,
             friction: pair.friction,
             slot: place,
@@ -319,8 +317,8 @@ impl Pair<f32> {
             second: self.second,
             friction: S::of(kit, self.friction.into()),
             overlap: S::of(kit, self.overlap.into()),
-            witness: constant(kit, self.witness.map(f64::from)),
-            normal: constant(kit, self.normal.map(f64::from)),
+            witness: V3::constant(kit, self.witness.0.map(f64::from)),
+            normal: V3::constant(kit, self.normal.0.map(f64::from)),
         }
     }
 }
@@ -337,16 +335,16 @@ fn project<S: Scalar>(a: &Placed<'_, S>, b: &Placed<'_, S>, start: V3<S>, rounds
     for _ in 0..rounds {
         let first = b.closest(on_a);
         let second = b.closest(a.closest(first));
-        let (before, after) = (sub(first, on_b), sub(second, first));
+        let (before, after) = (first - on_b, second - first);
         (on_a, on_b) = (a.closest(second), second);
         let k = |value: f64| start[0].like(value);
-        let ratio = dot(before, after) / (dot(before, before) + k(1e-12));
+        let ratio = before.dot(after) / (before.square() + k(1e-12));
         let ratio = ratio.max(k(0.0)).min(k(0.98));
-        let jump = b.closest(add(second, scale(after, ratio / (k(1.0) - ratio))));
+        let jump = b.closest(second + after * (ratio / (k(1.0) - ratio)));
         let there = a.closest(jump);
-        let (way, other) = (sub(on_a, on_b), sub(there, jump));
-        let closer = dot(other, other).less(dot(way, way));
-        (on_a, on_b) = (pick::<S>(closer, there, on_a), pick::<S>(closer, jump, on_b));
+        let (way, other) = (on_a - on_b, there - jump);
+        let closer = other.square().less(way.square());
+        (on_a, on_b) = (V3::pick(closer, there, on_a), V3::pick(closer, jump, on_b));
     }
     (on_a, b.closest(on_a))
 }
@@ -360,14 +358,14 @@ fn at_rest(
 ) -> Option<Pair<f32>> {
     let placed = |hull: &'_ Hull<f32>| {
         let frame = &frames[hull.body];
-        add(frame.centre, apply(&frame.rotation, hull.centre))
+        frame.centre + frame.rotation * hull.centre
     };
     let (a, b) = (&hulls[first], &hulls[second]);
     let (frame_a, frame_b) = (&frames[a.body], &frames[b.body]);
     let (a, b) = (Placed::new(a, frame_a, placed(a)), Placed::new(b, frame_b, placed(b)));
     let (on_a, on_b) = project(&a, &b, b.centre, FIRST_PROJECTIONS);
-    let way = sub(on_a, on_b);
-    let distance = length(way);
+    let way = on_a - on_b;
+    let distance = way.length();
     if distance <= 1e-4 {
         return None;
     }
@@ -377,8 +375,8 @@ fn at_rest(
         second,
         friction: friction as f32,
         overlap: (-gap).max(0.0),
-        witness: apply_transposed(&frame_b.rotation, sub(on_b, frame_b.centre)),
-        normal: scale(way, 1.0 / distance),
+        witness: frame_b.rotation.transposed(on_b - frame_b.centre),
+        normal: way * (1.0 / distance),
     })
 }
 
@@ -389,7 +387,7 @@ fn hull<S: Scalar>(kit: S::Kit, piece: &Piece) -> Hull<S> {
     let (core, rounding) = match piece.shape {
         Shape::Box { half } => {
             let rounding = half.min() * ROUNDING;
-            (Core::Box([0, 1, 2].map(|axis| of(half[axis] - rounding))), rounding)
+            (Core::Box(V3([0, 1, 2].map(|axis| of(half[axis] - rounding)))), rounding)
         }
         Shape::Ball { radius } => (Core::Point, radius),
         Shape::Cylinder { radius, half_length } => {
@@ -400,8 +398,8 @@ fn hull<S: Scalar>(kit: S::Kit, piece: &Piece) -> Hull<S> {
     };
     Hull {
         body: piece.body,
-        centre: constant(kit, (piece.local.translation.vector * LENGTH).into()),
-        rotation: [0, 1, 2].map(|row| constant(kit, [m[(row, 0)], m[(row, 1)], m[(row, 2)]])),
+        centre: V3::constant(kit, (piece.local.translation.vector * LENGTH).into()),
+        rotation: M3([0, 1, 2].map(|row| V3::constant(kit, [m[(row, 0)], m[(row, 1)], m[(row, 2)]]))),
         core,
         rounding: of(rounding),
         reach: of(piece.shape.reach()),

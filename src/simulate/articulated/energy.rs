@@ -6,7 +6,7 @@ use super::momentum::Momenta;
 use super::scalar::Scalar;
 use super::stride::Way;
 use super::tree::{LENGTH, Tree};
-use super::vector::{V3, dot, scale, sub};
+use super::vector::V3;
 use crate::simulate::Settings;
 
 /// Energy that may come from nowhere, as a height in cm to which it lifts the
@@ -70,8 +70,8 @@ pub(super) fn energy<S: Scalar>(
         sum += way.energy(link.mass);
     }
     // Weight times the height of the centre of mass, half a step ago.
-    let weight = scale(gravity, momenta.mass);
-    sum - dot(weight, state.centre) + dot(gravity, momenta.linear) * (step * step.like(0.5))
+    let weight = gravity * momenta.mass;
+    sum - weight.dot(state.centre) + gravity.dot(momenta.linear) * (step * step.like(0.5))
 }
 
 /// How far the energy over the last step may be from that which the scheme keeps, erg. A body that turns by an angle a in
@@ -81,8 +81,8 @@ pub(super) fn energy<S: Scalar>(
 pub(super) fn doubt<S: Scalar>(tree: &Tree<S>, before: &[Velocity<S>], after: &[Frame<S>]) -> S {
     let mut sum = S::zero(tree.kit);
     for ((link, before), after) in tree.links.iter().zip(before).zip(after) {
-        let change = sub(after.velocity, before.velocity);
-        sum += dot(change, change) * link.mass;
+        let change = after.velocity - before.velocity;
+        sum += change.square() * link.mass;
     }
     sum * sum.like(0.125)
 }

@@ -11,7 +11,7 @@ use nalgebra::{Isometry3, Point3, Vector3};
 use super::kinematics::{Frame, State};
 use super::scalar::{Mask, Scalar};
 use super::tree::LENGTH;
-use super::vector::{V3, add, apply, constant, cross, length, scale, sub};
+use super::vector::V3;
 use crate::design::assembly::Shape;
 use crate::simulate::lowering::Lowered;
 
@@ -85,7 +85,7 @@ impl<S: Scalar> Ground<S> {
                 Shape::Ball { radius } => Sole::Ball(S::of(kit, radius * LENGTH)),
                 Shape::Cylinder { radius, half_length } => cylinder(kit, local, radius, half_length),
                 Shape::Capsule { radius, half_straight } => Sole::Capsule {
-                    end: constant(kit, (local.rotation * Vector3::x() * half_straight * LENGTH).into()),
+                    end: V3::constant(kit, (local.rotation * Vector3::x() * half_straight * LENGTH).into()),
                     radius: S::of(kit, radius * LENGTH),
                 },
             };
@@ -97,7 +97,7 @@ impl<S: Scalar> Ground<S> {
             };
             feet.push(Foot {
                 body: piece.body,
-                centre: constant(kit, (local.translation.vector * LENGTH).into()),
+                centre: V3::constant(kit, (local.translation.vector * LENGTH).into()),
                 reach: S::of(kit, reach * LENGTH),
                 friction: S::of(kit, (piece.friction * friction).sqrt()),
                 slot: slots,
@@ -120,7 +120,7 @@ impl<S: Scalar> Ground<S> {
     ) {
         for foot in &self.feet {
             let frame = &frames[foot.body];
-            let centre = add(frame.centre, apply(&frame.rotation, foot.centre));
+            let centre = frame.centre + frame.rotation * foot.centre;
             let height = state.position[1] + centre[1];
             let margin = margin(foot.body);
             let low = (height - foot.reach).less(margin);
@@ -143,30 +143,30 @@ impl<S: Scalar> Foot<S> {
         low: S::Mask,
         found: &mut impl FnMut(Candidate<S>),
     ) {
-        let moving = cross(frame.spin, sub(centre, frame.centre));
+        let moving = frame.spin.cross(centre - frame.centre);
         let mut offers = Offers { foot: self, centre, moving, height, margin, found };
-        let fixed = |way| (way, cross(frame.spin, way));
+        let fixed = |way| (way, frame.spin.cross(way));
         match &self.sole {
             Sole::Ball(radius) => {
                 let zero = radius.like(0.0);
-                offers.add(0, ([zero, -*radius, zero], [zero; 3]), low);
+                offers.add(0, (V3([zero, -*radius, zero]), V3([zero; 3])), low);
             }
             Sole::Capsule { end, radius } => {
-                let end = apply(&frame.rotation, *end);
-                for (slot, middle) in [end, scale(end, height.like(-1.0))].into_iter().enumerate() {
+                let end = frame.rotation * *end;
+                for (slot, middle) in [end, end * height.like(-1.0)].into_iter().enumerate() {
                     // Below the middle of the end, wherever that goes.
-                    let point = [middle[0], middle[1] - *radius, middle[2]];
-                    offers.add(slot, (point, cross(frame.spin, middle)), low);
+                    let point = V3([middle[0], middle[1] - *radius, middle[2]]);
+                    offers.add(slot, (point, frame.spin.cross(middle)), low);
                 }
             }
             Sole::Corners(corners) => {
                 for (slot, &corner) in corners.iter().enumerate() {
-                    offers.add(slot, fixed(apply(&frame.rotation, corner)), low);
+                    offers.add(slot, fixed(frame.rotation * corner), low);
                 }
             }
             Sole::Cylinder { axis, half_length, radius, fan } => {
                 let k = |value: f64| height.like(value);
-                let axis = apply(&frame.rotation, *axis);
+                let axis = frame.rotation * *axis;
                 let level = (k(1.0) - axis[1] * axis[1]).max(k(0.0));
                 let across = level.sqrt();
                 let low = low & (height - axis[1].abs() * *half_length - *radius * across).less(margin);
@@ -179,21 +179,21 @@ impl<S: Scalar> Foot<S> {
                 let upright = low & k(0.9).less(axis[1].abs());
                 for end in 0..2 {
                     let side = if end == 0 { *half_length } else { -*half_length };
-                    let middle = scale(axis, side);
+                    let middle = axis * side;
                     if tilted.any() {
                         let k = *radius / across;
-                        let down = [axis[1] * axis[0] * k, -(level * k), axis[1] * axis[2] * k];
+                        let down = V3([axis[1] * axis[0] * k, -(level * k), axis[1] * axis[2] * k]);
                         // The point follows the axis, not the rim.
-                        let nods = cross(frame.spin, axis);
-                        let swing = add(scale(axis, nods[1]), scale(nods, axis[1]));
-                        let sinks = scale(down, axis[1] * nods[1] / level);
-                        let moving = add(scale(nods, side), add(scale(swing, k), sinks));
-                        offers.add(end, (add(middle, down), moving), tilted);
+                        let nods = frame.spin.cross(axis);
+                        let swing = axis * nods[1] + nods * axis[1];
+                        let sinks = down * (axis[1] * nods[1] / level);
+                        let moving = nods * side + (swing * k + sinks);
+                        offers.add(end, (middle + down, moving), tilted);
                     }
                     if upright.any() {
                         for (place, &rim) in fan.iter().enumerate() {
                             let slot = 2 + end * FAN + place;
-                            offers.add(slot, fixed(add(middle, apply(&frame.rotation, rim))), upright);
+                            offers.add(slot, fixed(middle + frame.rotation * rim), upright);
                         }
                     }
                 }
@@ -222,15 +222,15 @@ impl<S: Scalar, F: FnMut(Candidate<S>)> Offers<'_, S, F> {
         let lanes = lanes & gap.less(self.margin);
         if lanes.any() {
             let Foot { body, friction, slot: first, .. } = *self.foot;
-            let point = add(self.centre, way);
-            let moving = add(self.moving, moving);
+            let point = self.centre + way;
+            let moving = self.moving + moving;
             (self.found)(Candidate { body, point, moving, lanes, gap, friction, slot: first + slot });
         }
     }
 }
 
 fn cylinder<S: Scalar>(kit: S::Kit, local: &Isometry3<f64>, radius: f64, half_length: f64) -> Sole<S> {
-    let vector = |v: Vector3<f64>| constant(kit, v.into());
+    let vector = |v: Vector3<f64>| V3::constant(kit, v.into());
     let (up, side) = (local.rotation * Vector3::y(), local.rotation * Vector3::z());
     Sole::Cylinder {
         axis: vector(local.rotation * Vector3::x()),
@@ -291,12 +291,12 @@ impl Hulls {
     fn corners<S: Scalar>(&self, kit: S::Kit, element: usize) -> Vec<V3<S>> {
         let own =
             self.corners.iter().zip(&self.keep).filter(|((owner, ..), keep)| *owner == element && **keep);
-        own.map(|((_, way, _), _)| constant(kit, (way * LENGTH).into())).collect()
+        own.map(|((_, way, _), _)| V3::constant(kit, (way * LENGTH).into())).collect()
     }
 }
 
 /// An upper bound of the speed of any point of a body with a reach.
 #[inline(always)]
 pub(super) fn top_speed<S: Scalar>(spin: V3<S>, velocity: V3<S>, reach: S) -> S {
-    length(velocity) + length(spin) * reach
+    velocity.length() + spin.length() * reach
 }

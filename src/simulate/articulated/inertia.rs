@@ -7,7 +7,7 @@
 use super::kinematics::Frame;
 use super::scalar::Scalar;
 use super::tree::{ROOT, Tree, dof_of};
-use super::vector::{Sym, V3, add, apply_sym, cross, dot, null, rotated, scale, sub};
+use super::vector::{Sym, V3};
 
 /// A body and all that hangs on it, as one rigid body about its hinge.
 #[derive(Clone, Copy, Debug)]
@@ -24,23 +24,23 @@ impl<S: Scalar> Composite<S> {
     /// Nothing.
     #[inline(always)]
     pub(super) fn null(kit: S::Kit) -> Self {
-        Self { mass: S::zero(kit), moment: null(kit), inertia: [S::zero(kit); 6] }
+        Self { mass: S::zero(kit), moment: V3::null(kit), inertia: Sym::null(kit) }
     }
 
     /// Adds a composite that is referred to a point `way` from the own one.
     #[inline(always)]
     fn attach(&mut self, other: &Self, way: V3<S>) {
-        let (half, two) = (way[0].like(0.5), way[0].like(2.0));
+        let (half, two) = (self.mass.like(0.5), self.mass.like(2.0));
         self.mass += other.mass;
-        self.moment = add(self.moment, add(other.moment, scale(way, other.mass)));
+        self.moment += other.moment + way * other.mass;
         // I + 2 (h.d) 1 - h d^T - d h^T + m (d.d 1 - d d^T), with h' = 2 h + m d.
-        let h = add(scale(other.moment, two), scale(way, other.mass));
-        let trace = dot(h, way);
+        let h = other.moment * two + way * other.mass;
+        let trace = h.dot(way);
         for axis in 0..3 {
-            self.inertia[axis] += other.inertia[axis] + trace - h[axis] * way[axis];
+            self.inertia.0[axis] += other.inertia.0[axis] + trace - h[axis] * way[axis];
         }
         for (entry, (i, j)) in [(0, 1), (0, 2), (1, 2)].into_iter().enumerate() {
-            self.inertia[3 + entry] += other.inertia[3 + entry] - half * (h[i] * way[j] + h[j] * way[i]);
+            self.inertia.0[3 + entry] += other.inertia.0[3 + entry] - half * (h[i] * way[j] + h[j] * way[i]);
         }
     }
 }
@@ -49,7 +49,7 @@ impl<S: Scalar> Composite<S> {
 #[inline(always)]
 pub(super) fn turn_inertias<S: Scalar>(tree: &Tree<S>, frames: &[Frame<S>], inertias: &mut [Sym<S>]) {
     for ((link, frame), inertia) in tree.links.iter().zip(frames).zip(inertias) {
-        *inertia = rotated(&link.inertia, &frame.rotation);
+        *inertia = link.inertia.rotated(&frame.rotation);
     }
 }
 
@@ -64,14 +64,14 @@ pub(super) fn mass_matrix<S: Scalar>(
 ) {
     for (body, link) in tree.links.iter().enumerate() {
         let frame = &frames[body];
-        let own = Composite { mass: link.mass, moment: null(tree.kit), inertia: inertias[body] };
+        let own = Composite { mass: link.mass, moment: V3::null(tree.kit), inertia: inertias[body] };
         composites[body] = Composite::null(tree.kit);
-        composites[body].attach(&own, sub(frame.centre, frame.hinge));
+        composites[body].attach(&own, frame.centre - frame.hinge);
     }
     for body in (1..tree.links.len()).rev() {
         let parent = tree.links[body].parent;
         let (low, high) = composites.split_at_mut(body);
-        low[parent].attach(&high[0], sub(frames[body].hinge, frames[parent].hinge));
+        low[parent].attach(&high[0], frames[body].hinge - frames[parent].hinge);
         hinge_row(tree, frames, body, &high[0], h);
     }
     root_rows(tree, &composites[0], h);
@@ -91,29 +91,29 @@ fn hinge_row<S: Scalar>(
     let start = tree.rows[dof_of(body)];
     let row = &mut h[start..start + path.len()];
     let mut at = &frames[body];
-    let linear = cross(at.axis, composite.moment);
-    let mut angular = apply_sym(&composite.inertia, at.axis);
+    let linear = at.axis.cross(composite.moment);
+    let mut angular = composite.inertia * at.axis;
     let mut ancestor = body;
     for depth in (ROOT..path.len()).rev() {
-        row[depth] = dot(at.axis, angular);
+        row[depth] = at.axis.dot(angular);
         ancestor = tree.links[ancestor].parent;
         let next = &frames[ancestor];
-        angular = add(angular, cross(sub(at.hinge, next.hinge), linear));
+        angular += (at.hinge - next.hinge).cross(linear);
         at = next;
     }
-    row[..3].copy_from_slice(&angular);
-    row[3..ROOT].copy_from_slice(&linear);
+    row[..3].copy_from_slice(&angular.0);
+    row[3..ROOT].copy_from_slice(&linear.0);
 }
 
 #[inline(always)]
 fn root_rows<S: Scalar>(tree: &Tree<S>, composite: &Composite<S>, h: &mut [S]) {
-    let m = &composite.inertia;
+    let Sym([xx, yy, zz, xy, xz, yz]) = composite.inertia;
     let c = composite.moment;
     let (zero, mass) = (S::zero(tree.kit), composite.mass);
     let rows: [&[S]; ROOT] = [
-        &[m[0]],
-        &[m[3], m[1]],
-        &[m[4], m[5], m[2]],
+        &[xx],
+        &[xy, yy],
+        &[xz, yz, zz],
         &[zero, c[2], -c[1], mass],
         &[-c[2], zero, c[0], zero, mass],
         &[c[1], -c[0], zero, zero, zero, mass],

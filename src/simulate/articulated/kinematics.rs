@@ -2,7 +2,7 @@
 
 use super::scalar::Scalar;
 use super::tree::{ROOT, Tree, dof_of};
-use super::vector::{M3, Quat, V3, add, apply, cross, matrix, null, product, rotation, scale, sub, turned};
+use super::vector::{M3, Quat, V3};
 
 /// The state of a tree.
 #[derive(Clone, Debug)]
@@ -29,8 +29,8 @@ impl<S: Scalar> State<S> {
         Self {
             position,
             centre: position,
-            lost: null(kit),
-            rotation: [1.0, 0.0, 0.0, 0.0].map(|value| S::of(kit, value)),
+            lost: V3::null(kit),
+            rotation: Quat([1.0, 0.0, 0.0, 0.0].map(|value| S::of(kit, value))),
             angles: vec![S::zero(kit); tree.links.len()],
             speeds: vec![S::zero(kit); tree.dofs()],
         }
@@ -50,7 +50,7 @@ impl<S: Scalar> State<S> {
     #[inline(always)]
     pub(super) fn turn(&mut self, step: S) {
         let v = &self.speeds;
-        self.rotation = turned(self.rotation, scale([v[0], v[1], v[2]], step));
+        self.rotation = self.rotation.turned(V3([v[0], v[1], v[2]]) * step);
         for body in 1..self.angles.len() {
             self.angles[body] += v[dof_of(body)] * step;
         }
@@ -78,8 +78,8 @@ pub(super) struct Frame<S> {
 impl<S: Scalar> Frame<S> {
     /// Nowhere in particular.
     pub(super) fn null(kit: S::Kit) -> Self {
-        let zero = null(kit);
-        Self { rotation: [zero; 3], centre: zero, hinge: zero, axis: zero, spin: zero, velocity: zero }
+        let zero = V3::null(kit);
+        Self { rotation: M3([zero; 3]), centre: zero, hinge: zero, axis: zero, spin: zero, velocity: zero }
     }
 }
 
@@ -87,26 +87,26 @@ impl<S: Scalar> Frame<S> {
 #[inline(always)]
 pub(super) fn place<S: Scalar>(tree: &Tree<S>, state: &State<S>, frames: &mut [Frame<S>]) {
     let v = &state.speeds;
-    let zero = null(tree.kit);
+    let zero = V3::null(tree.kit);
     frames[0] = Frame {
-        rotation: matrix(state.rotation),
+        rotation: state.rotation.matrix(),
         centre: zero,
         hinge: zero,
         axis: zero,
-        spin: [v[0], v[1], v[2]],
-        velocity: [v[3], v[4], v[5]],
+        spin: V3([v[0], v[1], v[2]]),
+        velocity: V3([v[3], v[4], v[5]]),
     };
     for (body, link) in tree.links.iter().enumerate().skip(1) {
         let parent = frames[link.parent];
         let rate = v[body + ROOT - 1];
-        let rotation = product(&parent.rotation, &rotation(link.axis, state.angles[body]));
-        let axis = apply(&parent.rotation, link.axis);
-        let to_hinge = apply(&parent.rotation, link.to_hinge);
-        let to_centre = apply(&rotation, link.to_centre);
-        let hinge = add(parent.centre, to_hinge);
-        let spin = add(parent.spin, scale(axis, rate));
-        let velocity = add(add(parent.velocity, cross(parent.spin, to_hinge)), cross(spin, to_centre));
-        frames[body] = Frame { rotation, centre: add(hinge, to_centre), hinge, axis, spin, velocity };
+        let rotation = parent.rotation * M3::rotation(link.axis, state.angles[body]);
+        let axis = parent.rotation * link.axis;
+        let to_hinge = parent.rotation * link.to_hinge;
+        let to_centre = rotation * link.to_centre;
+        let hinge = parent.centre + to_hinge;
+        let spin = parent.spin + axis * rate;
+        let velocity = parent.velocity + parent.spin.cross(to_hinge) + spin.cross(to_centre);
+        frames[body] = Frame { rotation, centre: hinge + to_centre, hinge, axis, spin, velocity };
     }
 }
 
@@ -123,7 +123,7 @@ impl<S: Scalar> Velocity<S> {
     /// At rest.
     #[inline(always)]
     pub(super) fn null(kit: S::Kit) -> Self {
-        Self { spin: null(kit), velocity: null(kit) }
+        Self { spin: V3::null(kit), velocity: V3::null(kit) }
     }
 
     /// That of a frame.
@@ -142,14 +142,14 @@ pub(super) fn move_on<S: Scalar>(
     speeds: &[S],
     moves: &mut [Velocity<S>],
 ) {
-    moves[0] =
-        Velocity { spin: [speeds[0], speeds[1], speeds[2]], velocity: [speeds[3], speeds[4], speeds[5]] };
+    let v = speeds;
+    moves[0] = Velocity { spin: V3([v[0], v[1], v[2]]), velocity: V3([v[3], v[4], v[5]]) };
     for (body, link) in tree.links.iter().enumerate().skip(1) {
         let (frame, parent) = (&frames[body], moves[link.parent]);
-        let spin = add(parent.spin, scale(frame.axis, speeds[dof_of(body)]));
-        let to_hinge = sub(frame.hinge, frames[link.parent].centre);
-        let at_hinge = add(parent.velocity, cross(parent.spin, to_hinge));
-        let velocity = add(at_hinge, cross(spin, sub(frame.centre, frame.hinge)));
+        let spin = parent.spin + frame.axis * speeds[dof_of(body)];
+        let to_hinge = frame.hinge - frames[link.parent].centre;
+        let at_hinge = parent.velocity + parent.spin.cross(to_hinge);
+        let velocity = at_hinge + spin.cross(frame.centre - frame.hinge);
         moves[body] = Velocity { spin, velocity };
     }
 }

@@ -85,8 +85,7 @@ impl<S: Scalar> Stepper for Solver<S> {
         let place = |axis: usize| {
             (self.state.position[axis].lane(lane) + frame.centre[axis].lane(lane)) / LENGTH + 0.0
         };
-        let r = frame.rotation.map(|row| row.map(|entry| entry.lane(lane) + 0.0));
-        let matrix = Matrix3::from_fn(|row, column| r[row][column]);
+        let matrix = Matrix3::from_fn(|row, column| frame.rotation[row][column].lane(lane) + 0.0);
         let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(matrix));
         let translation = Translation3::new(place(0), place(1), place(2));
         Isometry3::from_parts(translation, UnitQuaternion::new_normalize(turn.into_inner()))

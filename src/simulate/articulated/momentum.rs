@@ -8,7 +8,7 @@ use super::kinematics::{Frame, State, Velocity};
 use super::scalar::Scalar;
 use super::stride::{Pose, Stride};
 use super::tree::{Tree, dof_of};
-use super::vector::{Sym, V3, add, apply_sym, cross, dot, null, scale, sub};
+use super::vector::{Sym, V3};
 
 /// What a body carries over a step.
 #[derive(Clone, Copy, Debug)]
@@ -38,7 +38,7 @@ pub(super) struct Momenta<S> {
 impl<S: Scalar> Momenta<S> {
     /// At rest.
     pub(super) fn new(tree: &Tree<S>) -> Self {
-        let zero = null(tree.kit);
+        let zero = V3::null(tree.kit);
         let mass: f64 = tree.links.iter().map(|link| link.mass.lane(0)).sum();
         let share = |mine: S| S::of(tree.kit, mine.lane(0) / mass);
         Self {
@@ -53,7 +53,7 @@ impl<S: Scalar> Momenta<S> {
 
     /// Back to rest.
     pub(super) fn reset(&mut self) {
-        let zero = null(self.mass.kit());
+        let zero = V3::null(self.mass.kit());
         self.bodies.fill(Momentum { velocity: zero, spin: zero });
         (self.linear, self.angular, self.centre) = (zero, zero, zero);
     }
@@ -61,12 +61,12 @@ impl<S: Scalar> Momenta<S> {
     /// The sums over the bodies: momentum, and angular momentum about the root's centre.
     #[inline(always)]
     fn sums(&self, tree: &Tree<S>, frames: &[Frame<S>]) -> (V3<S>, V3<S>) {
-        let zero = null(tree.kit);
+        let zero = V3::null(tree.kit);
         let (mut linear, mut angular) = (zero, zero);
         for ((body, link), frame) in self.bodies.iter().zip(&tree.links).zip(frames) {
-            let own = scale(body.velocity, link.mass);
-            linear = add(linear, own);
-            angular = add(angular, add(body.spin, cross(frame.centre, own)));
+            let own = body.velocity * link.mass;
+            linear += own;
+            angular += body.spin + frame.centre.cross(own);
         }
         (linear, angular)
     }
@@ -76,8 +76,8 @@ impl<S: Scalar> Momenta<S> {
     #[inline(always)]
     pub(super) fn excess(&self, tree: &Tree<S>, frames: &[Frame<S>]) -> (V3<S>, V3<S>) {
         let (linear, angular) = self.sums(tree, frames);
-        let whole = add(self.angular, cross(self.centre, self.linear));
-        (sub(self.linear, linear), sub(whole, angular))
+        let whole = self.angular + self.centre.cross(self.linear);
+        (self.linear - linear, whole - angular)
     }
 
     /// Makes the momenta of the whole those of its bodies.
@@ -85,15 +85,15 @@ impl<S: Scalar> Momenta<S> {
         let (linear, angular) = self.sums(tree, frames);
         self.centre = self.locate(frames);
         self.linear = linear;
-        self.angular = sub(angular, cross(self.centre, linear));
+        self.angular = angular - self.centre.cross(linear);
     }
 
     /// The centre of mass relative to that of the root.
     #[inline(always)]
     pub(super) fn locate(&self, frames: &[Frame<S>]) -> V3<S> {
-        let mut sum = null(self.mass.kit());
+        let mut sum = V3::null(self.mass.kit());
         for (frame, &share) in frames.iter().zip(&self.shares) {
-            sum = add(sum, scale(frame.centre, share));
+            sum += frame.centre * share;
         }
         sum
     }
@@ -101,14 +101,14 @@ impl<S: Scalar> Momenta<S> {
     /// Gravity changes the velocity of everything.
     #[inline(always)]
     pub(super) fn fall(&mut self, change: V3<S>) {
-        self.linear = add(self.linear, scale(change, self.mass));
+        self.linear += change * self.mass;
     }
 
     /// An impulse acts on the whole at a point relative to the root's centre.
     #[inline(always)]
     pub(super) fn push(&mut self, point: V3<S>, impulse: V3<S>) {
-        self.linear = add(self.linear, impulse);
-        self.angular = add(self.angular, cross(sub(point, self.centre), impulse));
+        self.linear += impulse;
+        self.angular += (point - self.centre).cross(impulse);
     }
 
     /// Moves the centre of mass for a time, and the root to where the frames at its end say that it is.
@@ -122,7 +122,7 @@ impl<S: Scalar> Momenta<S> {
             state.centre[axis] = sum;
         }
         self.centre = self.locate(frames);
-        state.position = sub(state.centre, self.centre);
+        state.position = state.centre - self.centre;
     }
 }
 
@@ -136,7 +136,7 @@ pub(super) struct Wrench<S> {
 impl<S: Scalar> Wrench<S> {
     /// Nothing.
     pub(super) fn null(kit: S::Kit) -> Self {
-        Self { linear: null(kit), angular: null(kit) }
+        Self { linear: V3::null(kit), angular: V3::null(kit) }
     }
 }
 
@@ -154,21 +154,21 @@ pub(super) fn gather<S: Scalar>(
 ) {
     for (body, link) in tree.links.iter().enumerate() {
         let (frame, stride, carried) = (&frames[body], &strides[body], &momenta.bodies[body]);
-        let change = sub(add(sub(carried.velocity, frame.velocity), fall), stride.shift);
-        let linear = scale(change, link.mass);
-        let spin = sub(carried.spin, apply_sym(&inertias[body], frame.spin));
-        let angular = sub(spin, stride.spin);
-        let arm = sub(frame.centre, frame.hinge);
-        wrenches[body] = Wrench { linear, angular: add(angular, cross(arm, linear)) };
+        let change = carried.velocity - frame.velocity + fall - stride.shift;
+        let linear = change * link.mass;
+        let spin = carried.spin - inertias[body] * frame.spin;
+        let angular = spin - stride.spin;
+        let arm = frame.centre - frame.hinge;
+        wrenches[body] = Wrench { linear, angular: angular + arm.cross(linear) };
     }
     for body in (1..tree.links.len()).rev() {
         let parent = tree.links[body].parent;
         let own = wrenches[body];
-        impulses[dof_of(body)] = dot(frames[body].axis, own.angular);
-        let arm = sub(frames[body].hinge, frames[parent].hinge);
+        impulses[dof_of(body)] = frames[body].axis.dot(own.angular);
+        let arm = frames[body].hinge - frames[parent].hinge;
         let carrier = &mut wrenches[parent];
-        carrier.linear = add(carrier.linear, own.linear);
-        carrier.angular = add(carrier.angular, add(own.angular, cross(arm, own.linear)));
+        carrier.linear += own.linear;
+        carrier.angular += own.angular + arm.cross(own.linear);
     }
     let excess = momenta.excess(tree, frames);
     for axis in 0..3 {
@@ -187,7 +187,7 @@ pub(super) fn carry<S: Scalar>(
 ) {
     for (body, carried) in momenta.bodies.iter_mut().enumerate() {
         let (own, stride) = (&moves[body], &strides[body]);
-        carried.velocity = add(own.velocity, stride.shift);
-        carried.spin = add(apply_sym(&inertias[body], own.spin), stride.spin);
+        carried.velocity = own.velocity + stride.shift;
+        carried.spin = inertias[body] * own.spin + stride.spin;
     }
 }

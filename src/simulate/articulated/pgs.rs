@@ -7,17 +7,14 @@
 
 use super::rows::{Contact, Rows};
 use super::scalar::{Mask, Scalar};
-use super::vector::{V3, pick, sub};
+use super::vector::V3;
 
 /// Velocities of a contact point along its three directions.
 #[inline(always)]
 fn velocities<S: Scalar>(columns: &[V3<S>], dofs: &[u32], y: &[S]) -> V3<S> {
-    let mut sum = [y[0].like(0.0); 3];
-    for (column, &dof) in columns.iter().zip(dofs) {
-        let value = y[dof as usize];
-        for (total, &entry) in sum.iter_mut().zip(column) {
-            *total += entry * value;
-        }
+    let mut sum = V3::null(y[0].kit());
+    for (&column, &dof) in columns.iter().zip(dofs) {
+        sum += column * y[dof as usize];
     }
     sum
 }
@@ -25,7 +22,7 @@ fn velocities<S: Scalar>(columns: &[V3<S>], dofs: &[u32], y: &[S]) -> V3<S> {
 #[inline(always)]
 fn push<S: Scalar>(columns: &[V3<S>], dofs: &[u32], y: &mut [S], by: V3<S>) {
     for (column, &dof) in columns.iter().zip(dofs) {
-        y[dof as usize] += column[0] * by[0] + column[1] * by[1] + column[2] * by[2];
+        y[dof as usize] += column.dot(by);
     }
 }
 
@@ -83,7 +80,7 @@ pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S], open: S::Mask, u
     for contact in contacts.iter_mut() {
         let span = contact.start..contact.start + contact.count;
         let (columns, dofs) = (&columns[span.clone()], &dofs[span]);
-        let [n, a, b] = velocities(columns, dofs, y);
+        let V3([n, a, b]) = velocities(columns, dofs, y);
         let before = contact.impulse;
         let zero = n.like(0.0);
         let normal = (before[0] - (n + contact.allowance) * contact.yielding).max(zero);
@@ -95,10 +92,10 @@ pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S], open: S::Mask, u
         let [slip, aside] = contact.slip;
         let sliding = [a + slip + contact.response[3] * change, b + aside + contact.response[4] * change];
         let friction = rub(contact, sliding, contact.friction * normal, touching);
-        let after = pick::<S>(touching, [normal, friction[0], friction[1]], [zero; 3]);
-        let after = pick::<S>(open, after, before);
+        let after = V3::pick(touching, V3([normal, friction[0], friction[1]]), V3([zero; 3]));
+        let after = V3::pick(open, after, before);
         contact.impulse = after;
-        let change = sub(after, before);
+        let change = after - before;
         unrest.add(contact.energy(change), after[0] * after[0] * contact.response[0]);
         push(columns, dofs, y, change);
     }
@@ -112,7 +109,7 @@ pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S], open: S::Mask, u
 /// inertia (scaling the stopping impulse down would not be).
 #[inline(always)]
 fn rub<S: Scalar>(contact: &Contact<S>, sliding: [S; 2], radius: S, touching: S::Mask) -> [S; 2] {
-    let [_, p, q] = contact.impulse;
+    let V3([_, p, q]) = contact.impulse;
     let [_, aa, bb, _, _, ab] = contact.response;
     let d = contact.determinant;
     let (zero, square) = (d.like(0.0), radius * radius);

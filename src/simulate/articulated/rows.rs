@@ -10,7 +10,7 @@ use super::places::Places;
 use super::scalar::{Mask, Scalar};
 use super::touches::{MOST_LANES, Pair, Touch, Touches};
 use super::tree::{ROOT, Tree};
-use super::vector::{V3, cross, dot, null, pick, sub};
+use super::vector::V3;
 
 /// One contact, ready to be solved.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +44,7 @@ pub(super) struct Contact<S> {
 impl<S: Scalar> Contact<S> {
     /// What an impulse does to y, squared.
     #[inline(always)]
-    pub(super) fn energy(&self, [n, a, b]: V3<S>) -> S {
+    pub(super) fn energy(&self, V3([n, a, b]): V3<S>) -> S {
         let [nn, aa, bb, na, nb, ab] = self.response;
         n * (n * nn + (a * na + b * nb) * n.like(2.0)) + a * (a * aa + b * ab * n.like(2.0)) + b * b * bb
     }
@@ -76,7 +76,7 @@ impl<S: Scalar> Rows<S> {
             grounded: 0,
             columns: Places::new(contacts * longest),
             dofs: Vec::with_capacity(contacts * longest),
-            scratch: vec![null(tree.kit); tree.dofs()],
+            scratch: vec![V3::null(tree.kit); tree.dofs()],
             starts: Vec::with_capacity(longest),
         }
     }
@@ -119,15 +119,15 @@ impl<S: Scalar> Rows<S> {
     ) {
         let path = &tree.path(tip)[..touch.deepest];
         let (start, length) = (self.columns.len(), path.len());
-        let [x, y, z] = touch.point;
+        let V3([x, y, z]) = touch.point;
         let zero = S::zero(tree.kit);
         let one = S::pick(zero.less(touch.depth), zero.like(1.0), zero);
-        let columns = self.columns.more(length, null(tree.kit));
+        let columns = self.columns.more(length, V3::null(tree.kit));
         self.dofs.extend_from_slice(path);
         let mut response = [zero; 6];
         // From the tip to the root, each entry gathers what those after it take from it: one store for each.
         for depth in (0..length).rev() {
-            let mut own = match depth {
+            let mut own = V3(match depth {
                 // Turns about x, y, z move the point by e cross p; shifts by e.
                 0 => [-z, zero, y],
                 1 => [zero, z, -x],
@@ -139,16 +139,16 @@ impl<S: Scalar> Rows<S> {
                     let frame = &frames[path[depth] as usize + 1 - ROOT];
                     // Only hinges before the body move its point.
                     let moves = zero.like(depth as f64).less(touch.depth);
-                    let [x, y, z] = cross(frame.axis, sub(touch.point, frame.hinge));
-                    pick::<S>(moves, [y, x, z], [zero; 3])
+                    let V3([x, y, z]) = frame.axis.cross(touch.point - frame.hinge);
+                    [y, x, z].map(|entry| S::pick(moves, entry, zero))
                 }
-            };
+            });
             let later = self.starts[..length].iter().zip(&self.scratch);
             for (&row, &column) in later.skip(depth + 1).rev() {
-                subtract(&mut own, column, factor.rows[row + depth]);
+                own -= column * factor.rows[row + depth];
             }
             self.scratch[depth] = own;
-            columns[depth] = scaled(own, factor.inverse[path[depth] as usize]);
+            columns[depth] = own * factor.inverse[path[depth] as usize];
             add_products(&mut response, columns[depth]);
         }
         self.finish(start, touch, response);
@@ -179,17 +179,17 @@ impl<S: Scalar> Rows<S> {
             let [with_one, with_two] = [moves[0] & !moves[1], moves[1] & !moves[0]];
             self.dofs.push(dof as u32);
             // Where both move alike the row is zero until the elimination reaches it.
-            self.scratch[dof] = null(tree.kit);
+            self.scratch[dof] = V3::null(tree.kit);
             if dof >= ROOT && (with_one | with_two).any() {
                 let frame = &frames[dof + 1 - ROOT];
-                let way = cross(frame.axis, sub(touch.point, frame.hinge));
+                let way = frame.axis.cross(touch.point - frame.hinge);
                 let sign = S::pick(with_one, pair.side, -pair.side);
-                let row = scaled([dot(way, normal), dot(way, first), dot(way, second)], sign);
-                self.scratch[dof] = pick::<S>(with_one | with_two, row, null(tree.kit));
+                let row = V3([way.dot(normal), way.dot(first), way.dot(second)]) * sign;
+                self.scratch[dof] = V3::pick(with_one | with_two, row, V3::null(tree.kit));
             }
         }
         let dofs = &self.dofs[start..];
-        let columns = self.columns.more(dofs.len(), null(tree.kit));
+        let columns = self.columns.more(dofs.len(), V3::null(tree.kit));
         let mut response = [zero; 6];
         for (place, &dof) in dofs.iter().enumerate() {
             let dof = dof as usize;
@@ -197,9 +197,9 @@ impl<S: Scalar> Rows<S> {
             let path = tree.path_to(dof);
             let last = path.len() - 1;
             for (&other, &entry) in path[..last].iter().zip(factor.row(tree, dof, last)) {
-                subtract(&mut self.scratch[other as usize], own, entry);
+                self.scratch[other as usize] -= own * entry;
             }
-            columns[place] = scaled(own, factor.inverse[dof]);
+            columns[place] = own * factor.inverse[dof];
             add_products(&mut response, columns[place]);
         }
         self.finish(start, touch, response);
@@ -225,7 +225,7 @@ impl<S: Scalar> Rows<S> {
             allowance: touch.allowance,
             slip: touch.slip,
             friction: touch.friction,
-            impulse: null(zero.kit()),
+            impulse: V3::null(zero.kit()),
             response,
             yielding: S::pick(here, k(1.0) / nn, zero),
             slowest: S::pick(here, k(1.0) / largest, zero),
@@ -234,23 +234,11 @@ impl<S: Scalar> Rows<S> {
     }
 }
 
-#[inline(always)]
-fn subtract<S: Scalar>(column: &mut V3<S>, own: V3<S>, factor: S) {
-    for (entry, value) in column.iter_mut().zip(own) {
-        *entry -= factor * value;
-    }
-}
-
 /// Adds the products of a column's entries, in the order of [`Contact::response`].
 #[inline(always)]
-fn add_products<S: Scalar>(sum: &mut [S; 6], [n, a, b]: V3<S>) {
+fn add_products<S: Scalar>(sum: &mut [S; 6], V3([n, a, b]): V3<S>) {
     let products = [n * n, a * a, b * b, n * a, n * b, a * b];
     sum.iter_mut().zip(products).for_each(|(sum, product)| *sum += product);
-}
-
-#[inline(always)]
-fn scaled<S: Scalar>(column: V3<S>, factor: S) -> V3<S> {
-    [column[0] * factor, column[1] * factor, column[2] * factor]
 }
 
 /// Two unit vectors across a unit normal, without a jump except where the
@@ -262,7 +250,7 @@ fn tangents<S: Scalar>(n: V3<S>) -> (V3<S>, V3<S>) {
     let sign = S::pick(n[1].less(n[1].like(0.0)), -one, one);
     let a = -(one / (sign + n[1]));
     let b = n[2] * n[0] * a;
-    let first = [sign + n[0] * n[0] * a, -n[0], b];
-    let second = [sign * b, -sign * n[2], one + sign * n[2] * n[2] * a];
+    let first = V3([sign + n[0] * n[0] * a, -n[0], b]);
+    let second = V3([sign * b, -sign * n[2], one + sign * n[2] * n[2] * a]);
     (first, second)
 }

@@ -14,7 +14,7 @@ use super::scalar::{Mask, Scalar, lanes_of};
 use super::stride::{Pose, Stride, Way, stride};
 use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
-use super::vector::{Sym, V3, add, apply, constant, copy_lane, cross, dot, null, scale, sub};
+use super::vector::{Sym, V3};
 use crate::simulate::lowering::Lowered;
 use crate::simulate::{Invalid, Settings};
 
@@ -125,12 +125,12 @@ impl<S: Scalar> Solver<S> {
         let tree = Tree::new(kit, lowered);
         let of = |value: f64| S::of(kit, value);
         let centre = lowered.bodies[0].centre * LENGTH;
-        let mut state = State::new(&tree, constant(kit, centre.into()));
+        let mut state = State::new(&tree, V3::constant(kit, centre.into()));
         let mut frames = vec![Frame::null(kit); tree.links.len()];
         place(&tree, &state, &mut frames);
         let mut momenta = Momenta::new(&tree);
         momenta.settle(&tree, &frames);
-        state.centre = add(state.position, momenta.centre);
+        state.centre = state.position + momenta.centre;
         let ground = Ground::new(kit, lowered, settings.ground_friction);
         let collisions = settings.self_collision.then(|| Collisions::new(kit, lowered));
         let slots = ground.slots + collisions.as_ref().map_or(0, Collisions::slots);
@@ -139,10 +139,10 @@ impl<S: Scalar> Solver<S> {
         let (bodies, dofs) = (tree.links.len(), vec![of(0.0); tree.dofs()]);
         let centres = lowered.pieces.iter().map(|piece| {
             let centre = piece.local.translation.vector * LENGTH;
-            (piece.body, constant(kit, centre.into()))
+            (piece.body, V3::constant(kit, centre.into()))
         });
         Self {
-            gravity: constant(kit, [0.0, -settings.gravity * LENGTH, 0.0]),
+            gravity: V3::constant(kit, [0.0, -settings.gravity * LENGTH, 0.0]),
             anchored: false,
             targets: vec![of(0.0); lowered.servos.len()],
             start: state.clone(),
@@ -154,7 +154,7 @@ impl<S: Scalar> Solver<S> {
             reach: reaches(kit, lowered),
             ahead: vec![Velocity::null(kit); bodies],
             tops: vec![of(0.0); bodies],
-            inertias: vec![[of(0.0); 6]; bodies],
+            inertias: vec![Sym::null(kit); bodies],
             composites: vec![Composite::null(kit); bodies],
             strides: vec![Stride::null(kit); bodies],
             found: vec![Stride::null(kit); bodies],
@@ -167,13 +167,13 @@ impl<S: Scalar> Solver<S> {
             joints: Joints::new(&tree),
             touches: Touches::new(&tree),
             rows: Rows::new(&tree, contacts),
-            memory: vec![null(kit); slots],
+            memory: vec![V3::null(kit); slots],
             remembered: Vec::with_capacity(contacts * S::LANES),
             age: 0,
             ledger: Ledger::new(&tree, settings),
             failures: vec![None; S::LANES],
             going: S::mask(kit, true),
-            fall: null(kit),
+            fall: V3::null(kit),
             off: of(0.0),
             slack: of(0.0),
             wild: S::mask(kit, false),
@@ -209,14 +209,14 @@ impl<S: Scalar> Solver<S> {
         );
         self.age = 0;
         momenta.settle(tree, frames);
-        state.centre = add(state.position, momenta.centre);
+        state.centre = state.position + momenta.centre;
     }
 
     /// Back to the state at rest, bit for bit.
     pub(super) fn reset(&mut self) {
         self.state.copy_from(&self.start);
         self.joints.reset();
-        self.memory.fill(null(self.tree.kit));
+        self.memory.fill(V3::null(self.tree.kit));
         self.remembered.clear();
         self.age = 0;
         self.ledger.reset();
@@ -291,7 +291,7 @@ impl<S: Scalar> Solver<S> {
         }
         // The first step begins at rest, half a step after the middle of one that was not.
         let time = if self.age == 0 { self.step * self.step.like(0.5) } else { self.step };
-        self.fall = scale(self.gravity, time);
+        self.fall = self.gravity * time;
         self.joints.prepare(tree, state, &self.targets, self.step);
     }
 
@@ -306,8 +306,8 @@ impl<S: Scalar> Solver<S> {
         let (mut error, mut whole) = (zero, zero);
         for (body, link) in tree.links.iter().enumerate() {
             let (used, found) = (&self.strides[body], &self.found[body]);
-            let (shift, spin) = (sub(found.shift, used.shift), sub(found.spin, used.spin));
-            error += dot(shift, shift) * link.mass + dot(spin, spin) * link.lightness;
+            let (shift, spin) = (found.shift - used.shift, found.spin - used.spin);
+            error += shift.square() * link.mass + spin.square() * link.lightness;
             whole += self.ways[body].energy(link.mass);
         }
         let first = zero.like(1e36).less(self.off);
@@ -350,8 +350,8 @@ impl<S: Scalar> Solver<S> {
         }
         momenta.fall(self.fall);
         for contact in &self.rows.contacts[..self.rows.grounded] {
-            let [up, x, z] = contact.impulse;
-            momenta.push(contact.point, [x, up, z]);
+            let V3([up, x, z]) = contact.impulse;
+            momenta.push(contact.point, V3([x, up, z]));
         }
         if self.anchored {
             momenta.settle(tree, frames);
@@ -374,7 +374,7 @@ impl<S: Scalar> Solver<S> {
             let reach = self.reach[body];
             *top = top_speed(now.spin, now.velocity, reach).max(top_speed(ahead.spin, ahead.velocity, reach));
         }
-        let still = step.like(MARGIN) + dot(self.gravity, self.gravity).sqrt() * step * step;
+        let still = step.like(MARGIN) + self.gravity.length() * step * step;
         let going = self.going;
         let mut slots = 0;
         if let Some(ground) = &self.ground {
@@ -388,10 +388,10 @@ impl<S: Scalar> Solver<S> {
                 #[inline(always)]
                 |c| {
                     let frame = &frames[c.body];
-                    let arm = sub(c.point, frame.centre);
+                    let arm = c.point - frame.centre;
                     let stride = &strides[c.body];
-                    let around = add(cross(stride.turn, arm), scale(cross(frame.spin, c.moving), half));
-                    let [x, y, z] = add(stride.shift, around);
+                    let around = stride.turn.cross(arm) + frame.spin.cross(c.moving) * half;
+                    let V3([x, y, z]) = stride.shift + around;
                     let allowance = allowance(c.gap, step) + y;
                     touches.add(c.lanes & going, c.body, c.slot, c.point, (allowance, [x, z]), c.friction);
                 },
@@ -422,7 +422,7 @@ impl<S: Scalar> Solver<S> {
         }
         for contact in rows.contacts.iter_mut() {
             for (lane, slot) in used(&contact.slots, S::LANES) {
-                copy_lane(&mut contact.impulse, lane, &self.memory[slot]);
+                contact.impulse.copy_lane(lane, &self.memory[slot]);
             }
         }
         joints.warm_start(y);
@@ -453,7 +453,7 @@ impl<S: Scalar> Solver<S> {
         let Self { memory, remembered, .. } = self;
         if first {
             for (lane, slot) in remembered.drain(..) {
-                memory[slot as usize].iter_mut().for_each(|part| part.set_lane(lane, 0.0));
+                memory[slot as usize].copy_lane(lane, &V3::null(self.tree.kit));
             }
         }
         let live = live.bits();
@@ -462,7 +462,7 @@ impl<S: Scalar> Solver<S> {
                 if live >> lane & 1 == 0 {
                     continue;
                 }
-                copy_lane(&mut memory[slot], lane, &contact.impulse);
+                memory[slot].copy_lane(lane, &contact.impulse);
                 if first {
                     remembered.push((lane, slot as u32));
                 }
@@ -475,7 +475,7 @@ impl<S: Scalar> Solver<S> {
     #[inline(always)]
     fn check(&mut self) {
         let zero = S::zero(self.tree.kit);
-        let away = dot(self.state.position, self.state.position);
+        let away = self.state.position.square();
         // Infinity times nothing is not a number, and less than none.
         let mut fine = (away * zero).at_most(zero);
         for (frame, &reach) in self.frames.iter().zip(&self.reach) {
@@ -517,8 +517,7 @@ impl<S: Scalar> Solver<S> {
     }
 
     fn failure(&self, lane: usize) -> Option<Invalid> {
-        let vector = |v: V3<S>| v.map(|part| part.lane(lane));
-        let finite = |v: V3<S>| vector(v).iter().all(|part| part.is_finite());
+        let finite = |v: V3<S>| v.lane(lane).0.iter().all(|part| part.is_finite());
         let moves = |frame: &Frame<S>| finite(frame.spin) && finite(frame.velocity);
         if !finite(self.state.position) || !self.frames.iter().all(moves) {
             return Some(Invalid::NotFinite);
@@ -526,9 +525,8 @@ impl<S: Scalar> Solver<S> {
         let limit = self.speed_limit.lane(lane);
         let fast = |&(body, centre): &(usize, V3<S>)| {
             let frame = &self.frames[body];
-            let arm = apply(&frame.rotation.map(vector), vector(centre));
-            let velocity = add(vector(frame.velocity), cross(vector(frame.spin), arm));
-            let speed = dot(velocity, velocity).sqrt();
+            let arm = frame.rotation.lane(lane) * centre.lane(lane);
+            let speed = (frame.velocity.lane(lane) + frame.spin.lane(lane).cross(arm)).length();
             speed.is_nan() || speed > limit
         };
         if self.centres.iter().any(fast) {

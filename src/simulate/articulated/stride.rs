@@ -9,7 +9,7 @@
 use super::kinematics::{Frame, Velocity};
 use super::scalar::Scalar;
 use super::tree::{Tree, dof_of};
-use super::vector::{M3, Sym, V3, add, apply, apply_sym, dot, null, pick, product, scale, sub};
+use super::vector::{M3, Sym, V3};
 
 /// What the means over a step have beyond that which the speeds mean where it begins.
 #[derive(Clone, Copy, Debug)]
@@ -25,7 +25,7 @@ pub(super) struct Stride<S> {
 impl<S: Scalar> Stride<S> {
     /// Nothing.
     pub(super) fn null(kit: S::Kit) -> Self {
-        let zero = null(kit);
+        let zero = V3::null(kit);
         Self { shift: zero, turn: zero, spin: zero }
     }
 
@@ -42,16 +42,16 @@ impl<S: Scalar> Stride<S> {
     /// Takes over another one in some lanes.
     #[inline(always)]
     pub(super) fn take(&mut self, lanes: S::Mask, other: &Self) {
-        self.shift = pick::<S>(lanes, other.shift, self.shift);
-        self.turn = pick::<S>(lanes, other.turn, self.turn);
-        self.spin = pick::<S>(lanes, other.spin, self.spin);
+        self.shift = V3::pick(lanes, other.shift, self.shift);
+        self.turn = V3::pick(lanes, other.turn, self.turn);
+        self.spin = V3::pick(lanes, other.spin, self.spin);
     }
 }
 
 /// What comes after a vector if it came after another: the same again where it is wild.
 #[inline(always)]
 fn onwards<S: Scalar>(wild: S::Mask, now: V3<S>, before: V3<S>) -> V3<S> {
-    add(now, pick::<S>(wild, null(now[0].kit()), sub(now, before)))
+    now + V3::pick(wild, V3::null(now.kit()), now - before)
 }
 
 /// A body's way in a step.
@@ -72,14 +72,14 @@ pub(super) struct Way<S> {
 impl<S: Scalar> Way<S> {
     /// None.
     pub(super) fn null(kit: S::Kit) -> Self {
-        let zero = null(kit);
-        Self { turn: [zero; 3], shift: zero, velocity: zero, spin: zero, momentum: zero }
+        let zero = V3::null(kit);
+        Self { turn: M3([zero; 3]), shift: zero, velocity: zero, spin: zero, momentum: zero }
     }
 
     /// Kinetic energy over the step of a body of a mass, erg.
     #[inline(always)]
     pub(super) fn energy(&self, mass: S) -> S {
-        (dot(self.velocity, self.velocity) * mass + dot(self.spin, self.momentum)) * mass.like(0.5)
+        (self.velocity.square() * mass + self.spin.dot(self.momentum)) * mass.like(0.5)
     }
 }
 
@@ -108,18 +108,18 @@ pub(super) fn stride<S: Scalar>(
     for (body, link) in tree.links.iter().enumerate() {
         let (frame, own) = (&frames[body], &moves[body]);
         let mut way = if body == 0 {
-            let (turn, shift) = (turning(scale(own.spin, step)), scale(own.velocity, step));
+            let (turn, shift) = (turning(own.spin * step), own.velocity * step);
             Way { turn, shift, ..Way::null(tree.kit) }
         } else {
             go(&ways[link.parent], &frames[link.parent], frame, speeds[dof_of(body)] * step)
         };
-        way.velocity = scale(way.shift, rate);
-        way.spin = scale(axial(&way.turn), half);
-        way.momentum = scale(momentum(&inertias[body], &way.turn), rate);
+        way.velocity = way.shift * rate;
+        way.spin = axial(&way.turn) * half;
+        way.momentum = momentum(&inertias[body], &way.turn) * rate;
         strides[body] = Stride {
-            shift: sub(way.velocity, own.velocity),
-            turn: sub(way.spin, own.spin),
-            spin: sub(way.momentum, apply_sym(&inertias[body], own.spin)),
+            shift: way.velocity - own.velocity,
+            turn: way.spin - own.spin,
+            spin: way.momentum - inertias[body] * own.spin,
         };
         ways[body] = way;
     }
@@ -128,45 +128,43 @@ pub(super) fn stride<S: Scalar>(
 /// The way of a body whose hinge turns by an angle.
 #[inline(always)]
 fn go<S: Scalar>(carrier: &Way<S>, parent: &Frame<S>, own: &Frame<S>, angle: S) -> Way<S> {
-    let about = turning(scale(own.axis, angle));
-    let both = product(&carrier.turn, &about);
-    let mut turn = both;
-    for (row, (first, second)) in turn.iter_mut().zip(carrier.turn.iter().zip(&about)) {
-        *row = add(add(*first, *second), *row);
-    }
-    let hinge = add(carrier.shift, apply(&carrier.turn, sub(own.hinge, parent.centre)));
-    let shift = add(hinge, apply(&turn, sub(own.centre, own.hinge)));
+    let about = turning(own.axis * angle);
+    let both = carrier.turn * about;
+    let turn = M3([0, 1, 2].map(|row| carrier.turn[row] + about[row] + both[row]));
+    let hinge = carrier.shift + carrier.turn * (own.hinge - parent.centre);
+    let shift = hinge + turn * (own.centre - own.hinge);
     Way { turn, shift, ..Way::null(angle.kit()) }
 }
 
 /// Twice the vector of a matrix's antisymmetric part.
 #[inline(always)]
 fn axial<S: Scalar>(m: &M3<S>) -> V3<S> {
-    [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]]
+    V3([m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1]])
 }
 
 /// The angular momentum, times the step, of a body that turns by a rotation less one.
 #[inline(always)]
 fn momentum<S: Scalar>(inertia: &Sym<S>, turn: &M3<S>) -> V3<S> {
-    let [xx, yy, zz, xy, xz, yz] = *inertia;
+    let Sym([xx, yy, zz, xy, xz, yz]) = *inertia;
     let half = (xx + yy + zz) * xx.like(0.5);
-    let second_moments = [[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]];
-    axial(&product(turn, &second_moments))
+    let second_moments =
+        M3([V3([half - xx, -xy, -xz]), V3([-xy, half - yy, -yz]), V3([-xz, -yz, half - zz])]);
+    axial(&(*turn * second_moments))
 }
 
 /// The rotation by a vector, less one: by series that are exact to rounding for the angles of a step.
 #[inline(always)]
 fn turning<S: Scalar>(r: V3<S>) -> M3<S> {
     let k = |value: f64| r[0].like(value);
-    let square = dot(r, r);
+    let square = r.square();
     // sin(r) / r and (1 - cos(r)) / r^2.
     let sine = k(1.0) - square * (k(1.0 / 6.0) - square * (k(1.0 / 120.0) - square * k(1.0 / 5040.0)));
     let rest = k(0.5) - square * (k(1.0 / 24.0) - square * (k(1.0 / 720.0) - square * k(1.0 / 40320.0)));
-    let [u, t] = [scale(r, sine), scale(r, rest)];
+    let [u, t] = [r * sine, r * rest];
     let none = square * rest;
-    [
-        [t[0] * r[0] - none, t[0] * r[1] - u[2], t[0] * r[2] + u[1]],
-        [t[1] * r[0] + u[2], t[1] * r[1] - none, t[1] * r[2] - u[0]],
-        [t[2] * r[0] - u[1], t[2] * r[1] + u[0], t[2] * r[2] - none],
-    ]
+    M3([
+        V3([t[0] * r[0] - none, t[0] * r[1] - u[2], t[0] * r[2] + u[1]]),
+        V3([t[1] * r[0] + u[2], t[1] * r[1] - none, t[1] * r[2] - u[0]]),
+        V3([t[2] * r[0] - u[1], t[2] * r[1] + u[0], t[2] * r[2] - none]),
+    ])
 }

@@ -6,6 +6,7 @@ use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::scalar::Scalar;
 use super::solver::Solver;
+use super::vector::V3;
 use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
 use crate::simulate::Settings;
 use crate::simulate::lowering::Lowered;
@@ -164,12 +165,11 @@ fn a_free_chain_keeps_its_energy() {
 
 /// Momentum and angular momentum about the origin, g cm/s and g cm^2/s.
 fn momenta(solver: &Solver<f64>) -> [f64; 6] {
-    use super::vector::{add, apply_sym, cross, rotated};
     let mut sum = [0.0; 6];
     for (frame, link) in solver.frames.iter().zip(&solver.tree.links) {
-        let momentum = frame.velocity.map(|v| v * link.mass);
-        let own = apply_sym(&rotated(&link.inertia, &frame.rotation), frame.spin);
-        let turning = add(own, cross(add(solver.state.position, frame.centre), momentum));
+        let momentum = frame.velocity * link.mass;
+        let own = link.inertia.rotated(&frame.rotation) * frame.spin;
+        let turning = own + (solver.state.position + frame.centre).cross(momentum);
         for axis in 0..3 {
             sum[axis] += momentum[axis];
             sum[3 + axis] += turning[axis];
@@ -201,7 +201,7 @@ fn a_spinning_body_turns_as_fast_as_it_spins() {
     for _ in 0..240 {
         solver.advance();
     }
-    let [w, _, y, _] = solver.state.rotation.map(f64::from);
+    let [w, _, y, _] = solver.state.rotation.0.map(f64::from);
     assert!((2.0 * libm::atan2(y, w) - 3.0).abs() < 1e-4, "{w}, {y}");
 }
 
@@ -221,7 +221,7 @@ fn a_block_slides_as_far_as_friction_says() {
         for _ in 0..720 {
             solver.advance();
         }
-        let [x, _, z] = solver.state.position.map(f64::from);
+        let [x, _, z] = solver.state.position.0.map(f64::from);
         let expected = speed * speed / (2.0 * friction * 981.0);
         assert!(
             (libm::hypot(x, z) / expected - 1.0).abs() < 2e-3,
@@ -239,11 +239,11 @@ fn slide(tangent: f64, shape: Shape) -> f64 {
     let mut solver = solver::<f32>(&assembly, &fine(1.0 / 240.0));
     let slope = libm::atan(tangent);
     let (s, c) = libm::sincos(slope);
-    solver.gravity = [(981.0 * s * 0.6) as f32, (-981.0 * c) as f32, (981.0 * s * 0.8) as f32];
+    solver.gravity = V3([(981.0 * s * 0.6) as f32, (-981.0 * c) as f32, (981.0 * s * 0.8) as f32]);
     for _ in 0..480 {
         solver.advance();
     }
-    let [x, _, z] = solver.state.position;
+    let V3([x, _, z]) = solver.state.position;
     libm::hypot(f64::from(x), f64::from(z))
 }
 
@@ -280,11 +280,11 @@ fn round_bodies_roll() {
         let mut solver = solver::<f32>(&assembly, &fine(1.0 / 240.0));
         let down = lying * Vector3::z();
         let s = 981.0 * libm::sin(slope);
-        solver.gravity = [(s * down.x) as f32, (-981.0 * libm::cos(slope)) as f32, (s * down.z) as f32];
+        solver.gravity = V3([(s * down.x) as f32, (-981.0 * libm::cos(slope)) as f32, (s * down.z) as f32]);
         for _ in 0..480 {
             solver.advance();
         }
-        let [x, y, z] = solver.state.position.map(f64::from);
+        let [x, y, z] = solver.state.position.0.map(f64::from);
         let (far, expected) = (libm::hypot(x, z), 0.5 * s * 4.0 / (1.0 + inertia));
         assert!((far / expected - 1.0).abs() < 0.02, "{shape:?}: {far} cm, not {expected}");
         assert!((y - 2.0).abs() < 0.01, "it hops or sinks: {y}");
@@ -305,7 +305,7 @@ fn a_capsule_falls_over_on_ice() {
         for _ in 0..960 {
             solver.advance();
         }
-        let [x, y, z] = solver.state.position.map(f64::from);
+        let [x, y, z] = solver.state.position.0.map(f64::from);
         assert!(libm::hypot(x, z) < 1e-3, "tilt {tilt}: went {x}, {z} cm");
         assert!((y - 1.0).abs() < 0.01, "tilt {tilt}: at {y} cm");
     }
@@ -326,7 +326,7 @@ fn cylinders_rest() {
             for _ in 0..960 {
                 solver.advance();
             }
-            let [x, y, z] = solver.state.position;
+            let V3([x, y, z]) = solver.state.position;
             let y = f64::from(y);
             assert!((y - height).abs() < 0.01, "tilt {tilt}, turn {turn}: height {y}, not {height}");
             if tilt == 0.0 || tilt == quarter {
@@ -350,7 +350,7 @@ fn a_cantilever_bends_by_the_closed_form() {
         link.mass = 1e-4;
     }
     let tip = f64::from(solver.tree.links[count].mass);
-    solver.gravity = [0.0, (-force * 1e5 / tip) as f32, 0.0];
+    solver.gravity = V3([0.0, (-force * 1e5 / tip) as f32, 0.0]);
     for _ in 0..2400 {
         solver.advance();
     }
@@ -371,7 +371,7 @@ fn a_servo_holds_what_its_torque_allows() {
         solver.anchored = true;
         let mass = f64::from(solver.tree.links[1].mass);
         // Always across the arm's rest direction, and the sag is small.
-        solver.gravity = [0.0, (-load * 1e7 / (mass * pitch * 100.0)) as f32, 0.0];
+        solver.gravity = V3([0.0, (-load * 1e7 / (mass * pitch * 100.0)) as f32, 0.0]);
         for _ in 0..1200 {
             solver.advance();
         }
@@ -385,14 +385,14 @@ fn a_servo_holds_what_its_torque_allows() {
     let weak = chain(1, pitch, |anchor| Hinge { torque: 1e-3, ..hinge(anchor, Vector3::z(), 0) });
     let mut solver = aloft::<f64>(&weak, &fine(1.0 / 240.0));
     solver.anchored = true;
-    solver.gravity = [0.0; 3];
+    solver.gravity = V3([0.0; 3]);
     // A target is where the servo is to be when the step ends: it acts from then on.
     solver.targets[0] = 0.7;
     solver.advance();
     assert_eq!(solver.state.speeds[6], 0.0);
     solver.advance();
     let link = &solver.tree.links[1];
-    let inertia = link.mass * 25.0 + link.inertia[2];
+    let inertia = link.mass * 25.0 + link.inertia.0[2];
     let speed = link.torque / inertia / 240.0;
     // The momentum of a turn is that of the chord.
     let found = libm::sin(solver.state.speeds[6] / 240.0) * 240.0;
@@ -450,7 +450,7 @@ fn parts_do_not_pass_through_each_other() {
         }
         let mut solver = aloft::<f32>(&body.0, &Settings { self_collision: true, ..fine(1.0 / 240.0) });
         solver.anchored = true;
-        solver.gravity = [0.0; 3];
+        solver.gravity = V3([0.0; 3]);
         solver.targets.fill(0.8);
         for _ in 0..480 {
             solver.advance();

@@ -10,7 +10,7 @@
 use super::places::Places;
 use super::scalar::{Mask, Scalar, lanes_of};
 use super::tree::{ROOT, Tree};
-use super::vector::{V3, copy_lane, null};
+use super::vector::V3;
 
 /// The most lanes that any number has.
 pub(super) const MOST_LANES: usize = 16;
@@ -43,7 +43,7 @@ impl<S: Scalar> Touch<S> {
     #[inline(always)]
     fn null(kit: S::Kit) -> Self {
         let zero = S::zero(kit);
-        let point = null(kit);
+        let point = V3::null(kit);
         let slots = [NO_SLOT; MOST_LANES];
         Self { point, allowance: zero, slip: [zero; 2], friction: zero, depth: zero, deepest: 0, slots }
     }
@@ -57,7 +57,7 @@ impl<S: Scalar> Touch<S> {
         depth: usize,
         slot: usize,
     ) {
-        copy_lane(&mut self.point, lane, point);
+        self.point.copy_lane(lane, point);
         self.allowance.copy_lane(lane, allowance);
         self.slip.iter_mut().zip(slip).for_each(|(own, slip)| own.copy_lane(lane, slip));
         self.friction.copy_lane(lane, friction);
@@ -190,12 +190,12 @@ impl<S: Scalar> Touches<S> {
             if place == self.pairs.len() {
                 let touch = Touch::null(self.kit);
                 let tips = (self.limbs[first].tip, self.limbs[second].tip);
-                let normal = null(self.kit);
+                let normal = V3::null(self.kit);
                 self.pairs.push(Pair { touch, limbs, tips, depth: zero, deepest: 0, normal, side: zero });
             }
             let pair = &mut self.pairs[place];
             pair.touch.set(lane, (&point, &allowance, &[zero; 2], &friction), depth, slot);
-            copy_lane(&mut pair.normal, lane, &normal);
+            pair.normal.copy_lane(lane, &normal);
             pair.depth.set_lane(lane, other as f64);
             pair.deepest = pair.deepest.max(other);
             pair.side.set_lane(lane, side);

@@ -9,7 +9,7 @@
 //! sparsity"), stored root first, so that the path of an ancestor is a prefix.
 
 use super::scalar::Scalar;
-use super::vector::{Sym, V3, constant, null};
+use super::vector::{Sym, V3};
 use crate::simulate::lowering::{Body, Lowered};
 
 /// cm per m.
@@ -134,16 +134,16 @@ pub(super) fn dof_of(body: usize) -> usize {
 
 fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body) -> Link<S> {
     let of = |value: f64| S::of(kit, value);
-    let vector = |v: nalgebra::Vector3<f64>| constant(kit, v.into());
+    let vector = |v: nalgebra::Vector3<f64>| V3::constant(kit, v.into());
     let m = body.inertia * TORQUE;
     let mut link = Link {
         parent: 0,
-        axis: null(kit),
-        to_hinge: null(kit),
-        to_centre: null(kit),
+        axis: V3::null(kit),
+        to_hinge: V3::null(kit),
+        to_centre: V3::null(kit),
         mass: of(body.mass * MASS),
         lightness: of(3.0 / m.trace()),
-        inertia: [m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(of),
+        inertia: Sym([m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(of)),
         stiffness: of(0.0),
         damping: of(0.0),
         torque: of(0.0),

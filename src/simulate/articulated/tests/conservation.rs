@@ -6,6 +6,7 @@ use super::{aloft, chain, fine, loose, solver, tumbling};
 use crate::design::assembly::{Assembly, JointKind, Shape};
 use crate::simulate::articulated::scalar::Scalar;
 use crate::simulate::articulated::solver::Solver;
+use crate::simulate::articulated::vector::V3;
 use crate::simulate::lowering::Lowered;
 use crate::simulate::tests::bodies::{Builder, cube, element, fork, gait, hinge, m2, m4, m8};
 use crate::simulate::tests::settings;
@@ -108,7 +109,7 @@ fn turning<S: Scalar>(
         sum += a.cross(&((b - a) * mass(body) / step));
         // Of a turn in a step the variational scheme knows the sine.
         let turn = Rotation3::from_matrix_unchecked(s * r.transpose());
-        let inertia = solver.tree.links[body].inertia.map(|entry| entry.lane(0));
+        let inertia = solver.tree.links[body].inertia.0.map(|entry| entry.lane(0));
         let [xx, yy, zz, xy, xz, yz] = inertia;
         let own = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
         let second = Matrix3::identity() * own.trace() / 2.0 - own;
@@ -262,7 +263,7 @@ fn slide(tangent: f64, half: Vector3<f64>, heading: f64, settings: &Settings) ->
     let mut solver = solver::<f32>(&assembly, settings);
     let (s, c) = libm::sincos(libm::atan(tangent));
     let (z, x) = libm::sincos(heading);
-    solver.gravity = [981.0 * s * x, -981.0 * c, 981.0 * s * z].map(|part| part as f32);
+    solver.gravity = V3([981.0 * s * x, -981.0 * c, 981.0 * s * z].map(|part| part as f32));
     let start = centre(&solver);
     for _ in 0..(2.0 / settings.step) as usize {
         solver.advance();
