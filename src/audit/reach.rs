@@ -9,7 +9,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use grammar_lang::eval::{EvalError, Value, evaluate};
-use grammar_lang::ir::{Effect, Expr, ExprKind, Matched, Rule, RuleSet, SearchWord, Spread, Word};
+use grammar_lang::ir::{Effect, Expr, ExprKind, Kind, Matched, Rule, RuleSet, SearchWord, Spread, Word};
 
 use super::{Observer, Settings};
 use crate::derive::random::Stream;
@@ -95,7 +95,7 @@ pub fn can_make(
 }
 
 fn declared(rules: &RuleSet, kind: &str) -> bool {
-    rules.parts.contains_key(kind) || rules.is_actuator(kind)
+    matches!(rules.kind(kind), Some(Kind::Block(_) | Kind::Actuator(_)))
 }
 
 /// The requirements that the body breaks. One that names what only this grammar places

@@ -1,7 +1,7 @@
 //! What the grammar declares of what is measured.
 
 use grammar_lang::diagnostics::did_you_mean;
-use grammar_lang::ir::{Actuator, Backend, Part, RuleSet, Table, Tendon};
+use grammar_lang::ir::{Actuator, Backend, Kind, Part, RuleSet, Table, Tendon};
 use grammar_lang::units::{Dimension, parse, shown, suggest};
 
 use super::measurements::Section;
@@ -92,13 +92,11 @@ pub(super) fn tabulated(table: &Table, dimension: Dimension) -> String {
 
 /// The part or actuator with a name.
 pub(super) fn part<'a>(rules: &'a RuleSet, name: &str, place: &Place) -> Result<Declared<'a>, Problem> {
-    if let Some(part) = rules.parts.get(name) {
-        return Ok(Declared::Part(part));
+    match rules.kind(name) {
+        Some(Kind::Block(part)) => Ok(Declared::Part(part)),
+        Some(Kind::Actuator(actuator)) => Ok(Declared::Actuator(actuator)),
+        Some(Kind::Cell(_)) | None => Err(unknown("part or actuator", name, part_names(rules), place)),
     }
-    if let Some(actuator) = rules.actuators.get(name) {
-        return Ok(Declared::Actuator(actuator));
-    }
-    Err(unknown("part or actuator", name, part_names(rules), place))
 }
 
 fn part_names(rules: &RuleSet) -> impl Iterator<Item = &str> {

@@ -227,7 +227,7 @@ impl Derivation {
             _ => None,
         });
         for kind in kinds {
-            if !rules.parts.contains_key(kind) && !rules.is_actuator(kind) && !rules.is_cell(kind) {
+            if rules.kind(kind).is_none() {
                 return Err(Unrepeatable::NoPart(kind.clone()));
             }
         }

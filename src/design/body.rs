@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::ir::{self, Form, RuleSet};
+use grammar_lang::ir::{self, Form, Kind, RuleSet};
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
 use super::assembly::{Assembly, Element, Hinge, Joint, JointKind, Shape};
@@ -80,11 +80,14 @@ impl Body {
             self.assembly.elements.push(Element { shape, pose, mass, friction });
             self.parts_of_elements.push(id);
         };
-        if let Some(block) = rules.parts.get(&part.kind) {
-            push(block.shape.shape, part.pose * upright(block.shape), block.mass, block.friction);
-            return (first, first);
-        }
-        let Some(actuator) = rules.actuators.get(&part.kind) else { return (first, first) };
+        let actuator = match rules.kind(&part.kind) {
+            Some(Kind::Block(block)) => {
+                push(block.shape.shape, part.pose * upright(block.shape), block.mass, block.friction);
+                return (first, first);
+            }
+            Some(Kind::Actuator(actuator)) => actuator,
+            Some(Kind::Cell(_)) | None => return (first, first),
+        };
         let Shape::Cylinder { radius, half_length } = actuator.segment.shape else { return (first, first) };
         let length = 2.0 * half_length;
         let count = segments(part);

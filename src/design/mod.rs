@@ -18,7 +18,7 @@ use std::collections::BTreeMap;
 
 pub use grammar_lang::eval::PartId;
 use grammar_lang::eval::Value;
-use grammar_lang::ir::{Group, RuleSet};
+use grammar_lang::ir::{Group, Kind, RuleSet};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
@@ -190,11 +190,11 @@ impl Design {
     #[must_use]
     pub fn mass(&self, rules: &RuleSet, id: PartId) -> Option<f64> {
         let part = self.parts.get(&id)?;
-        if let Some(lattice) = rules.lattice.as_ref().filter(|_| lattice::is_cell(id)) {
-            return Some(lattice::material(rules, lattice, part).mass);
-        }
-        let block = rules.parts.get(&part.kind).map(|b| b.mass);
-        block.or_else(|| Some(rules.actuators.get(&part.kind)?.mass * port::segments(part) as f64))
+        Some(match rules.kind(&part.kind)? {
+            Kind::Block(block) => block.mass,
+            Kind::Actuator(actuator) => actuator.mass * port::segments(part) as f64,
+            Kind::Cell(lattice) => lattice::material(rules, lattice, part).mass,
+        })
     }
 
     /// Whether a port holds nothing and is not the one that the part is held by.

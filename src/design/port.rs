@@ -5,7 +5,7 @@
 //! actuator reaches from its `base`, where it is held, along x to its `tip`.
 
 use grammar_lang::eval::Value;
-use grammar_lang::ir::{self, ACTUATOR_PORTS, BLOCK_PORTS, RuleSet};
+use grammar_lang::ir::{self, ACTUATOR_PORTS, BLOCK_PORTS, Kind, RuleSet};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::Part;
@@ -72,37 +72,39 @@ fn declared(port: &ir::Port) -> PortFrame {
 /// The ports of a part.
 #[must_use]
 pub fn ports(rules: &RuleSet, part: &Part) -> Vec<PortFrame> {
-    if let Some(block) = rules.parts.get(&part.kind) {
-        if !block.ports.is_empty() {
-            return block.ports.iter().map(declared).collect();
-        }
-        let faces = BLOCK_PORTS.iter().zip(BLOCK);
-        return faces
+    match rules.kind(&part.kind) {
+        Some(Kind::Block(block)) if !block.ports.is_empty() => block.ports.iter().map(declared).collect(),
+        Some(Kind::Block(block)) => (BLOCK_PORTS.iter().zip(BLOCK))
             .map(|(name, axes)| {
                 let out = Vector3::from(axes[0]);
                 let reach = block.shape.half_extents().component_mul(&out).norm();
                 let frame = Isometry3::from_parts((out * reach).into(), rotation(axes));
                 PortFrame { name: (*name).to_owned(), number: 0.0, frame }
             })
-            .collect();
+            .collect(),
+        Some(Kind::Actuator(actuator)) => {
+            let length = 2.0 * actuator.segment.half_extents().x * segments(part) as f64;
+            let base = Isometry3::from_parts(Translation3::identity(), rotation(BLOCK[1]));
+            let tip = Isometry3::translation(length, 0.0, 0.0);
+            let ends = ACTUATOR_PORTS.iter().zip([base, tip]);
+            ends.map(|(name, frame)| PortFrame { name: (*name).to_owned(), number: 0.0, frame }).collect()
+        }
+        // Cells grow into their neighbours' places.
+        Some(Kind::Cell(_)) | None => Vec::new(),
     }
-    let segment =
-        rules.actuators.get(&part.kind).map_or(0.0, |actuator| 2.0 * actuator.segment.half_extents().x);
-    let length = segment * segments(part) as f64;
-    let base = Isometry3::from_parts(Translation3::identity(), rotation(BLOCK[1]));
-    let tip = Isometry3::translation(length, 0.0, 0.0);
-    let ends = ACTUATOR_PORTS.iter().zip([base, tip]);
-    ends.map(|(name, frame)| PortFrame { name: (*name).to_owned(), number: 0.0, frame }).collect()
 }
 
 /// The ports by which a kind of part is held, and at its other end: `back` and
 /// `front`, `base` and `tip`; the first port stands for a missing `back`.
 pub(crate) fn ends(rules: &RuleSet, kind: &str) -> (u8, Option<u8>) {
-    let Some(block) = rules.parts.get(kind).filter(|b| !b.ports.is_empty()) else {
-        return if rules.is_actuator(kind) { (0, Some(1)) } else { (1, Some(0)) };
-    };
-    let find = |name: &str| block.ports.iter().position(|p| p.name == name).map(|i| i as u8);
-    (find("back").unwrap_or(0), find("front"))
+    match rules.kind(kind) {
+        Some(Kind::Block(block)) if !block.ports.is_empty() => {
+            let find = |name: &str| block.ports.iter().position(|p| p.name == name).map(|i| i as u8);
+            (find("back").unwrap_or(0), find("front"))
+        }
+        Some(Kind::Actuator(_)) => (0, Some(1)),
+        Some(Kind::Block(_) | Kind::Cell(_)) | None => (1, Some(0)),
+    }
 }
 
 /// The pose of a part held by a port of another: the two ports meet face to face.

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{Kind, RuleSet};
 use grammar_lang::source::SourceMap;
 
 use super::describe::Named;
@@ -33,11 +33,12 @@ pub fn making(rules: &RuleSet, sources: &SourceMap, derivation: &Derivation, nam
 
 /// The colour of a part; empty if it has none.
 pub(super) fn colour(rules: &RuleSet, part: &Part) -> String {
-    if let Some(lattice) = rules.lattice.as_ref().filter(|lattice| lattice.kind == part.kind) {
-        return lattice::colour(rules, lattice, part);
+    match rules.kind(&part.kind) {
+        Some(Kind::Block(block)) => block.colour.clone(),
+        Some(Kind::Actuator(actuator)) => actuator.colour.clone(),
+        Some(Kind::Cell(lattice)) => lattice::colour(rules, lattice, part),
+        None => String::new(),
     }
-    let (block, actuator) = (rules.parts.get(&part.kind), rules.actuators.get(&part.kind));
-    block.map(|p| &p.colour).or(actuator.map(|a| &a.colour)).cloned().unwrap_or_default()
 }
 
 /// How an element of a part looks.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use indexmap::{IndexMap, IndexSet};
 
 use super::{Abstract, Interval, Truth};
-use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, ExprKind, Group, InstanceParam, RuleSet, Ty};
+use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, ExprKind, Group, InstanceParam, Kind, RuleSet, Ty};
 
 /// Kinds of parts: those of some groups, in this order.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -114,14 +114,12 @@ impl<'r> Declared<'r> {
 
     /// The ports of a kind, each as often as it is declared.
     fn ports_of(&self, kind: &str) -> impl Iterator<Item = &'r str> + use<'r> {
-        let block = self.rules.parts.get(kind).filter(|b| !b.ports.is_empty());
-        let block = block.filter(|_| !self.rules.is_actuator(kind));
-        let built_in = match block {
-            Some(_) => &[],
-            None if self.rules.is_actuator(kind) => ACTUATOR_PORTS,
-            None => BLOCK_PORTS,
+        let (own, built_in): (&[_], &[_]) = match self.rules.kind(kind) {
+            Some(Kind::Block(block)) if !block.ports.is_empty() => (&block.ports, &[]),
+            Some(Kind::Actuator(_)) => (&[], ACTUATOR_PORTS),
+            Some(Kind::Block(_) | Kind::Cell(_)) | None => (&[], BLOCK_PORTS),
         };
-        block.into_iter().flat_map(|b| &b.ports).map(|p| p.name.as_str()).chain(built_in.iter().copied())
+        own.iter().map(|p| p.name.as_str()).chain(built_in.iter().copied())
     }
 
     /// How many ports a part of a kind has.

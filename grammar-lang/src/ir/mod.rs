@@ -3,6 +3,7 @@
 mod expr;
 mod form;
 mod hardware;
+mod kind;
 mod lattice;
 mod novelty;
 mod resolved;
@@ -19,6 +20,7 @@ use serde::{Deserialize, Serialize};
 pub use expr::{Binder, Expr, ExprKind, Gather, Group, Operator, Painting};
 pub use form::{Form, Solid};
 pub use hardware::{Backend, PINS, Pneumatic, Prototype, Supply, Target, Tendon};
+pub use kind::Kind;
 pub use lattice::{Cell, Cells, Fallback, JOINED, Lattice};
 pub use novelty::{Feature, Novelty};
 pub use resolved::resolved;
@@ -692,31 +694,6 @@ impl RuleSet {
     #[must_use]
     pub fn method(&self) -> Method {
         self.first_task().map_or(Method::Hinges, |task| task.model.method)
-    }
-
-    /// Whether something drives parts of a kind: an actuator, or cells that a task actuates.
-    #[must_use]
-    pub fn is_driven(&self, kind: &str) -> bool {
-        self.is_actuator(kind) || self.tasks.values().any(|task| task.actuated.contains_key(kind))
-    }
-
-    /// Whether `kind` names the cells of the lattice.
-    #[must_use]
-    pub fn is_cell(&self, kind: &str) -> bool {
-        self.lattice.as_ref().is_some_and(|lattice| lattice.kind == kind)
-    }
-
-    /// The parameters that parts of a kind have.
-    #[must_use]
-    pub fn params_of(&self, kind: &str) -> Option<&IndexMap<String, InstanceParam>> {
-        let cell = self.lattice.as_ref().filter(|lattice| lattice.kind == kind);
-        cell.map(|lattice| &lattice.cell.params).or_else(|| Some(&self.actuators.get(kind)?.params))
-    }
-
-    /// Whether `kind` names an actuator (else a passive part).
-    #[must_use]
-    pub fn is_actuator(&self, kind: &str) -> bool {
-        self.actuators.contains_key(kind)
     }
 
     /// What a value of an enumeration is called.
