@@ -23,7 +23,7 @@ fn derive(rules: &RuleSet, seed: u64, moves: usize) -> Derivation {
 
 /// Applies a rule by name with values for its locals.
 fn apply(rules: &RuleSet, derivation: &Derivation, rule: &str, locals: &[Value]) -> Option<Derivation> {
-    let rule = rules.rules.iter().find(|r| r.name == rule).expect("the rule");
+    let rule = rules.rule(rule).expect("the rule");
     derivation.apply(rules, rule, locals).ok()
 }
 

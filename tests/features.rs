@@ -251,7 +251,7 @@ fn matches_bind_different_things_and_chains_follow_joints() {
     ));
     let made = example(&rules).unwrap();
     let count = |name: &str| {
-        let rule = rules.rules.iter().find(|r| r.name == name).unwrap();
+        let rule = rules.rule(name).unwrap();
         made.matches(&rules, rule).unwrap().len()
     };
     assert_eq!(count("row"), 1, "core - cube - ball, and no way back to where it came from");
@@ -532,7 +532,7 @@ fn a_choice_may_be_a_value_of_an_enumeration_or_a_record() {
     assert!(text.contains(first) && text.contains(second), "{text}");
 
     // Steps are repeated with such values, too: the second can be taken back, and the rest stays.
-    let undo = rules.rules.iter().find(|r| r.name == "undo").unwrap();
+    let undo = rules.rule("undo").unwrap();
     let last = both.steps.last().unwrap().id;
     let step = grammar_lang::eval::Value::Reference(grammar_lang::eval::Reference::Step(last));
     let one = both.apply(&rules, undo, &[step]).expect("it can be undone");

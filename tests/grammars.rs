@@ -65,7 +65,7 @@ fn morphology_shares_its_rules_with_codesign() {
     let (codesign, morphology) = (grammar("grammars/codesign.sgr"), grammar("grammars/morphology.sgr"));
     for name in ["add_block", "turn_part", "undo"] {
         let of = |rules: &grammar_lang::ir::RuleSet| {
-            let rule = rules.rules.iter().find(|r| r.name == name).cloned().expect("the rule");
+            let rule = rules.rule(name).cloned().expect("the rule");
             serde_json::to_string(&rule.effects.len()).unwrap() + &format!("{:?}", rule.locals)
         };
         assert_eq!(of(&codesign), of(&morphology));

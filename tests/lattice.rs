@@ -110,7 +110,7 @@ fn endless_regions_are_cut_and_endless_repetitions_refused() {
         }",
     );
     let derivation = example(&rules);
-    let often = rules.rules.iter().find(|rule| rule.name == "often").unwrap();
+    let often = rules.rule("often").unwrap();
     let cell = *derivation.design.parts.keys().next().unwrap();
     let locals = [grammar_lang::eval::Value::Reference(grammar_lang::eval::Reference::Part(cell))];
     let refused = derivation.apply(&rules, often, &locals).unwrap_err().sentence(&rules);
@@ -248,7 +248,7 @@ fn a_step_is_taken_back_unless_that_splits_the_design() {
         .replace("refuse undo(s = b) by whole", "expect count(cell) == 5"),
     );
     let derivation = example(&rules);
-    let undo = rules.rules.iter().find(|rule| rule.name == "undo").unwrap();
+    let undo = rules.rule("undo").unwrap();
     let step = |n: usize| {
         vec![grammar_lang::eval::Value::Reference(grammar_lang::eval::Reference::Step(
             derivation.steps[n].id,

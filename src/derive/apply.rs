@@ -194,11 +194,7 @@ impl Derivation {
             let gone = old.locals.iter().any(|local| local.refers(&there_no_more));
             if gone {
                 let builds = |e: &Effect| matches!(e, Effect::Attach { .. } | Effect::Replace { .. });
-                let attaches = rules
-                    .rules
-                    .iter()
-                    .find(|r| r.name == old.rule)
-                    .is_none_or(|r| r.effects.iter().any(builds));
+                let attaches = rules.rule(&old.rule).is_none_or(|r| r.effects.iter().any(builds));
                 if attaches {
                     return Err(Blocked::Needed);
                 }
@@ -213,7 +209,7 @@ impl Derivation {
 
     /// Repeats a recorded step with its own number.
     pub(super) fn repeat(&mut self, rules: &RuleSet, step: &Step) -> Result<(), Unrepeatable> {
-        let rule = rules.rules.iter().find(|r| r.name == step.rule);
+        let rule = rules.rule(&step.rule);
         let rule = rule.ok_or_else(|| Unrepeatable::NoRule(step.rule.clone()))?;
         let locals: Vec<Value> = step.locals.iter().map(Recorded::value).collect();
         if locals.len() != rule.locals.len() {

@@ -120,7 +120,7 @@ impl Derivation {
     ///
     /// Why it cannot be made.
     pub fn follow(&self, rules: &RuleSet, step: &Step, temperature: f64) -> Result<Self, Unrepeatable> {
-        let rule = rules.rules.iter().find(|r| r.name == step.rule);
+        let rule = rules.rule(&step.rule);
         let rule = rule.ok_or_else(|| Unrepeatable::NoRule(step.rule.clone()))?;
         let locals: Vec<Value> = step.locals.iter().map(Recorded::value).collect();
         let reverts = rule.effects.iter().any(|e| matches!(e, Effect::Revert(_)));

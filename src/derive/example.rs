@@ -136,7 +136,7 @@ fn apply(
     application: &Application,
     names: &[Value],
 ) -> Result<Derivation, Undone> {
-    let rule = rules.rules.iter().find(|r| r.name == application.rule);
+    let rule = rules.rule(&application.rule);
     let rule = rule.ok_or_else(|| Undone::refused(None, "there is no such rule", None))?;
     let locals = values(rules, derivation, rule, application, names)?;
     derivation.apply(rules, rule, &locals).map_err(|blocked| match blocked {

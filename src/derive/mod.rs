@@ -213,7 +213,7 @@ impl Derivation {
 
 /// Fails where a step has chosen what its rule cannot choose in any design: somebody changed it.
 fn within(facts: &Facts<'_>, rules: &RuleSet, step: &Step) -> Result<(), Unrepeatable> {
-    let Some(rule) = rules.rules.iter().find(|rule| rule.name == step.rule) else { return Ok(()) };
+    let Some(rule) = rules.rule(&step.rule) else { return Ok(()) };
     let first = rule.locals.len().saturating_sub(rule.choices.len());
     let known = locals_of(facts, rule);
     let chosen = rule.choices.iter().zip(step.locals.iter().skip(first)).zip(known.iter().skip(first));

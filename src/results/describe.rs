@@ -111,7 +111,7 @@ impl Named<'_> {
     /// What a step matched and chose in the design before it: names and values.
     #[must_use]
     pub fn choices(self, step: &Step) -> Vec<(String, String)> {
-        let rule = self.rules.rules.iter().find(|r| r.name == step.rule);
+        let rule = self.rules.rule(&step.rule);
         let locals = rule.map(|r| r.locals.as_slice()).unwrap_or_default();
         let item = |name: &String| {
             let choice = rule.and_then(|r| r.choices.iter().find(|c| c.name == *name))?;

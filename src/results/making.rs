@@ -113,7 +113,7 @@ fn begun(named: Named<'_>) -> Made {
 
 /// A step in words.
 fn made(sources: &SourceMap, step: &Step, before: Named<'_>, after: Named<'_>) -> Made {
-    let rule = before.rules.rules.iter().find(|rule| rule.name == step.rule);
+    let rule = before.rules.rule(&step.rule);
     Made {
         rule: step.rule.clone(),
         about: rule.map_or_else(String::new, |rule| about_rule(sources, rule)),

@@ -678,6 +678,12 @@ impl RuleSet {
     /// The name of the task of a grammar that names none.
     pub const ONLY_TASK: &str = "";
 
+    /// The rule with a name.
+    #[must_use]
+    pub fn rule(&self, name: &str) -> Option<&Rule> {
+        self.rules.iter().find(|rule| rule.name == name)
+    }
+
     /// The first task: what is observed is observed of its motion.
     #[must_use]
     pub fn first_task(&self) -> Option<&Task> {

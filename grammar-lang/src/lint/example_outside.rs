@@ -30,7 +30,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 
 /// The first value that certainly cannot be chosen, the domain that it is not in, and why.
 fn outside<'r>(ruleset: &'r RuleSet, application: &'r Application) -> Option<(&'r Expr, &'r Expr, String)> {
-    let rule = ruleset.rules.iter().find(|rule| rule.name == application.rule)?;
+    let rule = ruleset.rule(&application.rule)?;
     let first = rule.locals.len().checked_sub(rule.choices.len())?;
     // A domain that depends on a parameter holds the value for other settings of it.
     let known = |e: &Expr| {
