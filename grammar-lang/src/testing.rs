@@ -8,7 +8,7 @@
 //! use grammar_lang::testing;
 //! # struct Nothing;
 //! # impl grammar_lang::source::World for Nothing {
-//! #     fn load(&self, _: &str, _: &str) -> Result<grammar_lang::source::Source, NoModule> {
+//! #     fn load(&self, _: &str, _: &str) -> Result<grammar_lang::source::Source, grammar_lang::source::NoModule> {
 //! #         Err(grammar_lang::source::NoModule::NotGiven)
 //! #     }
 //! # }
