@@ -16,6 +16,7 @@ use crate::syntax::ast::{
     Block, Edit, EditKind, Expr, ExprKind, Field, Item, ItemKind, Name, NoveltyClause, RuleClause,
     RuleClauseKind, Variant,
 };
+use crate::syntax::declarations::BlockKind;
 use crate::syntax::earlier;
 
 /// Finds what is compiled: a grammar of the first text, or a variant of it. Then
@@ -395,7 +396,7 @@ fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<
         );
         return;
     }
-    let is_search = matches!(item.kind, ItemKind::Search(_));
+    let is_search = matches!(item.kind, ItemKind::Block(BlockKind::Search, _));
     let outcome = change_item(item, rest, &change);
     if let Err(offers) = outcome {
         if let Some(told) = earlier_path(rest).filter(|_| is_search) {

@@ -1,6 +1,7 @@
 //! The syntax tree: what a text says, before any name is looked up.
 
 use super::Direction;
+use super::declarations::{self, BlockKind, Kind};
 use crate::source::Span;
 
 /// A word with its place.
@@ -50,22 +51,14 @@ pub enum ItemKind {
     },
     /// `param NAME : TYPE in DOMAIN = DEFAULT`
     Param(Param),
-    /// `part NAME { fields }`
-    Part(Block),
-    /// `actuator NAME { fields }`
-    Actuator(Block),
-    /// `model NAME { fields }`
-    Model(Block),
-    /// `search NAME { fields }`
-    Search(Block),
+    /// `WORD NAME { fields }`
+    Block(BlockKind, Block),
     /// `search NAME from EXAMPLE`: the one that the grammar uses.
     UseSearch(Name, Option<Name>),
     /// `symmetry none`, `symmetry mirror PLANE`, `symmetry radial N about AXIS`
     Symmetry(Name, Option<Expr>, Option<Name>),
     /// `begin { place ... fill ... }`
     Begin(Vec<Place>, Vec<RuleClause>),
-    /// `cell NAME { fields }`
-    Cell(Block),
     /// `lattice N x N x N of CELL`
     Lattice([Expr; 3], Name),
     /// `fallback RULE when CONDITION because TEXT`
@@ -171,13 +164,10 @@ impl ItemKind {
             Self::Grammar(_) => "grammar",
             Self::Use { .. } => "use",
             Self::Param(_) => "param",
-            Self::Part(_) => "part",
-            Self::Actuator(_) => "actuator",
-            Self::Model(_) => "model",
-            Self::Search(_) | Self::UseSearch(..) => "search",
+            Self::Block(kind, _) => kind.word(),
+            Self::UseSearch(..) => "search",
             Self::Symmetry(..) => "symmetry",
             Self::Begin(..) => "begin",
-            Self::Cell(_) => "cell",
             Self::Lattice(..) => "lattice",
             Self::Fallback { .. } => "fallback",
             Self::Rule(..) => "rule",
@@ -204,17 +194,17 @@ impl ItemKind {
         }
     }
 
+    /// What is known of its kind.
+    #[must_use]
+    pub fn kind(&self) -> Option<&'static Kind> {
+        declarations::kind(self.word())
+    }
+
     /// The block of named values that it is, if it is one.
     #[must_use]
     pub fn block(&self) -> Option<&Block> {
         match self {
-            Self::Part(block)
-            | Self::Actuator(block)
-            | Self::Cell(block)
-            | Self::Model(block)
-            | Self::Search(block)
-            | Self::Target { block, .. }
-            | Self::Prototype(block, _) => Some(block),
+            Self::Block(_, block) | Self::Target { block, .. } | Self::Prototype(block, _) => Some(block),
             _ => None,
         }
     }
@@ -222,13 +212,7 @@ impl ItemKind {
     /// The same, to change it.
     pub fn block_mut(&mut self) -> Option<&mut Block> {
         match self {
-            Self::Part(block)
-            | Self::Actuator(block)
-            | Self::Cell(block)
-            | Self::Model(block)
-            | Self::Search(block)
-            | Self::Target { block, .. }
-            | Self::Prototype(block, _) => Some(block),
+            Self::Block(_, block) | Self::Target { block, .. } | Self::Prototype(block, _) => Some(block),
             _ => None,
         }
     }

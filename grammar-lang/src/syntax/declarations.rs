@@ -1,7 +1,5 @@
 //! The kinds of declarations: all that is known of each apart from what it means.
 
-use super::ast::ItemKind;
-
 /// A kind of declaration.
 #[derive(Debug)]
 pub struct Kind {
@@ -17,6 +15,43 @@ pub struct Kind {
     pub(super) clauses: Clauses,
     /// When it counts as used.
     pub counts: Counts,
+}
+
+/// The declarations that are a name and a block of fields: the checker reads them, and nothing
+/// before it knows one from another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BlockKind {
+    /// A passive part.
+    Part,
+    /// An actuator.
+    Actuator,
+    /// A model of the simulation.
+    Model,
+    /// A cell of a lattice.
+    Cell,
+    /// A search.
+    Search,
+}
+
+impl BlockKind {
+    const ALL: [Self; 5] = [Self::Part, Self::Actuator, Self::Model, Self::Cell, Self::Search];
+
+    /// The word that opens it.
+    #[must_use]
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Part => "part",
+            Self::Actuator => "actuator",
+            Self::Model => "model",
+            Self::Cell => "cell",
+            Self::Search => "search",
+        }
+    }
+
+    /// What a word opens.
+    pub(super) fn of(word: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| kind.word() == word)
+    }
 }
 
 /// What stands between the braces of a declaration, where that can be read clause by clause.
@@ -330,12 +365,4 @@ pub(crate) const ITEM_WORDS: &[&str] = &{
 #[must_use]
 pub fn kind(word: &str) -> Option<&'static Kind> {
     KINDS.iter().find(|kind| kind.word == word)
-}
-
-impl ItemKind {
-    /// What is known of its kind.
-    #[must_use]
-    pub fn kind(&self) -> Option<&'static Kind> {
-        kind(self.word())
-    }
 }

@@ -11,6 +11,7 @@ use crate::ir::{self, RuleSet};
 use crate::names::{Declaration, LoadedModule, declared};
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
 use crate::syntax::declarations::Counts;
 
 /// What rules and their neighbours come to.
@@ -265,8 +266,10 @@ impl<'a> Assembly<'a> {
         let key = own.text.clone();
         let damaged = item.damaged;
         let is_sound = match &item.kind {
-            ItemKind::Part(block) => keep(&mut used.parts, key, self.declarations.part(block, damaged)),
-            ItemKind::Actuator(block) => {
+            ItemKind::Block(BlockKind::Part, block) => {
+                keep(&mut used.parts, key, self.declarations.part(block, damaged))
+            }
+            ItemKind::Block(BlockKind::Actuator, block) => {
                 keep(&mut used.actuators, key, self.declarations.actuator(block, damaged))
             }
             ItemKind::Actuation { name, binder, kind, clauses } => {

@@ -6,6 +6,7 @@ use crate::ir;
 use crate::names::Program;
 use crate::source::SourceMap;
 use crate::syntax::ast::{self, ItemKind};
+use crate::syntax::declarations::BlockKind;
 
 /// What a check starts from. Nothing of it changes.
 pub(super) struct Environment<'a> {
@@ -41,7 +42,7 @@ impl<'a> Environment<'a> {
 fn port_names(program: &Program) -> IndexSet<String> {
     let built_in = ir::BLOCK_PORTS.iter().chain(ir::ACTUATOR_PORTS).map(|p| (*p).to_owned());
     let fields = program.items().filter_map(|(_, item)| match &item.kind {
-        ItemKind::Part(block) => Some(&block.fields),
+        ItemKind::Block(BlockKind::Part, block) => Some(&block.fields),
         _ => None,
     });
     let declared = fields.flatten().filter_map(|f| match f {

@@ -2,6 +2,7 @@
 
 use super::super::Direction;
 use super::super::ast::{Block, Expr, Item, ItemKind, Name, Table, Variant};
+use super::super::declarations::BlockKind;
 use super::super::parser::Rule;
 use super::{Lowering, Node, children, parts, unquote};
 
@@ -23,10 +24,10 @@ impl<'a> Lowering<'a> {
     fn item_kind(&mut self, node: Node<'a>) -> Option<ItemKind> {
         Some(match node.as_rule() {
             Rule::param_item => ItemKind::Param(self.param(node)?),
-            Rule::part_item => ItemKind::Part(self.block(node)?),
-            Rule::actuator_item => ItemKind::Actuator(self.block(node)?),
-            Rule::model_item => ItemKind::Model(self.block(node)?),
-            Rule::cell_item => ItemKind::Cell(self.block(node)?),
+            Rule::block_item => {
+                let kind = BlockKind::of(children(node.clone()).next()?.as_str())?;
+                ItemKind::Block(kind, self.block(node)?)
+            }
             Rule::search_item => self.search(node)?,
             Rule::symmetry_item => self.symmetry(node)?,
             Rule::begin_item => self.begin(node),
@@ -145,7 +146,7 @@ impl<'a> Lowering<'a> {
     /// A search with its block, or the name of one.
     fn search(&mut self, node: Node<'a>) -> Option<ItemKind> {
         if children(node.clone()).any(|p| p.as_rule() == Rule::brace_open) {
-            return Some(ItemKind::Search(self.block(node)?));
+            return Some(ItemKind::Block(BlockKind::Search, self.block(node)?));
         }
         let mut inner = parts(node);
         let name = self.name(&inner.next()?);

@@ -1,4 +1,4 @@
-//! Checks each declaration for its own sake, whether or not the grammar uses it.
+//! The declarations of a line: requirements, preferences, terms, patterns, enumerations, examples as a whole.
 
 use std::collections::BTreeSet;
 
@@ -10,6 +10,7 @@ use crate::ir::{self, Expr, Ty};
 use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
@@ -67,12 +68,12 @@ impl Declarations<'_> {
     ) -> IndexMap<String, ir::Example> {
         let program = self.environment.program;
         let actuators = program.items().filter_map(|(_, i)| match &i.kind {
-            ItemKind::Actuator(block) => Some(block.name.text.as_str()),
+            ItemKind::Block(BlockKind::Actuator, block) => Some(block.name.text.as_str()),
             _ => None,
         });
         let actuators: BTreeSet<&str> = actuators.collect();
         let cells = program.items().filter_map(|(_, i)| match &i.kind {
-            ItemKind::Cell(block) => Some(block.name.text.as_str()),
+            ItemKind::Block(BlockKind::Cell, block) => Some(block.name.text.as_str()),
             _ => None,
         });
         let cells: BTreeSet<&str> = cells.collect();
@@ -95,60 +96,7 @@ impl Declarations<'_> {
         examples
     }
 
-    /// Checks every declaration for its own sake, whether or not anything uses
-    /// it; gives what only such checks have read. The library has its own tests.
-    pub(in crate::types) fn check_all(&mut self) -> IndexSet<Declaration> {
-        let program = self.environment.program;
-        let before = self.expressions.touched.clone();
-        for (declaration, item) in program.items() {
-            let library = program.modules.get(declaration.module).is_some_and(|m| m.name.starts_with("std."));
-            let own = declaration.module == 0 || !library;
-            if own && !program.dropped.contains_key(&declaration) {
-                self.check_own(declaration, item);
-            }
-        }
-        std::mem::replace(&mut self.expressions.touched, before)
-    }
-
-    fn check_own(&mut self, declaration: Declaration, item: &Item) {
-        match &item.kind {
-            ItemKind::Part(block) => drop(self.part(block, item.damaged)),
-            ItemKind::Actuator(block) => drop(self.actuator(block, item.damaged)),
-            ItemKind::Cell(block) => drop(self.cell(block, item.damaged)),
-            ItemKind::Model(block) => drop(self.model(block, None, item.damaged)),
-            ItemKind::Search(block) => drop(self.search(block, item.damaged)),
-            ItemKind::Pattern(_, value) => drop(self.fixed_pattern(value, item.damaged)),
-            ItemKind::Table(table) => drop(self.expressions.table(table, item.damaged)),
-            ItemKind::Target { block, backend, kind } => {
-                drop(self.target(block, backend, kind, item.damaged));
-            }
-            ItemKind::Prototype(block, backend) => drop(self.prototype(block, backend, item.damaged)),
-            ItemKind::Observe(names) => drop(self.observed(names)),
-            ItemKind::Novelty(name, clauses) => drop(self.novelty(name, clauses, item.damaged)),
-            ItemKind::Term(_, ty, value) => drop(self.term(ty, value, item.damaged)),
-            ItemKind::Actuation { name, binder, kind, clauses } => {
-                drop(self.actuation(name, binder, kind, clauses, item.damaged));
-            }
-            ItemKind::Let(_, None, value) => drop(self.expressions.inline(declaration, value)),
-            ItemKind::Let(_, Some(parameters), value) => {
-                self.distinct(parameters.iter().map(|p| &p.name), "parameter");
-                self.expressions.own_body(declaration, parameters, value);
-            }
-            ItemKind::Enum(name, values) => self.enumeration(name, values),
-            ItemKind::Record(name, fields) => {
-                self.distinct(fields.iter().map(|f| &f.name), "field");
-                // That a record is read to be checked does not mean that something uses it.
-                let used = self.expressions.touched.contains(&declaration);
-                self.expressions.type_named(name);
-                if !used {
-                    self.expressions.touched.shift_remove(&declaration);
-                }
-            }
-            _ => {}
-        }
-    }
-
-    fn enumeration(&mut self, name: &Name, values: &[Name]) {
+    pub(super) fn enumeration(&mut self, name: &Name, values: &[Name]) {
         self.distinct(values.iter(), "value");
         if values.is_empty() {
             self.report(

@@ -7,6 +7,7 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Effect, Expr, ExprKind, Painting, Symmetry, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, Field, ItemKind, Link, Name, RuleClause, RuleClauseKind};
+use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
@@ -105,8 +106,8 @@ impl Declarations<'_> {
         kind: &Name,
         span: Span,
     ) -> Option<([usize; 3], ir::Cell, Span)> {
-        let cell = match self.named(kind, "cell", |k| matches!(k, ItemKind::Cell(_))) {
-            Some(ItemKind::Cell(block)) => self.cell(block, false),
+        let cell = match self.named(kind, "cell", |k| matches!(k, ItemKind::Block(BlockKind::Cell, _))) {
+            Some(ItemKind::Block(BlockKind::Cell, block)) => self.cell(block, false),
             _ => None,
         };
         let mut counts = [0; 3];
@@ -201,7 +202,7 @@ impl Declarations<'_> {
             let cells: Vec<&str> = self
                 .expressions
                 .guessable(with.span)
-                .filter(|(_, i)| matches!(i.kind, ItemKind::Cell(_)))
+                .filter(|(_, i)| matches!(i.kind, ItemKind::Block(BlockKind::Cell, _)))
                 .map(|(n, _)| n)
                 .collect();
             let help = did_you_mean(kind, cells.iter().copied()).unwrap_or_else(|| {

@@ -7,6 +7,7 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, Attribute, Expr, ExprKind, Group, PartAttribute, Settable, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Name, RuleClause, RuleClauseKind};
+use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
@@ -294,8 +295,8 @@ impl Declarations<'_> {
     fn ports_of(&self, kind: &str, place: Span) -> Vec<String> {
         let built_in = |ports: &[&str]| ports.iter().map(|p| (*p).to_owned()).collect();
         match self.environment.program.lookup(place, kind).map(|(_, item)| &item.kind) {
-            Some(ast::ItemKind::Actuator(_)) => built_in(ir::ACTUATOR_PORTS),
-            Some(ast::ItemKind::Part(block)) => {
+            Some(ast::ItemKind::Block(BlockKind::Actuator, _)) => built_in(ir::ACTUATOR_PORTS),
+            Some(ast::ItemKind::Block(BlockKind::Part, block)) => {
                 let declared = block.fields.iter().filter_map(|f| match f {
                     ast::Field::Port(port) => Some(port.name.text.clone()),
                     _ => None,
@@ -526,7 +527,7 @@ impl Declarations<'_> {
         let program = self.environment.program;
         let has = |field: &ast::Field| matches!(field, ast::Field::Param(p) if p.name.text == name);
         let mut owners = program.items().map(|(_, item)| item).filter(
-            |item| matches!(&item.kind, ast::ItemKind::Actuator(block) if block.fields.iter().any(has)),
+            |item| matches!(&item.kind, ast::ItemKind::Block(BlockKind::Actuator, block) if block.fields.iter().any(has)),
         );
         if let (Some(only), None) = (owners.next(), owners.next()) {
             self.expressions.check_instance_domain(only, name, value);

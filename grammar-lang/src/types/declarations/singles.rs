@@ -8,6 +8,7 @@ use crate::ir::{self, Direction, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name, Place};
+use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 
@@ -104,8 +105,8 @@ impl<'a> Declarations<'a> {
             }
             ItemKind::UseSearch(name, from) => {
                 singles.from = from.as_ref();
-                if let Some(ItemKind::Search(block)) =
-                    self.named(name, "search", |k| matches!(k, ItemKind::Search(_)))
+                if let Some(ItemKind::Block(BlockKind::Search, block)) =
+                    self.named(name, "search", |k| matches!(k, ItemKind::Block(BlockKind::Search, _)))
                 {
                     singles.search = self.search(block, false);
                 }
@@ -113,7 +114,9 @@ impl<'a> Declarations<'a> {
             ItemKind::Task(name, items) => singles.tasks.push((name, items)),
             ItemKind::Actuate(kind, with) => {
                 let kind_ok = self
-                    .named(kind, "actuator", |k| matches!(k, ItemKind::Actuator(_) | ItemKind::Cell(_)))
+                    .named(kind, "actuator", |k| {
+                        matches!(k, ItemKind::Block(BlockKind::Actuator | BlockKind::Cell, _))
+                    })
                     .is_some();
                 let with_ok =
                     self.named(with, "actuation", |k| matches!(k, ItemKind::Actuation { .. })).is_some();

@@ -13,6 +13,7 @@ use crate::ir::{self, Backend, PINS, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::{self, Dimension};
@@ -242,7 +243,8 @@ impl Declarations<'_> {
         damaged: bool,
     ) -> Option<ir::Target> {
         let cx = Context::new(Stage::Declaration, damaged);
-        let known = self.named(kind, "actuator", |k| matches!(k, ItemKind::Actuator(_))).is_some();
+        let known =
+            self.named(kind, "actuator", |k| matches!(k, ItemKind::Block(BlockKind::Actuator, _))).is_some();
         let (fields, read): (_, Reader<Self>) = match backend.text.as_str() {
             "pneumatic" => (PNEUMATIC, Self::pneumatic),
             "tendon" => (TENDON, Self::tendon),

@@ -10,6 +10,7 @@ use crate::ir::{self, Attribute, Direction, Expr, ExprKind, MotionWord, RuleSet,
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::types::expressions::task;
@@ -144,8 +145,8 @@ impl<'a> Declarations<'a> {
             );
             return None;
         }
-        match self.named(name, "model", |k| matches!(k, ItemKind::Model(_))) {
-            Some(ItemKind::Model(block)) => self.model(block, Some(duration?), false),
+        match self.named(name, "model", |k| matches!(k, ItemKind::Block(BlockKind::Model, _))) {
+            Some(ItemKind::Block(BlockKind::Model, block)) => self.model(block, Some(duration?), false),
             _ => None,
         }
     }

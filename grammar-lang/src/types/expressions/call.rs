@@ -8,6 +8,7 @@ use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::ItemKind;
+use crate::syntax::declarations::BlockKind;
 use crate::units::Dimension;
 
 /// A function that the grammar declares.
@@ -45,7 +46,7 @@ impl Expressions<'_> {
                 let program = self.environment.program;
                 if let Some((declaration, item)) = program.lookup(callee.span, name) {
                     match &item.kind {
-                        ItemKind::Part(_) | ItemKind::Actuator(_) | ItemKind::Cell(_) => {
+                        ItemKind::Block(BlockKind::Part | BlockKind::Actuator | BlockKind::Cell, _) => {
                             self.touched.insert(declaration);
                             return self.kind_with(name, item, arguments, span, cx);
                         }
@@ -151,7 +152,11 @@ impl Expressions<'_> {
         use ItemKind as K;
         let own = self.guessable(place).filter(|(_, i)| {
             let function = matches!(i.kind, K::Let(_, Some(_), _) | K::Record(..));
-            function || matches!(i.kind, K::Part(_) | K::Actuator(_) | K::Cell(_) | K::Pattern(..))
+            function
+                || matches!(
+                    i.kind,
+                    K::Block(BlockKind::Part | BlockKind::Actuator | BlockKind::Cell, _) | K::Pattern(..)
+                )
         });
         Function::ALL.iter().map(|f| f.text()).chain(own.map(|(n, _)| n)).collect()
     }
@@ -166,7 +171,7 @@ impl Expressions<'_> {
         cx: &mut Context,
     ) -> Expr {
         let params = match &item.kind {
-            ItemKind::Actuator(block) | ItemKind::Cell(block) => self.params_of(block),
+            ItemKind::Block(BlockKind::Actuator | BlockKind::Cell, block) => self.params_of(block),
             _ => Vec::new(),
         };
         let mut given: Vec<(String, Expr)> = Vec::new();

@@ -4,6 +4,7 @@ use super::Expressions;
 use crate::ir::{Group, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, ItemKind};
+use crate::syntax::declarations::BlockKind;
 
 impl Expressions<'_> {
     /// Whether the bodies of this grammar are lattices.
@@ -23,7 +24,7 @@ impl Expressions<'_> {
         self.environment
             .program
             .lookup(place, kind)
-            .is_some_and(|(_, item)| matches!(item.kind, ItemKind::Cell(_)))
+            .is_some_and(|(_, item)| matches!(item.kind, ItemKind::Block(BlockKind::Cell, _)))
     }
 
     /// The type of what belongs to a group.
@@ -41,7 +42,7 @@ impl Expressions<'_> {
     pub(super) fn cell_params(&mut self) -> Vec<(String, Ty)> {
         let program = self.environment.program;
         let blocks = program.items().filter_map(|(_, item)| match &item.kind {
-            ItemKind::Cell(block) => Some(block),
+            ItemKind::Block(BlockKind::Cell, block) => Some(block),
             _ => None,
         });
         blocks.flat_map(|block| self.params_of(block)).collect()

@@ -6,6 +6,7 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{Expr, ExprKind, Operator, Ty, Word};
 use crate::syntax::ast;
 use crate::syntax::ast::Name;
+use crate::syntax::declarations::BlockKind;
 use crate::units::{self, Dimension, UnitError};
 
 impl Expressions<'_> {
@@ -115,7 +116,8 @@ impl Expressions<'_> {
             Err(UnitError::Unknown(word)) => {
                 let meant = super::mend::unit_meant(&word).map(|m| format!("did you mean `{m}`?"));
                 let kind = self.environment.program.lookup(unit.span, &unit.text).map(|(_, item)| &item.kind);
-                let part = matches!(kind, Some(ast::ItemKind::Part(_) | ast::ItemKind::Actuator(_)));
+                let part =
+                    matches!(kind, Some(ast::ItemKind::Block(BlockKind::Part | BlockKind::Actuator, _)));
                 let help = meant.or_else(|| did_you_mean(&word, units::unit_names())).unwrap_or_else(|| {
                     if part {
                         format!("one effect makes one part: write `{word}` alone, and the effect as often as needed")

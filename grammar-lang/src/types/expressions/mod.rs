@@ -32,6 +32,7 @@ use crate::names::{Declaration, declared};
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::{Item, ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
 use crate::units::Dimension;
 use context::Context;
 use stage::Stage;
@@ -514,7 +515,7 @@ impl<'a> Expressions<'a> {
         self.environment
             .program
             .lookup(place, kind)
-            .is_some_and(|(_, item)| matches!(item.kind, ItemKind::Actuator(_)))
+            .is_some_and(|(_, item)| matches!(item.kind, ItemKind::Block(BlockKind::Actuator, _)))
     }
 
     /// Every parameter that some actuator of the program has.
@@ -530,7 +531,7 @@ impl<'a> Expressions<'a> {
         let program = self.environment.program;
         let mut params = IndexMap::new();
         for (_, item) in program.items() {
-            let ItemKind::Actuator(block) = &item.kind else { continue };
+            let ItemKind::Block(BlockKind::Actuator, block) = &item.kind else { continue };
             for (name, ty) in self.params_of(block) {
                 params.entry(name).or_insert(ty);
             }
@@ -552,7 +553,9 @@ impl<'a> Expressions<'a> {
 
     /// A parameter of a part that is known beforehand must lie in its domain.
     pub(super) fn check_instance_domain(&mut self, item: &ast::Item, name: &str, value: &Expr) {
-        let (ItemKind::Actuator(block) | ItemKind::Cell(block)) = &item.kind else { return };
+        let ItemKind::Block(BlockKind::Actuator | BlockKind::Cell, block) = &item.kind else {
+            return;
+        };
         let Some(param) = block.fields.iter().find_map(|f| match f {
             ast::Field::Param(p) if p.name.text == name => Some(p),
             _ => None,

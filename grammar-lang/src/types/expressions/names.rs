@@ -8,6 +8,7 @@ use crate::ir::{DesignWord, Expr, ExprKind, Function, Group, Operator, Ty, Word}
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::{ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
 use crate::units::{self, Unit};
 
 impl Expressions<'_> {
@@ -67,7 +68,7 @@ impl Expressions<'_> {
                 let ty = self.param(declaration).map_or(Ty::Unknown, |p| p.ty);
                 return make(ExprKind::Param(name.to_owned()), ty);
             }
-            ItemKind::Part(_) | ItemKind::Actuator(_) | ItemKind::Cell(_) => {
+            ItemKind::Block(BlockKind::Part | BlockKind::Actuator | BlockKind::Cell, _) => {
                 return make(ExprKind::Kind(name.to_owned(), Vec::new()), Ty::Kind);
             }
             ItemKind::Table(table) => {
