@@ -71,8 +71,9 @@ impl RunFolder {
         let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         let aside = check_place(path, force)?.then(|| aside(path));
         leftovers::clear_unfinished(path);
-        let mut folder =
-            make_folder(path, aside.as_deref(), |path| Self::fill(path, asked, grammar, rules, state))?;
+        let check = || check_place(path, force).map(drop);
+        let fill = |path: &Path| Self::fill(path, asked, grammar, rules, state);
+        let mut folder = make_folder(path, aside.as_deref(), check, fill)?;
         // A process may have been killed when it had just moved the older run away.
         let replaced = aside.or_else(|| if force { leftovers::older(path) } else { None });
         folder.path = path.to_owned();

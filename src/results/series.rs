@@ -82,21 +82,28 @@ impl SeriesFolder {
         begin: impl Fn(u64, &Path) -> Result<(), FileError>,
     ) -> Result<Self, FileError> {
         let path = &fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let replaced = if is_series(path) && force {
-            check_series(path)?;
-            Some(aside(path))
-        } else {
-            check_place(path, force)?.then(|| aside(path))
-        };
-        let lock = make_folder(path, replaced.as_deref(), |path| {
-            let file = path.join(RUNS);
-            let text = toml::to_string(&series).map_err(FileError::write(&file))?;
-            write_whole(&file, &text)?;
-            for &seed in &series.seeds {
-                begin(seed, &run_folder(path, seed))?;
+        let check = || {
+            if is_series(path) && force {
+                check_series(path).map(|()| true)
+            } else {
+                check_place(path, force)
             }
-            lock(&file)
-        })?;
+        };
+        let replaced = check()?.then(|| aside(path));
+        let lock = make_folder(
+            path,
+            replaced.as_deref(),
+            || check().map(drop),
+            |path| {
+                let file = path.join(RUNS);
+                let text = toml::to_string(&series).map_err(FileError::write(&file))?;
+                write_whole(&file, &text)?;
+                for &seed in &series.seeds {
+                    begin(seed, &run_folder(path, seed))?;
+                }
+                lock(&file)
+            },
+        )?;
         if let Some(old) = replaced {
             fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
         }

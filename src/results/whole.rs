@@ -6,7 +6,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use super::{FileError, Unwritable};
+use super::{FileError, Unfit, Unwritable};
 use crate::reading;
 
 /// How the names of files begin that are not written to their end.
@@ -89,14 +89,18 @@ pub(super) fn sync_folder(path: &Path) -> std::io::Result<()> {
 /// Makes a folder so that it is there whole or not at all: filled beside its place first, then
 /// renamed. Where an empty folder is already, that one is filled: it may be where a disk is mounted.
 /// What else is there is moved `aside`, and back again if nothing comes of it.
+///
+/// Of several processes that make the same folder at once, one does and the others fail. `check`
+/// looks at the place once more when there is something to put there.
 pub(super) fn make_folder<T, E: From<FileError>>(
     path: &Path,
     aside: Option<&Path>,
+    check: impl FnOnce() -> Result<(), E>,
     fill: impl FnOnce(&Path) -> Result<T, E>,
 ) -> Result<T, E> {
     let fault = |why| FileError::write(path)(Unwritable::NoPlace(why));
     if aside.is_none() && path.exists() {
-        return fill(path);
+        return fill_empty(path, fill);
     }
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     fs::create_dir_all(parent).map_err(fault)?;
@@ -107,6 +111,7 @@ pub(super) fn make_folder<T, E: From<FileError>>(
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     let beside = builder.tempdir_in(parent).map_err(fault)?;
     let made = fill(beside.path())?;
+    check()?;
     if let Some(aside) = aside {
         fs::rename(path, aside).map_err(fault)?;
     }
@@ -114,12 +119,27 @@ pub(super) fn make_folder<T, E: From<FileError>>(
         if let Some(aside) = aside {
             let _ = fs::rename(aside, path);
         }
-        return Err(fault(e).into());
+        // Somebody was faster by less than the check sees.
+        let is_taken = e.kind() == std::io::ErrorKind::DirectoryNotEmpty;
+        return Err(if is_taken { FileError::unfit(path, Unfit::Exists) } else { fault(e) }.into());
     }
     // It has another name now: there is nothing to remove.
     let _ = beside.keep();
     sync_folder(parent).map_err(fault)?;
     Ok(made)
+}
+
+/// Fills a folder that is there and empty, and that no other process fills.
+fn fill_empty<T, E: From<FileError>>(path: &Path, fill: impl FnOnce(&Path) -> Result<T, E>) -> Result<T, E> {
+    // A folder can be locked like a file. Elsewhere than on Unix it cannot be opened as one.
+    let folder = fs::File::open(path).ok();
+    let lock = folder.map(|folder| hold(&path.join(UNFINISHED), folder)).transpose()?;
+    if !entries(path).map_err(FileError::read(path))?.is_empty() {
+        return Err(FileError::unfit(path, Unfit::Exists).into());
+    }
+    let made = fill(path);
+    drop(lock);
+    made
 }
 
 /// How the names of folders begin that are made to become this one.
@@ -192,25 +212,49 @@ pub(super) fn read(path: &Path) -> Result<String, FileError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::results::file_error::Unfit;
 
     #[test]
     fn a_folder_is_there_whole_or_not_at_all() {
         let parent = tempfile::tempdir().unwrap();
         let at = |name: &str| parent.path().join(name);
         let fill = |path: &Path| write_whole(&path.join("a"), "1");
-        make_folder(&at("new"), None, fill).unwrap();
+        let free = || Ok(());
+        make_folder(&at("new"), None, free, fill).unwrap();
         assert_eq!(read(&at("new/a")).unwrap(), "1");
 
         let fails = |path: &Path| fill(path).and(Err::<(), _>(FileError::unfit(path, Unfit::Edited)));
-        assert!(make_folder(&at("other"), None, fails).is_err());
-        assert!(make_folder(&at("new"), Some(&at("old")), fails).is_err());
+        assert!(make_folder(&at("other"), None, free, fails).is_err());
+        assert!(make_folder(&at("new"), Some(&at("old")), free, fails).is_err());
         assert_eq!(entries(parent.path()).unwrap(), ["new"], "nothing is left, and nothing was moved");
 
         let changed = |path: &Path| write_whole(&path.join("a"), "2");
-        make_folder(&at("new"), Some(&at("old")), changed).unwrap();
+        make_folder(&at("new"), Some(&at("old")), free, changed).unwrap();
         assert_eq!(read(&at("new/a")).unwrap(), "2");
         assert_eq!(read(&at("old/a")).unwrap(), "1");
+    }
+
+    #[test]
+    fn of_several_that_make_a_folder_one_does() {
+        let parent = tempfile::tempdir().unwrap();
+        for (round, is_there) in [false, true].into_iter().cycle().take(40).enumerate() {
+            let place = parent.path().join(round.to_string());
+            if is_there {
+                fs::create_dir(&place).unwrap();
+            }
+            let start = std::sync::Barrier::new(4);
+            let make = |name: &str| {
+                start.wait();
+                let fill = |path: &Path| write_whole(&path.join(name), name);
+                make_folder(&place, None, || Ok(()), fill).is_ok()
+            };
+            let made = std::thread::scope(|threads| {
+                let make = &make;
+                let all = ["a", "b", "c", "d"].map(|name| threads.spawn(move || make(name)));
+                all.map(|one| one.join().unwrap())
+            });
+            assert_eq!(made.iter().filter(|made| **made).count(), 1, "{made:?}");
+            assert_eq!(entries(&place).unwrap().len(), 1);
+        }
     }
 
     #[test]
