@@ -11,7 +11,7 @@ use cpu_time::ThreadTime;
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::ir::RuleSet;
-use grammar_lang::source::{FileId, SourceMap};
+use grammar_lang::source::{FileId, NoModule, Source, SourceMap, World};
 use grammar_lang::{Compiled, compile, testing};
 use sgc::world::Frozen;
 
@@ -395,4 +395,20 @@ fn limits_are_told_with_their_reasons() {
     let study = read("grammars/study1.sgr").replace("lattice 15 x 15 x 15", "lattice 46 x 46 x 46");
     let told = sgc_check(&["--format", "concise"], &study);
     assert!(told.contains("at most 65534 places") && told.contains("97336"), "{told}");
+}
+
+/// Files that import each other without end: each names one more.
+struct Endless;
+
+impl World for Endless {
+    fn load(&self, module: &str, _: &str) -> Result<Source, NoModule> {
+        let number: usize = module.trim_start_matches("./c").trim_end_matches(".sgr").parse().unwrap();
+        Ok(Source { name: module.to_owned(), text: format!("use \"./c{}.sgr\"\n", number + 1) })
+    }
+}
+
+#[test]
+fn a_chain_of_imports_has_an_end() {
+    let said = testing::findings(&Endless, "c0.sgr", "use \"./c1.sgr\"\n");
+    assert!(said.contains("E0106") && said.contains("more than 100 deep"), "{said}");
 }

@@ -46,11 +46,11 @@ impl Reasoning<'_> {
             F::Heading | F::Bearing | F::Wrap => Interval::new(-pi, pi).widened(),
             F::Count => first.length(),
             F::Each => {
-                let times = number(1).rising(|n| n.clamp(0.0, 10_000.0) as usize as f64);
+                let times = number(1).rising(|n| libm::floor(n.max(0.0)));
                 return Abstract::Many(Box::new(first.item()), first.length().times(times));
             }
             F::Repeat => {
-                let times = number(1).rising(|n| n.clamp(0.0, 10_000.0) as usize as f64);
+                let times = number(1).rising(|n| libm::floor(n.max(0.0)));
                 return Abstract::Many(Box::new(first), times);
             }
             F::First | F::Last if first.length().high <= 0.0 => {

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::{Curve, EvalError, Evaluation, NoCycle, Result_, Value, Valve, Valves, fail, missing};
+use super::{Curve, EvalError, Evaluation, MOST, NoCycle, Result_, Value, Valve, Valves, fail, missing};
 use crate::ir::{DesignFunction, DesignWord, Expr, ExprKind, Function, Word};
 
 impl Function {
@@ -80,6 +80,14 @@ impl Evaluation<'_> {
         })
     }
 
+    /// Counts the items of a list that is to be made.
+    fn list_of(&mut self, expr: &Expr, items: usize) -> Result<(), EvalError> {
+        if items > MOST {
+            return fail(expr, format!("this makes a list of {items} items, and a list has at most {MOST}"));
+        }
+        self.spend(expr, items as u64)
+    }
+
     pub(super) fn call(&mut self, expr: &Expr, function: Function, arguments: &[Expr]) -> Result_ {
         use Function as F;
         if function == F::Count
@@ -97,7 +105,7 @@ impl Evaluation<'_> {
             _ => Err(missing(expr)),
         };
         let list = |i: usize| values.get(i).map(Value::items).ok_or_else(|| missing(expr));
-        let times = |i: usize| number(i).map(|n| n.clamp(0.0, 10_000.0) as usize);
+        let times = |i: usize| number(i).map(|n| n.clamp(0.0, 1e15) as usize);
         Ok(match function {
             F::Length | F::Horizontal | F::Height | F::Vector | F::Heading | F::Bearing | F::Angle => {
                 geometric(function, &values).ok_or_else(|| missing(expr))?
@@ -105,11 +113,14 @@ impl Evaluation<'_> {
             F::Count => Value::Number(list(0)?.len() as f64),
             F::Each => {
                 let n = times(1)?;
+                self.list_of(expr, list(0)?.len().saturating_mul(n))?;
                 Value::List(list(0)?.iter().flat_map(|x| std::iter::repeat_n(x.clone(), n)).collect())
             }
             F::Repeat => {
                 let item = values.first().ok_or_else(|| missing(expr))?;
-                Value::List(std::iter::repeat_n(item.clone(), times(1)?).collect())
+                let n = times(1)?;
+                self.list_of(expr, n)?;
+                Value::List(std::iter::repeat_n(item.clone(), n).collect())
             }
             F::First | F::Last => {
                 let items = list(0)?;

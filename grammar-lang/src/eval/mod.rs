@@ -158,7 +158,7 @@ pub const UNKNOWN_HERE: &str = "this is not known at this stage";
 /// A time this little outside a motion, s, is rounding.
 const SLACK: f64 = 1e-6;
 
-/// How many values a binder may run over.
+/// How many values a binder may run over, and a list may have.
 const MOST: usize = 100_000;
 /// So many combinations of values are gone through in one evaluation, of all its aggregates together.
 const COMBINATIONS: u64 = 10_000_000;

@@ -187,6 +187,9 @@ pub fn load(
     (loader.program, loader.errors)
 }
 
+/// How many files may import each other in a chain: each that is open takes a piece of the stack.
+const DEEPEST: usize = 100;
+
 struct Loader<'a> {
     world: &'a dyn World,
     sources: &'a mut SourceMap,
@@ -313,6 +316,18 @@ impl Loader<'_> {
                 )
                 .label("this import closes the circle")
                 .help("move what both need into a third file"),
+            );
+            return None;
+        }
+        if known.is_none() && self.open.len() > DEEPEST {
+            self.errors.push(
+                Diagnostic::new(
+                    Code::TOO_DEEP,
+                    module.span,
+                    format!("files import each other more than {DEEPEST} deep"),
+                )
+                .label("too deep")
+                .help("import what is needed from the file that declares it"),
             );
             return None;
         }
