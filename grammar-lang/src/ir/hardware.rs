@@ -2,8 +2,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Expr, Table};
+use super::text::{Names, Writer, range, tabulated};
+use super::{Expr, Table, Ty};
 use crate::source::Span;
+use crate::units::{self, Dimension};
 
 /// The outputs of the board: those of an ATmega328P beside its serial line, the stop circuit and the lamp, named as
 /// an Arduino Uno names them.
@@ -153,4 +155,66 @@ pub struct Prototype {
     pub length: Option<f64>,
     /// Where it is declared.
     pub span: Span,
+}
+
+impl Writer<'_> {
+    pub(super) fn target(&mut self, name: &str, target: &Target) {
+        self.gap();
+        self.line(0, format!("target {name} on {} for {} {{", target.backend.name(), target.kind));
+        let time = |x: f64| units::shown(x, Dimension::TIME);
+        let mut fields = match &target.backend {
+            Backend::Pneumatic(air) => vec![
+                format!("inflate = [{}]", air.inflate.join(", ")),
+                format!("vent = [{}]", air.vent.join(", ")),
+                format!("shortest = {}", time(air.shortest)),
+                format!("safe = {}", if air.vents { "vent" } else { "hold" }),
+            ],
+            Backend::Tendon(threads) => vec![
+                format!("servo = [{}]", threads.servo.join(", ")),
+                format!("thread = {}", tabulated(&threads.thread, Dimension::ANGLE, Dimension::LENGTH)),
+                format!("wheel = {}", units::shown(threads.wheel, Dimension::LENGTH)),
+                format!("turn = {}", range(threads.turn, &Ty::Quantity(Dimension::ANGLE))),
+                format!("servo_speed = {}", units::shown(threads.speed, Dimension::ANGULAR_VELOCITY)),
+                format!("pulse = {}", range(threads.pulse, &Ty::Quantity(Dimension::TIME))),
+                format!("safe = {}", if threads.rests { "rest" } else { "release" }),
+            ],
+        };
+        if let Backend::Pneumatic(Pneumatic { supply: Some(supply), .. }) = &target.backend {
+            let (pressure, full) = (
+                units::shown(supply.pressure, Dimension::PRESSURE),
+                units::shown(supply.full, Dimension::PRESSURE),
+            );
+            let flow = |x: f64| units::shown(x, Dimension::FLOW_CONDUCTANCE);
+            fields.push(format!(
+                "supply {{ pressure = {pressure}, full = {full}, line = {}, valve = {} }}",
+                flow(supply.line),
+                flow(supply.valve)
+            ));
+        }
+        if let Backend::Tendon(Tendon { opposite, .. }) = &target.backend
+            && !opposite.is_empty()
+        {
+            fields.insert(1, format!("opposite = [{}]", opposite.join(", ")));
+        }
+        fields.extend(target.speed.as_ref().map(|s| format!("speed = {}", self.expr(s, &Names::new()))));
+        for field in fields {
+            self.line(1, field);
+        }
+        self.line(0, "}");
+    }
+
+    pub(super) fn prototype(&mut self, name: &str, prototype: &Prototype) {
+        let speed = |x: f64| units::shown(x, Dimension::VELOCITY);
+        let length = prototype
+            .length
+            .map_or(String::new(), |x| format!(", length = {}", units::shown(x, Dimension::LENGTH)));
+        let (simulated, measured) = (speed(prototype.simulated), speed(prototype.measured));
+        self.line(
+            0,
+            format!(
+                "prototype {name} on {} {{ simulated = {simulated}, measured = {measured}{length} }}",
+                prototype.backend
+            ),
+        );
+    }
 }

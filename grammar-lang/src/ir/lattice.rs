@@ -3,8 +3,10 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
+use super::text::{Names, Writer};
 use super::{Binder, Effect, Expr, InstanceParam};
 use crate::source::Span;
+use crate::units::{self, Dimension};
 
 /// Offsets of the neighbours that a cell is joined to: those that share a face or an edge with it.
 pub const JOINED: [[i32; 3]; 18] = {
@@ -84,4 +86,41 @@ pub struct Fallback {
     pub because: Option<String>,
     /// Where it is said.
     pub span: Span,
+}
+
+impl Writer<'_> {
+    pub(super) fn cell(&mut self) {
+        let Some(lattice) = &self.rules.lattice else { return };
+        let cell = &lattice.cell;
+        self.gap();
+        self.line(0, format!("cell {} {{", lattice.kind));
+        self.instance_params(&cell.params);
+        self.line(1, format!("spacing = {}", units::shown(cell.spacing, Dimension::LENGTH)));
+        let names: Names = cell.params.keys().cloned().collect();
+        for (field, value) in [
+            ("mass", &cell.mass),
+            ("friction", &cell.friction),
+            ("stiffness", &cell.stiffness),
+            ("damping", &cell.damping),
+            ("colour", &cell.colour),
+        ] {
+            let value = self.expr(value, &names);
+            self.line(1, format!("{field} = {value}"));
+        }
+        self.line(0, "}");
+    }
+
+    pub(super) fn cells(&self, cells: &Cells, names: &Names) -> String {
+        let mut names = names.clone();
+        let mut over = Vec::new();
+        for binder in &cells.over {
+            let what = self.expr(&binder.over, &names);
+            names.resize(binder.slot, String::new());
+            names.push(format!("x{}", binder.slot));
+            over.push(format!("x{} in {what}", binder.slot));
+        }
+        let with = cells.with.as_ref().map_or(String::new(), |w| format!(" with {}", self.expr(w, &names)));
+        let over = if over.is_empty() { String::new() } else { format!(" for {}", over.join(", ")) };
+        format!("{} {}{with}{over}", cells.how.word(), self.expr(&cells.region, &names))
+    }
 }

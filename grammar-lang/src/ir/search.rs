@@ -3,7 +3,8 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-use super::Expr;
+use super::text::{Names, Writer};
+use super::{Expr, SearchWord};
 
 /// A search, by the loops that it has.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -161,6 +162,66 @@ impl<'a> SearchMethod<'a> {
         }
     }
 
+    /// What is said of it where its fields are not shown.
+    #[must_use]
+    pub fn about(self) -> &'static str {
+        match self {
+            Self::Annealing(_) => "annealing",
+            Self::Archive(_) => "the best of each kind is kept",
+            Self::CmaEs(_) => "evolution of a normal distribution (CMA-ES)",
+        }
+    }
+
+    /// Its temperature, if it has one: what is worse by no more may take the place of what is better.
+    #[must_use]
+    pub fn temperature(self) -> Option<&'a Expr> {
+        match self {
+            Self::Annealing(annealing) => Some(&annealing.temperature),
+            Self::Archive(_) | Self::CmaEs(_) => None,
+        }
+    }
+
+    /// How many states it has side by side.
+    #[must_use]
+    pub fn chains(self) -> usize {
+        match self {
+            Self::Annealing(annealing) => annealing.chains.unwrap_or(1),
+            Self::Archive(_) | Self::CmaEs(_) => 1,
+        }
+    }
+
+    /// Whether a word of the search stage has a value with it.
+    #[must_use]
+    pub fn has(self, word: SearchWord) -> bool {
+        match word {
+            SearchWord::Deviation => matches!(self, Self::Annealing(annealing) if annealing.walk.is_some()),
+            SearchWord::Spread => matches!(self, Self::CmaEs(_)),
+            SearchWord::Temperature | SearchWord::Chain => matches!(self, Self::Annealing(_)),
+            SearchWord::Iteration
+            | SearchWord::Best
+            | SearchWord::Idle
+            | SearchWord::Refused
+            | SearchWord::Stagnant => true,
+        }
+    }
+
+    /// Its own fields that are given, as text; the temperature stands among those that all loops have.
+    fn given(self, show: &dyn Fn(&Expr) -> String) -> Vec<(&'static str, String)> {
+        let fields = match self {
+            Self::Annealing(annealing) => vec![
+                ("walk", annealing.walk.map(|n| n.to_string())),
+                ("chains", annealing.chains.map(|n| n.to_string())),
+                ("exchange", annealing.exchange.as_ref().map(show)),
+            ],
+            Self::CmaEs(cma_es) => vec![
+                ("spread", Some(cma_es.spread.to_string())),
+                ("restart", cma_es.restart.as_ref().map(show)),
+            ],
+            Self::Archive(_) => Vec::new(),
+        };
+        fields.into_iter().filter_map(|(field, value)| Some((field, value?))).collect()
+    }
+
     /// Its expressions of the search stage.
     pub fn scheduled(self) -> impl Iterator<Item = &'a Expr> {
         let own = match self {
@@ -208,5 +269,48 @@ impl Search {
     #[must_use]
     pub fn is_warm(&self) -> bool {
         self.curves.as_ref().is_some_and(|curves| curves.warm)
+    }
+}
+
+impl Writer<'_> {
+    pub(super) fn search(&mut self, search: &Search, from: Option<&str>) {
+        let from = from.map_or(String::new(), |from| format!(" from {from}"));
+        self.line(0, format!("search {}{from} {{", search.name));
+        self.line(1, format!("keep = {}", search.keep));
+        if let Some(bodies) = &search.bodies {
+            self.searched("bodies", &bodies.schedule, bodies.method(), false);
+        }
+        if let Some(curves) = &search.curves {
+            self.searched("curves", &curves.schedule, curves.method(), curves.warm);
+        }
+        self.line(0, "}");
+    }
+
+    /// A loop of a search.
+    fn searched(&mut self, name: &str, schedule: &Schedule, method: SearchMethod<'_>, warm: bool) {
+        self.line(1, format!("{name} {} {{", method.name()));
+        let show = |value: &Expr| self.expr(value, &Names::new());
+        let mut given = method.given(&show);
+        given.extend(warm.then(|| ("warm", "true".to_owned())));
+        given.push(("iterations", show(&schedule.iterations)));
+        given.push(("moves", show(&schedule.moves)));
+        given.extend(method.temperature().map(|temperature| ("temperature", show(temperature))));
+        given.push(("stop", show(&schedule.stop)));
+        let mut lines: Vec<String> =
+            given.into_iter().map(|(field, value)| format!("{field} = {value}")).collect();
+        if let SearchMethod::Archive(Archive { descriptors }) = method {
+            lines.extend(descriptors.iter().map(|(name, kind)| self.descriptor(name, kind)));
+        }
+        for line in lines {
+            self.line(2, line);
+        }
+        self.line(1, "}");
+    }
+
+    fn descriptor(&self, name: &str, kind: &Descriptor) -> String {
+        let scale = |x: f64| self.constant(x, &kind.value.ty);
+        let (value, from, to) = (self.expr(&kind.value, &Names::new()), scale(kind.from), scale(kind.to));
+        let cells = kind.cells;
+        format!("descriptor {name} {{ value = {value}, from = {from}, to = {to}, cells = {cells} }}")
     }
 }

@@ -1,11 +1,25 @@
-//! What expressions build on.
+//! Named terms, and what expressions build on.
 
 use crate::ir::MotionWord;
 use std::collections::BTreeSet;
 
 use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
 
-use super::{Expr, ExprKind, Function, Group, Term, Word};
+use super::text::{Names, Writer};
+use super::{Expr, ExprKind, Function, Group, Ty, Word};
+use crate::source::Span;
+
+/// A named term of an objective.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Term {
+    /// Its type.
+    pub ty: Ty,
+    /// Its value.
+    pub value: Expr,
+    /// Where it is declared.
+    pub span: Span,
+}
 
 /// An expression, and then the terms that it builds on with their names, each once.
 pub fn builds_on<'r>(
@@ -63,4 +77,11 @@ pub fn lacking<'r>(expr: &'r Expr, terms: &'r IndexMap<String, Term>) -> Option<
         });
         Some((found?, name))
     })
+}
+
+impl Writer<'_> {
+    pub(super) fn term(&mut self, name: &str, term: &Term) {
+        let value = self.expr(&term.value, &Names::new());
+        self.line(0, format!("term {name} : {} = {value}", term.ty));
+    }
 }

@@ -1,7 +1,7 @@
 //! A schedule that does nothing: no iteration, no move, or a negative temperature.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Annealing, ExprKind, SearchMethod};
+use crate::ir::ExprKind;
 
 use super::known::Known;
 
@@ -18,7 +18,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 report(expr.span, &message, "never 1 or more", "write a number above zero");
             }
         }
-        if let SearchMethod::Annealing(Annealing { temperature, .. }) = method
+        if let Some(temperature) = method.temperature()
             && most(temperature) < 0.0
         {
             let span = temperature.span;

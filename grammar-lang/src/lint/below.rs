@@ -3,9 +3,7 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Scope, Value, evaluate};
-use crate::ir::{
-    Annealing, Expr, ExprKind, Kernel, RuleSet, Schedule, SearchMethod, SearchWord, Spread, Word,
-};
+use crate::ir::{Expr, ExprKind, Kernel, RuleSet, Schedule, SearchMethod, SearchWord, Spread, Word};
 use crate::units;
 
 use super::known::Known;
@@ -48,10 +46,7 @@ fn course<'r>(ruleset: &'r RuleSet, schedule: &Schedule, method: SearchMethod<'_
     let mut all = Vec::new();
     for i in 0..most as usize {
         let before = all.last().map_or(0.0, |m: &Moment<'_>| m.temperature);
-        let temperature = match method {
-            SearchMethod::Annealing(annealing) => moment(i, before).number(&annealing.temperature),
-            SearchMethod::Archive(_) | SearchMethod::CmaEs(_) => Some(0.0),
-        };
+        let temperature = method.temperature().map_or(Some(0.0), |t| moment(i, before).number(t));
         let Some(temperature) = temperature else { break };
         // What cannot be known here may stop the search.
         let next = moment(i + 1, 0.0);
@@ -96,7 +91,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 }
 
 fn cold(ruleset: &RuleSet, schedule: &Schedule, method: SearchMethod<'_>, findings: &mut Vec<Diagnostic>) {
-    let SearchMethod::Annealing(Annealing { temperature, .. }) = method else { return };
+    let Some(temperature) = method.temperature() else { return };
     let all = course(ruleset, schedule, method);
     if let Some(moment) = all.iter().find(|m| m.temperature < 0.0) {
         findings.push(

@@ -2,8 +2,8 @@
 
 use indexmap::{IndexMap, IndexSet};
 
-use super::declarations::Declarations;
 use super::declarations::singles::{Actuated, Singles};
+use super::declarations::{Declarations, Named};
 use super::environment::Environment;
 use super::{Checked, Idle};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
@@ -11,7 +11,6 @@ use crate::ir::{self, RuleSet};
 use crate::names::{Declaration, LoadedModule, declared};
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Name};
-use crate::syntax::declarations::BlockKind;
 use crate::syntax::declarations::Counts;
 
 /// What rules and their neighbours come to.
@@ -26,26 +25,6 @@ struct Derived {
 
 /// More rules than this take a minute to check, and longer for each move of a search.
 const MOST_RULES: usize = 20_000;
-
-/// The declarations that a grammar uses, checked.
-#[derive(Default)]
-struct Used {
-    terms: IndexMap<String, ir::Term>,
-    patterns: IndexMap<String, ir::Expr>,
-    parts: IndexMap<String, ir::Part>,
-    actuators: IndexMap<String, ir::Actuator>,
-    actuations: IndexMap<String, ir::Actuation>,
-    /// Whether none of them has errors.
-    is_sound: bool,
-}
-
-/// Keeps a declaration; whether there is one.
-fn keep<T>(among: &mut IndexMap<String, T>, name: String, checked: Option<T>) -> bool {
-    checked.is_some_and(|checked| {
-        among.insert(name, checked);
-        true
-    })
-}
 
 /// Puts the rule set together.
 pub(super) struct Assembly<'a> {
@@ -236,10 +215,11 @@ impl<'a> Assembly<'a> {
         words.is_empty()
     }
 
-    /// What the grammar uses, with all that this uses in turn.
-    fn used(&mut self) -> Used {
+    /// What the grammar uses, with all that this uses in turn; whether none of it has errors.
+    fn used(&mut self) -> (Named, bool) {
         let program = self.environment.program;
-        let mut used = Used { is_sound: true, ..Used::default() };
+        let mut used = Named::default();
+        let mut is_sound = true;
         // Checking one declaration may touch others: the set grows while it is walked.
         let mut next = 0;
         let mut taken: IndexMap<String, Declaration> = IndexMap::new();
@@ -257,35 +237,9 @@ impl<'a> Assembly<'a> {
                         .help("rename one of them"),
                 );
             }
-            self.use_item(own, item, &mut used);
+            is_sound &= self.declarations.check_named(item, &mut used);
         }
-        used
-    }
-
-    fn use_item(&mut self, own: &Name, item: &Item, used: &mut Used) {
-        let key = own.text.clone();
-        let damaged = item.damaged;
-        let is_sound = match &item.kind {
-            ItemKind::Block(BlockKind::Part, block) => {
-                keep(&mut used.parts, key, self.declarations.part(block, damaged))
-            }
-            ItemKind::Block(BlockKind::Actuator, block) => {
-                keep(&mut used.actuators, key, self.declarations.actuator(block, damaged))
-            }
-            ItemKind::Actuation { name, binder, kind, clauses } => {
-                let actuation = self.declarations.actuation(name, binder, kind, clauses, damaged);
-                keep(&mut used.actuations, key, actuation)
-            }
-            ItemKind::Pattern(_, value) => {
-                keep(&mut used.patterns, key, Some(self.declarations.fixed_pattern(value, damaged)))
-            }
-            ItemKind::Term(_, ty, value) => {
-                let (ty, value) = self.declarations.term(ty, value, damaged);
-                keep(&mut used.terms, key, Some(ir::Term { ty, value, span: own.span }))
-            }
-            _ => true,
-        };
-        used.is_sound &= is_sound;
+        (used, is_sound)
     }
 
     fn assemble(&mut self, name: &Name, singles: Singles<'a>, derived: Derived) -> Option<RuleSet> {
@@ -295,7 +249,7 @@ impl<'a> Assembly<'a> {
         let novelties = self.declarations.novelties();
         // What drives what is checked even where the tasks are not complete.
         let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
-        let used = self.used();
+        let (used, is_sound) = self.used();
         let actuated: Vec<&Actuated> = match &tasks {
             Some((tasks, _)) => tasks.values().map(|(_, actuated)| actuated).collect(),
             None => own_actuated.iter().collect(),
@@ -322,18 +276,12 @@ impl<'a> Assembly<'a> {
         self.declarations.check_targets(&tasks, &targets, &used.actuators, &used.actuations);
         self.declarations.check_periods(&tasks, &used.actuations, &used.terms, &observed);
         let novelties = novelties?;
-        if !used.is_sound {
+        if !is_sound {
             return None;
         }
         let is_lattice = singles.cell.is_some();
         Some(RuleSet {
-            version: ir::VERSION,
-            name: name.text.clone(),
-            params: IndexMap::new(),
             enumerations: self.enumerations(),
-            parts: used.parts,
-            actuators: used.actuators,
-            patterns: used.patterns,
             symmetry: singles.symmetry.unwrap_or(ir::Symmetry::None),
             begin: singles.begin?,
             lattice: match (singles.lattice, singles.cell) {
@@ -349,16 +297,13 @@ impl<'a> Assembly<'a> {
             requirements: derived.requirements,
             preferences: derived.preferences,
             examples: derived.examples,
-            actuations: used.actuations,
             tasks: tasks.into_iter().map(|(name, (task, _))| (name, task)).collect(),
             targets,
             prototypes,
             observed: Declarations::names_observed(observed, &used.terms, is_lattice),
             novelties,
-            terms: used.terms,
-            objective,
-            search: singles.search?,
             from: derived.from,
+            ..used.rule_set(&name.text, objective, singles.search?)
         })
     }
 

@@ -6,7 +6,7 @@ use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::loops::{Loop, Looped, whole};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, SearchMethod, SearchWord, Ty, Word};
+use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, SearchWord, Ty, Word};
 use crate::syntax::ast::{self, Block, Field, Name};
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
@@ -224,27 +224,20 @@ impl Declarations<'_> {
 
     /// Words that have no value with the method of this loop.
     pub(super) fn words_of(&mut self, Looped { schedule, method }: &Looped<'_>) {
-        let walk = matches!(method, SearchMethod::Annealing(annealing) if annealing.walk.is_some());
         let mut found = Vec::new();
         for expr in schedule.exprs().into_iter().chain(method.scheduled()) {
             expr.any(&mut |e| {
-                let ExprKind::Word(word) = e.kind else { return false };
-                let lacks = match (word, method) {
-                    (Word::Search(SearchWord::Deviation), _) if !walk => {
+                let ExprKind::Word(Word::Search(word)) = e.kind else { return false };
+                let lacks = match word {
+                    _ if method.has(word) => None,
+                    SearchWord::Deviation => {
                         Some(("there is no random walk whose deviation this could be", "add `walk = 50`"))
                     }
-                    (
-                        Word::Search(SearchWord::Spread),
-                        SearchMethod::Annealing(_) | SearchMethod::Archive(_),
-                    ) => Some((
+                    SearchWord::Spread => Some((
                         "only `cma_es` has a spread",
                         "write `temperature` here, or search by `cma_es` with `spread = 30 %`",
                     )),
-                    (
-                        Word::Search(SearchWord::Temperature | SearchWord::Chain),
-                        SearchMethod::CmaEs(_) | SearchMethod::Archive(_),
-                    ) => Some(("only annealing has temperatures and chains", "leave it out")),
-                    _ => None,
+                    _ => Some(("only annealing has temperatures and chains", "leave it out")),
                 };
                 found.extend(lacks.map(|lacks| (e.span, lacks)));
                 false

@@ -18,15 +18,64 @@ pub(super) mod singles;
 mod targets;
 pub(super) mod tasks;
 
-use indexmap::IndexSet;
+use indexmap::{IndexMap, IndexSet};
 
 use super::environment::Environment;
 use super::expressions::Expressions;
 use crate::diagnostics::Diagnostic;
-use crate::names::Declaration;
+use crate::ir::{self, RuleSet};
+use crate::names::{Declaration, declared};
 use crate::source::Span;
-use crate::syntax::ast::{Item, ItemKind};
+use crate::syntax::ast::{Item, ItemKind, Name};
 use crate::syntax::declarations::BlockKind;
+
+/// What declarations come to that others know by their names: those that a grammar uses.
+#[derive(Default)]
+pub(super) struct Named {
+    pub(super) terms: IndexMap<String, ir::Term>,
+    patterns: IndexMap<String, ir::Expr>,
+    parts: IndexMap<String, ir::Part>,
+    pub(super) actuators: IndexMap<String, ir::Actuator>,
+    pub(super) actuations: IndexMap<String, ir::Actuation>,
+}
+
+impl Named {
+    /// A rule set of these, and otherwise of nothing.
+    pub(super) fn rule_set(self, name: &str, objective: ir::Objective, search: ir::Search) -> RuleSet {
+        RuleSet {
+            version: ir::VERSION,
+            name: name.to_owned(),
+            params: IndexMap::new(),
+            enumerations: IndexMap::new(),
+            parts: self.parts,
+            actuators: self.actuators,
+            patterns: self.patterns,
+            symmetry: ir::Symmetry::None,
+            begin: Vec::new(),
+            lattice: None,
+            rules: Vec::new(),
+            fallbacks: Vec::new(),
+            requirements: Vec::new(),
+            preferences: Vec::new(),
+            examples: IndexMap::new(),
+            actuations: self.actuations,
+            tasks: IndexMap::new(),
+            targets: IndexMap::new(),
+            prototypes: IndexMap::new(),
+            observed: Vec::new(),
+            novelties: IndexMap::new(),
+            terms: self.terms,
+            objective,
+            search,
+            from: None,
+        }
+    }
+}
+
+/// Keeps what a declaration comes to; whether it comes to something.
+fn keep<T>(among: &mut IndexMap<String, T>, name: &Name, checked: Option<T>) -> bool {
+    checked.map(|checked| among.insert(name.text.clone(), checked)).is_some()
+}
 
 /// Checks declarations.
 pub(super) struct Declarations<'a> {
@@ -44,6 +93,7 @@ impl<'a> Declarations<'a> {
     pub(super) fn report(&mut self, found: Diagnostic) {
         self.expressions.report(found);
     }
+
     /// Checks every declaration for its own sake, whether or not anything uses
     /// it; gives what only such checks have read. The library has its own tests.
     pub(in crate::types) fn check_all(&mut self) -> IndexSet<Declaration> {
@@ -59,17 +109,39 @@ impl<'a> Declarations<'a> {
         std::mem::replace(&mut self.expressions.touched, before)
     }
 
-    // The compiler asks for a block that is not checked here.
-    fn check_own(&mut self, declaration: Declaration, item: &Item) {
+    /// Checks a declaration and keeps what it comes to, if others know that by its name; whether it is sound.
+    pub(super) fn check_named(&mut self, item: &Item, found: &mut Named) -> bool {
+        let damaged = item.damaged;
+        let Some(own) = declared(item) else { return true };
         match &item.kind {
+            // The compiler asks for a block that is not told here.
             ItemKind::Block(kind, block) => match kind {
-                BlockKind::Part => drop(self.part(block, item.damaged)),
-                BlockKind::Actuator => drop(self.actuator(block, item.damaged)),
-                BlockKind::Cell => drop(self.cell(block, item.damaged)),
-                BlockKind::Model => drop(self.model(block, None, item.damaged)),
-                BlockKind::Search => drop(self.search(block, item.damaged)),
+                BlockKind::Part => keep(&mut found.parts, own, self.part(block, damaged)),
+                BlockKind::Actuator => keep(&mut found.actuators, own, self.actuator(block, damaged)),
+                // What has one of these says what it comes to.
+                BlockKind::Cell | BlockKind::Model | BlockKind::Search => true,
             },
-            ItemKind::Pattern(_, value) => drop(self.fixed_pattern(value, item.damaged)),
+            ItemKind::Actuation { name, binder, kind, clauses } => {
+                let actuation = self.actuation(name, binder, kind, clauses, damaged);
+                keep(&mut found.actuations, own, actuation)
+            }
+            ItemKind::Pattern(_, value) => {
+                keep(&mut found.patterns, own, Some(self.fixed_pattern(value, damaged)))
+            }
+            ItemKind::Term(_, ty, value) => {
+                let (ty, value) = self.term(ty, value, damaged);
+                keep(&mut found.terms, own, Some(ir::Term { ty, value, span: own.span }))
+            }
+            _ => true,
+        }
+    }
+
+    fn check_own(&mut self, declaration: Declaration, item: &Item) {
+        self.check_named(item, &mut Named::default());
+        match &item.kind {
+            ItemKind::Block(BlockKind::Cell, block) => drop(self.cell(block, item.damaged)),
+            ItemKind::Block(BlockKind::Model, block) => drop(self.model(block, None, item.damaged)),
+            ItemKind::Block(BlockKind::Search, block) => drop(self.search(block, item.damaged)),
             ItemKind::Table(table) => drop(self.expressions.table(table, item.damaged)),
             ItemKind::Target { block, backend, kind } => {
                 drop(self.target(block, backend, kind, item.damaged));
@@ -77,10 +149,6 @@ impl<'a> Declarations<'a> {
             ItemKind::Prototype(block, backend) => drop(self.prototype(block, backend, item.damaged)),
             ItemKind::Observe(names) => drop(self.observed(names)),
             ItemKind::Novelty(name, clauses) => drop(self.novelty(name, clauses, item.damaged)),
-            ItemKind::Term(_, ty, value) => drop(self.term(ty, value, item.damaged)),
-            ItemKind::Actuation { name, binder, kind, clauses } => {
-                drop(self.actuation(name, binder, kind, clauses, item.damaged));
-            }
             ItemKind::Let(_, None, value) => drop(self.expressions.inline(declaration, value)),
             ItemKind::Let(_, Some(parameters), value) => {
                 self.distinct(parameters.iter().map(|p| &p.name), "parameter");

@@ -1,6 +1,6 @@
 //! What was run, and what came of each run.
 
-use grammar_lang::ir::{Annealing, RuleSet, Schedule, SearchMethod};
+use grammar_lang::ir::{RuleSet, Schedule, SearchMethod};
 use grammar_lang::source::SourceMap;
 
 use super::words::{count, counted, number, or_dash, paragraph, percent, table, value};
@@ -114,15 +114,13 @@ fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)>
     let looped = |(schedule, method): (&Schedule, SearchMethod<'_>)| {
         let text =
             |expr: &grammar_lang::ir::Expr| format!("<code>{}</code>", escape(sources.slice(expr.span)));
-        let (chains, how) = match method {
-            SearchMethod::Annealing(Annealing { temperature, chains, .. }) => (
-                chains.filter(|n| *n > 1).map_or(String::new(), |n| format!(" in {n} chains")),
-                format!("temperature {}", text(temperature)),
-            ),
-            SearchMethod::CmaEs(_) => {
-                (String::new(), "evolution of a normal distribution (CMA-ES)".to_owned())
-            }
-            SearchMethod::Archive(_) => (String::new(), "the best of each kind is kept".to_owned()),
+        let chains = match method.chains() {
+            0 | 1 => String::new(),
+            n => format!(" in {n} chains"),
+        };
+        let how = match method.temperature() {
+            Some(temperature) => format!("temperature {}", text(temperature)),
+            None => method.about().to_owned(),
         };
         format!(
             "{} iterations of {} moves{chains}, {how}, stop {}",

@@ -1,0 +1,147 @@
+//! How actuators are driven: curves with quantities that a search varies.
+
+use serde::{Deserialize, Serialize};
+
+use super::text::{Names, Writer, range};
+use super::{Expr, Ty};
+use crate::source::Span;
+use crate::units::Dimension;
+
+/// A parameterised curve for actuators.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Actuation {
+    /// What the search varies.
+    pub variables: Vec<Variable>,
+    /// Values that do not depend on time, in order. Locals: the actuator is 0,
+    /// then the variables, then these.
+    pub lets: Vec<(String, Expr)>,
+    /// Values that depend on time, in order, with the next local slots.
+    pub moving: Vec<(String, Expr)>,
+    /// The target of the total bend angle, or the states of valves: its type says which.
+    pub drive: Expr,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// A quantity that the search varies.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Variable {
+    /// Its name.
+    pub name: String,
+    /// Who has one.
+    pub owner: Owner,
+    /// How many there are, if it is a list.
+    pub size: Option<usize>,
+    /// Its type (of one item).
+    pub ty: Ty,
+    /// Least and greatest value in SI units; 0 and 1 for a Bool.
+    pub domain: (f64, f64),
+    /// How it is mutated.
+    pub mutation: Mutation,
+}
+
+/// Who has a varied quantity of its own. Images always follow their originals.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Owner {
+    /// The whole body.
+    Body,
+    /// Each actuator.
+    Actuator,
+    /// All actuators for which this number is the same.
+    Group(Expr),
+}
+
+/// How a varied quantity is mutated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Mutation {
+    /// The chance that one item changes in one move.
+    pub probability: Expr,
+    /// How it changes.
+    pub kernel: Kernel,
+    /// What happens at the ends of the domain.
+    pub bound: Bound,
+}
+
+/// The change of a mutation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Kernel {
+    /// A Bool becomes the other one.
+    Flip,
+    /// Adds a normally distributed number: mean, standard deviation.
+    Normal(Expr, Expr),
+    /// Adds an evenly distributed number: least, greatest.
+    Uniform(Expr, Expr),
+}
+
+/// What happens to a value beyond the ends of its domain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Bound {
+    /// It stays at the end.
+    Clamp,
+    /// It is folded back.
+    Reflect,
+    /// It is drawn anew, evenly.
+    Resample,
+}
+
+impl Writer<'_> {
+    pub(super) fn actuation(&mut self, name: &str, actuation: &Actuation) {
+        self.gap();
+        self.line(0, format!("actuation {name} for a : actuator {{"));
+        let mut names: Names = vec!["a".to_owned()];
+        for variable in &actuation.variables {
+            let (word, per) = match &variable.owner {
+                Owner::Body => ("shared", String::new()),
+                Owner::Actuator => ("vary", String::new()),
+                Owner::Group(number) => ("vary", format!(" per {}", self.expr(number, &names))),
+            };
+            let size = variable.size.map_or(String::new(), |n| format!("[{n}]"));
+            let domain = if variable.ty == Ty::Bool {
+                String::new()
+            } else {
+                format!(" in {}", range(variable.domain, &variable.ty))
+            };
+            let chance = self.expr(&variable.mutation.probability, &Names::new());
+            let kernel = match &variable.mutation.kernel {
+                Kernel::Flip => format!(" flip {chance}"),
+                Kernel::Normal(a, b) => {
+                    format!(
+                        " mutate {chance} by normal({}, {})",
+                        self.expr(a, &Names::new()),
+                        self.expr(b, &Names::new())
+                    )
+                }
+                Kernel::Uniform(a, b) => {
+                    format!(
+                        " mutate {chance} by uniform({}, {})",
+                        self.expr(a, &Names::new()),
+                        self.expr(b, &Names::new())
+                    )
+                }
+            };
+            let bound = format!("{:?}", variable.mutation.bound).to_lowercase();
+            self.line(
+                1,
+                format!(
+                    "{word} {}{size} : {}{domain}{per}{kernel} bound {bound}",
+                    variable.name, variable.ty
+                ),
+            );
+        }
+        names.extend(actuation.variables.iter().map(|v| v.name.clone()));
+        for (name, value) in actuation.lets.iter().chain(&actuation.moving) {
+            self.line(1, format!("let {name} = {}", self.expr(value, &names)));
+            names.push(name.clone());
+        }
+        let driven = match &actuation.drive.ty {
+            Ty::Valves => "valves",
+            Ty::Quantity(Dimension::ANGLE) => "angle",
+            _ => "strain",
+        };
+        self.line(1, format!("drive {driven} = {}", self.expr(&actuation.drive, &names)));
+        self.line(0, "}");
+    }
+}

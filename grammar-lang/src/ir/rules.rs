@@ -1,0 +1,378 @@
+//! Rules, where they begin, and what designs must and should be.
+
+use serde::{Deserialize, Serialize};
+
+use super::text::{Names, Writer, group};
+use super::{Cells, Expr, Group, PartAttribute};
+use crate::source::Span;
+
+/// How rule applications are mirrored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Symmetry {
+    /// Not at all.
+    None,
+    /// In the plane through the core's centre with this normal: 0, 1, 2 for x, y, z.
+    Mirror(usize),
+    /// Rotated so many times in all, about this axis through the core's centre.
+    Radial(usize, usize),
+}
+
+/// A part of the initial design.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Placed {
+    /// What rules call it.
+    pub name: String,
+    /// What it is: a kind with its parameters.
+    pub what: Expr,
+    /// What holds it; nothing holds the core.
+    pub on: Option<Holding>,
+    /// Where this is said.
+    pub span: Span,
+}
+
+/// How a part is held.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Holding {
+    /// The port that holds it.
+    pub port: Expr,
+    /// By how much it is turned about that port's normal.
+    pub turned: Option<Expr>,
+    /// The port of its own that it is held by; if none is named, `back`, `base`
+    /// or the first one that it has.
+    pub by: Option<String>,
+}
+
+/// A rule of the grammar.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rule {
+    /// Its name.
+    pub name: String,
+    /// What it needs, in order; each takes the next local slots.
+    pub matches: Vec<Match>,
+    /// What it draws, in order; each takes the next local slot.
+    pub choices: Vec<Choice>,
+    /// Conditions, each with the number of local slots that it needs to be bound.
+    pub guards: Vec<Guard>,
+    /// What it does.
+    pub effects: Vec<Effect>,
+    /// How often it is drawn, relative to the others.
+    pub weight: Expr,
+    /// What its locals are called, by slot.
+    pub locals: Vec<String>,
+    /// Where it is declared.
+    pub span: Span,
+}
+
+/// One thing that a rule matches.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Match {
+    /// What it is.
+    pub what: Matched,
+    /// A condition on it and on what was matched before it.
+    pub condition: Option<Expr>,
+}
+
+/// What is matched. Two matches of a rule never bind the same part, port or step.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Matched {
+    /// A part of a kind, in the next slot.
+    Part {
+        /// Which parts.
+        kind: Group,
+        /// Whether one of its free ports takes the slot after it.
+        port: bool,
+        /// The slot of the part that it must be joined to.
+        joined_to: Option<usize>,
+    },
+    /// A port, in the next slot.
+    Port {
+        /// The slot of the part whose port it is; any part's if none.
+        of: Option<usize>,
+    },
+    /// A joint, in the next slot.
+    Joint,
+    /// A step of the derivation, in the next slot.
+    Step,
+}
+
+impl Match {
+    /// How many local slots it takes.
+    #[must_use]
+    pub fn slots(&self) -> usize {
+        if matches!(self.what, Matched::Part { port: true, .. }) { 2 } else { 1 }
+    }
+}
+
+/// A choice of a rule.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Choice {
+    /// Its name.
+    pub name: String,
+    /// The values to draw from.
+    pub domain: Expr,
+    /// How they are distributed; evenly if nothing is said.
+    pub spread: Spread,
+}
+
+/// How a choice is distributed over its domain.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Spread {
+    /// Evenly.
+    Even,
+    /// There is only one value: a `let` of the rule.
+    Fixed,
+    /// As a normal distribution that is cut at the ends: mean, standard deviation.
+    Normal(Expr, Expr),
+    /// Evenly within these ends, and within the domain.
+    Uniform(Expr, Expr),
+    /// By a list of weights, one for each value.
+    Weights(Expr),
+}
+
+/// A condition of a rule.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Guard {
+    /// How many locals must be bound before it can be asked.
+    pub needs: usize,
+    /// What must hold.
+    pub condition: Expr,
+}
+
+/// What a rule does.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Effect {
+    /// Attaches a part to a port.
+    Attach {
+        /// What: a kind, or a kind with parameters. It takes the next local slot.
+        what: Expr,
+        /// Where and how.
+        on: Holding,
+    },
+    /// Takes a part away, with all that hangs on it.
+    Remove(Expr),
+    /// Puts a part in the place of another.
+    Replace {
+        /// The part that goes.
+        part: Expr,
+        /// What comes: it takes the next local slot.
+        with: Expr,
+        /// The neighbours at its base or back, and at its tip or front.
+        between: Option<(Expr, Expr)>,
+    },
+    /// Sets an attribute of a part.
+    Set {
+        /// The part.
+        part: Expr,
+        /// What of it.
+        attribute: Settable,
+        /// Its new value.
+        value: Expr,
+    },
+    /// Takes back a step.
+    Revert(Expr),
+    /// Fills, paints or clears places of the lattice.
+    Cells(Cells),
+}
+
+/// What a rule can set of a part.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Settable {
+    /// Its rotation about the port that holds it.
+    Turn,
+    /// A parameter of the actuator, by its name.
+    Param(String),
+}
+
+impl Settable {
+    /// What a grammar calls it.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        match self {
+            Self::Turn => PartAttribute::Turn.text(),
+            Self::Param(name) => name,
+        }
+    }
+}
+
+/// What every design must fulfil.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Requirement {
+    /// Its name, or the text of its condition.
+    pub name: String,
+    /// What must hold.
+    pub condition: Expr,
+    /// Why.
+    pub because: Option<String>,
+    /// Where it is said.
+    pub span: Span,
+}
+
+/// What a design should fulfil: a penalty if it does not.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Preference {
+    /// Its name, or the text of its condition.
+    pub name: String,
+    /// What should hold.
+    pub condition: Expr,
+    /// What the objective loses if it does not.
+    pub weight: Expr,
+    /// Why.
+    pub because: Option<String>,
+    /// Where it is said.
+    pub span: Span,
+}
+
+impl Writer<'_> {
+    pub(super) fn rule(&mut self, rule: &Rule) {
+        self.gap();
+        self.line(0, format!("rule {} {{", rule.name));
+        let mut names = rule.locals.clone();
+        let mut slot = 0;
+        for matched in &rule.matches {
+            let name = |i: usize| names.get(i).map_or("", String::as_str);
+            let what = match &matched.what {
+                Matched::Part { kind, port, joined_to } => {
+                    let port =
+                        if *port { format!(" with free port {}", name(slot + 1)) } else { String::new() };
+                    let joined = joined_to.map_or(String::new(), |j| format!(" joined to {}", name(j)));
+                    format!("{}{port}{joined}", group(kind))
+                }
+                Matched::Port { of } => {
+                    format!("port{}", of.map_or(String::new(), |of| format!(" of {}", name(of))))
+                }
+                Matched::Joint => "joint".to_owned(),
+                Matched::Step => "step".to_owned(),
+            };
+            let condition = matched
+                .condition
+                .as_ref()
+                .map_or(String::new(), |c| format!(" where {}", self.expr(c, &names)));
+            self.line(1, format!("match {} : {what}{condition}", name(slot)));
+            slot += matched.slots();
+        }
+        for choice in &rule.choices {
+            let spread = match &choice.spread {
+                Spread::Even | Spread::Fixed => String::new(),
+                Spread::Normal(a, b) => {
+                    format!(" by normal({}, {})", self.expr(a, &names), self.expr(b, &names))
+                }
+                Spread::Uniform(a, b) => {
+                    format!(" by uniform({}, {})", self.expr(a, &names), self.expr(b, &names))
+                }
+                Spread::Weights(list) => format!(" by {}", self.expr(list, &names)),
+            };
+            self.line(1, format!("choose {} in {}{spread}", choice.name, self.expr(&choice.domain, &names)));
+        }
+        for guard in &rule.guards {
+            self.line(1, format!("when {}", self.expr(&guard.condition, &names)));
+        }
+        for effect in &rule.effects {
+            let made = format!("made {}", names.len() - rule.locals.len() + 1);
+            let text = match effect {
+                Effect::Attach { what, on } => {
+                    let text = format!("attach {}{}", self.expr(what, &names), self.holding(on, &names));
+                    names.push(made);
+                    text
+                }
+                Effect::Replace { part, with, between } => {
+                    let between = between.as_ref().map_or(String::new(), |(a, b)| {
+                        format!(" from {} to {}", self.expr(a, &names), self.expr(b, &names))
+                    });
+                    let text = format!(
+                        "replace {} with {}{between}",
+                        self.expr(part, &names),
+                        self.expr(with, &names)
+                    );
+                    names.push(made);
+                    text
+                }
+                Effect::Remove(part) => format!("remove {}", self.expr(part, &names)),
+                Effect::Set { part, attribute, value } => {
+                    format!(
+                        "set {}.{} = {}",
+                        self.expr(part, &names),
+                        attribute.text(),
+                        self.expr(value, &names)
+                    )
+                }
+                Effect::Revert(step) => format!("revert {}", self.expr(step, &names)),
+                Effect::Cells(cells) => self.cells(cells, &names),
+            };
+            self.line(1, text);
+        }
+        let weight = self.expr(&rule.weight, &Names::new());
+        if weight != "1" {
+            self.line(1, format!("weight {weight}"));
+        }
+        self.line(0, "}");
+    }
+
+    pub(super) fn holding(&self, on: &Holding, names: &Names) -> String {
+        let turned = on.turned.as_ref().map_or(String::new(), |t| format!(" turned {}", self.expr(t, names)));
+        let by = on.by.as_ref().map_or(String::new(), |by| format!(" by {by}"));
+        format!(" to {}{turned}{by}", self.expr(&on.port, names))
+    }
+
+    /// The initial design and its symmetry.
+    pub(super) fn begun(&mut self) {
+        let rules = self.rules;
+        self.line(
+            0,
+            match rules.symmetry {
+                Symmetry::None => "symmetry none".to_owned(),
+                Symmetry::Mirror(normal) => {
+                    format!("symmetry mirror {}", ["yz", "xz", "xy"].get(normal).unwrap_or(&""))
+                }
+                Symmetry::Radial(count, axis) => {
+                    format!("symmetry radial {count} about {}", ["x", "y", "z"].get(axis).unwrap_or(&""))
+                }
+            },
+        );
+        if let Some(lattice) = &rules.lattice {
+            let [x, y, z] = lattice.sides;
+            self.line(0, format!("lattice {x} x {y} x {z} of {}", lattice.kind));
+        }
+        self.line(0, "begin {");
+        for effect in rules.lattice.iter().flat_map(|lattice| &lattice.begin) {
+            if let Effect::Cells(cells) = effect {
+                let text = self.cells(cells, &Names::new());
+                self.line(1, text);
+            }
+        }
+        for placed in &rules.begin {
+            let what = self.expr(&placed.what, &Names::new());
+            let on = placed.on.as_ref().map_or(String::new(), |on| self.holding(on, &Names::new()));
+            self.line(1, format!("place {} : {what}{on}", placed.name));
+        }
+        self.line(0, "}");
+    }
+
+    /// What designs must and should be.
+    pub(super) fn required(&mut self) {
+        let rules = self.rules;
+        for fallback in &rules.fallbacks {
+            let condition = self.expr(&fallback.condition, &Names::new());
+            self.line(0, format!("fallback {} when {condition}", fallback.rule));
+        }
+        for requirement in &rules.requirements {
+            let because = requirement.because.as_ref().map_or(String::new(), |b| format!(" because {b:?}"));
+            let condition = self.expr(&requirement.condition, &Names::new());
+            let name = if requirement.name == condition {
+                String::new()
+            } else {
+                format!("{} : ", requirement.name)
+            };
+            self.line(0, format!("require {name}{condition}{because}"));
+        }
+        for preference in &rules.preferences {
+            let condition = self.expr(&preference.condition, &Names::new());
+            let weight = self.expr(&preference.weight, &Names::new());
+            self.line(0, format!("prefer {} : {condition} weight {weight}", preference.name));
+        }
+    }
+}

@@ -1,0 +1,172 @@
+//! What bodies are asked to do, and the world in which they do it.
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+
+use super::text::{Names, Writer};
+use super::{Expr, RuleSet};
+use crate::syntax::Direction;
+use crate::units::{self, Dimension};
+
+/// What a body is asked to do, with its own actuation and its own search of curves.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Task {
+    /// Its name: the key under which [`RuleSet::tasks`] has it.
+    #[serde(default, skip_serializing_if = "String::is_empty")]
+    pub name: String,
+    /// Which actuation drives which actuator.
+    pub actuated: IndexMap<String, String>,
+    /// The simulation model.
+    pub model: Model,
+    /// The target whose limits hold in the simulation, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub on: Option<String>,
+    /// What the search of curves wants: an expression over the recorded motion.
+    pub objective: Objective,
+}
+
+/// How bodies are simulated.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// Rigid pieces joined by driven hinges.
+    Hinges,
+    /// Balls joined by springs. A body that is made of parts is filled with them.
+    Balls(Option<Filling>),
+}
+
+/// Balls that the parts of a body are filled with.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Filling {
+    /// The distance between neighbours, m.
+    pub spacing: f64,
+    /// Of a spring, N/m.
+    pub stiffness: f64,
+    /// Of a spring, N s/m.
+    pub damping: f64,
+}
+
+/// The simulation model and its numbers, SI.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Model {
+    /// Its name.
+    pub name: String,
+    /// How it works.
+    #[serde(default = "hinges", skip_serializing_if = "is_hinges")]
+    pub method: Method,
+    /// Simulated time, s.
+    pub duration: f64,
+    /// Time step, s.
+    pub step: f64,
+    /// Time between two samples of the drive, s.
+    pub control: f64,
+    /// Time between two recorded frames, s.
+    pub record: f64,
+    /// Gravity, m/s^2.
+    pub gravity: f64,
+    /// Coulomb coefficient of the ground.
+    pub ground_friction: f64,
+    /// Sweeps of the contact solver in a step, at most.
+    pub iterations: usize,
+    /// A sweep that changes no impulse by more than this share of all is the last.
+    pub tolerance: f64,
+    /// Whether parts of a body collide with each other.
+    pub self_collision: bool,
+    /// Greatest speed of an element in a valid evaluation, m/s.
+    pub speed_limit: f64,
+    /// How fast any element may be on its way to where it ends, along the ground and in the mean from any
+    /// whole second until the end, at least two seconds, m/s; a motion that is faster is invalid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pace_limit: Option<f64>,
+}
+
+fn hinges() -> Method {
+    Method::Hinges
+}
+
+fn is_hinges(method: &Method) -> bool {
+    *method == Method::Hinges
+}
+
+/// What the search wants.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Objective {
+    /// What is better.
+    pub direction: Direction,
+    /// A number.
+    pub value: Expr,
+    /// The unit of that number, for people; empty if it has none.
+    pub unit: String,
+}
+
+impl Writer<'_> {
+    /// The tasks, and what is wanted of all together.
+    pub(super) fn asked(&mut self) {
+        let rules = self.rules;
+        for (name, task) in &rules.tasks {
+            let indent = usize::from(*name != RuleSet::ONLY_TASK);
+            self.gap();
+            if indent > 0 {
+                self.line(0, format!("task {name} {{"));
+            }
+            for (kind, with) in &task.actuated {
+                self.line(indent, format!("actuate {kind} with {with}"));
+            }
+            self.objective(indent, &task.objective);
+            self.model(indent, &task.model, task.on.as_deref());
+            if indent > 0 {
+                self.line(0, "}");
+            }
+        }
+        self.gap();
+        if !rules.tasks.contains_key(RuleSet::ONLY_TASK) {
+            self.objective(0, &rules.objective);
+        }
+    }
+
+    pub(super) fn objective(&mut self, indent: usize, objective: &Objective) {
+        let value = self.expr(&objective.value, &Names::new());
+        self.line(indent, format!("{} {value}", objective.direction));
+    }
+
+    pub(super) fn model(&mut self, indent: usize, model: &Model, on: Option<&str>) {
+        let on = on.map_or(String::new(), |on| format!(" on {on}"));
+        self.line(
+            indent,
+            format!("simulate {} for {}{on} {{", model.name, units::shown(model.duration, Dimension::TIME)),
+        );
+        if let Method::Balls(filling) = &model.method {
+            self.line(indent + 1, "method = balls");
+            if let Some(filling) = filling {
+                let spacing = units::shown(filling.spacing, Dimension::LENGTH);
+                let (stiffness, damping) = (
+                    units::shown(filling.stiffness, Dimension::STIFFNESS),
+                    units::shown(filling.damping, Dimension::DAMPING),
+                );
+                self.line(
+                    indent + 1,
+                    format!(
+                        "filling {{ spacing = {spacing}, stiffness = {stiffness}, damping = {damping} }}"
+                    ),
+                );
+            }
+        }
+        for (field, value, dimension) in [
+            ("step", model.step, Dimension::TIME),
+            ("control", model.control, Dimension::TIME),
+            ("record", model.record, Dimension::TIME),
+            ("gravity", model.gravity, Dimension::ACCELERATION),
+            ("ground_friction", model.ground_friction, Dimension::NUMBER),
+            ("speed_limit", model.speed_limit, Dimension::VELOCITY),
+        ] {
+            self.line(indent + 1, format!("{field} = {}", units::shown(value, dimension)));
+        }
+        if let Some(limit) = model.pace_limit {
+            self.line(indent + 1, format!("pace_limit = {}", units::shown(limit, Dimension::VELOCITY)));
+        }
+        self.line(indent + 1, format!("iterations = {}", model.iterations));
+        self.line(indent + 1, format!("tolerance = {}", units::shown(model.tolerance, Dimension::NUMBER)));
+        self.line(indent + 1, format!("self_collision = {}", model.self_collision));
+        self.line(indent, "}");
+    }
+}
