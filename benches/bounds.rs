@@ -11,10 +11,10 @@ use std::sync::atomic::AtomicBool;
 use grammar_lang::source::SourceMap;
 use rayon::prelude::*;
 use sgc::derive::Derivation;
+use sgc::loader::Files;
 use sgc::results::saved::Grammar;
 use sgc::search::{Jobs, Limits, tune_body};
 use sgc::simulate;
-use sgc::world::Files;
 
 const BODIES: [&str; 2] = ["two", "four"];
 const BOUNDS: [&str; 3] = ["reflect", "clamp", "resample"];

@@ -18,9 +18,9 @@ use std::time::Instant;
 use cpu_time::ProcessTime;
 use grammar_lang::ir::RuleSet;
 use sgc::derive::Derivation;
+use sgc::loader::Files;
 use sgc::search::{Best, Jobs, Limits, Observer, Row, Unkept, run};
 use sgc::simulate;
-use sgc::world::Files;
 
 const BODIES: [&str; 3] = ["two", "four", "eight"];
 /// What is compared.

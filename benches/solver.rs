@@ -16,11 +16,11 @@ use grammar_lang::source::SourceMap;
 use sgc::derive::{Candidate, Derivation, Stream};
 use sgc::design::Body;
 use sgc::drive::{Drive, Parameters};
+use sgc::loader::Files;
 use sgc::results::saved::SavedDesign;
 use sgc::search::settings;
 use sgc::simulate::rapier::Rapier;
 use sgc::simulate::{Model, Settings, Simulation, Targets, model};
-use sgc::world::Files;
 
 const LANES: [usize; 4] = [1, 4, 8, 16];
 

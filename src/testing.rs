@@ -23,8 +23,8 @@ pub use grammar_lang::testing::{CLEAN, MODULE};
 use grammar_lang::testing::{rule_set, shown};
 
 use crate::derive::{Derivation, check_begun, run_example};
+use crate::loader::{Folder, read_text};
 use crate::results::describe;
-use crate::world::{Folder, read_text};
 
 /// A file that has been read and checked.
 struct Checked {
@@ -40,10 +40,10 @@ impl Checked {
     fn read(path: &Path) -> Result<Self, FileError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let text = read_text(path).map_err(FileError::read(Path::new(&name)))?;
-        let world = Folder { path: path.parent().unwrap_or(Path::new("")).to_owned() };
+        let loader = Folder { path: path.parent().unwrap_or(Path::new("")).to_owned() };
         let mut sources = SourceMap::default();
         let entry = sources.add(name, text);
-        let compiled = grammar_lang::compile(&world, &mut sources, entry, &[], None);
+        let compiled = grammar_lang::compile(&loader, &mut sources, entry, &[], None);
         let begun = check_begun(&compiled, entry, &sources);
         let mut findings = compiled.diagnostics;
         findings.extend(begun);

@@ -6,7 +6,7 @@ use crate::support::{read, root};
 const ENGINE: &[&str] = &[
     "reading",
     "markup",
-    "world",
+    "loader",
     "document",
     "design",
     "simulate",

@@ -8,7 +8,7 @@ use grammar_lang::source::SourceMap;
 use sgc::audit::{self, Answer, Audit, Counted, Observer, Settings};
 use sgc::derive::random::Stream;
 use sgc::derive::{Derivation, DesignScope};
-use sgc::world::Files;
+use sgc::loader::Files;
 
 use crate::support::{grammar, root};
 

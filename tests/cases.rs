@@ -10,7 +10,7 @@ use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::diagnostics::{Diagnostic, apply};
 use grammar_lang::source::SourceMap;
 use sgc::derive::{check_begun, run_example};
-use sgc::world::Files;
+use sgc::loader::Files;
 
 use crate::support::{read, root};
 

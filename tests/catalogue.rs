@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use grammar_lang::diagnostics::{CODES, Code, Diagnostic, apply};
 use grammar_lang::source::SourceMap;
 use sgc::derive::{check_start, run_example};
-use sgc::world::Frozen;
+use sgc::loader::Frozen;
 
 /// The files of an example by name.
 fn files(block: &str) -> BTreeMap<String, String> {
@@ -64,8 +64,8 @@ fn check_one(
 ) -> (Vec<Diagnostic>, SourceMap, Vec<String>) {
     let mut sources = SourceMap::default();
     let entry = sources.add("main.sgr", files["main.sgr"].as_str());
-    let world = Frozen { texts: files.clone() };
-    let compiled = grammar_lang::compile(&world, &mut sources, entry, overrides, wanted);
+    let loader = Frozen { texts: files.clone() };
+    let compiled = grammar_lang::compile(&loader, &mut sources, entry, overrides, wanted);
     let mut found = compiled.diagnostics;
     found.extend(compiled.ruleset.as_ref().and_then(check_start));
     // Examples are derived, too, as `sgc test` does.

@@ -195,7 +195,7 @@ fn a_design_as_the_begin_of_a_grammar_is_the_same_body() {
             };
             let mut sources = grammar_lang::source::SourceMap::default();
             let entry = sources.add(root().join("grammars/again.sgr").to_string_lossy(), whole);
-            let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[], None);
+            let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
             let again =
                 compiled.ruleset.unwrap_or_else(|| panic!("{name}: {:#?}\n{text}", compiled.diagnostics));
             let begun = Derivation::begin(&again).design;

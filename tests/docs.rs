@@ -34,7 +34,7 @@ fn every_block_of_the_documentation_is_free_of_findings() {
             let text = if whole || !needed { block } else { format!("{imports}{block}") };
             let mut sources = grammar_lang::source::SourceMap::default();
             let entry = sources.add(root().join("grammars/block.sgr").to_string_lossy(), text);
-            let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[], None);
+            let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
             assert!(compiled.diagnostics.is_empty(), "{page}:{line}: {:?}", compiled.diagnostics);
             seen += 1;
         }

@@ -32,7 +32,7 @@ fn compile(text: &str) -> Result<RuleSet, String> {
     let mut sources = SourceMap::default();
     let name = root().join("grammars/feature.sgr").to_string_lossy().into_owned();
     let entry = sources.add(name, format!("grammar feature\n{COMMON}\n{text}"));
-    let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[], None);
+    let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
     let mut errors: Vec<_> = compiled.diagnostics.into_iter().filter(|d| d.is_error()).collect();
     errors.extend(compiled.ruleset.as_ref().and_then(check_start));
     match compiled.ruleset {

@@ -33,7 +33,7 @@ fn experiments_are_free_of_findings_but_for_what_is_fixed_on_purpose() {
 fn every_library_file_is_embedded() {
     for entry in std::fs::read_dir(root().join("std-rules")).unwrap() {
         let name = format!("std.{}", entry.unwrap().path().file_stem().unwrap().to_string_lossy());
-        assert!(sgc::world::LIBRARY.iter().any(|(n, _)| *n == name), "{name} is not in world::LIBRARY");
+        assert!(sgc::loader::LIBRARY.iter().any(|(n, _)| *n == name), "{name} is not in loader::LIBRARY");
     }
 }
 

@@ -11,9 +11,9 @@ use cpu_time::ThreadTime;
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::ir::RuleSet;
-use grammar_lang::source::{FileId, NoModule, Source, SourceMap, World};
+use grammar_lang::source::{FileId, Loader, NoModule, Source, SourceMap};
 use grammar_lang::{Compiled, compile, testing};
-use sgc::world::Frozen;
+use sgc::loader::Frozen;
 
 use crate::fuzz::mutate::{Random, gently, mutated};
 use crate::fuzz::{corpus, holds};
@@ -24,14 +24,14 @@ use crate::support::{GRAMMARS, is_long, read, root};
 mod grown;
 
 /// What must hold of a text whatever.
-fn held(world: &Frozen, text: &str) -> Result<(), String> {
-    holds::reached(world, text).map(drop)
+fn held(loader: &Frozen, text: &str) -> Result<(), String> {
+    holds::reached(loader, text).map(drop)
 }
 
 fn compiled(text: &str) -> (Compiled, SourceMap) {
     let mut sources = SourceMap::default();
     let file = sources.add("grammars/hostile.sgr", text);
-    (compile(&holds::world(), &mut sources, file, &[], None), sources)
+    (compile(&holds::loader(), &mut sources, file, &[], None), sources)
 }
 
 /// Codes with their places, in the order of the text.
@@ -55,11 +55,11 @@ fn samples() -> Vec<String> {
 
 #[test]
 fn what_was_found_once_holds_now() {
-    let world = holds::world();
+    let loader = holds::loader();
     for entry in std::fs::read_dir(root().join("tests/fuzz/found")).into_iter().flatten() {
         let path = entry.unwrap().path();
         let text = std::fs::read_to_string(&path).unwrap();
-        assert_eq!(held(&world, &text), Ok(()), "{}", path.display());
+        assert_eq!(held(&loader, &text), Ok(()), "{}", path.display());
     }
 }
 
@@ -107,7 +107,7 @@ fn strange_characters_are_told_where_they_stand_and_do_no_harm() {
                     at += 1;
                 }
                 let text = format!("{}{character}{}", &text[..at], &text[at..]);
-                assert_eq!(held(&holds::world(), &text), Ok(()), "{character:?} at {at}");
+                assert_eq!(held(&holds::loader(), &text), Ok(()), "{character:?} at {at}");
             }
         }
     }
@@ -115,14 +115,14 @@ fn strange_characters_are_told_where_they_stand_and_do_no_harm() {
 
 #[test]
 fn numbers_of_any_size_do_no_harm() {
-    let world = holds::world();
+    let loader = holds::loader();
     let numbers = ["1e308", "1e-320", "99999999999999999999999", "1e999", "0", "9007199254740993", "1e15"];
     let text = read("grammars/codesign.sgr");
     let places: Vec<usize> = text.match_indices(|c: char| c.is_ascii_digit()).map(|(i, _)| i).collect();
     for (i, place) in places.into_iter().enumerate() {
         let number = numbers[i % numbers.len()];
         let text = format!("{}{number}{}", &text[..place], &text[place + 1..]);
-        assert_eq!(held(&world, &text), Ok(()), "{number} at {place}");
+        assert_eq!(held(&loader, &text), Ok(()), "{number} at {place}");
     }
 }
 
@@ -272,7 +272,7 @@ proptest::proptest! {
     #[test]
     fn arbitrary_bytes_do_no_harm(bytes in proptest::collection::vec(proptest::num::u8::ANY, 0..400)) {
         let text = String::from_utf8_lossy(&bytes);
-        proptest::prop_assert_eq!(held(&holds::world(), &text), Ok(()));
+        proptest::prop_assert_eq!(held(&holds::loader(), &text), Ok(()));
     }
 
     /// Real grammars with words, signs, numbers and lines deleted, doubled, moved and put in.
@@ -282,18 +282,18 @@ proptest::proptest! {
         let mut random = Random(seed);
         let text = random.pick(&CORPUS).clone();
         let text = mutated(&text, &CORPUS, &mut random);
-        proptest::prop_assert_eq!(held(&holds::world(), &text), Ok(()), "{}", text);
+        proptest::prop_assert_eq!(held(&holds::loader(), &text), Ok(()), "{}", text);
     }
 }
 
 #[test]
 fn small_mutations_of_sound_grammars_reach_the_engine() {
-    let (world, mut random) = (holds::world(), Random(3));
+    let (loader, mut random) = (holds::loader(), Random(3));
     let sound: Vec<String> = GRAMMARS.iter().map(|path| read(path)).collect();
     let mut reached = holds::Reached::default();
     for _ in 0..if is_long() { 2000 } else { 60 } {
         let text = gently(random.pick::<String>(&sound), &mut random);
-        reached += holds::reached(&world, &text).unwrap_or_else(|why| panic!("{why}:\n{text}"));
+        reached += holds::reached(&loader, &text).unwrap_or_else(|why| panic!("{why}:\n{text}"));
     }
     assert!(reached.derived > 15, "{reached:?}");
 }
@@ -400,7 +400,7 @@ fn limits_are_told_with_their_reasons() {
 /// Files that import each other without end: each names one more.
 struct Endless;
 
-impl World for Endless {
+impl Loader for Endless {
     fn load(&self, module: &str, _: &str) -> Result<Source, NoModule> {
         let number: usize = module.trim_start_matches("./c").trim_end_matches(".sgr").parse().unwrap();
         Ok(Source { name: module.to_owned(), text: format!("use \"./c{}.sgr\"\n", number + 1) })

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use sgc::derive::Derivation;
 use sgc::design::assembly::Assembly;
 use sgc::search::{Best, Jobs, Limits, Observer, Row, Unkept};
-use sgc::simulate::{Invalid, Model, Motion, Settings, Simulation, Stop, Targets, Unfit, Watch, model};
+use sgc::simulate::{Case, Invalid, Model, Motion, Settings, Simulation, Stop, Unfit, Watch, model};
 
 use crate::support::{compile_texts, is_long, texts};
 
@@ -50,10 +50,10 @@ impl Simulation for Watched {
     fn run_watched(
         &mut self,
         stop: Stop<'_>,
-        drives: &[Targets],
+        cases: &[Case<'_>],
         watch: &dyn Watch,
     ) -> Option<Vec<Result<Motion, Invalid>>> {
-        let motions = self.inner.run_watched(stop, drives, watch)?;
+        let motions = self.inner.run_watched(stop, cases, watch)?;
         for motion in motions.iter().flatten() {
             let start = self.centre(motion, 0);
             for frame in (0..motion.frames()).step_by(20).chain([motion.frames() - 1]) {

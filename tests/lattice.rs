@@ -46,7 +46,7 @@ fn rules(text: &str) -> RuleSet {
 fn rules_of(text: &str) -> RuleSet {
     let mut sources = SourceMap::default();
     let entry = sources.add(root().join("grammars/lump.sgr").to_string_lossy(), text);
-    let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[], None);
+    let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
     let errors: Vec<_> = compiled.diagnostics.iter().filter(|d| d.is_error()).collect();
     assert!(errors.is_empty(), "{errors:#?}");
     compiled.ruleset.unwrap()
@@ -395,7 +395,7 @@ fn a_body_of_parts_is_filled_with_balls_that_bend_as_its_hinges_do() {
     let compile = |filling: &str| {
         let mut sources = SourceMap::default();
         let entry = sources.add(root().join("grammars/filled.sgr").to_string_lossy(), text(filling));
-        let compiled = grammar_lang::compile(&sgc::world::Files, &mut sources, entry, &[], None);
+        let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
         compiled.ruleset.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics))
     };
     let hinged = compile("");

@@ -6,7 +6,7 @@ use std::process::{Command, Output, Stdio};
 
 use grammar_lang::diagnostics::{CODES, apply};
 use grammar_lang::source::SourceMap;
-use sgc::world::Files;
+use sgc::loader::Files;
 
 use crate::support::root;
 
@@ -128,7 +128,7 @@ fn standard_input_is_printed_mended() {
 
 #[test]
 fn the_standard_library_is_never_mended() {
-    use grammar_lang::source::World;
+    use grammar_lang::source::Loader;
     let before = Files.load("std.blocks", "x.sgr").unwrap();
     let folder = folder(&[("a.sgr", "use std.blocks { cuube }\n"), ("std.blocks", "lett a = 3\n")]);
     let output = sgc(folder.path(), &["check", "--fix", "a.sgr"]);

@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::RuleSet;
+use sgc::loader::Frozen;
 use sgc::results::robustness::{self, Verdict};
 use sgc::results::saved::{Check, Measured, SavedTask};
-use sgc::world::Frozen;
 
 use crate::support::{grammar, read, root, said, sgc, texts};
 
@@ -133,10 +133,10 @@ fn variants_add_drop_and_replace_what_is_observed() {
             variant second of first {{ {edits} }}"
         );
         texts.insert("grammars/observed.sgr".to_owned(), text);
-        let world = Frozen { texts: texts.clone() };
+        let loader = Frozen { texts: texts.clone() };
         let mut sources = grammar_lang::source::SourceMap::default();
         let file = sources.add("grammars/observed.sgr", texts["grammars/observed.sgr"].clone());
-        let compiled = grammar_lang::compile(&world, &mut sources, file, &[], Some("second"));
+        let compiled = grammar_lang::compile(&loader, &mut sources, file, &[], Some("second"));
         compiled.ruleset.expect("a grammar").observed
     };
     // What a module observes comes after what the grammar does.

@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
-use sgc::world::{Files, Frozen, LIBRARY};
+use sgc::loader::{Files, Frozen, LIBRARY};
 
 /// The folder of the project.
 pub(crate) fn root() -> PathBuf {
@@ -67,10 +67,10 @@ pub(crate) fn texts() -> BTreeMap<String, String> {
 
 /// Compiles one of a set of texts.
 pub(crate) fn compile_texts(texts: &BTreeMap<String, String>, entry: &str) -> Result<RuleSet, String> {
-    let world = Frozen { texts: texts.clone() };
+    let loader = Frozen { texts: texts.clone() };
     let mut sources = SourceMap::default();
     let file = sources.add(entry, texts[entry].clone());
-    let compiled = grammar_lang::compile(&world, &mut sources, file, &[], None);
+    let compiled = grammar_lang::compile(&loader, &mut sources, file, &[], None);
     compiled.ruleset.ok_or_else(|| format!("{:?}", compiled.diagnostics))
 }
 

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use grammar_lang::source::SourceMap;
 use sgc::derive::{check_start, run_example};
-use sgc::world::Frozen;
+use sgc::loader::Frozen;
 
 use crate::support::read;
 
@@ -94,10 +94,10 @@ fn put(file: &mut Vec<Piece>, block: &Block) {
 /// The codes that checking a file raises, and deriving its examples, in order.
 fn codes(files: &BTreeMap<String, Vec<Piece>>, file: &str) -> Vec<&'static str> {
     let text = |pieces: &Vec<Piece>| pieces.iter().map(|(_, text)| text.as_str()).collect::<String>();
-    let world = Frozen { texts: files.iter().map(|(name, pieces)| (name.clone(), text(pieces))).collect() };
+    let loader = Frozen { texts: files.iter().map(|(name, pieces)| (name.clone(), text(pieces))).collect() };
     let mut sources = SourceMap::default();
-    let entry = sources.add(file, world.texts[file].clone());
-    let compiled = grammar_lang::compile(&world, &mut sources, entry, &[], None);
+    let entry = sources.add(file, loader.texts[file].clone());
+    let compiled = grammar_lang::compile(&loader, &mut sources, entry, &[], None);
     let mut found = compiled.diagnostics;
     for rules in compiled.ruleset.iter() {
         found.extend(check_start(rules));

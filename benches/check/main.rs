@@ -13,7 +13,7 @@ use grammar_lang::format::format;
 use grammar_lang::source::{FileId, SourceMap};
 use grammar_lang::{compile, lint, names, syntax, types};
 use grown::{Flaw, grammar};
-use sgc::world::Files;
+use sgc::loader::Files;
 
 const LENGTHS: [usize; 5] = [1_000, 2_000, 5_000, 10_000, 20_000];
 /// `parse` is the text alone, `load` also those that it imports, and what their names mean.

@@ -1,7 +1,7 @@
 //! The `sgc` grammar language: from text to a typed rule set.
 //!
 //! Pure: no file system, clock, random numbers or terminal. Texts come from a
-//! [`source::World`]; findings are data.
+//! [`source::Loader`]; findings are data.
 
 pub mod bounds;
 pub mod diagnostics;
@@ -19,7 +19,7 @@ pub mod units;
 
 use diagnostics::Diagnostic;
 use ir::RuleSet;
-use source::{FileId, SourceMap, World};
+use source::{FileId, Loader, SourceMap};
 
 /// What a compilation gives: always all findings, and the rule set if there is no error.
 #[derive(Debug)]
@@ -67,13 +67,13 @@ fn is_varied(offers: &[String], ruleset: &RuleSet) -> bool {
 /// Reads and checks a grammar. `overrides` are the parameters set from outside;
 /// `wanted` is one of several grammars and variants that the text declares.
 pub fn compile(
-    world: &dyn World,
+    loader: &dyn Loader,
     sources: &mut SourceMap,
     entry: FileId,
     overrides: &[(String, String)],
     wanted: Option<&str>,
 ) -> Compiled {
-    let (program, mut diagnostics) = names::load(world, sources, entry, wanted);
+    let (program, mut diagnostics) = names::load(loader, sources, entry, wanted);
     let offers = program.modules.first().map_or(Vec::new(), |m| names::offers(&m.tree));
     let is_grammar = !offers.is_empty();
     let types::Checked { ruleset, found, idle } = types::check(&program, sources, overrides);
@@ -83,7 +83,7 @@ pub fn compile(
         lint::run(ruleset, entry, is_varied(&offers, ruleset), &mut diagnostics);
     }
     let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
-    names::with_imports(&mut diagnostics, world, sources);
+    names::with_imports(&mut diagnostics, loader, sources);
     names::told_once(&mut diagnostics);
     let changes = program.changes;
     let diagnostics = diagnostics.into_iter().map(|d| names::with_changes(d, &changes, sources)).collect();

@@ -7,20 +7,20 @@
 //! ```
 //! use grammar_lang::testing;
 //! # struct Nothing;
-//! # impl grammar_lang::source::World for Nothing {
+//! # impl grammar_lang::source::Loader for Nothing {
 //! #     fn load(&self, _: &str, _: &str) -> Result<grammar_lang::source::Source, grammar_lang::source::NoModule> {
 //! #         Err(grammar_lang::source::NoModule::NotGiven)
 //! #     }
 //! # }
-//! # let world = Nothing;
-//! let text = testing::findings(&world, "legs.sgr", "let knee = 90\n");
+//! # let loader = Nothing;
+//! let text = testing::findings(&loader, "legs.sgr", "let knee = 90\n");
 //! assert_eq!(text, testing::CLEAN); // or: insta::assert_snapshot!(text)
 //! ```
 
 use crate::diagnostics::Diagnostic;
 use crate::diagnostics::render::{Format, render};
 use crate::ir::{RuleSet, without_spans};
-use crate::source::{SourceMap, World};
+use crate::source::{Loader, SourceMap};
 use crate::{Compiled, compile};
 
 /// What [`findings`] says of a text in which nothing is found.
@@ -29,27 +29,27 @@ pub const CLEAN: &str = "no findings\n";
 /// What [`rules`] says of a text without a `grammar` line.
 pub const MODULE: &str = "a module for grammars to use: it has no rule set of its own\n";
 
-fn read(world: &dyn World, name: &str, text: &str) -> (Compiled, SourceMap) {
+fn read(loader: &dyn Loader, name: &str, text: &str) -> (Compiled, SourceMap) {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
-    let compiled = compile(world, &mut sources, entry, &[], None);
+    let compiled = compile(loader, &mut sources, entry, &[], None);
     (compiled, sources)
 }
 
 /// Everything that checking a text finds, as `sgc check` shows it.
 ///
-/// `name` is what the findings call the text; `world` knows what it imports.
+/// `name` is what the findings call the text; `loader` knows what it imports.
 #[must_use]
-pub fn findings(world: &dyn World, name: &str, text: &str) -> String {
-    let (compiled, sources) = read(world, name, text);
+pub fn findings(loader: &dyn Loader, name: &str, text: &str) -> String {
+    let (compiled, sources) = read(loader, name, text);
     shown(&compiled.diagnostics, &sources)
 }
 
 /// The typed rule set of a grammar, as JSON without places in the text, or
 /// the findings if there are errors.
 #[must_use]
-pub fn rules(world: &dyn World, name: &str, text: &str) -> String {
-    let (compiled, sources) = read(world, name, text);
+pub fn rules(loader: &dyn Loader, name: &str, text: &str) -> String {
+    let (compiled, sources) = read(loader, name, text);
     match &compiled.ruleset {
         Some(rules) if compiled.is_grammar => rule_set(rules),
         _ if compiled.has_errors() => shown(&compiled.diagnostics, &sources),
@@ -79,12 +79,12 @@ pub fn rule_set(rules: &RuleSet) -> String {
 #[cfg(test)]
 mod tests {
     use super::{CLEAN, MODULE, findings, rules};
-    use crate::source::{NoModule, Source, World};
+    use crate::source::{Loader, NoModule, Source};
 
     /// One module, `legs`.
     struct Legs;
 
-    impl World for Legs {
+    impl Loader for Legs {
         fn load(&self, module: &str, _: &str) -> Result<Source, NoModule> {
             let text = "let knee = 90 deg\n".to_owned();
             if module == "./legs.sgr" {

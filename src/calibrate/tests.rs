@@ -7,7 +7,7 @@ use grammar_lang::source::SourceMap;
 use proptest::prelude::*;
 
 use super::*;
-use crate::world::Files;
+use crate::loader::Files;
 
 /// The file that a document of these tests names.
 const CSV: &str = "more.csv";

@@ -13,8 +13,8 @@ use super::output::{self, Fault};
 use super::replace::is_not_read;
 use crate::calibrate::{self, Problem};
 use crate::document::is_name;
+use crate::loader::{Files, read_text};
 use crate::results::whole::write_whole;
-use crate::world::{Files, read_text};
 
 /// Fit measurements of a workshop's bench, and write the variant of a grammar that holds them
 ///

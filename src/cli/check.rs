@@ -9,7 +9,7 @@ use grammar_lang::diagnostics::render::{Format, more, render, sarif};
 use super::load::{self, Checked, Text};
 use super::output::{self, Fault};
 use super::{exit, mend};
-use crate::world::Edited;
+use crate::loader::Edited;
 
 /// Check grammars: names, types, units, domains, and the initial design
 #[derive(Args)]
@@ -72,17 +72,17 @@ impl Check {
                 }
             }
         }
-        let world = match (self.fix, self.diff) {
+        let loader = match (self.fix, self.diff) {
             (true, _) => mend::mend(&texts, &self.params, mend::Outcome::Written)?,
             (_, true) => mend::mend(&texts, &self.params, mend::Outcome::Shown)?,
             _ => Edited::default(),
         };
         let mut checked = Vec::new();
         for Text { path, name, text } in &texts {
-            let text = world.get(name).unwrap_or(text);
+            let text = loader.get(name).unwrap_or(text);
             let found = match &self.variant {
-                Some(variant) => vec![load::check(&world, name, text, &self.params, Some(variant))],
-                None => load::check_all(&world, name, text, &self.params),
+                Some(variant) => vec![load::check(&loader, name, text, &self.params, Some(variant))],
+                None => load::check_all(&loader, name, text, &self.params),
             };
             for one in &found {
                 self.tell(one)?;

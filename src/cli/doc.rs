@@ -11,7 +11,7 @@ use super::output::{self, Fault};
 use super::replace::Replace;
 use super::{exit, load};
 use crate::document;
-use crate::world::{Files, LIBRARY};
+use crate::loader::{Files, LIBRARY};
 
 /// Write a page of documentation from the `##` comments of a grammar or module
 #[derive(Args)]

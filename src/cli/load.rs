@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, more, render};
 use grammar_lang::ir::RuleSet;
-use grammar_lang::source::{SourceMap, World};
+use grammar_lang::source::{Loader, SourceMap};
 use grammar_lang::types::Idle;
 
 use super::exit;
 use super::output::{self, Fault};
 use crate::derive::check_begun;
+use crate::loader::{Files, read_text};
 use crate::reading;
 pub(super) use crate::results::describe::no_value;
-use crate::world::{Files, read_text};
 
 /// What messages call standard input.
 pub(super) const STDIN: &str = "<stdin>";
@@ -55,9 +55,9 @@ pub(super) fn read(path: &Path) -> Result<Text, Fault> {
     Ok(Text { path: path.to_owned(), name, text })
 }
 
-/// Checks a text in a world; of several grammars and variants that it declares, the wanted one.
+/// Checks a text with what a loader gives; of several grammars and variants that it declares, the wanted one.
 pub(super) fn check(
-    world: &dyn World,
+    loader: &dyn Loader,
     name: &str,
     text: &str,
     overrides: &[(String, String)],
@@ -65,7 +65,7 @@ pub(super) fn check(
 ) -> Checked {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
-    let compiled = grammar_lang::compile(world, &mut sources, entry, overrides, wanted);
+    let compiled = grammar_lang::compile(loader, &mut sources, entry, overrides, wanted);
     let begun = check_begun(&compiled, entry, &sources);
     let mut diagnostics = compiled.diagnostics;
     diagnostics.extend(begun);
@@ -79,12 +79,12 @@ pub(super) fn check(
 /// Checks the grammar of a text and each of its variants. What several of them share is
 /// told by the first.
 pub(super) fn check_all(
-    world: &dyn World,
+    loader: &dyn Loader,
     name: &str,
     text: &str,
     overrides: &[(String, String)],
 ) -> Vec<Checked> {
-    let first = check(world, name, text, overrides, None);
+    let first = check(loader, name, text, overrides, None);
     if first.offers.len() < 2 {
         return vec![first];
     }
@@ -97,7 +97,7 @@ pub(super) fn check_all(
         let known = first.take_if(|first| first.rules.as_ref().is_some_and(|rules| rules.name == *offer));
         let mut one = match known {
             Some(known) => Checked { wanted: Some(offer.clone()), ..known },
-            None => check(world, name, text, overrides, Some(offer)),
+            None => check(loader, name, text, overrides, Some(offer)),
         };
         let sources = &one.sources;
         let key = |d: &Diagnostic| {

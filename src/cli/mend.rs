@@ -15,8 +15,8 @@ use similar::TextDiff;
 
 use super::load::{self, STDIN, Text};
 use super::output::{self, Fault};
+use crate::loader::{Edited, LIBRARY, read_text};
 use crate::results::whole::write_whole;
-use crate::world::{Edited, LIBRARY, read_text};
 
 /// How often the texts are mended and checked again: one fix may uncover the next.
 const ROUNDS: usize = 100;
@@ -67,7 +67,7 @@ impl State {
 struct Session<'a> {
     texts: &'a [Text],
     overrides: &'a [(String, String)],
-    world: Edited,
+    loader: Edited,
     /// The texts that were changed, as they were.
     originals: BTreeMap<PathBuf, String>,
     /// What was done to which text.
@@ -85,7 +85,7 @@ pub(super) enum Outcome {
     Shown,
 }
 
-/// Mends texts, writes the files that changed or shows what would change, and says so. Gives the world as it is then.
+/// Mends texts, writes the files that changed or shows what would change, and says so. Gives the files as they are then.
 pub(super) fn mend(
     texts: &[Text],
     overrides: &[(String, String)],
@@ -94,12 +94,12 @@ pub(super) fn mend(
     let mut session = Session {
         texts,
         overrides,
-        world: Edited::default(),
+        loader: Edited::default(),
         originals: BTreeMap::new(),
         done: Vec::new(),
         refused: BTreeSet::new(),
     };
-    let mut state = session.look(&session.world);
+    let mut state = session.look(&session.loader);
     for _ in 0..ROUNDS {
         let Some(next) = session.round(state) else { break };
         state = next;
@@ -111,16 +111,16 @@ pub(super) fn mend(
             return Ok(Edited::default());
         }
     }
-    Ok(session.world)
+    Ok(session.loader)
 }
 
 impl Session<'_> {
-    /// Checks all texts in a world.
-    fn look(&self, world: &Edited) -> State {
+    /// Checks all texts in a loader.
+    fn look(&self, loader: &Edited) -> State {
         let mut state = State { errors: 0, offers: Vec::new(), unread: BTreeSet::new() };
         for Text { name, text, .. } in self.texts {
-            let text = world.get(name).unwrap_or(text);
-            for checked in load::check_all(world, name, text, self.overrides) {
+            let text = loader.get(name).unwrap_or(text);
+            for checked in load::check_all(loader, name, text, self.overrides) {
                 state.errors += checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count();
                 let offers = checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources));
                 state.offers.extend(offers.filter(|o| !self.refused.contains(&o.mark)));
@@ -132,20 +132,20 @@ impl Session<'_> {
                 }
             }
         }
-        self.keep_own(world, &mut state.offers);
+        self.keep_own(loader, &mut state.offers);
         state
     }
 
     /// Leaves out the edits of files that nobody named where the file on its own gives no reason for them:
     /// what a variant changes may make its base look wrong, which is as it should be.
-    fn keep_own(&self, world: &Edited, offers: &mut Vec<Offer>) {
+    fn keep_own(&self, loader: &Edited, offers: &mut Vec<Offer>) {
         let named: BTreeSet<PathBuf> = self.texts.iter().map(|text| Edited::key(&text.name)).collect();
         let mut alone: BTreeMap<PathBuf, Vec<Offer>> = BTreeMap::new();
         offers.retain(|offered| {
             if named.contains(&offered.key) {
                 return true;
             }
-            let own = alone.entry(offered.key.clone()).or_insert_with(|| alone_of(world, offered));
+            let own = alone.entry(offered.key.clone()).or_insert_with(|| alone_of(loader, offered));
             own.iter().any(|own| own.is_same(offered))
         });
     }
@@ -169,19 +169,19 @@ impl Session<'_> {
         // Those that do no harm alone may do so together: then the first goes first.
         self.attempt(&good, state.errors)
             .or_else(|| self.attempt(good.get(..1)?, state.errors))
-            .or_else(|| Some(self.look(&self.world)))
+            .or_else(|| Some(self.look(&self.loader)))
     }
 
-    /// The world after some fixes, and what a check of it gives.
+    /// The files after some fixes, and what a check of it gives.
     fn trial(&self, offers: &[&Offer]) -> (Edited, State) {
-        let mut world = self.world.clone();
+        let mut loader = self.loader.clone();
         for (key, (text, edits)) in by_text(offers) {
             if let Some(mended) = apply(text, edits) {
-                world.set(key, mended);
+                loader.set(key, mended);
             }
         }
-        let state = self.look(&world);
-        (world, state)
+        let state = self.look(&loader);
+        (loader, state)
     }
 
     /// Keeps some fixes if they do no harm.
@@ -189,7 +189,7 @@ impl Session<'_> {
         if offers.is_empty() {
             return None;
         }
-        let (world, state) = self.trial(offers);
+        let (loader, state) = self.trial(offers);
         if !state.is_sound(errors, offers) {
             return None;
         }
@@ -197,14 +197,14 @@ impl Session<'_> {
             self.originals.entry(offer.key.clone()).or_insert_with(|| offer.text.clone());
             self.done.push((offer.key.clone(), offer.told.clone()));
         }
-        self.world = world;
+        self.loader = loader;
         Some(state)
     }
 
     /// Prints what would change, as a difference that `patch` reads.
     fn show(&self) -> Result<(), Fault> {
         for (key, original) in &self.originals {
-            let mended = self.world.at(key).unwrap_or(original);
+            let mended = self.loader.at(key).unwrap_or(original);
             let name = self.texts.iter().find(|text| Edited::key(&text.name) == *key);
             let name = name.map_or_else(|| key.display().to_string(), |text| text.name.clone());
             let difference = TextDiff::from_lines(original.as_str(), mended);
@@ -219,7 +219,7 @@ impl Session<'_> {
     /// Writes what has changed, each file once and whole.
     fn write(&self) -> Result<(), Fault> {
         for (key, original) in &self.originals {
-            let mended = self.world.at(key).unwrap_or(original);
+            let mended = self.loader.at(key).unwrap_or(original);
             if key.as_os_str() != STDIN {
                 replace(key, original, mended)
                     .map_err(|e| Fault::usage(format!("cannot mend {}: {e}", key.display())))?;
@@ -233,7 +233,7 @@ impl Session<'_> {
         }
         // Whoever pipes a text through gets it back, mended or not.
         for text in self.texts.iter().filter(|t| t.name == STDIN) {
-            output::data(self.world.get(STDIN).unwrap_or(&text.text))?;
+            output::data(self.loader.get(STDIN).unwrap_or(&text.text))?;
         }
         Ok(())
     }
@@ -261,8 +261,8 @@ fn offer(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<Offer> {
 }
 
 /// What a check offers of a text by itself.
-fn alone_of(world: &Edited, offered: &Offer) -> Vec<Offer> {
-    let checked = load::check_all(world, &offered.key.to_string_lossy(), &offered.text, &[]);
+fn alone_of(loader: &Edited, offered: &Offer) -> Vec<Offer> {
+    let checked = load::check_all(loader, &offered.key.to_string_lossy(), &offered.text, &[]);
     let offers = checked.iter().map(|c| c.diagnostics.iter().filter_map(|d| offer(d, &c.sources)));
     offers.flatten().collect()
 }

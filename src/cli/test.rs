@@ -8,7 +8,7 @@ use grammar_lang::diagnostics::render::{Format, render};
 use super::output::{self, Fault};
 use super::{exit, load};
 use crate::derive::run_example;
-use crate::world::Files;
+use crate::loader::Files;
 
 /// Derive the examples of grammars and check what they expect
 #[derive(Args)]

@@ -15,7 +15,7 @@ mod tests;
 
 use grammar_lang::ir::Rule;
 use grammar_lang::names::{LoadedModule, Program, load};
-use grammar_lang::source::{Source, SourceMap, World};
+use grammar_lang::source::{Loader, Source, SourceMap};
 use grammar_lang::syntax::{
     self,
     ast::{Item, ItemKind},
@@ -34,17 +34,17 @@ pub fn about_rule(sources: &SourceMap, rule: &Rule) -> String {
 
 /// A text that a page documents, with all that it imports.
 struct Module {
-    /// What the world calls it: a path, or `std.blocks`.
+    /// What the loader calls it: a path, or `std.blocks`.
     name: String,
     program: Program,
     sources: SourceMap,
 }
 
 impl Module {
-    fn new(world: &dyn World, source: &Source) -> Self {
+    fn new(loader: &dyn Loader, source: &Source) -> Self {
         let mut sources = SourceMap::default();
         let entry = sources.add(source.name.clone(), source.text.clone());
-        let (program, _) = load(world, &mut sources, entry, None);
+        let (program, _) = load(loader, &mut sources, entry, None);
         Self { name: source.name.clone(), program, sources }
     }
 
@@ -65,7 +65,7 @@ impl Module {
 /// One self-contained page about some texts. Errors in them are not told:
 /// whoever wants to know checks them.
 #[must_use]
-pub fn page(title: &str, world: &dyn World, texts: &[Source]) -> String {
-    let modules: Vec<Module> = texts.iter().map(|source| Module::new(world, source)).collect();
+pub fn page(title: &str, loader: &dyn Loader, texts: &[Source]) -> String {
+    let modules: Vec<Module> = texts.iter().map(|source| Module::new(loader, source)).collect();
     page::page(title, &modules)
 }

@@ -3,7 +3,7 @@
 use grammar_lang::source::Source;
 
 use super::page;
-use crate::world::{Files, LIBRARY};
+use crate::loader::{Files, LIBRARY};
 
 fn about(text: &str) -> String {
     page("test.sgr", &Files, &[Source { name: "test.sgr".to_owned(), text: text.to_owned() }])

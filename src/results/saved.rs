@@ -12,9 +12,9 @@ use sha2::{Digest, Sha256};
 use super::names::Names;
 use super::{DesignError, FileError, Unfit};
 use crate::derive::{Derivation, Step};
+use crate::loader::Frozen;
 use crate::reading;
 use crate::score::Observed;
-use crate::world::Frozen;
 
 /// The version of the file format.
 pub const VERSION: u32 = 2;
@@ -183,11 +183,12 @@ impl Grammar {
     }
 
     fn compiled(&self) -> Result<(RuleSet, SourceMap), DesignError> {
-        let world = Frozen { texts: self.sources.clone() };
+        let loader = Frozen { texts: self.sources.clone() };
         let text = self.sources.get(&self.entry).ok_or(DesignError::NoText)?;
         let mut sources = SourceMap::default();
         let entry = sources.add(self.entry.clone(), text.clone());
-        let compiled = grammar_lang::compile(&world, &mut sources, entry, &self.parameters, Some(&self.name));
+        let compiled =
+            grammar_lang::compile(&loader, &mut sources, entry, &self.parameters, Some(&self.name));
         Ok((compiled.ruleset.ok_or(DesignError::Unreadable)?, sources))
     }
 }

@@ -17,7 +17,7 @@ use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Recording};
-use crate::simulate::{Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Watch};
+use crate::simulate::{Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Watch};
 
 /// What evaluations are made with.
 #[derive(Clone, Copy)]
@@ -275,7 +275,10 @@ impl Judging<'_> {
             least: drives.iter().map(|_| Mutex::new(f64::INFINITY)).collect(),
         };
         let motions = match self.drive.task().model.pace_limit {
-            Some(_) => simulation.run_watched(stop, &drives, &watch)?,
+            Some(_) => {
+                let cases: Vec<Case<'_>> = drives.iter().map(Case::nominal).collect();
+                simulation.run_watched(stop, &cases, &watch)?
+            }
             None => simulation.run_until(stop, &drives)?,
         };
         let mut motions = motions.into_iter().zip(watch.least);
@@ -326,12 +329,12 @@ struct Ceilings<'a> {
 }
 
 impl Watch for Ceilings<'_> {
-    fn gives_up(&self, drive: usize, motion: &Motion, now: f64) -> bool {
+    fn gives_up(&self, case: usize, motion: &Motion, now: f64) -> bool {
         // Earlier, hardly anything is out of reach.
         if 2.0 * now < motion.duration {
             return false;
         }
-        let (Some((parameters, needed)), Some(least)) = (self.batch.get(drive), self.least.get(drive)) else {
+        let (Some((parameters, needed)), Some(least)) = (self.batch.get(case), self.least.get(case)) else {
             return false;
         };
         let Some(ceiling) = self.judging.ceiling(motion, parameters, now) else { return false };

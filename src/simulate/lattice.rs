@@ -10,7 +10,7 @@ use nalgebra::{Isometry3, Vector3};
 use super::check;
 use super::motion::Placement;
 use super::run::Driven;
-use super::{Settings, Unfit};
+use super::{Settings, Unfit, World};
 use crate::design::assembly::{Assembly, Element, Shape};
 
 /// How much a ball or a spring is strained for one unit of each target: actuators in ascending
@@ -93,6 +93,11 @@ impl Lattice {
         });
         let gravity = Vector3::y() * -settings.gravity;
         Ok(Self { links: links.collect(), balls, gravity, actuators: assembly.actuators })
+    }
+
+    /// On the slope of a world.
+    pub(super) fn sloping(self, world: &World, settings: &Settings) -> Self {
+        Self { gravity: world.gravity(settings), ..self }
     }
 
     /// What runs it: each actuator is a servo that is where it is asked to be.

@@ -14,7 +14,7 @@ use super::check;
 use super::motion::Placement;
 use super::run::Driven;
 use super::servo::Servo;
-use super::{Settings, Unfit};
+use super::{Settings, Unfit, World};
 use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
 
 /// A rigid body: one or more elements.
@@ -99,6 +99,22 @@ impl Lowered {
             |piece: &Piece| Placement { body: piece.body, local: piece.local, shape: piece.shape };
         let placements: Arc<[Placement]> = self.pieces.iter().map(placement).collect();
         Driven::hinges(&hinges, &self.servos, self.bodies.len(), self.actuators, placements)
+    }
+
+    /// Where the centre of the root is, m, when the body is set on the ground of a world.
+    pub(super) fn set_down(&self, world: &World) -> Vector3<f64> {
+        let root = self.bodies[0].centre;
+        if world.tilt == 0.0 {
+            return root;
+        }
+        let turn = world.turn();
+        let lowest = |piece: &Piece| {
+            let place = self.bodies[piece.body].centre + piece.local.translation.vector - root;
+            let pose = Isometry3::from_parts((turn * place).into(), turn * piece.local.rotation);
+            piece.shape.lowest(&pose)
+        };
+        let low = self.pieces.iter().map(lowest).fold(f64::INFINITY, f64::min);
+        Vector3::new(root.x, -low, root.z)
     }
 
     /// Number of hinges between two bodies.

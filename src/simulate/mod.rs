@@ -21,6 +21,8 @@ mod sliding;
 mod stop;
 #[cfg(test)]
 mod tests;
+mod widths;
+mod world;
 
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +30,7 @@ use crate::design::assembly::Assembly;
 pub use motion::{Motion, Targets};
 pub use sliding::Sliding;
 pub use stop::Stop;
+pub use world::World;
 
 /// The numbers of a simulation, in SI units; a grammar's `model` gives them.
 #[derive(Clone, Debug, PartialEq)]
@@ -97,6 +100,8 @@ pub enum Invalid {
     EnergyFromNowhere,
     /// Whoever watched it gave it up: nothing is said of the motion.
     GivenUp,
+    /// The solver cannot simulate the body in this world, though it can in the nominal one.
+    Unfit,
 }
 
 impl Invalid {
@@ -108,6 +113,7 @@ impl Invalid {
             Self::TooFast => "too fast",
             Self::TooFar => "too far in its time",
             Self::GivenUp => "given up",
+            Self::Unfit => "not to be simulated there",
             Self::Sunk => "through the ground",
             Self::EnergyFromNowhere => "energy from nowhere",
         }
@@ -174,9 +180,9 @@ pub trait Model: Sync {
 
 /// Looks at runs under way and gives up those that cannot come to anything.
 pub trait Watch: Sync {
-    /// Whether to give up a drive, by its place among those that run; asked at every whole second of the motion
+    /// Whether to give up a case, by its place among those that run; asked at every whole second of the motion
     /// with what has been recorded until then.
-    fn gives_up(&self, drive: usize, motion: &Motion, now: f64) -> bool;
+    fn gives_up(&self, case: usize, motion: &Motion, now: f64) -> bool;
 }
 
 /// Gives up nothing.
@@ -188,28 +194,51 @@ impl Watch for Unwatched {
     }
 }
 
+/// A motion to make.
+#[derive(Clone, Copy, Debug)]
+pub struct Case<'a> {
+    /// What drives the body.
+    pub drive: &'a Targets,
+    /// Where it moves.
+    pub world: &'a World,
+}
+
+impl<'a> Case<'a> {
+    /// In the nominal world.
+    #[must_use]
+    pub const fn nominal(drive: &'a Targets) -> Self {
+        Self { drive, world: &World::NOMINAL }
+    }
+}
+
 /// One body, ready to be driven any number of times.
 pub trait Simulation: Send {
-    /// How many drives it runs side by side: give it as many at once, if there are.
+    /// How many cases it runs side by side: give it as many at once, if there are.
     fn lanes(&self) -> usize;
 
-    /// Simulates each drive from rest; one outcome per drive, in order. Runs
+    /// Simulates each case from rest; one outcome per case, in order. Runs
     /// are independent: an outcome does not depend on the others in the batch
-    /// nor on earlier calls, bit for bit.
+    /// nor on earlier calls, bit for bit. What the watch gives up ends as [`Invalid::GivenUp`].
     /// None if it was asked to stop before all were done.
-    fn run_until(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>> {
-        self.run_watched(stop, drives, &Unwatched)
-    }
-
-    /// The same, watched: what the watch gives up ends as [`Invalid::GivenUp`].
     fn run_watched(
         &mut self,
         stop: Stop<'_>,
-        drives: &[Targets],
+        cases: &[Case<'_>],
         watch: &dyn Watch,
     ) -> Option<Vec<Result<Motion, Invalid>>>;
 
-    /// Simulates each drive to its end.
+    /// The same, unwatched.
+    fn run_cases(&mut self, stop: Stop<'_>, cases: &[Case<'_>]) -> Option<Vec<Result<Motion, Invalid>>> {
+        self.run_watched(stop, cases, &Unwatched)
+    }
+
+    /// Simulates each drive in the nominal world.
+    fn run_until(&mut self, stop: Stop<'_>, drives: &[Targets]) -> Option<Vec<Result<Motion, Invalid>>> {
+        let cases: Vec<Case<'_>> = drives.iter().map(Case::nominal).collect();
+        self.run_cases(stop, &cases)
+    }
+
+    /// Simulates each drive in the nominal world to its end.
     fn run(&mut self, drives: &[Targets]) -> Vec<Result<Motion, Invalid>> {
         self.run_until(Stop::NEVER, drives).unwrap_or_default()
     }

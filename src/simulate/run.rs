@@ -7,7 +7,7 @@ use nalgebra::Isometry3;
 use super::motion::Placement;
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
-use super::{Invalid, LAST_STRETCH, Motion, Settings, Simulation, Stop, Targets, Watch};
+use super::{Invalid, LAST_STRETCH, Motion, Settings, Stop, Targets, Watch, World};
 use crate::design::assembly::Hinge;
 
 /// A solver that advances one body step by step, in one or several runs at
@@ -83,11 +83,26 @@ impl Driven {
     }
 }
 
-/// One body, ready to run.
+/// One body in a row of worlds, ready to run: a solver with one lane for each.
+pub(super) trait Row: Send {
+    /// Simulates as many drives as there are lanes, or fewer, each in the world of its lane, the first of which has this
+    /// number for the watch. None if it was asked to stop.
+    fn together(
+        &mut self,
+        stop: Stop<'_>,
+        first: usize,
+        drives: &[&Targets],
+        watch: &dyn Watch,
+    ) -> Option<Vec<Result<Motion, Invalid>>>;
+}
+
+/// A row of a solver.
 #[derive(Debug)]
 pub(super) struct Run<S> {
     stepper: S,
     driven: Driven,
+    /// Factor of the rates of servos, by lane.
+    speeds: Vec<f64>,
     schedule: Schedule,
     pace_limit: Option<f64>,
 }
@@ -101,12 +116,13 @@ struct Lane<'a> {
 }
 
 impl<S: Stepper> Run<S> {
-    /// Runs of a solver made for the same assembly and settings.
-    pub(super) fn new(stepper: S, driven: Driven, settings: &Settings) -> Self {
-        Self { stepper, driven, schedule: Schedule::new(settings), pace_limit: settings.pace_limit }
+    /// Runs of a solver made for the same assembly, settings and worlds.
+    pub(super) fn new(stepper: S, driven: Driven, settings: &Settings, worlds: &[World]) -> Self {
+        let speeds = worlds.iter().map(|world| world.speed).collect();
+        Self { stepper, driven, speeds, schedule: Schedule::new(settings), pace_limit: settings.pace_limit }
     }
 
-    fn lane<'a>(&self, drive: &'a Targets) -> Lane<'a> {
+    fn lane<'a>(&self, number: usize, drive: &'a Targets) -> Lane<'a> {
         let Schedule { interval, duration, frames, .. } = self.schedule;
         let Driven { bodies, actuators, ref placements, ref servos, .. } = self.driven;
         let motion = Motion {
@@ -118,19 +134,21 @@ impl<S: Stepper> Run<S> {
             work: vec![0.0; actuators],
             placements: Arc::clone(placements),
         };
-        Lane { drive, servos: servos.clone(), motion, failure: None }
+        let speed = self.speeds.get(number).copied().unwrap_or(1.0);
+        let servos = servos.iter().map(|servo| servo.faster(speed)).collect();
+        Lane { drive, servos, motion, failure: None }
     }
 
-    /// As many drives as there are lanes, or fewer: idle lanes do what the last one does.
-    /// None if it was asked to stop.
-    fn together(
+    /// Idle lanes do what the last one does.
+    fn run(
         &mut self,
         stop: Stop<'_>,
         first: usize,
-        drives: &[Targets],
+        drives: &[&Targets],
         watch: &dyn Watch,
     ) -> Option<Vec<Result<Motion, Invalid>>> {
-        let mut lanes: Vec<Lane> = drives.iter().map(|drive| self.lane(drive)).collect();
+        let mut lanes: Vec<Lane> =
+            drives.iter().enumerate().map(|(number, drive)| self.lane(number, drive)).collect();
         self.stepper.reset();
         let mut frame = 0;
         for now in 0..=self.schedule.steps {
@@ -211,20 +229,20 @@ impl<S: Stepper> Run<S> {
     }
 }
 
-impl<S: Stepper> Simulation for Run<S> {
-    fn lanes(&self) -> usize {
-        S::LANES
-    }
-
-    fn run_watched(
+impl<S: Stepper> Row for Run<S> {
+    fn together(
         &mut self,
         stop: Stop<'_>,
-        drives: &[Targets],
+        first: usize,
+        drives: &[&Targets],
         watch: &dyn Watch,
     ) -> Option<Vec<Result<Motion, Invalid>>> {
-        let chunks = drives.chunks(S::LANES).enumerate();
-        let chunks: Option<Vec<_>> =
-            chunks.map(|(n, chunk)| self.together(stop, n * S::LANES, chunk, watch)).collect();
-        Some(chunks?.into_iter().flatten().collect())
+        self.run(stop, first, drives, watch)
     }
+}
+
+/// The motion of one drive, in the world of the first lane.
+#[cfg(test)]
+pub(super) fn alone(row: &mut dyn Row, drive: &Targets) -> Result<Motion, Invalid> {
+    row.together(Stop::NEVER, 0, &[drive], &super::Unwatched).unwrap().remove(0)
 }

@@ -27,6 +27,12 @@ impl Servo {
         }
     }
 
+    /// The same servo with so many times the rates.
+    pub(super) fn faster(&self, times: f64) -> Self {
+        let Self { bending_rate, relaxing_rate, .. } = *self;
+        Self { bending_rate: bending_rate * times, relaxing_rate: relaxing_rate * times, ..self.clone() }
+    }
+
     /// Of an actuator that is where it is asked to be.
     pub(super) fn free(actuator: usize) -> Self {
         let rate = f64::INFINITY;

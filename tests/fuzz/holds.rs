@@ -10,13 +10,13 @@ use grammar_lang::source::SourceMap;
 use grammar_lang::{Compiled, compile};
 use sgc::derive::random::Stream;
 use sgc::derive::{Derivation, check_start, run_example};
-use sgc::world::Frozen;
+use sgc::loader::Frozen;
 
 /// What the text is called.
 const NAME: &str = "grammars/fuzz.sgr";
 
 /// The texts that a text may import.
-pub fn world() -> Frozen {
+pub fn loader() -> Frozen {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/grammars");
     let mut texts = BTreeMap::new();
     for entry in std::fs::read_dir(folder).unwrap() {
@@ -30,10 +30,10 @@ pub fn world() -> Frozen {
     Frozen { texts }
 }
 
-fn compiled(world: &Frozen, text: &str, wanted: Option<&str>) -> (Compiled, SourceMap) {
+fn compiled(loader: &Frozen, text: &str, wanted: Option<&str>) -> (Compiled, SourceMap) {
     let mut sources = SourceMap::default();
     let file = sources.add(NAME, text);
-    (compile(world, &mut sources, file, &[], wanted), sources)
+    (compile(loader, &mut sources, file, &[], wanted), sources)
 }
 
 /// How many texts got how far.
@@ -54,18 +54,18 @@ impl std::ops::AddAssign for Reached {
 
 /// Checks a text in every way. How far it gets, or what does not hold, in a sentence; panics are for the
 /// caller to catch.
-pub fn reached(world: &Frozen, text: &str) -> Result<Reached, String> {
-    let (first, sources) = compiled(world, text, None);
-    let (second, _) = compiled(world, text, None);
+pub fn reached(loader: &Frozen, text: &str) -> Result<Reached, String> {
+    let (first, sources) = compiled(loader, text, None);
+    let (second, _) = compiled(loader, text, None);
     if first.diagnostics != second.diagnostics || json(&first.ruleset) != json(&second.ruleset) {
         return Err("checking twice gives two results".to_owned());
     }
     findings(&first.diagnostics, &sources)?;
-    layout(world, text, &first)?;
-    fixes(world, text, &first)?;
+    layout(loader, text, &first)?;
+    fixes(loader, text, &first)?;
     let mut sets = vec![first];
     for offer in sets[0].offers.clone().iter().skip(1).take(2) {
-        let (other, sources) = compiled(world, text, Some(offer));
+        let (other, sources) = compiled(loader, text, Some(offer));
         findings(&other.diagnostics, &sources)?;
         sets.push(other);
     }
@@ -111,7 +111,7 @@ fn findings(found: &[Diagnostic], sources: &SourceMap) -> Result<(), String> {
 }
 
 /// The layout of a text keeps what it says, and a laid out text is not changed any more.
-fn layout(world: &Frozen, text: &str, before: &Compiled) -> Result<(), String> {
+fn layout(loader: &Frozen, text: &str, before: &Compiled) -> Result<(), String> {
     let lay_out = |text: &str| {
         let mut sources = SourceMap::default();
         let file = sources.add(NAME, text);
@@ -125,7 +125,7 @@ fn layout(world: &Frozen, text: &str, before: &Compiled) -> Result<(), String> {
     if lay_out(&once).as_ref() != Ok(&once) {
         return Err("its layout is laid out differently".to_owned());
     }
-    let (after, _) = compiled(world, &once, None);
+    let (after, _) = compiled(loader, &once, None);
     let codes = |c: &Compiled| {
         let mut codes: Vec<&str> = c.diagnostics.iter().map(|d| d.code.id).collect();
         codes.sort_unstable();
@@ -142,13 +142,13 @@ fn layout(world: &Frozen, text: &str, before: &Compiled) -> Result<(), String> {
 
 /// A text that was mended can be checked. That fixes lead to no more errors is what `sgc check --fix`
 /// sees to: one alone may bring to light what an error has hidden.
-fn fixes(world: &Frozen, text: &str, before: &Compiled) -> Result<(), String> {
+fn fixes(loader: &Frozen, text: &str, before: &Compiled) -> Result<(), String> {
     for fix in before.diagnostics.iter().filter_map(|d| d.fix.as_ref()).take(3) {
         if fix.edits.iter().any(|e| e.span.file.0 != 0) {
             continue;
         }
         let mended = apply(text, &fix.edits).unwrap_or_default();
-        let (after, sources) = compiled(world, &mended, None);
+        let (after, sources) = compiled(loader, &mended, None);
         findings(&after.diagnostics, &sources)?;
     }
     Ok(())

@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 
 use holds::Reached;
 use mutate::{Random, gently, mutated};
-use sgc::world::Frozen;
+use sgc::loader::Frozen;
 
 /// How long one text may take.
 const SLOW: Duration = Duration::from_secs(1);
@@ -55,9 +55,9 @@ fn argument(name: &str) -> Option<String> {
 
 fn search(seconds: u64, seed: u64, out: &Path, trying: &Mutex<Instant>) {
     let corpus = corpus::texts();
-    let world = holds::world();
+    let loader = holds::loader();
     let sound: Vec<String> =
-        corpus.iter().filter(|text| fault(&world, text).is_ok_and(|r| r.sound > 0)).cloned().collect();
+        corpus.iter().filter(|text| fault(&loader, text).is_ok_and(|r| r.sound > 0)).cloned().collect();
     let mut random = Random(seed);
     let begun = Instant::now();
     let mut known: BTreeSet<String> = BTreeSet::new();
@@ -73,7 +73,7 @@ fn search(seconds: u64, seed: u64, out: &Path, trying: &Mutex<Instant>) {
         std::fs::write(out.join("current.sgr"), &text).unwrap();
         *trying.lock().unwrap() = Instant::now();
         let start = Instant::now();
-        let outcome = fault(&world, &text);
+        let outcome = fault(&loader, &text);
         let took = start.elapsed();
         tried += 1;
         slowest = slowest.max(took);
@@ -81,7 +81,7 @@ fn search(seconds: u64, seed: u64, out: &Path, trying: &Mutex<Instant>) {
         let outcome =
             outcome.err().or_else(|| (took > SLOW).then(|| format!("it takes {} s", took.as_secs())));
         if let Some(why) = outcome.filter(|why| known.insert(class(why))) {
-            let small = if took > SLOW { text } else { smallest(&world, text, &class(&why), trying) };
+            let small = if took > SLOW { text } else { smallest(&loader, text, &class(&why), trying) };
             let path = out.join(format!("{seed}-{}.sgr", known.len()));
             std::fs::write(&path, small).unwrap();
             println!("{}: {why}", path.display());
@@ -96,8 +96,8 @@ fn search(seconds: u64, seed: u64, out: &Path, trying: &Mutex<Instant>) {
 }
 
 /// How far a text gets, or what does not hold of it.
-fn fault(world: &Frozen, text: &str) -> Result<Reached, String> {
-    match catch_unwind(AssertUnwindSafe(|| holds::reached(world, text))) {
+fn fault(loader: &Frozen, text: &str) -> Result<Reached, String> {
+    match catch_unwind(AssertUnwindSafe(|| holds::reached(loader, text))) {
         Ok(held) => held,
         Err(cause) => {
             let said = cause.downcast_ref::<String>().cloned();
@@ -113,10 +113,10 @@ fn class(why: &str) -> String {
 }
 
 /// The same fault in as few lines, then in as few pieces, as can be found.
-fn smallest(world: &Frozen, text: String, class_of: &str, trying: &Mutex<Instant>) -> String {
+fn smallest(loader: &Frozen, text: String, class_of: &str, trying: &Mutex<Instant>) -> String {
     let same = |text: &str| {
         *trying.lock().unwrap() = Instant::now();
-        fault(world, text).is_err_and(|why| class(&why) == class_of)
+        fault(loader, text).is_err_and(|why| class(&why) == class_of)
     };
     let by_lines = shrunk(text.split_inclusive('\n').map(str::to_owned).collect(), &same);
     shrunk(mutate::pieces(&by_lines).into_iter().map(str::to_owned).collect(), &same)

@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::source::{FileId, SourceMap, Span, World};
+use crate::source::{FileId, Loader, SourceMap, Span};
 use crate::syntax;
 
 use super::declared;
@@ -97,14 +97,14 @@ pub(crate) fn told_once(findings: &mut Vec<Diagnostic>) {
 }
 
 /// Says which module of the library declares a name that is not known.
-pub(crate) fn with_imports(findings: &mut [Diagnostic], world: &dyn World, sources: &SourceMap) {
+pub(crate) fn with_imports(findings: &mut [Diagnostic], loader: &dyn Loader, sources: &SourceMap) {
     let mut library: Option<Vec<(String, Vec<String>)>> = None;
     for finding in findings {
         if !undeclared(finding) {
             continue;
         }
         let word = sources.slice(finding.span());
-        let library = library.get_or_insert_with(|| declarations(world));
+        let library = library.get_or_insert_with(|| declarations(loader));
         if let Some((module, _)) = library.iter().find(|(_, names)| names.iter().any(|n| n == word)) {
             // The very name is nearer than one that resembles it.
             finding.help = Some(format!("{IMPORT} `use {module} {{ {word} }}`"));
@@ -114,10 +114,10 @@ pub(crate) fn with_imports(findings: &mut [Diagnostic], world: &dyn World, sourc
 }
 
 /// What each module of the library declares.
-fn declarations(world: &dyn World) -> Vec<(String, Vec<String>)> {
+fn declarations(loader: &dyn Loader) -> Vec<(String, Vec<String>)> {
     let mut found = Vec::new();
-    for module in world.library() {
-        let Ok(source) = world.load(&module, "") else { continue };
+    for module in loader.library() {
+        let Ok(source) = loader.load(&module, "") else { continue };
         let mut texts = SourceMap::default();
         let file: FileId = texts.add(source.name, source.text);
         let (tree, _) = syntax::parse(&texts, file);

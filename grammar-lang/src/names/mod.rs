@@ -11,7 +11,7 @@ pub(crate) use blame::{UNDECLARED, told_once, with_imports};
 use indexmap::IndexMap;
 
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::source::{FileId, NoModule, SourceMap, Span, World};
+use crate::source::{FileId, Loader, NoModule, SourceMap, Span};
 use crate::syntax;
 use crate::syntax::ast::{Item, ItemKind, Module, Name};
 
@@ -27,7 +27,7 @@ pub struct Declaration {
 /// A text with the names that it can use.
 #[derive(Debug)]
 pub struct LoadedModule {
-    /// What the world calls it.
+    /// What the loader calls it.
     pub name: String,
     /// Its text.
     pub file: FileId,
@@ -168,13 +168,13 @@ pub fn offers(module: &Module) -> Vec<String> {
 
 /// Reads a grammar and all that it imports; of several that a text declares, the wanted one.
 pub fn load(
-    world: &dyn World,
+    loader: &dyn Loader,
     sources: &mut SourceMap,
     entry: FileId,
     wanted: Option<&str>,
 ) -> (Program, Vec<Diagnostic>) {
     let mut loader =
-        Loader { world, sources, program: Program::default(), open: Vec::new(), errors: Vec::new() };
+        Loading { loader, sources, program: Program::default(), open: Vec::new(), errors: Vec::new() };
     let name = loader.sources.get(entry).map_or_else(String::new, |s| s.name.clone());
     loader.module(name, entry);
     variant::resolve(&mut loader, wanted);
@@ -190,8 +190,8 @@ pub fn load(
 /// How many files may import each other in a chain: each that is open takes a piece of the stack.
 const DEEPEST: usize = 100;
 
-struct Loader<'a> {
-    world: &'a dyn World,
+struct Loading<'a> {
+    loader: &'a dyn Loader,
     sources: &'a mut SourceMap,
     program: Program,
     /// Modules that are being read, outermost first.
@@ -199,7 +199,7 @@ struct Loader<'a> {
     errors: Vec<Diagnostic>,
 }
 
-impl Loader<'_> {
+impl Loading<'_> {
     fn module(&mut self, name: String, file: FileId) -> usize {
         let (tree, errors) = syntax::parse(self.sources, file);
         self.errors.extend(errors);
@@ -292,10 +292,10 @@ impl Loader<'_> {
     /// The module that a `use` or a variant names, read if it has not been yet;
     /// none, with a report, if it cannot be had.
     fn module_of(&mut self, module: &Name, from: &str) -> Option<usize> {
-        let source = match self.world.load(&module.text, from) {
+        let source = match self.loader.load(&module.text, from) {
             Ok(source) => source,
             Err(reason) => {
-                self.errors.push(no_module(module, &reason, &self.world.library()));
+                self.errors.push(no_module(module, &reason, &self.loader.library()));
                 return None;
             }
         };

@@ -9,7 +9,7 @@ mod observe;
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::discriminant;
 
-use super::{Declaration, Loader, declared};
+use super::{Declaration, Loading, declared};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean};
 use crate::source::Span;
 use crate::syntax::ast::{
@@ -21,18 +21,18 @@ use crate::syntax::earlier;
 
 /// Finds what is compiled: a grammar of the first text, or a variant of it. Then
 /// applies the edits of the variants, from the one nearest to the grammar outwards.
-pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
-    two_of_a_name(loader);
+pub(super) fn resolve(loading: &mut Loading<'_>, wanted: Option<&str>) {
+    two_of_a_name(loading);
     let mut chain: Vec<(usize, Variant)> = Vec::new();
-    let Some(mut place) = first(loader, wanted) else { return };
+    let Some(mut place) = first(loading, wanted) else { return };
     let grammar = loop {
-        match loader.program.item(place).map(|i| i.kind.clone()) {
+        match loading.program.item(place).map(|i| i.kind.clone()) {
             Some(ItemKind::Grammar(name)) => break (place, name),
             Some(ItemKind::Variant(variant)) => {
-                let base = base_of(loader, place, &variant);
+                let base = base_of(loading, place, &variant);
                 let circle = chain.iter().any(|(m, v)| *m == place.module && v.name == variant.name);
                 if circle {
-                    loader.errors.push(
+                    loading.errors.push(
                         Diagnostic::new(
                             Code::VARIANT_CYCLE,
                             variant.base.span,
@@ -53,22 +53,22 @@ pub(super) fn resolve(loader: &mut Loader<'_>, wanted: Option<&str>) {
         }
     };
     let (place, name) = grammar;
-    loader.program.base = Some(name.span);
-    loader.program.name = Some(chain.first().map_or(name, |(_, v)| v.name.clone()));
+    loading.program.base = Some(name.span);
+    loading.program.name = Some(chain.first().map_or(name, |(_, v)| v.name.clone()));
     let module = place.module;
-    loader.program.own = chain.iter().map(|(m, _)| *m).chain([module]).collect();
-    take_part(loader, module);
+    loading.program.own = chain.iter().map(|(m, _)| *m).chain([module]).collect();
+    take_part(loading, module);
     let mut base = module;
     for (module, variant) in chain.into_iter().rev() {
-        inherit(loader, module, base);
-        apply(loader, module, &variant);
+        inherit(loading, module, base);
+        apply(loading, module, &variant);
         base = module;
     }
 }
 
 /// Variants are asked for by their names: no two in a text can share one.
-fn two_of_a_name(loader: &mut Loader<'_>) {
-    let Some(module) = loader.program.modules.first() else { return };
+fn two_of_a_name(loading: &mut Loading<'_>) {
+    let Some(module) = loading.program.modules.first() else { return };
     let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
     let mut found = Vec::new();
     for item in &module.tree.items {
@@ -93,12 +93,12 @@ fn two_of_a_name(loader: &mut Loader<'_>) {
             );
         }
     }
-    loader.errors.extend(found);
+    loading.errors.extend(found);
 }
 
 /// What the first text offers to compile.
-fn first(loader: &mut Loader<'_>, wanted: Option<&str>) -> Option<Declaration> {
-    let tree = &loader.program.modules.first()?.tree;
+fn first(loading: &mut Loading<'_>, wanted: Option<&str>) -> Option<Declaration> {
+    let tree = &loading.program.modules.first()?.tree;
     let find = |test: &dyn Fn(&ItemKind) -> bool| {
         tree.items.iter().rposition(|i| test(&i.kind)).map(|item| Declaration { module: 0, item })
     };
@@ -113,7 +113,7 @@ fn first(loader: &mut Loader<'_>, wanted: Option<&str>) -> Option<Declaration> {
             });
             if found.is_none() {
                 let names = names_of(tree.items.iter());
-                let file = loader.program.modules.first()?.file;
+                let file = loading.program.modules.first()?.file;
                 let error = Diagnostic::new(
                     Code::UNKNOWN_NAME,
                     Span { file, start: 0, end: 0 },
@@ -124,7 +124,7 @@ fn first(loader: &mut Loader<'_>, wanted: Option<&str>) -> Option<Declaration> {
                         (!names.is_empty()).then(|| format!("it declares: {}", names.join(", ")))
                     }),
                 );
-                loader.errors.push(error);
+                loading.errors.push(error);
             }
             found
         }
@@ -142,17 +142,17 @@ pub(super) fn names_of<'a>(items: impl Iterator<Item = &'a Item>) -> Vec<String>
         .collect()
 }
 
-fn base_of(loader: &mut Loader<'_>, place: Declaration, variant: &Variant) -> Option<Declaration> {
+fn base_of(loading: &mut Loading<'_>, place: Declaration, variant: &Variant) -> Option<Declaration> {
     let module = if variant.from_file {
-        let from = loader.program.modules.get(place.module)?.name.clone();
-        loader.open.push(place.module);
-        let found = loader.module_of(&variant.base, &from);
-        loader.open.pop();
+        let from = loading.program.modules.get(place.module)?.name.clone();
+        loading.open.push(place.module);
+        let found = loading.module_of(&variant.base, &from);
+        loading.open.pop();
         found?
     } else {
         place.module
     };
-    let items = &loader.program.modules.get(module)?.tree.items;
+    let items = &loading.program.modules.get(module)?.tree.items;
     let item = if variant.from_file {
         let grammar = items.iter().rposition(|i| matches!(i.kind, ItemKind::Grammar(_)));
         grammar.or_else(|| items.iter().rposition(|i| matches!(i.kind, ItemKind::Variant(_))))
@@ -163,7 +163,7 @@ fn base_of(loader: &mut Loader<'_>, place: Declaration, variant: &Variant) -> Op
             _ => false,
         })
     };
-    if item.is_none() && !loader.program.is_lost(module, &variant.base.text) {
+    if item.is_none() && !loading.program.is_lost(module, &variant.base.text) {
         let names = names_of(items.iter());
         let (message, help) = if variant.from_file {
             ("this file declares no grammar to start from".to_owned(), None)
@@ -173,7 +173,7 @@ fn base_of(loader: &mut Loader<'_>, place: Declaration, variant: &Variant) -> Op
                 did_you_mean(&variant.base.text, names.iter().map(String::as_str)),
             )
         };
-        loader.errors.push(
+        loading.errors.push(
             Diagnostic::new(Code::NO_BASE, variant.base.span, message)
                 .label("not a grammar or variant")
                 .help(help.unwrap_or_else(|| {
@@ -185,35 +185,35 @@ fn base_of(loader: &mut Loader<'_>, place: Declaration, variant: &Variant) -> Op
 }
 
 /// Everything that a grammar's text declares or imports takes part in it.
-fn take_part(loader: &mut Loader<'_>, module: usize) {
-    let Some(loaded) = loader.program.modules.get(module) else { return };
+fn take_part(loading: &mut Loading<'_>, module: usize) {
+    let Some(loaded) = loading.program.modules.get(module) else { return };
     let own = (0..loaded.tree.items.len()).map(|item| Declaration { module, item });
     let imported = loaded.scope.values().copied().filter(|d| d.module != module);
     let all: Vec<Declaration> = imported.chain(own).collect();
     let is_variant =
-        |d: &Declaration| loader.program.item(*d).is_some_and(|i| matches!(i.kind, ItemKind::Variant(_)));
-    loader.program.taking_part = all.into_iter().filter(|d| !is_variant(d)).collect();
+        |d: &Declaration| loading.program.item(*d).is_some_and(|i| matches!(i.kind, ItemKind::Variant(_)));
+    loading.program.taking_part = all.into_iter().filter(|d| !is_variant(d)).collect();
 }
 
 /// A variant knows every name that its base knows.
-fn inherit(loader: &mut Loader<'_>, module: usize, base: usize) {
+fn inherit(loading: &mut Loading<'_>, module: usize, base: usize) {
     if module == base {
         return;
     }
-    let Some(from) = loader.program.modules.get(base) else { return };
+    let Some(from) = loading.program.modules.get(base) else { return };
     let (scope, lost, leaky) = (from.scope.clone(), from.lost.clone(), from.leaky);
     for (name, declaration) in scope {
-        let Some(into) = loader.program.modules.get(module) else { return };
+        let Some(into) = loading.program.modules.get(module) else { return };
         match into.scope.get(&name).copied() {
             None => {
-                if let Some(into) = loader.program.modules.get_mut(module) {
+                if let Some(into) = loading.program.modules.get_mut(module) {
                     into.scope.insert(name, declaration);
                 }
             }
             Some(own) if own != declaration => {
-                let span = |d| loader.program.item(d).and_then(declared).map(|n| n.span);
+                let span = |d| loading.program.item(d).and_then(declared).map(|n| n.span);
                 if let (Some(here), Some(there)) = (span(own), span(declaration)) {
-                    loader.errors.push(
+                    loading.errors.push(
                         Diagnostic::new(
                             Code::DUPLICATE,
                             here,
@@ -228,16 +228,16 @@ fn inherit(loader: &mut Loader<'_>, module: usize, base: usize) {
             Some(_) => {}
         }
     }
-    if let Some(into) = loader.program.modules.get_mut(module) {
+    if let Some(into) = loading.program.modules.get_mut(module) {
         into.lost.extend(lost);
         into.leaky |= leaky;
     }
 }
 
 /// Applies the edits of one variant: each to its base as it was, at most one for each target.
-fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
+fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
     let mut seen: BTreeMap<String, (Span, &EditKind)> = BTreeMap::new();
-    let taking_part: BTreeSet<Declaration> = loader.program.taking_part.iter().copied().collect();
+    let taking_part: BTreeSet<Declaration> = loading.program.taking_part.iter().copied().collect();
     let mut dropped: BTreeSet<Declaration> = BTreeSet::new();
     for edit in &variant.edits {
         let (key, span) = target_of(edit);
@@ -248,7 +248,7 @@ fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
                 }
                 _ => "keep one of them",
             };
-            loader.errors.push(
+            loading.errors.push(
                 Diagnostic::new(Code::DUPLICATE, span, format!("`{key}` is changed twice by this variant"))
                     .label("changed again")
                     .also(first, "first changed here")
@@ -256,37 +256,37 @@ fn apply(loader: &mut Loader<'_>, module: usize, variant: &Variant) {
             );
             continue;
         }
-        note(loader, module, variant, edit, span);
+        note(loading, module, variant, edit, span);
         match &edit.kind {
-            EditKind::Set(path, value) => change(loader, module, path, Change::Set(value)),
-            EditKind::Narrow(path, value) => change(loader, module, path, Change::Narrow(value)),
-            EditKind::Drop(path) => dropped.extend(drop_path(loader, module, path)),
-            EditKind::DropObserved(names) => observe::drop(loader, names),
+            EditKind::Set(path, value) => change(loading, module, path, Change::Set(value)),
+            EditKind::Narrow(path, value) => change(loading, module, path, Change::Narrow(value)),
+            EditKind::Drop(path) => dropped.extend(drop_path(loading, module, path)),
+            EditKind::DropObserved(names) => observe::drop(loading, names),
             EditKind::Replace(item) if matches!(item.kind, ItemKind::Observe(_)) => {
-                observe::replace(loader, module, item);
+                observe::replace(loading, module, item);
             }
-            EditKind::Replace(item) => replace(loader, module, item, &taking_part),
-            EditKind::Add(item) => add(loader, module, item),
+            EditKind::Replace(item) => replace(loading, module, item, &taking_part),
+            EditKind::Add(item) => add(loading, module, item),
         }
     }
     // At once: each alone would walk over all that takes part.
-    loader.program.taking_part.retain(|d| !dropped.contains(d));
+    loading.program.taking_part.retain(|d| !dropped.contains(d));
 }
 
 /// Keeps what an edit changes, so that findings about it can say so.
-fn note(loader: &mut Loader<'_>, module: usize, variant: &Variant, edit: &Edit, place: Span) {
+fn note(loading: &mut Loading<'_>, module: usize, variant: &Variant, edit: &Edit, place: Span) {
     let path: Vec<String> = match &edit.kind {
         EditKind::Set(path, _) | EditKind::Narrow(path, _) => path.iter().map(|n| n.text.clone()).collect(),
         EditKind::Replace(item) => declared(item).map(|n| n.text.clone()).into_iter().collect(),
         EditKind::Drop(_) | EditKind::DropObserved(_) | EditKind::Add(_) => return,
     };
-    let Some(loaded) = loader.program.modules.get(module) else { return };
+    let Some(loaded) = loading.program.modules.get(module) else { return };
     let declaration = path.first().and_then(|head| loaded.scope.get(head));
-    let Some(target) = declaration.and_then(|d| loader.program.item(*d)).map(|i| i.span) else { return };
+    let Some(target) = declaration.and_then(|d| loading.program.item(*d)).map(|i| i.span) else { return };
     // The edit as a whole: findings inside it stand where it is.
     let place = Span::join(place, edit.span);
     let variant = variant.name.text.clone();
-    loader.program.changes.push(super::Change { path, place, target, variant });
+    loading.program.changes.push(super::Change { path, place, target, variant });
 }
 
 /// What an edit is about, for messages, and where it says so.
@@ -360,14 +360,14 @@ impl Change<'_> {
 }
 
 /// Finds the declaration that the first word of a path names.
-fn find(loader: &mut Loader<'_>, module: usize, name: &Name) -> Option<Declaration> {
-    let loaded = loader.program.modules.get(module)?;
+fn find(loading: &mut Loading<'_>, module: usize, name: &Name) -> Option<Declaration> {
+    let loaded = loading.program.modules.get(module)?;
     if let Some(found) = loaded.scope.get(&name.text) {
         return Some(*found);
     }
-    if !loader.program.is_lost(module, &name.text) {
+    if !loading.program.is_lost(module, &name.text) {
         let help = did_you_mean(&name.text, loaded.scope.keys().map(String::as_str));
-        loader.errors.push(
+        loading.errors.push(
             Diagnostic::new(
                 Code::NOTHING_TO_CHANGE,
                 name.span,
@@ -380,15 +380,15 @@ fn find(loader: &mut Loader<'_>, module: usize, name: &Name) -> Option<Declarati
     None
 }
 
-fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<'_>) {
+fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], change: Change<'_>) {
     let Some((head, rest)) = path.split_first() else { return };
-    let Some(declaration) = find(loader, module, head) else { return };
-    let Some(item) = loader.program.item_mut(declaration) else { return };
+    let Some(declaration) = find(loading, module, head) else { return };
+    let Some(item) = loading.program.item_mut(declaration) else { return };
     if let (ItemKind::Require { .. }, [], ExprKind::Range(..) | ExprKind::Quantity(..)) =
         (&item.kind, rest, &change.expr().kind)
     {
         let name = &head.text;
-        loader.errors.push(
+        loading.errors.push(
             Diagnostic::new(Code::WRONG_TYPE, head.span, format!("`{name}` is a requirement, not a number"))
                 .label(format!("its condition, to {}", change.word()))
                 .also(item.span, "declared here")
@@ -400,7 +400,7 @@ fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<
     let outcome = change_item(item, rest, &change);
     if let Err(offers) = outcome {
         if let Some(told) = earlier_path(rest).filter(|_| is_search) {
-            loader.errors.push(told);
+            loading.errors.push(told);
             return;
         }
         let last = path.last().unwrap_or(head);
@@ -417,7 +417,7 @@ fn change(loader: &mut Loader<'_>, module: usize, path: &[Name], change: Change<
                 format!("what can be changed: {}", offers.join(", "))
             }
         });
-        loader.errors.push(
+        loading.errors.push(
             Diagnostic::new(
                 Code::NOTHING_TO_CHANGE,
                 last.span,
@@ -640,25 +640,25 @@ fn fields_of(block: &Block) -> Vec<String> {
 }
 
 /// Drops a declaration; gives which one that is.
-fn drop_path(loader: &mut Loader<'_>, module: usize, path: &[Name]) -> Option<Declaration> {
+fn drop_path(loading: &mut Loading<'_>, module: usize, path: &[Name]) -> Option<Declaration> {
     let (head, rest) = path.split_first()?;
-    let declaration = find(loader, module, head)?;
+    let declaration = find(loading, module, head)?;
     if let Some(field) = rest.first() {
-        loader.errors.push(
+        loading.errors.push(
             Diagnostic::new(Code::NOTHING_TO_CHANGE, field.span, "only a whole declaration can be dropped")
                 .label("a part of one")
                 .help(format!("set it, or write `replace` and the whole of `{}` as it should be", head.text)),
         );
         return None;
     }
-    loader.program.dropped.insert(declaration, head.span);
+    loading.program.dropped.insert(declaration, head.span);
     Some(declaration)
 }
 
 /// The declaration of the grammar that has the same role as an item.
-fn same_role(loader: &Loader<'_>, item: &Item) -> Option<Declaration> {
-    loader.program.taking_part.iter().copied().find(|d| {
-        loader.program.item(*d).is_some_and(|other| match (&other.kind, &item.kind) {
+fn same_role(loading: &Loading<'_>, item: &Item) -> Option<Declaration> {
+    loading.program.taking_part.iter().copied().find(|d| {
+        loading.program.item(*d).is_some_and(|other| match (&other.kind, &item.kind) {
             (ItemKind::Actuate(a, _), ItemKind::Actuate(b, _)) => a.text == b.text,
             (
                 ItemKind::Require { .. }
@@ -672,15 +672,15 @@ fn same_role(loader: &Loader<'_>, item: &Item) -> Option<Declaration> {
     })
 }
 
-fn replace(loader: &mut Loader<'_>, module: usize, item: &Item, taking_part: &BTreeSet<Declaration>) {
-    if misplaced(loader, item) {
+fn replace(loading: &mut Loading<'_>, module: usize, item: &Item, taking_part: &BTreeSet<Declaration>) {
+    if misplaced(loading, item) {
         return;
     }
     let declaration = match declared(item) {
         Some(name) => {
-            let Some(found) = find(loader, module, name) else { return };
+            let Some(found) = find(loading, module, name) else { return };
             let (span, text) = (name.span, name.text.clone());
-            if let Some(old) = loader.program.item(found)
+            if let Some(old) = loading.program.item(found)
                 && discriminant(&old.kind) != discriminant(&item.kind)
             {
                 let place = declared(old).map(|n| n.span);
@@ -694,15 +694,15 @@ fn replace(loader: &mut Loader<'_>, module: usize, item: &Item, taking_part: &BT
                 if let Some(place) = place {
                     error = error.also(place, "the one in the base");
                 }
-                loader.errors.push(error);
+                loading.errors.push(error);
                 return;
             }
             found
         }
-        None => match same_role(loader, item) {
+        None => match same_role(loading, item) {
             Some(found) => found,
             None => {
-                loader.errors.push(
+                loading.errors.push(
                     Diagnostic::new(
                         Code::NOTHING_TO_CHANGE,
                         item.span,
@@ -715,22 +715,22 @@ fn replace(loader: &mut Loader<'_>, module: usize, item: &Item, taking_part: &BT
             }
         },
     };
-    if let Some(old) = loader.program.item_mut(declaration) {
+    if let Some(old) = loading.program.item_mut(declaration) {
         *old = item.clone();
     }
     if !taking_part.contains(&declaration) {
-        loader.program.taking_part.push(declaration);
+        loading.program.taking_part.push(declaration);
     }
 }
 
-fn add(loader: &mut Loader<'_>, module: usize, item: &Item) {
-    if misplaced(loader, item) {
+fn add(loading: &mut Loading<'_>, module: usize, item: &Item) {
+    if misplaced(loading, item) {
         return;
     }
     if declared(item).is_none()
-        && let Some(old) = same_role(loader, item)
+        && let Some(old) = same_role(loading, item)
     {
-        let place = loader.program.item(old).map(|i| i.span);
+        let place = loading.program.item(old).map(|i| i.span);
         let mut error = Diagnostic::new(
             Code::DUPLICATE,
             item.span,
@@ -741,15 +741,15 @@ fn add(loader: &mut Loader<'_>, module: usize, item: &Item) {
         if let Some(place) = place {
             error = error.also(place, "the one in the base");
         }
-        loader.errors.push(error);
+        loading.errors.push(error);
         return;
     }
-    let Some(loaded) = loader.program.modules.get_mut(module) else { return };
+    let Some(loaded) = loading.program.modules.get_mut(module) else { return };
     let declaration = Declaration { module, item: loaded.tree.items.len() };
     loaded.tree.items.push(item.clone());
     if let Some(name) = declared(item).cloned() {
         if let Some(first) = loaded.scope.get(&name.text).copied() {
-            let place = loader.program.item(first).and_then(declared).map(|n| n.span);
+            let place = loading.program.item(first).and_then(declared).map(|n| n.span);
             let mut error = Diagnostic::new(
                 Code::DUPLICATE,
                 name.span,
@@ -760,23 +760,23 @@ fn add(loader: &mut Loader<'_>, module: usize, item: &Item) {
             if let Some(place) = place {
                 error = error.also(place, "declared in the base here");
             }
-            loader.errors.push(error);
+            loading.errors.push(error);
             return;
         }
         loaded.scope.insert(name.text, declaration);
     }
-    loader.program.taking_part.push(declaration);
+    loading.program.taking_part.push(declaration);
 }
 
 /// Declarations that belong outside a variant.
-fn misplaced(loader: &mut Loader<'_>, item: &Item) -> bool {
+fn misplaced(loading: &mut Loading<'_>, item: &Item) -> bool {
     let help = match &item.kind {
         ItemKind::Use { .. } => "write the `use` above the variant",
         ItemKind::Grammar(_) => "a variant is named by its own first line",
         ItemKind::Variant(_) => "declare it beside this one, and start it from this one",
         _ => return false,
     };
-    loader.errors.push(
+    loading.errors.push(
         Diagnostic::new(Code::BAD_VALUE, item.span, "this cannot stand inside a variant")
             .label("not a part of a grammar")
             .help(help),

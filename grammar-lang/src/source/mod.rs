@@ -1,4 +1,4 @@
-//! Source texts: spans, the source map, and the world that texts come from.
+//! Source texts: spans, the source map, and the loader that gets texts by their names.
 
 use serde::{Deserialize, Serialize};
 use std::io;
@@ -191,7 +191,7 @@ impl From<io::Error> for NoModule {
 }
 
 /// Where the text of a module comes from. The language itself reads no files.
-pub trait World {
+pub trait Loader {
     /// The text of a module.
     ///
     /// `module` is what a `use` says: `std.blocks`, or a path such as

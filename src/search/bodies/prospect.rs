@@ -176,9 +176,9 @@ mod tests {
 
     use super::super::{Costs, Crew, Engine, Gains};
     use super::*;
+    use crate::loader::Files;
     use crate::search::{Bounds, Jobs, Limits, cache::Cache};
     use crate::simulate;
-    use crate::world::Files;
 
     #[test]
     fn the_next_body_is_among_the_likeliest() {

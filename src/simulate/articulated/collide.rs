@@ -22,8 +22,9 @@ use super::ground::top_speed;
 use super::kinematics::{Frame, State, Velocity, place};
 use super::scalar::{Mask, Scalar};
 use super::tree::{LENGTH, Tree};
-use super::vector::{M3, V3};
+use super::vector::{M3, Quat, V3};
 use crate::design::assembly::Shape;
+use crate::simulate::World;
 use crate::simulate::lowering::{Lowered, Piece};
 
 /// How much of the smallest half size is rounding.
@@ -158,12 +159,12 @@ pub(super) struct Collisions<S> {
 }
 
 impl<S: Scalar> Collisions<S> {
-    /// From elements in SI units. What holds at rest is found in one lane and
+    /// From elements in SI units. What holds at rest is found in one lane, of the nominal world, and
     /// copied to all.
-    pub(super) fn new(kit: S::Kit, lowered: &Lowered) -> Self {
-        let tree = Tree::<f32>::new((), lowered);
+    pub(super) fn new(kit: S::Kit, lowered: &Lowered, worlds: &[World]) -> Self {
+        let tree = Tree::<f32>::new((), lowered, &[World::NOMINAL]);
         let mut frames = vec![Frame::null(()); lowered.bodies.len()];
-        place(&tree, &State::new(&tree, V3::null(())), &mut frames);
+        place(&tree, &State::new(&tree, V3::null(()), Quat::still(())), &mut frames);
         let hulls: Vec<Hull<f32>> = lowered.pieces.iter().map(|piece| hull((), piece)).collect();
         let mut pairs = Vec::new();
         for first in 0..hulls.len() {
@@ -171,7 +172,7 @@ impl<S: Scalar> Collisions<S> {
                 if lowered.distance(hulls[first].body, hulls[second].body) >= 2 {
                     let friction = (lowered.pieces[first].friction * lowered.pieces[second].friction).sqrt();
                     let pair = at_rest(&hulls, &frames, (first, second), friction);
-                    pairs.extend(pair.map(|pair| pair.in_all_lanes(kit)));
+                    pairs.extend(pair.map(|pair| pair.in_all_lanes(kit, worlds)));
                 }
             }
         }
@@ -311,14 +312,16 @@ impl<S: Scalar> Collisions<S> {
 
 impl Pair<f32> {
     /// The same in every lane.
-    fn in_all_lanes<S: Scalar>(&self, kit: S::Kit) -> Pair<S> {
+    fn in_all_lanes<S: Scalar>(&self, kit: S::Kit, worlds: &[World]) -> Pair<S> {
+        let normals: Vec<_> =
+            worlds.iter().map(|world| world.turned(self.normal.0.map(f64::from).into())).collect();
         Pair {
             first: self.first,
             second: self.second,
-            friction: S::of(kit, self.friction.into()),
+            friction: S::each(kit, |lane| f64::from(self.friction) * worlds[lane].friction),
             overlap: S::of(kit, self.overlap.into()),
             witness: V3::constant(kit, self.witness.0.map(f64::from)),
-            normal: V3::constant(kit, self.normal.0.map(f64::from)),
+            normal: V3([0, 1, 2].map(|axis| S::each(kit, |lane| normals[lane][axis]))),
         }
     }
 }

@@ -28,11 +28,15 @@ pub(super) struct Ledger<S> {
 impl<S: Scalar> Ledger<S> {
     /// Before the first step.
     pub(super) fn new(tree: &Tree<S>, settings: &Settings) -> Self {
-        let mass: f64 = tree.links.iter().map(|link| link.mass.lane(0)).sum();
+        let mass = |lane: usize| -> f64 { tree.links.iter().map(|link| link.mass.lane(lane)).sum() };
         // Without weight a body may still spin: as much as on earth.
-        let weight = mass * settings.gravity.max(9.81) * LENGTH;
+        let weight = |lane: usize| mass(lane) * settings.gravity.max(9.81) * LENGTH;
         let of = |value: f64| S::of(tree.kit, value);
-        Self { lowest: of(f64::MAX), gained: of(0.0), allowed: of(weight * ALLOWED) }
+        Self {
+            lowest: of(f64::MAX),
+            gained: of(0.0),
+            allowed: S::each(tree.kit, |lane| weight(lane) * ALLOWED),
+        }
     }
 
     /// Back to before the first step.

@@ -14,6 +14,7 @@ use super::tree::LENGTH;
 use super::vector::V3;
 use crate::design::assembly::Shape;
 use crate::simulate::lowering::Lowered;
+use crate::simulate::{Settings, World};
 
 /// Points of a rim that are fixed to it.
 const FAN: usize = 4;
@@ -73,8 +74,8 @@ pub(super) struct Ground<S> {
 }
 
 impl<S: Scalar> Ground<S> {
-    /// From elements in SI units.
-    pub(super) fn new(kit: S::Kit, lowered: &Lowered, friction: f64) -> Self {
+    /// From elements in SI units, in the world of each lane.
+    pub(super) fn new(kit: S::Kit, lowered: &Lowered, settings: &Settings, worlds: &[World]) -> Self {
         let hulls = Hulls::new(lowered);
         let (mut feet, mut slots) = (Vec::new(), 0);
         for (index, piece) in lowered.pieces.iter().enumerate() {
@@ -99,7 +100,7 @@ impl<S: Scalar> Ground<S> {
                 body: piece.body,
                 centre: V3::constant(kit, (local.translation.vector * LENGTH).into()),
                 reach: S::of(kit, reach * LENGTH),
-                friction: S::of(kit, (piece.friction * friction).sqrt()),
+                friction: S::each(kit, |lane| worlds[lane].grip(piece.friction, settings)),
                 slot: slots,
                 sole,
             });

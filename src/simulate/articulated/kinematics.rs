@@ -23,14 +23,14 @@ pub(super) struct State<S> {
 }
 
 impl<S: Scalar> State<S> {
-    /// At rest, the root's centre at a place.
-    pub(super) fn new(tree: &Tree<S>, position: V3<S>) -> Self {
+    /// At rest, the root's centre at a place and turned.
+    pub(super) fn new(tree: &Tree<S>, position: V3<S>, rotation: Quat<S>) -> Self {
         let kit = tree.kit;
         Self {
             position,
             centre: position,
             lost: V3::null(kit),
-            rotation: Quat([1.0, 0.0, 0.0, 0.0].map(|value| S::of(kit, value))),
+            rotation,
             angles: vec![S::zero(kit); tree.links.len()],
             speeds: vec![S::zero(kit); tree.dofs()],
         }

@@ -42,9 +42,9 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 use self::scalar::Scalar;
 use self::solver::Solver;
 use self::tree::{LENGTH, TORQUE};
-use self::widths::Widths;
 use super::lowering::Lowered;
 use super::run::Stepper;
+use super::widths::Widths;
 use super::{Invalid, Model, Settings, Simulation, Unfit};
 use crate::design::assembly::Assembly;
 
@@ -54,7 +54,7 @@ pub struct Articulated;
 
 impl Model for Articulated {
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
-        Ok(Box::new(Widths::new(Lowered::new(assembly, settings)?, settings)))
+        Ok(Box::new(Widths::new(widths::widths(Lowered::new(assembly, settings)?, settings))))
     }
 }
 

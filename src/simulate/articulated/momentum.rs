@@ -39,14 +39,14 @@ impl<S: Scalar> Momenta<S> {
     /// At rest.
     pub(super) fn new(tree: &Tree<S>) -> Self {
         let zero = V3::null(tree.kit);
-        let mass: f64 = tree.links.iter().map(|link| link.mass.lane(0)).sum();
-        let share = |mine: S| S::of(tree.kit, mine.lane(0) / mass);
+        let mass = |lane: usize| -> f64 { tree.links.iter().map(|link| link.mass.lane(lane)).sum() };
+        let share = |mine: S| S::each(tree.kit, |lane| mine.lane(lane) / mass(lane));
         Self {
             bodies: vec![Momentum { velocity: zero, spin: zero }; tree.links.len()],
             linear: zero,
             angular: zero,
             centre: zero,
-            mass: S::of(tree.kit, mass),
+            mass: S::each(tree.kit, mass),
             shares: tree.links.iter().map(|link| share(link.mass)).collect(),
         }
     }

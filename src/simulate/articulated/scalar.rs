@@ -68,6 +68,12 @@ pub(super) trait Scalar:
     fn like(self, value: f64) -> Self {
         Self::of(self.kit(), value)
     }
+    /// A number for each lane.
+    fn each(kit: Self::Kit, value: impl Fn(usize) -> f64) -> Self {
+        let mut own = Self::of(kit, value(0));
+        (1..Self::LANES).for_each(|lane| own.set_lane(lane, value(lane)));
+        own
+    }
     /// Zero.
     #[inline(always)]
     fn zero(kit: Self::Kit) -> Self {

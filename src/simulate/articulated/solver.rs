@@ -14,9 +14,9 @@ use super::scalar::{Mask, Scalar, lanes_of};
 use super::stride::{Pose, Stride, Way, stride};
 use super::touches::{NO_SLOT, Touches};
 use super::tree::{LENGTH, ROOT, Tree};
-use super::vector::{Sym, V3};
+use super::vector::{Quat, Sym, V3};
 use crate::simulate::lowering::Lowered;
-use crate::simulate::{Invalid, Settings};
+use crate::simulate::{Invalid, Settings, World};
 
 /// Overlap in cm that is left alone, so that resting contacts stay contacts.
 const SLOP: f64 = 0.002;
@@ -120,19 +120,22 @@ pub(super) struct Solver<S: Scalar> {
 }
 
 impl<S: Scalar> Solver<S> {
-    /// At rest.
-    pub(super) fn new(kit: S::Kit, lowered: &Lowered, settings: &Settings) -> Self {
-        let tree = Tree::new(kit, lowered);
+    /// At rest in the world of each lane.
+    pub(super) fn new(kit: S::Kit, lowered: &Lowered, settings: &Settings, worlds: &[World]) -> Self {
+        let tree = Tree::new(kit, lowered, worlds);
         let of = |value: f64| S::of(kit, value);
-        let centre = lowered.bodies[0].centre * LENGTH;
-        let mut state = State::new(&tree, V3::constant(kit, centre.into()));
+        let places: Vec<_> = worlds.iter().map(|world| lowered.set_down(world) * LENGTH).collect();
+        let turns: Vec<_> = worlds.iter().map(|world| world.turn()).collect();
+        let position = V3([0, 1, 2].map(|axis| S::each(kit, |lane| places[lane][axis])));
+        let rotation = Quat::each(kit, &turns);
+        let mut state = State::new(&tree, position, rotation);
         let mut frames = vec![Frame::null(kit); tree.links.len()];
         place(&tree, &state, &mut frames);
         let mut momenta = Momenta::new(&tree);
         momenta.settle(&tree, &frames);
         state.centre = state.position + momenta.centre;
-        let ground = Ground::new(kit, lowered, settings.ground_friction);
-        let collisions = settings.self_collision.then(|| Collisions::new(kit, lowered));
+        let ground = Ground::new(kit, lowered, settings, worlds);
+        let collisions = settings.self_collision.then(|| Collisions::new(kit, lowered, worlds));
         let slots = ground.slots + collisions.as_ref().map_or(0, Collisions::slots);
         // More than stand on the ground at once; it grows if it must.
         let contacts = 16 + 4 * lowered.pieces.len();
@@ -142,7 +145,9 @@ impl<S: Scalar> Solver<S> {
             (piece.body, V3::constant(kit, centre.into()))
         });
         Self {
-            gravity: V3::constant(kit, [0.0, -settings.gravity * LENGTH, 0.0]),
+            gravity: V3(
+                [0, 1, 2].map(|axis| S::each(kit, |lane| worlds[lane].gravity(settings)[axis] * LENGTH))
+            ),
             anchored: false,
             targets: vec![of(0.0); lowered.servos.len()],
             start: state.clone(),

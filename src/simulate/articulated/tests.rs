@@ -8,13 +8,13 @@ use super::scalar::Scalar;
 use super::solver::Solver;
 use super::vector::V3;
 use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
-use crate::simulate::Settings;
 use crate::simulate::lowering::Lowered;
 use crate::simulate::tests::bodies::{Builder, cube, element, hinge, m4};
 use crate::simulate::tests::settings;
+use crate::simulate::{Settings, World};
 
 fn solver<S: Scalar<Kit = ()>>(assembly: &Assembly, settings: &Settings) -> Solver<S> {
-    Solver::new((), &Lowered::new(assembly, settings).unwrap(), settings)
+    Solver::new((), &Lowered::new(assembly, settings).unwrap(), settings, &[World::NOMINAL])
 }
 
 /// A solver in the air.
@@ -470,14 +470,13 @@ fn parts_do_not_pass_through_each_other() {
 
 /// Milliseconds for 20 s of a gait, and where the core ends.
 fn timed<S: Scalar<Kit = ()>>(assembly: &Assembly, drives: &[crate::simulate::Targets]) -> (f64, Vec<f64>) {
-    use crate::simulate::Simulation;
-    use crate::simulate::run::Run;
+    use crate::simulate::run::{Run, alone};
     let settings = settings();
     let lowered = Lowered::new(assembly, &settings).unwrap();
-    let mut run = Run::new(Solver::<S>::new((), &lowered, &settings), lowered.driven(), &settings);
-    run.run(&drives[..1]);
+    let mut run = Run::new(solver::<S>(assembly, &settings), lowered.driven(), &settings, &[World::NOMINAL]);
+    alone(&mut run, &drives[0]).unwrap();
     let start = std::time::Instant::now();
-    let motions = run.run(drives);
+    let motions: Vec<_> = drives.iter().map(|drive| alone(&mut run, drive)).collect();
     let time = start.elapsed().as_secs_f64() * 1e3 / drives.len() as f64;
     let way = |m: &crate::simulate::Motion| {
         100.0
@@ -501,7 +500,7 @@ fn report_precision() {
 /// The most energy that came from nowhere in a gait, as a height of the whole body in cm.
 fn most_gained(body: &Assembly, drive: &crate::simulate::Targets, settings: &Settings) -> f64 {
     let lowered = Lowered::new(body, settings).unwrap();
-    let mut solver = Solver::<f32>::new((), &lowered, settings);
+    let mut solver = solver::<f32>(body, settings);
     let mut servos = lowered.servos.clone();
     let mut most = 0.0_f64;
     for step in 1..=(settings.duration / settings.step) as usize {

@@ -10,6 +10,7 @@
 
 use super::scalar::Scalar;
 use super::vector::{Sym, V3};
+use crate::simulate::World;
 use crate::simulate::lowering::{Body, Lowered};
 
 /// cm per m.
@@ -68,12 +69,12 @@ pub(super) struct Tree<S: Scalar> {
 }
 
 impl<S: Scalar> Tree<S> {
-    /// From bodies in SI units.
-    pub(super) fn new(kit: S::Kit, lowered: &Lowered) -> Self {
+    /// From bodies in SI units, in the world of each lane.
+    pub(super) fn new(kit: S::Kit, lowered: &Lowered, worlds: &[World]) -> Self {
         let bodies = &lowered.bodies;
         let mut tree = Self {
             kit,
-            links: bodies.iter().map(|body| link(kit, body, &bodies[body.parent])).collect(),
+            links: bodies.iter().map(|body| link(kit, body, &bodies[body.parent], worlds)).collect(),
             paths: Vec::new(),
             spans: Vec::new(),
             rows: Vec::new(),
@@ -132,8 +133,9 @@ pub(super) fn dof_of(body: usize) -> usize {
     body + ROOT - 1
 }
 
-fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body) -> Link<S> {
+fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body, worlds: &[World]) -> Link<S> {
     let of = |value: f64| S::of(kit, value);
+    let massive = |value: f64| S::each(kit, |lane| value * worlds[lane].mass);
     let vector = |v: nalgebra::Vector3<f64>| V3::constant(kit, v.into());
     let m = body.inertia * TORQUE;
     let mut link = Link {
@@ -141,9 +143,9 @@ fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body) -> Link<S> {
         axis: V3::null(kit),
         to_hinge: V3::null(kit),
         to_centre: V3::null(kit),
-        mass: of(body.mass * MASS),
-        lightness: of(3.0 / m.trace()),
-        inertia: Sym([m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(of)),
+        mass: massive(body.mass * MASS),
+        lightness: S::each(kit, |lane| 3.0 / (m.trace() * worlds[lane].mass)),
+        inertia: Sym([m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(massive)),
         stiffness: of(0.0),
         damping: of(0.0),
         torque: of(0.0),
@@ -157,7 +159,7 @@ fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body) -> Link<S> {
         link.to_centre = vector((body.centre - hinge.anchor.coords) * LENGTH);
         link.stiffness = of(hinge.stiffness * TORQUE);
         link.damping = of(hinge.damping * TORQUE);
-        link.torque = of(hinge.torque * TORQUE);
+        link.torque = S::each(kit, |lane| hinge.torque * TORQUE * worlds[lane].torque);
         link.limits = (of(hinge.limits.0), of(hinge.limits.1));
     }
     link

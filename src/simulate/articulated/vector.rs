@@ -2,6 +2,8 @@
 
 use std::ops::{Add, AddAssign, Index, IndexMut, Mul, Sub, SubAssign};
 
+use nalgebra::UnitQuaternion;
+
 use super::scalar::Scalar;
 
 /// A vector.
@@ -19,6 +21,19 @@ pub(super) struct Sym<S>(pub(super) [S; 6]);
 /// A unit quaternion: w, x, y, z.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Quat<S>(pub(super) [S; 4]);
+
+impl<S: Scalar> Quat<S> {
+    /// No turn.
+    pub(super) fn still(kit: S::Kit) -> Self {
+        Self([1.0, 0.0, 0.0, 0.0].map(|part| S::of(kit, part)))
+    }
+
+    /// The turn of each lane.
+    pub(super) fn each(kit: S::Kit, turns: &[UnitQuaternion<f64>]) -> Self {
+        let part = |of: fn(&UnitQuaternion<f64>) -> f64| S::each(kit, |lane| of(&turns[lane]));
+        Self([part(|q| q.w), part(|q| q.i), part(|q| q.j), part(|q| q.k)])
+    }
+}
 
 impl<S: Scalar> V3<S> {
     /// The null vector.

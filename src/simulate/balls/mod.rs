@@ -28,8 +28,8 @@ use fearless_simd::{Level, Simd};
 
 use self::solver::Solver;
 use super::lattice::Lattice;
-use super::run::Run;
-use super::{Model, Settings, Simulation, Unfit};
+use super::run::{Row, Run};
+use super::{Model, Settings, Simulation, Unfit, widths};
 use crate::design::assembly::Assembly;
 
 /// Balls and springs, in single precision.
@@ -38,15 +38,17 @@ pub struct Balls;
 
 impl Model for Balls {
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
-        let lattice = Lattice::new(assembly, settings)?;
-        stable::check(&lattice, settings)?;
-        let unfit = || Unfit { reason: "this processor has no room for so many balls".to_owned() };
-        simulation(&lattice, settings).ok_or_else(unfit)
+        widths::alone(assembly, settings, |body, settings, world| {
+            let lattice = Lattice::new(body, settings)?.sloping(world, settings);
+            stable::check(&lattice, settings)?;
+            let unfit = || Unfit { reason: "this processor has no room for so many balls".to_owned() };
+            widest(&lattice, settings).ok_or_else(unfit)
+        })
     }
 }
 
 /// With the widest instructions that this processor has; all give the same bits.
-fn simulation(lattice: &Lattice, settings: &Settings) -> Option<Box<dyn Simulation>> {
+fn widest(lattice: &Lattice, settings: &Settings) -> Option<Box<dyn Row>> {
     let level = Level::new();
     #[cfg(target_arch = "x86_64")]
     {
@@ -64,7 +66,7 @@ fn simulation(lattice: &Lattice, settings: &Settings) -> Option<Box<dyn Simulati
     fearless_simd::dispatch!(level, kit => make(kit, lattice, settings))
 }
 
-fn make<K: Simd>(kit: K, lattice: &Lattice, settings: &Settings) -> Option<Box<dyn Simulation>> {
+fn make<K: Simd>(kit: K, lattice: &Lattice, settings: &Settings) -> Option<Box<dyn Row>> {
     let solver = Solver::new(kit, lattice, settings)?;
-    Some(Box::new(Run::new(solver, lattice.driven(), settings)))
+    Some(Box::new(Run::new(solver, lattice.driven(), settings, &[])))
 }

@@ -13,15 +13,15 @@
 //! world is in cm, g and s, as rapier's tolerances are meant for bodies of
 //! about unit size.
 
+mod hinges;
 mod springs;
-mod world;
 
+use self::hinges::Hinges;
 use self::springs::Springs;
-use self::world::World;
 use super::lattice::Lattice;
 use super::lowering::Lowered;
 use super::run::Run;
-use super::{Model, Settings, Simulation, Unfit};
+use super::{Model, Settings, Simulation, Unfit, widths};
 use crate::design::assembly::Assembly;
 
 /// rapier3d with impulse joints.
@@ -38,12 +38,16 @@ impl Rapier {
 
 impl Model for Rapier {
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
-        if !assembly.springs.is_empty() {
-            let lattice = Lattice::new(assembly, settings)?;
-            let springs = Springs::new(&lattice, settings, self.substep);
-            return Ok(Box::new(Run::new(springs, lattice.driven(), settings)));
-        }
-        let lowered = Lowered::new(assembly, settings)?;
-        Ok(Box::new(Run::new(World::new(&lowered, settings, self.substep), lowered.driven(), settings)))
+        let substep = self.substep;
+        widths::alone(assembly, settings, move |body, settings, world| {
+            if !body.springs.is_empty() {
+                let lattice = Lattice::new(body, settings)?.sloping(world, settings);
+                let springs = Springs::new(&lattice, settings, substep);
+                return Ok(Box::new(Run::new(springs, lattice.driven(), settings, &[])));
+            }
+            let lowered = Lowered::new(body, settings)?;
+            let hinges = Hinges::new(&lowered, settings, world.gravity(settings), substep);
+            Ok(Box::new(Run::new(hinges, lowered.driven(), settings, &[])))
+        })
     }
 }

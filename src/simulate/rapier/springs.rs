@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Vector3};
 use rapier3d::prelude::*;
 
-use super::world::{GROUND, LENGTH, MASS, ROBOT, ground, parameters, vector};
+use super::hinges::{GROUND, LENGTH, MASS, ROBOT, ground, parameters, vector};
 use crate::simulate::lattice::{Ball, Gains, Lattice, Link};
 use crate::simulate::run::Stepper;
 use crate::simulate::{Invalid, Settings};

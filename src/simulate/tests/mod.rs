@@ -6,6 +6,7 @@ pub(crate) mod lattices;
 mod report;
 mod truth;
 mod work;
+mod worlds;
 
 use super::Settings;
 

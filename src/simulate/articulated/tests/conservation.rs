@@ -37,7 +37,7 @@ fn drive<S: Scalar<Kit = ()>>(
     mut look: impl FnMut(usize, &Solver<S>),
 ) {
     let lowered = Lowered::new(body, settings).unwrap();
-    let mut solver = Solver::<S>::new((), &lowered, settings);
+    let mut solver = super::solver::<S>(body, settings);
     let mut servos = lowered.servos.clone();
     look(0, &solver);
     for step in 1..=(settings.duration / settings.step).round() as usize {

@@ -10,11 +10,11 @@ mod touching;
 use fearless_simd::{Level, dispatch};
 use nalgebra::Vector3;
 
-use super::simulation;
 use super::solver::Solver;
+use super::widest;
 use crate::design::assembly::Assembly;
 use crate::simulate::lattice::Lattice;
-use crate::simulate::run::Stepper;
+use crate::simulate::run::{Stepper, alone};
 use crate::simulate::{Motion, Settings, Targets};
 
 /// Balls without springs in a row along x, so far apart.
@@ -35,7 +35,7 @@ fn lifted(body: &Assembly, settings: &Settings, by: f64) -> Lattice {
 
 fn run(lattice: &Lattice, settings: &Settings, drive: &Targets) -> Motion {
     super::stable::check(lattice, settings).unwrap();
-    simulation(lattice, settings).unwrap().run(std::slice::from_ref(drive)).remove(0).unwrap()
+    alone(widest(lattice, settings).unwrap().as_mut(), drive).unwrap()
 }
 
 fn place(motion: &Motion, ball: usize, t: f64) -> Vector3<f64> {

@@ -1,6 +1,7 @@
 //! What cannot be simulated is refused, and what goes wrong ends.
 
 use crate::design::assembly::{Assembly, Joint, JointKind, Shape};
+use crate::simulate::run::alone;
 use crate::simulate::tests::lattices::{cells, lattice, lattice_settings, quadruped, trot};
 use crate::simulate::{Invalid, Settings, model};
 
@@ -67,7 +68,8 @@ fn a_step_that_is_too_long_is_refused() {
         for (n, ball) in kicked.balls.iter_mut().enumerate() {
             ball.velocity.x = if n % 2 == 0 { 0.1 } else { -0.1 };
         }
-        let motion = super::simulation(&kicked, &settings).unwrap().run(&[super::idle()]).remove(0);
+        let motion =
+            alone(crate::simulate::balls::widest(&kicked, &settings).unwrap().as_mut(), &super::idle());
         assert_eq!(motion.is_ok(), sound, "{times} times the longest step");
     }
 }

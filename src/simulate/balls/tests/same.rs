@@ -4,8 +4,9 @@ use fearless_simd::{Level, dispatch};
 
 use super::lifted;
 use crate::simulate::balls::make;
+use crate::simulate::run::{Row, alone};
 use crate::simulate::tests::lattices::{lattice_settings, quadruped, trot};
-use crate::simulate::{Invalid, Motion, Settings, Simulation, model};
+use crate::simulate::{Invalid, Motion, Settings, model};
 
 fn bits(motion: &Motion) -> Vec<u64> {
     let places = motion.poses.iter().flat_map(|pose| pose.translation.vector.iter().copied());
@@ -32,12 +33,10 @@ fn every_processor_gives_the_same() {
     let body = quadruped();
     let settings = lattice_settings(0.5);
     let lowered = lifted(&body, &settings, 0.0);
-    let run = |mut simulation: Box<dyn Simulation>| {
-        bits(simulation.run(&[trot(4, 0.2, false)])[0].as_ref().unwrap())
-    };
+    let run = |mut row: Box<dyn Row>| bits(&alone(row.as_mut(), &trot(4, 0.2, false)).unwrap());
     let base = run(dispatch!(Level::baseline(), kit => make(kit, &lowered, &settings)).unwrap());
     let best = run(dispatch!(Level::new(), kit => make(kit, &lowered, &settings)).unwrap());
-    let used = run(crate::simulate::balls::simulation(&lowered, &settings).unwrap());
+    let used = run(crate::simulate::balls::widest(&lowered, &settings).unwrap());
     assert!(base == best && base == used);
 }
 

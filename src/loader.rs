@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::io;
 use std::path::{Component, Path, PathBuf};
 
-use grammar_lang::source::{NoModule, Source, World};
+use grammar_lang::source::{Loader, NoModule, Source};
 
 use crate::reading;
 
@@ -111,7 +111,7 @@ pub fn read_text(path: &Path) -> io::Result<String> {
     Ok(String::from_utf8_lossy(&reading::named(path)?).into_owned())
 }
 
-impl World for Files {
+impl Loader for Files {
     fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         Folder::default().load(module, from)
     }
@@ -121,7 +121,7 @@ impl World for Files {
     }
 }
 
-impl World for Folder {
+impl Loader for Folder {
     fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         if let Some(source) = from_library(module) {
             return Ok(source);
@@ -143,7 +143,7 @@ impl World for Folder {
     }
 }
 
-impl World for Edited {
+impl Loader for Edited {
     fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         let source = Files.load(module, from)?;
         match self.get(&source.name) {
@@ -159,7 +159,7 @@ impl World for Edited {
     }
 }
 
-impl World for Frozen {
+impl Loader for Frozen {
     fn load(&self, module: &str, from: &str) -> Result<Source, NoModule> {
         let path = beside(from, module).to_string_lossy().into_owned();
         for name in [module, path.as_str()] {

@@ -20,9 +20,11 @@ pub(super) const GROUND: Group = Group::GROUP_1;
 pub(super) const ROBOT: Group = Group::GROUP_2;
 
 /// The world and how to make it anew.
-pub(super) struct World {
+pub(super) struct Hinges {
     lowered: Lowered,
     settings: Settings,
+    /// As the ground sees it, m/s^2.
+    gravity: Vector3<f64>,
     /// How many substeps a step is cut into.
     substeps: usize,
     world: PhysicsWorld,
@@ -35,12 +37,13 @@ pub(super) struct World {
     failure: Option<Invalid>,
 }
 
-impl World {
+impl Hinges {
     /// At rest.
-    pub(super) fn new(lowered: &Lowered, settings: &Settings, substep: f64) -> Self {
+    pub(super) fn new(lowered: &Lowered, settings: &Settings, gravity: Vector3<f64>, substep: f64) -> Self {
         let mut own = Self {
             lowered: lowered.clone(),
             settings: settings.clone(),
+            gravity,
             substeps: (settings.step / substep - 1e-6).ceil().max(1.0) as usize,
             world: PhysicsWorld::new(),
             bodies: Vec::new(),
@@ -55,10 +58,10 @@ impl World {
 
     fn build(&mut self) {
         self.world = PhysicsWorld::new();
-        self.world.gravity = Vector::new(0.0, (-self.settings.gravity * LENGTH) as f32, 0.0);
+        self.world.gravity = vector(self.gravity * LENGTH);
         self.world.integration_parameters = parameters(&self.settings, self.substeps);
         self.world.colliders.insert(ground(&self.settings));
-        let World { world, lowered, .. } = self;
+        let Hinges { world, lowered, .. } = self;
         self.bodies = lowered.bodies.iter().map(|body| world.bodies.insert(rigid_body(body))).collect();
         for piece in &lowered.pieces {
             let collider = collider(piece, self.settings.self_collision);
@@ -132,7 +135,7 @@ impl World {
     }
 }
 
-impl Stepper for World {
+impl Stepper for Hinges {
     const LANES: usize = 1;
 
     fn reset(&mut self) {
