@@ -4,7 +4,7 @@ use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{Tendon, Ty};
 
 use super::hardware::follow;
-use super::{Asked, Cycle, Drive};
+use super::{Asked, Conditions, Cycle, Drive};
 use crate::design::PartId;
 use crate::simulate::Targets;
 
@@ -26,7 +26,7 @@ impl Drive<'_> {
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn bends_over_time(&self, parameters: &[f64]) -> Result<Bends, EvalError> {
-        self.followed(parameters, self.asked(parameters)?)
+        self.followed(parameters, self.asked(parameters, &Conditions::NOMINAL)?)
     }
 
     /// The same where the actuators of a cycle are asked for its points, and in between for what lies straight between
@@ -36,7 +36,7 @@ impl Drive<'_> {
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn bends_by_points(&self, parameters: &[f64], cycle: &Cycle) -> Result<Bends, EvalError> {
-        let mut asked = self.asked(parameters)?;
+        let mut asked = self.asked(parameters, &Conditions::NOMINAL)?;
         for (id, points) in &cycle.actuators {
             let column = self.actuators.iter().position(|driven| driven.id == *id);
             let (Some(column), Asked::Bends(points)) = (column, points) else { continue };
@@ -54,11 +54,11 @@ impl Drive<'_> {
 
     fn followed(&self, parameters: &[f64], mut asked: Targets) -> Result<Bends, EvalError> {
         let mut followed = asked.clone();
-        self.on_hardware(parameters, &mut followed)?;
+        self.on_hardware(parameters, &Conditions::NOMINAL, &mut followed)?;
         for (column, driven) in self.actuators.iter().enumerate() {
             let actuator = self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind));
             if let Some(actuator) = actuator {
-                follow([&actuator.bending_speed, &actuator.relaxing_speed], &mut followed, column);
+                follow([&actuator.bending_speed, &actuator.relaxing_speed], 1.0, &mut followed, column);
             }
             let drives = self.actuations.get(driven.actuation).map(|(_, actuation)| &actuation.drive.ty);
             if drives == Some(&Ty::Valves) {

@@ -4,7 +4,7 @@
 use grammar_lang::eval::{EvalError, Valve, Valves};
 use grammar_lang::ir::{Backend, Speed, Supply, Target, Tendon};
 
-use super::{Drive, Driven};
+use super::{Conditions, Drive, Driven};
 use crate::simulate::Targets;
 
 /// The longest step in which bends are followed, s, where speeds change with the bend or with what the others do:
@@ -21,6 +21,8 @@ struct Inflated<'a> {
     relaxing: &'a Speed,
     /// The greatest bend, rad.
     most: f64,
+    /// How much later than they should its valves change, s.
+    late: f64,
     /// Whether it hangs on the target's supply.
     supplied: bool,
 }
@@ -29,6 +31,11 @@ impl Inflated<'_> {
     /// The state at a time in s, and how long it still holds.
     fn state(&self, time: f64) -> (Valve, f64) {
         let Valves { period, changes } = &self.valves;
+        let time = time - self.late;
+        if time < -NOW {
+            return (Valve::Closed, -time);
+        }
+        let time = time.max(0.0);
         let mut place = time - period * libm::floor(time / period);
         // Rounding must not hold a state that has ended.
         place += NOW;
@@ -59,7 +66,12 @@ impl Drive<'_> {
     }
 
     /// Puts in what valves come to, and keeps the rest to what the hardware can do.
-    pub(super) fn on_hardware(&self, parameters: &[f64], targets: &mut Targets) -> Result<(), EvalError> {
+    pub(super) fn on_hardware(
+        &self,
+        parameters: &[f64],
+        conditions: &Conditions,
+        targets: &mut Targets,
+    ) -> Result<(), EvalError> {
         let target = self.target();
         let supply = target.and_then(|target| match &target.backend {
             Backend::Pneumatic(air) => air.supply,
@@ -83,29 +95,30 @@ impl Drive<'_> {
                     bending: &actuator.bending_speed,
                     relaxing: &actuator.relaxing_speed,
                     most: actuator.bend.1,
+                    late: conditions.late(column),
                     supplied: aimed.is_some(),
                 });
                 columns.push(column);
                 continue;
             }
             if let Some(threads) = self.threads(driven) {
-                wind(threads, targets, column);
+                wind(threads, conditions.speed, targets, column);
             }
             let by_bend = [&actuator.bending_speed, &actuator.relaxing_speed];
             if by_bend.iter().any(|speed| matches!(speed, Speed::ByBend(_))) {
-                follow(by_bend, targets, column);
+                follow(by_bend, conditions.speed, targets, column);
             }
         }
         if !inflated.is_empty() {
-            inflate(&inflated, supply.as_ref(), targets, &columns);
+            inflate(&inflated, supply.as_ref(), conditions, targets, &columns);
         }
         Ok(())
     }
 }
 
 /// What a servo reaches, and how fast: its turn and its speed hold where the thread is wound.
-fn wind(threads: &Tendon, targets: &mut Targets, column: usize) {
-    let most = threads.speed * targets.interval;
+fn wind(threads: &Tendon, faster: f64, targets: &mut Targets, column: usize) {
+    let most = threads.speed * faster * targets.interval;
     let mut turned: f64 = threads.turned(0.0);
     for sample in 0..targets.samples() {
         let Some(bend) = targets.cell(sample, column) else { return };
@@ -119,7 +132,7 @@ fn wind(threads: &Tendon, targets: &mut Targets, column: usize) {
 }
 
 /// Keeps a bend to speeds that may change with it: away from zero at the first, back at the second.
-pub(super) fn follow([bending, relaxing]: [&Speed; 2], targets: &mut Targets, column: usize) {
+pub(super) fn follow([bending, relaxing]: [&Speed; 2], faster: f64, targets: &mut Targets, column: usize) {
     let steps = libm::ceil(targets.interval / FINE).max(1.0);
     let step = targets.interval / steps;
     let mut bend = 0.0;
@@ -128,7 +141,7 @@ pub(super) fn follow([bending, relaxing]: [&Speed; 2], targets: &mut Targets, co
         if sample > 0 {
             for _ in 0..steps as usize {
                 let back = *cell * bend < 0.0 || cell.abs() < f64::abs(bend);
-                let speed = if back { relaxing } else { bending }.at(bend);
+                let speed = if back { relaxing } else { bending }.at(bend) * faster;
                 bend += (*cell - bend).max(-speed * step).min(speed * step);
             }
         }
@@ -138,7 +151,13 @@ pub(super) fn follow([bending, relaxing]: [&Speed; 2], targets: &mut Targets, co
 
 /// The bends of actuators under their valves, from rest: air that comes in bends, air that goes out relaxes,
 /// each at the actuator's speed; closed valves hold.
-fn inflate(actuators: &[Inflated<'_>], supply: Option<&Supply>, targets: &mut Targets, columns: &[usize]) {
+fn inflate(
+    actuators: &[Inflated<'_>],
+    supply: Option<&Supply>,
+    conditions: &Conditions,
+    targets: &mut Targets,
+    columns: &[usize],
+) {
     let mut bends = vec![0.0; actuators.len()];
     let mut states = vec![Valve::Closed; actuators.len()];
     let mut shares = vec![1.0; actuators.len()];
@@ -163,7 +182,7 @@ fn inflate(actuators: &[Inflated<'_>], supply: Option<&Supply>, targets: &mut Ta
                 step = step.min(left.max(NOW));
             }
             if let Some(supply) = supply {
-                share(supply, actuators, &states, &bends, &mut shares);
+                share(supply, conditions.pressure, actuators, &states, &bends, &mut shares);
             }
             for (((bend, state), actuator), share) in
                 bends.iter_mut().zip(&states).zip(actuators).zip(&shares)
@@ -173,7 +192,7 @@ fn inflate(actuators: &[Inflated<'_>], supply: Option<&Supply>, targets: &mut Ta
                     Valve::Inflate => actuator.bending.at(*bend) * share,
                     Valve::Vent => -actuator.relaxing.at(*bend),
                 };
-                *bend = (*bend + speed * step).max(0.0).min(actuator.most);
+                *bend = (*bend + speed * conditions.speed * step).max(0.0).min(actuator.most);
             }
             now += step;
         }
@@ -185,7 +204,14 @@ fn inflate(actuators: &[Inflated<'_>], supply: Option<&Supply>, targets: &mut Ta
 /// Flow is proportional to difference of pressure, in the line from the reservoir and in each valve behind it. Where
 /// the line ends, at a pressure p, what comes in goes out: `line (reservoir - p) = sum of valve (p - own)`. An
 /// actuator's own pressure grows in proportion to its bend. Where p is below it, air goes back into the others.
-fn share(supply: &Supply, actuators: &[Inflated<'_>], states: &[Valve], bends: &[f64], shares: &mut [f64]) {
+fn share(
+    supply: &Supply,
+    of_pressure: f64,
+    actuators: &[Inflated<'_>],
+    states: &[Valve],
+    bends: &[f64],
+    shares: &mut [f64],
+) {
     let Supply { pressure, full, line, valve } = *supply;
     let own = |bend: f64, actuator: &Inflated<'_>| full * (bend / actuator.most);
     let open = || {
@@ -194,7 +220,7 @@ fn share(supply: &Supply, actuators: &[Inflated<'_>], states: &[Valve], bends: &
     };
     let count = open().count() as f64;
     let pressures: f64 = open().map(|((_, bend), actuator)| own(*bend, actuator)).sum();
-    let node = (line * pressure + valve * pressures) / (line + valve * count);
+    let node = (line * pressure * of_pressure + valve * pressures) / (line + valve * count);
     for ((share, bend), actuator) in shares.iter_mut().zip(bends).zip(actuators) {
         let own = own(*bend, actuator);
         let alone = (line * pressure + valve * own) / (line + valve);
@@ -214,7 +240,7 @@ mod tests {
     }
 
     fn inflated<'a>(valves: Valves, bending: &'a Speed, relaxing: &'a Speed) -> Inflated<'a> {
-        Inflated { valves, bending, relaxing, most: 1.5, supplied: true }
+        Inflated { valves, bending, relaxing, most: 1.5, late: 0.0, supplied: true }
     }
 
     fn rest(seconds: f64, interval: f64, actuators: usize) -> Targets {
@@ -228,7 +254,7 @@ mod tests {
         // Closed until 0.55 s, open until 1.35 s, closed until 2 s, emptied until 4 s.
         let one = inflated(valves(4.0, &[0.55, 0.8, 0.65, 2.0]), &up, &down);
         let mut targets = rest(8.0, 0.1, 1);
-        inflate(&[one], None, &mut targets, &[0]);
+        inflate(&[one], None, &Conditions::NOMINAL, &mut targets, &[0]);
         for (time, bend) in
             [(0.5, 0.0), (1.0, 0.45), (1.4, 0.8), (2.0, 0.8), (3.0, 0.3), (3.7, 0.0), (5.0, 0.45)]
         {
@@ -243,7 +269,7 @@ mod tests {
         let down = Speed::Constant(1.0);
         let one = inflated(valves(10.0, &[0.0, 1.0, 0.0, 0.0]), &up, &down);
         let mut targets = rest(2.0, 0.02, 1);
-        inflate(&[one], None, &mut targets, &[0]);
+        inflate(&[one], None, &Conditions::NOMINAL, &mut targets, &[0]);
         for time in [0.5, 1.0, 2.0] {
             let truth = 1.0 - libm::exp(-time);
             assert!((targets.at(0, time) - truth).abs() < 1e-3, "{time} s: {}", targets.at(0, time));
@@ -259,7 +285,7 @@ mod tests {
             let all: Vec<_> = (0..count).map(|_| slow()).collect();
             let columns: Vec<usize> = (0..count).collect();
             let mut targets = rest(1.0, 0.1, count);
-            inflate(&all, Some(&supply), &mut targets, &columns);
+            inflate(&all, Some(&supply), &Conditions::NOMINAL, &mut targets, &columns);
             // Equal pressures: alone 1 / (1/3 + 1), together 1 / (n/3 + 1).
             let share = (1.0 / 3.0 + 1.0) / (count as f64 / 3.0 + 1.0);
             assert!((targets.at(count - 1, 1.0) - 0.2 * share).abs() < 1e-9, "{count} together");
@@ -275,7 +301,7 @@ mod tests {
             (0..3).map(|_| inflated(valves(1.0, &[0.0, 1.0, 0.0, 0.0]), &speed, &speed)).collect();
         let bends = [0.0, 0.2, 1.5];
         let mut shares = [1.0; 3];
-        share(&supply, &all, &[Valve::Inflate; 3], &bends, &mut shares);
+        share(&supply, 1.0, &all, &[Valve::Inflate; 3], &bends, &mut shares);
         let own = bends.map(|bend| supply.full * bend / 1.5);
         let flows: Vec<f64> = (0..3)
             .map(|i| {
@@ -305,8 +331,64 @@ mod tests {
         };
         assert_eq!(threads.reach(), (-1.0, 0.75));
         let mut targets = Targets { interval: 0.1, actuators: 1, angles: vec![1.0; 21] };
-        wind(&threads, &mut targets, 0);
+        wind(&threads, 1.0, &mut targets, 0);
         // 2 rad/s of 10 mm wind up 20 mm/s, of which 20 mm bend by 1 rad.
         assert!((targets.at(0, 0.3) - 0.3).abs() < 1e-9 && (targets.at(0, 2.0) - 0.75).abs() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_late_holds_its_start_and_then_does_the_same() {
+        let (up, down) = (Speed::Constant(1.0), Speed::Constant(0.5));
+        let one = |late| Inflated { late, ..inflated(valves(4.0, &[0.55, 0.8, 0.65, 2.0]), &up, &down) };
+        let run = |late| {
+            let mut targets = rest(8.0, 0.1, 1);
+            inflate(&[one(late)], None, &Conditions::NOMINAL, &mut targets, &[0]);
+            targets
+        };
+        let (prompt, late) = (run(0.0), run(0.2));
+        for sample in 0..78 {
+            let time = f64::from(sample) * 0.1;
+            assert!((late.at(0, time + 0.2) - prompt.at(0, time)).abs() < 1e-9, "{time} s");
+        }
+        // Valves that are open at once are closed until then.
+        let open = Inflated { late: 0.25, ..inflated(valves(4.0, &[0.0, 1.0, 1.0, 2.0]), &up, &down) };
+        let mut targets = rest(1.0, 0.05, 1);
+        inflate(&[open], None, &Conditions::NOMINAL, &mut targets, &[0]);
+        for (time, bend) in [(0.0, 0.0), (0.25, 0.0), (0.5, 0.25)] {
+            assert!((targets.at(0, time) - bend).abs() < 1e-9, "{time} s: {}", targets.at(0, time));
+        }
+    }
+
+    #[test]
+    fn speeds_and_pressures_are_those_of_the_conditions() {
+        let (up, down) = (Speed::Constant(0.2), Speed::Constant(0.2));
+        let slow = || inflated(valves(100.0, &[0.0, 1.0, 0.0, 0.0]), &up, &down);
+        let supply = Supply { pressure: 1.5e5, full: 1e5, line: 3.0, valve: 1.0 };
+        let bend = |supply: Option<&Supply>, speed, pressure| {
+            let mut targets = rest(1.0, 0.1, 1);
+            let conditions = Conditions { speed, pressure, late: Vec::new() };
+            inflate(&[slow()], supply, &conditions, &mut targets, &[0]);
+            targets.at(0, 0.1)
+        };
+        assert!((bend(None, 1.2, 1.0) - 0.1 * 0.2 * 1.2).abs() < 1e-9);
+        // Without a supply there is no pressure; with one the flow into what is empty is as its pressure.
+        assert_eq!(bend(None, 1.0, 0.5), bend(None, 1.0, 1.0));
+        assert!((bend(Some(&supply), 1.0, 1.1) / bend(Some(&supply), 1.0, 1.0) - 1.1).abs() < 5e-3);
+        let threads = Tendon {
+            servo: vec!["D3".to_owned()],
+            opposite: Vec::new(),
+            thread: Table { rows: vec![[-1.0, -0.01], [0.0, 0.0], [1.0, 0.02]] },
+            wheel: 0.01,
+            turn: (-1.0, 1.5),
+            speed: 2.0,
+            pulse: (1e-3, 2e-3),
+            rests: true,
+        };
+        let mut targets = Targets { interval: 0.1, actuators: 1, angles: vec![1.0; 21] };
+        wind(&threads, 0.5, &mut targets, 0);
+        assert!((targets.at(0, 0.4) - 0.2).abs() < 1e-9);
+        let mut targets = Targets { interval: 0.1, actuators: 1, angles: vec![1.0; 11] };
+        follow([&up, &down], 1.5, &mut targets, 0);
+        assert!((targets.at(0, 1.0) - 0.3).abs() < 1e-9);
     }
 }

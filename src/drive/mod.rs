@@ -5,6 +5,7 @@
 //! has its own set, images follow their originals, shared variables are there once.
 
 mod bends;
+mod conditions;
 mod cycle;
 mod hardware;
 mod mutate;
@@ -19,6 +20,7 @@ use crate::derive::{Candidate, DesignScope};
 use crate::design::PartId;
 use crate::simulate::Targets;
 pub use bends::Bends;
+pub use conditions::Conditions;
 pub use cycle::{Asked, Cycle};
 use scope::DriveScope;
 
@@ -296,14 +298,24 @@ impl<'r> Drive<'r> {
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn targets(&self, parameters: &[f64]) -> Result<Targets, EvalError> {
-        let mut targets = self.asked(parameters)?;
-        self.on_hardware(parameters, &mut targets)?;
+        self.targets_under(parameters, &Conditions::NOMINAL)
+    }
+
+    /// The same with hardware that differs from what the grammar says. An actuator that is late holds its start until
+    /// then, with its valves closed.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when an expression of the actuation has no value.
+    pub fn targets_under(&self, parameters: &[f64], conditions: &Conditions) -> Result<Targets, EvalError> {
+        let mut targets = self.asked(parameters, conditions)?;
+        self.on_hardware(parameters, conditions, &mut targets)?;
         Ok(targets)
     }
 
     /// The angles that the actuators are asked for over the whole motion, before any hardware limits them; zero where
     /// valves are.
-    fn asked(&self, parameters: &[f64]) -> Result<Targets, EvalError> {
+    fn asked(&self, parameters: &[f64], conditions: &Conditions) -> Result<Targets, EvalError> {
         let model = &self.task.model;
         let samples = libm::ceil(model.duration / model.control - 1e-9) as usize + 1;
         let count = self.actuators.len();
@@ -313,7 +325,8 @@ impl<'r> Drive<'r> {
             if drives == Some(&Ty::Valves) {
                 continue;
             }
-            let times = (0..samples).map(|sample| sample as f64 * model.control);
+            let late = conditions.late(column);
+            let times = (0..samples).map(|sample| (sample as f64 * model.control - late).max(0.0));
             let bends = self.bends(driven, parameters, times)?;
             for (row, bend) in angles.chunks_exact_mut(count).zip(bends) {
                 row[column] = bend;
