@@ -4,6 +4,8 @@
 //! `cargo bench --bench solver` (add `-- 9` for nine rounds instead of three, and saved designs
 //! to measure these instead of the examples of `benches/bodies/`). All methods take
 //! turns, each round every one; the least of the rounds counts. On an idle machine, please.
+//!
+//! Then what a drive takes in several worlds at once, as a multiple of what it takes in the nominal one alone.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
 
@@ -20,7 +22,7 @@ use sgc::loader::Files;
 use sgc::results::saved::SavedDesign;
 use sgc::search::settings;
 use sgc::simulate::rapier::Rapier;
-use sgc::simulate::{Model, Settings, Simulation, Targets, model};
+use sgc::simulate::{Case, Model, Settings, Simulation, Stop, Targets, World, model};
 
 const LANES: [usize; 4] = [1, 4, 8, 16];
 
@@ -57,9 +59,52 @@ fn main() {
         );
         ratios.iter_mut().zip(least).for_each(|(ratios, least)| ratios.push(most / least));
     }
+    in_worlds(&bodies, rounds);
     for (lanes, ratios) in LANES.iter().zip(&ratios) {
         let mean = libm::exp(ratios.iter().map(|r| libm::log(*r)).sum::<f64>() / ratios.len() as f64);
         println!("{lanes:2} lanes: {mean:5.1} times as fast as rapier (geometric mean)");
+    }
+}
+
+/// Prints what one drive takes in several worlds, the nominal one among them.
+fn in_worlds(bodies: &[Measured], rounds: usize) {
+    println!("in worlds at once, as a multiple of the nominal one alone");
+    for (name, body, settings, drives) in bodies {
+        let mut own = model("articulated").unwrap().prepare(&body.assembly, settings).unwrap();
+        let mut least = [f64::INFINITY; LANES.len()];
+        for _ in 0..rounds {
+            for (least, count) in least.iter_mut().zip(LANES) {
+                let worlds: Vec<World> = (0..count).map(world).collect();
+                let start = Instant::now();
+                for drive in &drives[..4] {
+                    let cases: Vec<Case<'_>> = worlds.iter().map(|world| Case { drive, world }).collect();
+                    let motions = own.run_cases(Stop::NEVER, &cases).unwrap();
+                    assert!(motions.iter().all(Result::is_ok));
+                }
+                *least = least.min(start.elapsed().as_secs_f64());
+            }
+        }
+        let multiples = LANES.iter().zip(least).map(|(count, t)| format!("{count}: {:.2}", t / least[0]));
+        println!("{name:>14}   {}", multiples.collect::<Vec<_>>().join("  "));
+    }
+}
+
+/// The nominal world, and others around it.
+fn world(number: usize) -> World {
+    if number == 0 {
+        return World::NOMINAL;
+    }
+    let mut random = Stream::named(number as u64, "worlds");
+    let mut around = |by: f64| 1.0 + by * (2.0 * random.unit() - 1.0);
+    World {
+        friction: around(0.25),
+        ground_friction: None,
+        mass: around(0.1),
+        torque: around(0.15),
+        speed: around(0.1),
+        slope: 0.035 * (around(1.0) - 1.0),
+        tilt: 0.0175 * around(1.0),
+        heading: std::f64::consts::PI * around(1.0),
     }
 }
 
