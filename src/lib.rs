@@ -12,6 +12,7 @@ pub mod loader;
 mod markup;
 pub mod reading;
 pub mod results;
+pub mod scenarios;
 pub mod score;
 pub mod search;
 pub mod simulate;

@@ -13,6 +13,7 @@ const ENGINE: &[&str] = &[
     "derive",
     "audit",
     "drive",
+    "scenarios",
     "score",
     "search",
     "hardware",

@@ -66,6 +66,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("task", "task"),
     ("model", "model"),
     ("simulate", "simulate"),
+    ("scenarios", "scenarios"),
     ("search", "search"),
     ("table", "table"),
     ("target", "target"),

@@ -31,6 +31,7 @@ mod report;
 mod resume;
 mod rig;
 mod rods;
+mod scenarios;
 mod search;
 mod support;
 mod tutorial;

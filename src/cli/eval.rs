@@ -10,7 +10,7 @@ use grammar_lang::source::SourceMap;
 use super::design::{self, Opened};
 use super::output::{self, Fault};
 use super::precision::Precision;
-use super::{exit, load};
+use super::{exit, load, scenarios};
 use crate::calibrate::reality::{self, Built, Estimate, Prediction};
 use crate::results::replay::Replayed;
 use crate::results::saved::SavedDesign;
@@ -37,6 +37,9 @@ pub(super) struct Eval {
     /// The task that the motion is scored by [default: the first]
     #[arg(long, value_name = "NAME", requires = "motion")]
     task: Option<String>,
+    /// Simulate it in every world of these scenarios: a name of its grammar, or FILE:NAME of another
+    #[arg(long = "in", value_name = "SCENARIOS", conflicts_with = "motion")]
+    scenarios: Option<String>,
     /// The variant of that grammar
     #[arg(long, value_name = "NAME", requires = "grammar")]
     variant: Option<String>,
@@ -134,6 +137,9 @@ impl Eval {
         }
         let solver = self.solver.as_deref().unwrap_or(&design.solver);
         let precision = self.precision.asked();
+        if let Some(wanted) = &self.scenarios {
+            return scenarios::eval(wanted, &rules, &design, &path, solver, precision);
+        }
         let replayed = replay::replay(&rules, &design, solver, precision)
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
         let Some(value) = replayed.value else {

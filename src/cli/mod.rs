@@ -27,6 +27,7 @@ mod replace;
 mod report;
 mod resume;
 mod run;
+mod scenarios;
 mod session;
 mod several;
 mod test;

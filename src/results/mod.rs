@@ -5,6 +5,7 @@ pub mod beginning;
 pub mod checkpoint;
 pub mod describe;
 mod design_error;
+pub mod elsewhere;
 mod evals;
 mod file_error;
 pub mod folder;

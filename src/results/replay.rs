@@ -143,7 +143,7 @@ pub enum Precision {
 }
 
 impl Precision {
-    fn apply(self, settings: Settings) -> Settings {
+    pub(super) fn apply(self, settings: Settings) -> Settings {
         match self {
             Self::Model => settings,
             Self::Finer => settings.finer(),

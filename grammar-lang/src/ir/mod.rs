@@ -10,6 +10,7 @@ mod lattice;
 mod novelty;
 mod parts;
 mod rules;
+mod scenarios;
 mod search;
 mod spans;
 mod table;
@@ -35,6 +36,7 @@ pub use rules::{
     Choice, Effect, Guard, Holding, Match, Matched, Placed, Preference, Requirement, Rule, Settable, Spread,
     Symmetry,
 };
+pub use scenarios::{Difference, Scenarios};
 pub use search::{
     Annealing, Archive, BodyLoop, BodyMethod, CmaEs, CurveLoop, CurveMethod, Descriptor, Schedule, Search,
     SearchMethod,
@@ -104,6 +106,9 @@ pub struct RuleSet {
     /// Robots that were built.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub prototypes: IndexMap<String, Prototype>,
+    /// Sets of worlds.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub scenarios: IndexMap<String, Scenarios>,
     /// Terms whose values are written beside that of each body.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub observed: Vec<String>,
@@ -198,6 +203,7 @@ impl Writer<'_> {
         rules.terms.iter().for_each(|(name, term)| self.term(name, term));
         rules.targets.iter().for_each(|(name, target)| self.target(name, target));
         rules.prototypes.iter().for_each(|(name, prototype)| self.prototype(name, prototype));
+        rules.scenarios.iter().for_each(|(name, scenarios)| self.scenarios(name, scenarios));
         if !rules.observed.is_empty() {
             self.line(0, format!("observe {}", rules.observed.join(", ")));
         }

@@ -31,10 +31,13 @@ pub enum BlockKind {
     Cell,
     /// A search.
     Search,
+    /// A set of worlds.
+    Scenarios,
 }
 
 impl BlockKind {
-    const ALL: [Self; 5] = [Self::Part, Self::Actuator, Self::Model, Self::Cell, Self::Search];
+    const ALL: [Self; 6] =
+        [Self::Part, Self::Actuator, Self::Model, Self::Cell, Self::Search, Self::Scenarios];
 
     /// The word that opens it.
     #[must_use]
@@ -45,6 +48,7 @@ impl BlockKind {
             Self::Model => "model",
             Self::Cell => "cell",
             Self::Search => "search",
+            Self::Scenarios => "scenarios",
         }
     }
 
@@ -219,6 +223,14 @@ pub const KINDS: &[Kind] = &[
         what: "a declaration",
         clauses: Clauses::None,
         counts: Counts::WhereUsed,
+    },
+    Kind {
+        word: "scenarios",
+        form: "scenarios workshop { ... }",
+        several: "Scenarios",
+        what: "a set of worlds",
+        clauses: Clauses::Fields,
+        counts: Counts::Everywhere,
     },
     Kind {
         word: "term",

@@ -11,7 +11,7 @@ use crate::ir::{self, RuleSet};
 use crate::names::{Declaration, LoadedModule, declared};
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Name};
-use crate::syntax::declarations::Counts;
+use crate::syntax::declarations::{BlockKind, Counts};
 
 /// What rules and their neighbours come to.
 struct Derived {
@@ -221,6 +221,12 @@ impl<'a> Assembly<'a> {
         let mut used = Named::default();
         let mut is_sound = true;
         // Checking one declaration may touch others: the set grows while it is walked.
+        for (declaration, item) in self.environment.known() {
+            // Whoever tests a design names them, though nothing in the grammar need.
+            if matches!(item.kind, ItemKind::Block(BlockKind::Scenarios, _)) {
+                self.declarations.expressions.touched.insert(declaration);
+            }
+        }
         let mut next = 0;
         let mut taken: IndexMap<String, Declaration> = IndexMap::new();
         while let Some(declaration) = self.declarations.expressions.touched.get_index(next).copied() {

@@ -1,11 +1,13 @@
 //! What a check starts from: the program, and what holds of it before any expression is looked at.
 
+use std::collections::BTreeSet;
+
 use indexmap::{IndexMap, IndexSet};
 
 use crate::ir;
-use crate::names::Program;
+use crate::names::{Declaration, Program};
 use crate::source::SourceMap;
-use crate::syntax::ast::{self, ItemKind};
+use crate::syntax::ast::{self, Item, ItemKind};
 use crate::syntax::declarations::BlockKind;
 
 /// What a check starts from. Nothing of it changes.
@@ -35,6 +37,17 @@ impl<'a> Environment<'a> {
             placed.entry(place.name.text.as_str()).or_insert(&place.what);
         }
         Self { program, sources, overrides, placed, ports: port_names(program) }
+    }
+
+    /// The declarations that the grammar has or imports by name; of a variant those of its base, too.
+    pub(super) fn known(&self) -> impl Iterator<Item = (Declaration, &'a Item)> + use<'a> {
+        let program = self.program;
+        let imported =
+            program.own.iter().filter_map(|m| program.modules.get(*m)).flat_map(|m| m.scope.values());
+        let all: BTreeSet<Declaration> =
+            imported.copied().chain(program.entries().map(|(declaration, _)| declaration)).collect();
+        let there = all.into_iter().filter(|declaration| !program.dropped.contains_key(declaration));
+        there.filter_map(|declaration| Some((declaration, program.item(declaration)?)))
     }
 }
 

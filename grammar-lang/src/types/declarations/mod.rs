@@ -13,6 +13,7 @@ mod novelty;
 mod observe;
 mod parts;
 mod rules;
+mod scenarios;
 mod searches;
 pub(super) mod singles;
 mod targets;
@@ -37,6 +38,7 @@ pub(super) struct Named {
     parts: IndexMap<String, ir::Part>,
     pub(super) actuators: IndexMap<String, ir::Actuator>,
     pub(super) actuations: IndexMap<String, ir::Actuation>,
+    scenarios: IndexMap<String, ir::Scenarios>,
 }
 
 impl Named {
@@ -62,6 +64,7 @@ impl Named {
             tasks: IndexMap::new(),
             targets: IndexMap::new(),
             prototypes: IndexMap::new(),
+            scenarios: self.scenarios,
             observed: Vec::new(),
             novelties: IndexMap::new(),
             terms: self.terms,
@@ -118,6 +121,7 @@ impl<'a> Declarations<'a> {
             ItemKind::Block(kind, block) => match kind {
                 BlockKind::Part => keep(&mut found.parts, own, self.part(block, damaged)),
                 BlockKind::Actuator => keep(&mut found.actuators, own, self.actuator(block, damaged)),
+                BlockKind::Scenarios => keep(&mut found.scenarios, own, self.scenarios(block, damaged)),
                 // What has one of these says what it comes to.
                 BlockKind::Cell | BlockKind::Model | BlockKind::Search => true,
             },

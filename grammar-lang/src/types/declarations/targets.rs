@@ -1,7 +1,5 @@
 //! Checks what a grammar says of its hardware: tables, targets, prototypes.
 
-use std::collections::BTreeSet;
-
 use indexmap::IndexMap;
 
 use super::Declarations;
@@ -10,7 +8,7 @@ use super::tasks::Tasks;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
 use crate::ir::{self, Backend, PINS, Ty};
-use crate::names::{Declaration, declared};
+use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, ItemKind, Name};
 use crate::syntax::declarations::BlockKind;
@@ -392,13 +390,7 @@ impl Declarations<'_> {
     ) -> Option<(IndexMap<String, ir::Target>, IndexMap<String, ir::Prototype>)> {
         let (mut targets, mut prototypes) = (IndexMap::new(), IndexMap::new());
         let mut sound = true;
-        let program = self.environment.program;
-        // What a variant's text imports is known to it, as what its base has.
-        let known = program.own.iter().filter_map(|m| program.modules.get(*m)).flat_map(|m| m.scope.values());
-        let all: BTreeSet<Declaration> =
-            known.copied().chain(program.entries().map(|(declaration, _)| declaration)).collect();
-        for declaration in all.into_iter().filter(|d| !program.dropped.contains_key(d)) {
-            let Some(item) = program.item(declaration) else { continue };
+        for (declaration, item) in self.environment.known() {
             let Some(name) = declared(item) else { continue };
             match &item.kind {
                 ItemKind::Target { block, backend, kind } => {
