@@ -20,7 +20,9 @@ const SET: &str = "add scenarios workshop {
 
 /// A design of a variant of a grammar, out of a short search with short motions.
 fn found(folder: &Path, grammar: &str, edits: &str) -> PathBuf {
-    let base = read(&format!("grammars/{grammar}.sgr")).replace("for 20 s", "for 2 s");
+    let base = read(&format!("grammars/{grammar}.sgr"))
+        .replace("for 20 s", "for 2 s")
+        .replace("for 15 s", "for 1 s");
     std::fs::write(folder.join("base.sgr"), base).unwrap();
     let file = folder.join("own.sgr");
     std::fs::write(&file, format!("variant own of \"./base.sgr\" {{\n    {edits}\n}}\n")).unwrap();
@@ -121,7 +123,7 @@ fn balls_are_tried_in_worlds() {
       case uphill { slope = 2 deg }
     }
     add scenarios strong { case strong { torque = 120 % } }";
-    let run = found(folder.path(), "morphology", sets);
+    let run = found(folder.path(), "study1", sets);
     let worlds = rows(&eval(&run, &["--in", "outside"]));
     assert_eq!(worlds.len(), 4, "{worlds:?}");
     let plain = eval(&run, &[]);

@@ -348,7 +348,7 @@ mod tests {
         let (prompt, late) = (run(0.0), run(0.2));
         for sample in 0..78 {
             let time = f64::from(sample) * 0.1;
-            assert!((late.at(0, time + 0.2) - prompt.at(0, time)).abs() < 1e-9, "{time} s");
+            assert!((late.at(0, time + 0.2) - prompt.at(0, time)).abs() < 1e-6, "{time} s");
         }
         // Valves that are open at once are closed until then.
         let open = Inflated { late: 0.25, ..inflated(valves(4.0, &[0.0, 1.0, 1.0, 2.0]), &up, &down) };

@@ -11,7 +11,7 @@ use crate::ir::{self, RuleSet};
 use crate::names::{Declaration, LoadedModule, declared};
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Name};
-use crate::syntax::declarations::{BlockKind, Counts};
+use crate::syntax::declarations::Counts;
 
 /// What rules and their neighbours come to.
 struct Derived {
@@ -222,8 +222,9 @@ impl<'a> Assembly<'a> {
         let mut is_sound = true;
         // Checking one declaration may touch others: the set grows while it is walked.
         for (declaration, item) in self.environment.known() {
-            // Whoever tests a design names them, though nothing in the grammar need.
-            if matches!(item.kind, ItemKind::Block(BlockKind::Scenarios, _)) {
+            // Whoever tries a design names scenarios, though nothing in the grammar need.
+            let counts = item.kind.kind().map(|kind| kind.counts);
+            if matches!(item.kind, ItemKind::Block(..)) && counts == Some(Counts::Everywhere) {
                 self.declarations.expressions.touched.insert(declaration);
             }
         }
