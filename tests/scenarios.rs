@@ -132,3 +132,58 @@ fn balls_are_tried_in_worlds() {
     assert_eq!(output.status.code(), Some(1));
     assert!(said(&output).contains("balls and springs have no torques"), "{}", said(&output));
 }
+
+/// A variant changes, narrows, adds and drops fields, and cases by their names.
+#[test]
+fn variants_change_fields_and_cases() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("base.sgr"), read("grammars/codesign.sgr")).unwrap();
+    let set = "add scenarios workshop {
+      friction = 75 % .. 125 %
+      mass     = 90 % .. 110 %
+      drawn    = 3
+      case ice    { ground_friction = 0.2 }
+      case carpet { ground_friction = 1.1 }
+    }";
+    let bench = format!("variant bench of \"./base.sgr\" {{\n{set}\n}}\n");
+    std::fs::write(folder.path().join("bench.sgr"), bench).unwrap();
+    let own = folder.path().join("own.sgr");
+    let variant = |edits: &str| {
+        std::fs::write(&own, format!("variant own of \"./bench.sgr\" {{\n{edits}\n}}\n")).unwrap()
+    };
+    variant(
+        "set workshop.mass = 80 % .. 120 %
+         set workshop.tilt = 0 deg .. 2 deg
+         set workshop.drawn = 5
+         narrow workshop.friction in 80 % .. 110 %
+         set workshop.ice.ground_friction = 0.3
+         set workshop.ice.slope = 1 deg
+         drop workshop.carpet",
+    );
+    let resolved = sgc::testing::resolved(&own);
+    let block =
+        resolved.split("scenarios workshop {\n").nth(1).and_then(|rest| rest.split("\n}").next()).unwrap();
+    let lines: Vec<&str> = block.lines().map(str::trim).collect();
+    assert_eq!(
+        lines,
+        [
+            "friction = 80 % .. 110 %",
+            "mass = 80 % .. 120 %",
+            "tilt = 0 deg .. 2 deg",
+            "drawn = 5",
+            "case ice { ground_friction = 0.3  slope = 1 deg }",
+        ]
+    );
+    for (edit, told) in [
+        ("drop workshop.tilt", "`workshop` has no `tilt` to drop"),
+        ("set workshop.icy.mass = 90 %", "there is no `workshop.icy.mass` to set"),
+        ("narrow workshop.tilt in 0 deg .. 1 deg", "there is no `workshop.tilt` to narrow"),
+        ("set workshop.weight = 1 .. 2", "a set of worlds has no `weight`"),
+        ("set workshop.ice.weight = 2", "a case has no `weight`"),
+        ("narrow workshop.mass in 80 % .. 105 %", "narrow"),
+    ] {
+        variant(edit);
+        let findings = sgc::testing::findings(&own);
+        assert!(findings.contains(told), "{edit}: {findings}");
+    }
+}

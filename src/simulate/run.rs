@@ -139,50 +139,6 @@ impl<S: Stepper> Run<S> {
         Lane { drive, servos, motion, failure: None }
     }
 
-    /// Idle lanes do what the last one does.
-    fn run(
-        &mut self,
-        stop: Stop<'_>,
-        first: usize,
-        drives: &[&Targets],
-        watch: &dyn Watch,
-    ) -> Option<Vec<Result<Motion, Invalid>>> {
-        let mut lanes: Vec<Lane> =
-            drives.iter().enumerate().map(|(number, drive)| self.lane(number, drive)).collect();
-        self.stepper.reset();
-        let mut frame = 0;
-        for now in 0..=self.schedule.steps {
-            if now % STEPS_PER_LOOK == 0 && stop.is_asked() {
-                return None;
-            }
-            if now > 0 {
-                self.step(&mut lanes, now as f64 * self.schedule.step);
-            }
-            if lanes.iter().all(|lane| lane.failure.is_some()) {
-                break;
-            }
-            while frame < self.schedule.frames && self.schedule.step_of(frame) == now {
-                self.record(&mut lanes);
-                frame += 1;
-                self.look(&mut lanes, first, frame, watch);
-            }
-        }
-        for lane in &mut lanes {
-            if lane.failure.is_none() && self.pace_limit.is_some_and(|limit| lane.motion.outpaces(limit)) {
-                lane.failure = Some(Invalid::TooFar);
-            }
-        }
-        for (number, lane) in lanes.iter_mut().enumerate() {
-            for (hinge, &actuator) in self.driven.hinges.iter().enumerate() {
-                if let Some(sum) = lane.motion.work.get_mut(actuator) {
-                    *sum += self.stepper.work(number, hinge);
-                }
-            }
-        }
-        let outcome = |lane: Lane| lane.failure.map_or(Ok(lane.motion), Err);
-        Some(lanes.into_iter().map(outcome).collect())
-    }
-
     /// Shows the watch what has been recorded, once in a second of the motion.
     fn look(&self, lanes: &mut [Lane], first: usize, frames: usize, watch: &dyn Watch) {
         let Schedule { interval, duration, .. } = self.schedule;
@@ -230,6 +186,7 @@ impl<S: Stepper> Run<S> {
 }
 
 impl<S: Stepper> Row for Run<S> {
+    // Idle lanes do what the last one does.
     fn together(
         &mut self,
         stop: Stop<'_>,
@@ -237,7 +194,40 @@ impl<S: Stepper> Row for Run<S> {
         drives: &[&Targets],
         watch: &dyn Watch,
     ) -> Option<Vec<Result<Motion, Invalid>>> {
-        self.run(stop, first, drives, watch)
+        let mut lanes: Vec<Lane> =
+            drives.iter().enumerate().map(|(number, drive)| self.lane(number, drive)).collect();
+        self.stepper.reset();
+        let mut frame = 0;
+        for now in 0..=self.schedule.steps {
+            if now % STEPS_PER_LOOK == 0 && stop.is_asked() {
+                return None;
+            }
+            if now > 0 {
+                self.step(&mut lanes, now as f64 * self.schedule.step);
+            }
+            if lanes.iter().all(|lane| lane.failure.is_some()) {
+                break;
+            }
+            while frame < self.schedule.frames && self.schedule.step_of(frame) == now {
+                self.record(&mut lanes);
+                frame += 1;
+                self.look(&mut lanes, first, frame, watch);
+            }
+        }
+        for lane in &mut lanes {
+            if lane.failure.is_none() && self.pace_limit.is_some_and(|limit| lane.motion.outpaces(limit)) {
+                lane.failure = Some(Invalid::TooFar);
+            }
+        }
+        for (number, lane) in lanes.iter_mut().enumerate() {
+            for (hinge, &actuator) in self.driven.hinges.iter().enumerate() {
+                if let Some(sum) = lane.motion.work.get_mut(actuator) {
+                    *sum += self.stepper.work(number, hinge);
+                }
+            }
+        }
+        let outcome = |lane: Lane| lane.failure.map_or(Ok(lane.motion), Err);
+        Some(lanes.into_iter().map(outcome).collect())
     }
 }
 

@@ -5,6 +5,7 @@
 //! edit keep the meaning that they have in the text that it stands in.
 
 mod observe;
+mod scenarios;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::discriminant;
@@ -482,6 +483,7 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
         }
         (ItemKind::Rule(_, clauses), [field]) => change_rule(clauses, field, change),
         (ItemKind::Novelty(_, clauses), rest) => change_novelty(clauses, rest, change),
+        (ItemKind::Block(BlockKind::Scenarios, set), rest) => scenarios::change(set, rest, change),
         (ItemKind::Actuation { clauses, .. }, [field]) => {
             let mut names = Vec::new();
             for clause in clauses {
@@ -643,6 +645,26 @@ fn fields_of(block: &Block) -> Vec<String> {
 fn drop_path(loading: &mut Loading<'_>, module: usize, path: &[Name]) -> Option<Declaration> {
     let (head, rest) = path.split_first()?;
     let declaration = find(loading, module, head)?;
+    if let [name] = rest
+        && let Some(ItemKind::Block(BlockKind::Scenarios, set)) =
+            loading.program.item_mut(declaration).map(|item| &mut item.kind)
+    {
+        let outcome = scenarios::drop(set, name);
+        if let Err(offers) = outcome {
+            let help = did_you_mean(&name.text, offers.iter().map(String::as_str))
+                .unwrap_or_else(|| format!("it has: {}", offers.join(", ")));
+            loading.errors.push(
+                Diagnostic::new(
+                    Code::NOTHING_TO_CHANGE,
+                    name.span,
+                    format!("`{}` has no `{}` to drop", head.text, name.text),
+                )
+                .label("not there")
+                .help(help),
+            );
+        }
+        return None;
+    }
     if let Some(field) = rest.first() {
         loading.errors.push(
             Diagnostic::new(Code::NOTHING_TO_CHANGE, field.span, "only a whole declaration can be dropped")
@@ -681,7 +703,7 @@ fn replace(loading: &mut Loading<'_>, module: usize, item: &Item, taking_part: &
             let Some(found) = find(loading, module, name) else { return };
             let (span, text) = (name.span, name.text.clone());
             if let Some(old) = loading.program.item(found)
-                && discriminant(&old.kind) != discriminant(&item.kind)
+                && old.kind.word() != item.kind.word()
             {
                 let place = declared(old).map(|n| n.span);
                 let mut error = Diagnostic::new(
