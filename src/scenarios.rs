@@ -1,6 +1,6 @@
 //! The worlds of a set of scenarios, drawn: which they are depends on the set alone, on no run and no seed.
 
-use grammar_lang::ir::{Backend, Difference, Method, RuleSet, Scenarios};
+use grammar_lang::ir::{Difference, Scenarios};
 use indexmap::IndexMap;
 
 use crate::derive::random::Stream;
@@ -137,25 +137,6 @@ fn spread(count: usize, random: &mut Stream) -> Vec<f64> {
         order.swap(last, random.below(last + 1));
     }
     order.into_iter().map(|share| (share as f64 + random.unit()) / count as f64).collect()
-}
-
-/// What of a set a grammar has no use for, with the reason: its bodies have nothing that could differ so.
-#[must_use]
-pub fn idle(rules: &RuleSet, set: &Scenarios) -> Option<(Difference, &'static str)> {
-    let balls = matches!(rules.method(), Method::Balls(_));
-    let supply = rules
-        .tasks
-        .values()
-        .filter_map(|task| rules.targets.get(task.on.as_ref()?))
-        .any(|target| matches!(&target.backend, Backend::Pneumatic(air) if air.supply.is_some()));
-    let why = |difference: Difference| match difference {
-        Difference::Torque if balls => Some("balls and springs have no torques"),
-        Difference::Speed if balls => Some("balls and springs have no servos whose speed could differ"),
-        Difference::Pressure if !supply => Some("no task is simulated on a target with a supply"),
-        _ => None,
-    };
-    let given = set.ranges.keys().chain(set.cases.values().flat_map(IndexMap::keys));
-    given.copied().find_map(|difference| Some((difference, why(difference)?)))
 }
 
 #[cfg(test)]

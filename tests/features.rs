@@ -570,7 +570,7 @@ fn limits_of_an_objective_under_way_hold() {
             let parameters = drive.draw(&mut random);
             let targets = drive.targets(&parameters).unwrap();
             let Ok(motion) = simulation.run(&[targets]).remove(0) else { continue };
-            let recording = sgc::score::Recording { drive: &drive, parameters: &parameters, motion: &motion };
+            let recording = sgc::score::Recording::nominal(&drive, &parameters, &motion);
             let value = sgc::score::objective(recording).unwrap();
             for pace in [0.002, 0.02, 0.2] {
                 if motion.outpaces(pace) {

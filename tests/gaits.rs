@@ -65,7 +65,7 @@ pub(crate) fn class_of(rules: &RuleSet, motion: &Motion) -> Vec<Observed> {
     let derivation = Arc::new(Derivation::start(rules, None).unwrap());
     let candidate = Candidate::new(rules, derivation);
     let drive = Drive::new(&candidate, rules.first_task().unwrap()).unwrap();
-    observe(Recording { drive: &drive, parameters: &[], motion }).into_iter().map(Option::unwrap).collect()
+    observe(Recording::nominal(&drive, &[], motion)).into_iter().map(Option::unwrap).collect()
 }
 
 fn class(seen: &[Observed]) -> &str {

@@ -144,7 +144,7 @@ fn terms_read_the_cells_of_elements() {
     let model = sgc::simulate::model("balls").unwrap();
     let mut simulation = model.prepare(&candidate.body.assembly, &settings).unwrap();
     let motion = simulation.run(&[drive.targets(&parameters).unwrap()]).remove(0).unwrap();
-    let recording = sgc::score::Recording { drive: &drive, parameters: &parameters, motion: &motion };
+    let recording = sgc::score::Recording::nominal(&drive, &parameters, &motion);
     assert_eq!(sgc::score::objective(recording), Ok(5.0));
 }
 

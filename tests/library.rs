@@ -97,7 +97,7 @@ fn engine(rules: &RuleSet) -> String {
             work: vec![0.5; body.actuators.len()],
             placements: placements.into(),
         };
-        let recording = Recording { drive: &drive, parameters: &second, motion: &motion };
+        let recording = Recording::nominal(&drive, &second, &motion);
         // A number that makes a term ask for a time outside the motion changes what it says, too.
         sgc::score::score(recording).map_err(|error| error.reason)
     });

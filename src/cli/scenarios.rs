@@ -48,7 +48,7 @@ pub(super) fn eval(
     precision: Precision,
 ) -> Result<u8, Fault> {
     let (name, set) = set(wanted, rules)?;
-    if let Some((difference, why)) = scenarios::idle(rules, &set) {
+    if let Some((difference, why)) = rules.cannot_apply(&set, rules.tasks.values()) {
         return Err(Fault::input(format!("`{}` of `{name}` cannot be applied: {why}", difference.text())));
     }
     let fault = |error: DesignError| Fault::input(format!("{}: {error}", path.display()));

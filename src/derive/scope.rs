@@ -228,8 +228,10 @@ impl Scope for DesignScope<'_> {
             (Attribute::Param(name), Reference::Part(id)) => {
                 self.design_of(id).parts.get(&id)?.params.get(name).cloned()
             }
-            // Only a motion has them, or a vector.
-            (Attribute::Element(_) | Attribute::Track(_) | Attribute::Axis(_), _) => None,
+            // Only a motion has them, or its world, or a vector.
+            (Attribute::Element(_) | Attribute::Track(_) | Attribute::World(_) | Attribute::Axis(_), _) => {
+                None
+            }
             // The checker lets nothing else through.
             (
                 Attribute::Part(_)

@@ -105,6 +105,7 @@ impl Named<'_> {
             }
             Recorded::Reference(Reference::Step(id)) => format!("step {id}"),
             Recorded::Reference(Reference::Element(id)) => format!("element {id}"),
+            Recorded::Reference(Reference::World(place)) => format!("world {place}"),
         }
     }
 

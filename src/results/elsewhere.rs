@@ -52,10 +52,15 @@ pub fn judge(
         let mut simulation = model.prepare(&candidate.body.assembly, &settings)?;
         let motions =
             simulation.run_cases(stop, &cases).ok_or(DesignError::Stopped("all worlds were simulated"))?;
-        for ((motion, values), failed) in motions.iter().zip(&mut values).zip(&mut failed) {
+        for (((motion, scenario), values), failed) in
+            motions.iter().zip(&scenarios).zip(&mut values).zip(&mut failed)
+        {
             match motion {
                 Ok(motion) => {
-                    let recording = Recording { drive: &drive, parameters: &parameters, motion };
+                    let recording = Recording {
+                        scenario: Some(scenario),
+                        ..Recording::nominal(&drive, &parameters, motion)
+                    };
                     values.push((saved.name.as_str(), score::objective(recording)?));
                 }
                 Err(why) => *failed = failed.or(Some(*why)),

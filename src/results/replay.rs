@@ -87,7 +87,7 @@ fn recorded<T>(
     ask: impl FnOnce(Recording<'_>) -> T,
 ) -> Result<T, DesignError> {
     let (drive, parameters) = drive_of(candidate, saved)?;
-    Ok(ask(Recording { drive: &drive, parameters: &parameters, motion }))
+    Ok(ask(Recording::nominal(&drive, &parameters, motion)))
 }
 
 /// Quantities of the score stage for a saved design: those of its motion in the first task, simulated again.
@@ -204,7 +204,7 @@ impl<'r> Driven<'r> {
     }
 
     fn recording<'m>(&'m self, motion: &'m Motion) -> Recording<'m> {
-        Recording { drive: &self.drive, parameters: &self.parameters, motion }
+        Recording::nominal(&self.drive, &self.parameters, motion)
     }
 
     /// How fast the robot was, as the target that it is simulated on says.

@@ -4,7 +4,7 @@
 //! Only what is asked of positions at the end along the ground is bounded; all else that the future decides may
 //! be anything. So a bound that follows holds, and where none follows there is none.
 
-use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
+use grammar_lang::eval::{EvalError, Scope, Value, evaluate, quantile};
 use grammar_lang::ir::{
     Attribute, Binder, ElementAttribute, Expr, ExprKind, Function, Gather, MotionWord, Operator,
     PartAttribute, RuleSet, Track, Word,
@@ -123,8 +123,8 @@ impl Limits<'_> {
                 let known: Result<Vec<Known>, _> = arguments.iter().map(|a| self.of(a, locals)).collect();
                 call(*function, &known?)
             }
-            ExprKind::Aggregate { how, binders, condition, body: Some(body), .. } => match &binders[..] {
-                [binder] => self.gather(*how, binder, condition.as_deref(), body, locals)?,
+            ExprKind::Aggregate { binders, .. } => match &binders[..] {
+                [binder] => self.gather(expr, binder, locals)?,
                 _ => Known::Nothing,
             },
             _ => Known::Nothing,
@@ -181,14 +181,11 @@ impl Limits<'_> {
         })
     }
 
-    fn gather(
-        &self,
-        how: Gather,
-        binder: &Binder,
-        condition: Option<&Expr>,
-        body: &Expr,
-        locals: &mut Vec<Known>,
-    ) -> Result<Known, EvalError> {
+    fn gather(&self, expr: &Expr, binder: &Binder, locals: &mut Vec<Known>) -> Result<Known, EvalError> {
+        let ExprKind::Aggregate { how, share, condition, body: Some(body), .. } = &expr.kind else {
+            return Ok(Known::Nothing);
+        };
+        let share = share.as_ref().map(|share| self.of(share, locals)).transpose()?;
         let over = self.of(&binder.over, locals)?;
         let Some(Value::List(items)) = over.exactly() else { return Ok(Known::Nothing) };
         let depth = locals.len();
@@ -198,7 +195,7 @@ impl Limits<'_> {
         let mut is_known = true;
         for item in items.iter() {
             locals[binder.slot] = Known::Exactly(item.clone());
-            match condition.map(|condition| self.of(condition, locals)).transpose()? {
+            match condition.as_ref().map(|condition| self.of(condition, locals)).transpose()? {
                 None | Some(Known::Exactly(Value::Bool(true))) => {}
                 Some(Known::Exactly(Value::Bool(false))) => continue,
                 Some(_) => {
@@ -222,7 +219,19 @@ impl Limits<'_> {
             Gather::Mean => Known::between(sums.0 / count, sums.1 / count),
             Gather::Min => Known::between(least(|r| r.0), least(|r| r.1)),
             Gather::Max => Known::between(most(|r| r.0), most(|r| r.1)),
-            _ => Known::Nothing,
+            // A quantile grows with each of the values.
+            Gather::Quantile => match share.as_ref().and_then(Known::exactly) {
+                Some(Value::Number(share)) if (0.0..=1.0).contains(share) => {
+                    let of = |end: fn(&(f64, f64)) -> f64| {
+                        quantile(&mut ranges.iter().map(end).collect::<Vec<_>>(), *share)
+                    };
+                    Known::between(of(|r| r.0), of(|r| r.1))
+                }
+                _ => Known::Nothing,
+            },
+            Gather::Count | Gather::Deviation | Gather::Clusters | Gather::Forall | Gather::Exists => {
+                Known::Nothing
+            }
         })
     }
 }

@@ -8,7 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{
-    Attribute, ElementAttribute, Expr, MotionWord, PartAttribute, RuleSet, Task, Term, Track, Word, builds_on,
+    Attribute, Difference, ElementAttribute, Expr, MotionWord, PartAttribute, RuleSet, Task, Term, Track,
+    Word, builds_on,
 };
 
 pub use observed::{Observed, observe};
@@ -16,6 +17,7 @@ pub use observed::{Observed, observe};
 use crate::derive::{Candidate, Derivation, DesignScope};
 use crate::design::Body;
 use crate::drive::Drive;
+use crate::scenarios::Scenario;
 use crate::simulate::{Motion, Sliding};
 
 /// The value of an objective with its terms.
@@ -36,6 +38,19 @@ pub struct Recording<'a> {
     pub parameters: &'a [f64],
     /// What was recorded.
     pub motion: &'a Motion,
+    /// The world that it was recorded in, if not the nominal one.
+    pub scenario: Option<&'a Scenario>,
+    /// The motions of the same drive in the other worlds of the task's scenarios, in their order. Where there are
+    /// none, an objective that runs over worlds is that of this motion alone.
+    pub elsewhere: &'a [(Scenario, Motion)],
+}
+
+impl<'a> Recording<'a> {
+    /// A motion in the nominal world, without others.
+    #[must_use]
+    pub fn nominal(drive: &'a Drive<'a>, parameters: &'a [f64], motion: &'a Motion) -> Self {
+        Self { drive, parameters, motion, scenario: None, elsewhere: &[] }
+    }
 }
 
 /// Scores a motion by its task.
@@ -60,7 +75,7 @@ fn used<'r>(rules: &'r RuleSet, task: &'r Task) -> Vec<(&'r str, &'r Term)> {
     rules.terms.iter().filter(|(n, _)| names.contains(n.as_str())).map(|(n, t)| (n.as_str(), t)).collect()
 }
 
-/// The objective of a task alone.
+/// The objective of a task alone, over all worlds of which there is a motion.
 ///
 /// # Errors
 ///
@@ -91,7 +106,7 @@ fn value(task: &Task, scope: &MotionScope<'_>) -> Result<f64, EvalError> {
     Ok(evaluate(&task.objective.value, scope, &mut Vec::new())?.as_number().unwrap_or(0.0))
 }
 
-/// What terms can read: the design and the whole recorded motion.
+/// What terms can read: the design and the whole recorded motion; and objectives, the motions in other worlds.
 struct MotionScope<'a> {
     design: DesignScope<'a>,
     recording: Recording<'a>,
@@ -100,14 +115,45 @@ struct MotionScope<'a> {
     terms: RefCell<BTreeMap<String, Value>>,
     /// How each element went over the ground, once that is asked.
     sliding: OnceCell<Vec<Sliding>>,
+    /// The same motion in other worlds.
+    elsewhere: Vec<MotionScope<'a>>,
 }
 
 impl<'a> MotionScope<'a> {
     fn new(recording: Recording<'a>) -> Result<Self, EvalError> {
         let Candidate { rules, derivation, .. } = recording.drive.candidate();
         let period = recording.drive.period(recording.parameters)?;
-        let design = DesignScope::new(rules, derivation);
-        Ok(Self { design, recording, period, terms: RefCell::default(), sliding: OnceCell::new() })
+        let within = |recording, elsewhere| Self {
+            design: DesignScope::new(rules, derivation),
+            recording,
+            period,
+            terms: RefCell::default(),
+            sliding: OnceCell::new(),
+            elsewhere,
+        };
+        let other = |(scenario, motion): &'a (Scenario, Motion)| {
+            let scenario = Some(scenario);
+            within(Recording { motion, scenario, elsewhere: &[], ..recording }, Vec::new())
+        };
+        Ok(within(recording, recording.elsewhere.iter().map(other).collect()))
+    }
+
+    /// What a world differs in; 0 is that of this motion.
+    fn difference(&self, world: u32, difference: Difference) -> Option<f64> {
+        let scenario = match world.checked_sub(1) {
+            Some(other) => self.elsewhere.get(other as usize)?.recording.scenario,
+            None => self.recording.scenario,
+        };
+        let given = scenario.and_then(|scenario| scenario.differences.get(&difference).copied());
+        Some(given.unwrap_or_else(|| match difference {
+            Difference::GroundFriction => self.recording.drive.task().model.ground_friction,
+            Difference::Friction
+            | Difference::Mass
+            | Difference::Torque
+            | Difference::Speed
+            | Difference::Pressure => 1.0,
+            Difference::Tilt | Difference::Slope | Difference::Late => 0.0,
+        }))
     }
 
     fn body(&self) -> &'a Body {
@@ -160,6 +206,18 @@ impl Scope for MotionScope<'_> {
         })
     }
 
+    fn worlds(&self) -> Option<u32> {
+        Some(1 + self.elsewhere.len() as u32)
+    }
+
+    fn world(&self, place: u32) -> Option<&dyn Scope> {
+        let scope = match place.checked_sub(1) {
+            Some(other) => self.elsewhere.get(other as usize)?,
+            None => self,
+        };
+        Some(scope)
+    }
+
     fn remembered(&self, term: &str) -> Option<Value> {
         self.terms.borrow().get(term).cloned()
     }
@@ -176,6 +234,11 @@ impl Scope for MotionScope<'_> {
         match (attribute, of) {
             (Attribute::Element(attribute), Reference::Element(element)) => {
                 self.element_attribute(element as usize, *attribute)
+            }
+            // In a world, it is the only one.
+            (Attribute::World(difference), Reference::World(world)) => {
+                let world = if self.elsewhere.is_empty() { 0 } else { world };
+                self.difference(world, *difference).map(Value::Number)
             }
             (Attribute::Part(PartAttribute::Work), Reference::Part(part)) => {
                 let actuator = self.body().actuators.iter().position(|a| *a == part)?;

@@ -12,6 +12,7 @@ use super::Failure;
 use super::cache::{self, Cache, Key, Subject};
 use super::crew::Crew;
 use super::tally::Missing;
+use super::worlds::Worlds;
 use crate::derive::Candidate;
 use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
@@ -32,18 +33,20 @@ pub(super) struct Engine<'r> {
 
 /// Evaluates parameters of one body for one task, several at a time.
 pub(super) struct Evaluator<'r> {
-    engine: Engine<'r>,
+    pub(super) engine: Engine<'r>,
     /// Names evaluations of this body, and of it at half the step.
     subjects: (Subject, Subject),
     /// The actuation of the body.
     pub(super) drive: Drive<'r>,
     settings: Settings,
     /// One simulation for each thread that has been needed; at least one.
-    workers: Vec<Box<dyn Simulation>>,
+    pub(super) workers: Vec<Box<dyn Simulation>>,
     /// The simulation at half the step.
-    fine: Box<dyn Simulation>,
+    pub(super) fine: Box<dyn Simulation>,
+    /// The worlds that its value depends on.
+    pub(super) worlds: Option<Worlds>,
     /// Whether anything is observed of this task.
-    observes: bool,
+    pub(super) observes: bool,
     /// The value, where more is better, above which motions are observed: others will not be asked for it.
     pub(super) observed_above: f64,
 }
@@ -94,7 +97,8 @@ impl<'r> Evaluator<'r> {
         let subjects = (subject(false), subject(true));
         let observes = !rules.observed.is_empty() && rules.is_first(task);
         let observed_above = f64::NEG_INFINITY;
-        Ok(Self { engine, subjects, drive, settings, workers, fine, observes, observed_above })
+        let worlds = Worlds::of(candidate, task);
+        Ok(Self { engine, subjects, drive, settings, workers, fine, worlds, observes, observed_above })
     }
 
     /// How many evaluations can go on at once now: threads, and lanes of each.
@@ -169,18 +173,25 @@ impl<'r> Evaluator<'r> {
         Judging { drive, observed_above: observes.then_some(*observed_above) }
     }
 
-    fn simulate(&mut self, stop: Stop<'_>, batch: &[(Parameters, f64)]) -> Option<Vec<Evaluated>> {
+    /// Sees that each thread has a simulation, as far as there is work for it; how many threads that are, at least one.
+    pub(super) fn hire(&mut self, cases: usize) -> usize {
         let Engine { model, crew, .. } = self.engine;
-        let threads = crew.threads().min(batch.len());
+        let threads = crew.threads().min(cases);
         while self.workers.len() < threads {
             // What could be prepared once can be prepared again.
             let assembly = &self.drive.candidate().body.assembly;
             let Ok(worker) = model.prepare(assembly, &self.settings) else { break };
             self.workers.push(worker);
         }
-        let Self { drive, workers, observes, observed_above, .. } = self;
+        threads.clamp(1, self.workers.len())
+    }
+
+    fn simulate(&mut self, stop: Stop<'_>, batch: &[(Parameters, f64)]) -> Option<Vec<Evaluated>> {
+        let threads = self.hire(batch.len());
+        let Self { engine, drive, workers, observes, observed_above, .. } = self;
+        let crew = engine.crew;
         let one = Judging { drive, observed_above: observes.then_some(*observed_above) };
-        let share = batch.len().div_ceil(threads.clamp(1, workers.len())).max(1);
+        let share = batch.len().div_ceil(threads).max(1);
         if let ([worker, ..], true) = (workers.as_mut_slice(), batch.len() <= share) {
             return one.values(stop, worker.as_mut(), batch);
         }
@@ -238,7 +249,7 @@ impl<'r> Evaluator<'r> {
         };
         let motion = worker.run_until(stop, std::slice::from_ref(&targets))?.into_iter().next()?;
         Some(motion.map_err(Missing::Motion).and_then(|motion| {
-            let recording = Recording { drive, parameters, motion: &motion };
+            let recording = Recording::nominal(drive, parameters, &motion);
             score::quantities(recording, described).map_err(Missing::Expression)
         }))
     }
@@ -313,7 +324,7 @@ impl Judging<'_> {
     }
 
     fn recording<'a>(&'a self, motion: &'a Motion, parameters: &'a [f64]) -> Recording<'a> {
-        Recording { drive: self.drive, parameters, motion }
+        Recording::nominal(self.drive, parameters, motion)
     }
 
     fn score(&self, motion: &Motion, parameters: &[f64]) -> Result<f64, EvalError> {

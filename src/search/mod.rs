@@ -20,6 +20,7 @@ mod gains;
 mod schedule;
 mod state;
 mod tally;
+mod worlds;
 
 use std::sync::atomic::AtomicBool;
 use thiserror::Error;

@@ -131,7 +131,10 @@ pub struct Tune {
     pub parameters: Parameters,
     /// Its value, as the task states its objective.
     pub value: f64,
-    /// Its value at half the step, where that was checked.
+    /// What the objective is of its motion in the nominal world alone, where it runs over others, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal: Option<f64>,
+    /// Its value in the nominal world at half the step, where that was checked.
     pub half_step: Option<f64>,
     /// What was observed of its motion, in the order of the rule set; empty where nothing is.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -156,6 +159,12 @@ pub(super) struct Body {
 pub(super) struct Tuning {
     /// The best so far.
     pub(super) found: Option<Tune>,
+    /// The best value in the nominal world, where more is better, if only the best of each iteration is judged in all.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) highest: Option<f64>,
+    /// The best of the iteration at hand, and its value in the nominal world, where more is better.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) offered: Option<(Parameters, f64)>,
     pub(super) tally: Tally,
     /// None before the first evaluation.
     pub(super) loops: Option<Curves>,

@@ -10,11 +10,16 @@ use crate::simulate::Invalid;
 /// What an evaluation without a value is called that an expression is to blame for.
 const NO_VALUE: &str = "undefined";
 
+/// What an evaluation is called that has no value in another world.
+const ELSEWHERE: &str = "without a value in another world";
+
 /// Why an evaluation has no value.
 #[derive(Clone, Debug)]
 pub(crate) enum Missing {
     /// The motion may not be scored.
     Motion(Invalid),
+    /// The motion in another world, by its name, may not be scored.
+    Elsewhere(String),
     /// An expression has no value for it.
     Expression(EvalError),
 }
@@ -24,6 +29,9 @@ pub(crate) enum Missing {
 pub struct Tally {
     /// Evaluations whose motion may not be scored.
     pub invalid: BTreeMap<Invalid, u64>,
+    /// Evaluations whose motion in another world may not be scored, by the world.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub elsewhere: BTreeMap<String, u64>,
     /// Evaluations for which an expression has no value, by the expression.
     #[serde(with = "pairs")]
     pub no_value: BTreeMap<EvalError, u64>,
@@ -42,6 +50,7 @@ impl Tally {
     pub(crate) fn count(&mut self, why: Missing) {
         match why {
             Missing::Motion(invalid) => *self.invalid.entry(invalid).or_default() += 1,
+            Missing::Elsewhere(world) => *self.elsewhere.entry(world).or_default() += 1,
             Missing::Expression(error) => *self.no_value.entry(error).or_default() += 1,
         }
     }
@@ -49,6 +58,7 @@ impl Tally {
     /// Adds those of another.
     pub(crate) fn add(&mut self, other: &Self) {
         add_all(&mut self.invalid, &other.invalid);
+        add_all(&mut self.elsewhere, &other.elsewhere);
         add_all(&mut self.no_value, &other.no_value);
         add_all(&mut self.refused, &other.refused);
         self.unstable += other.unstable;
@@ -64,8 +74,9 @@ impl Tally {
     /// Evaluations without a value, by reason.
     pub fn by_reason(&self) -> impl Iterator<Item = (&'static str, u64)> {
         let expressions = Some(self.no_value.values().sum()).filter(|n| *n > 0);
+        let elsewhere = Some(self.elsewhere.values().sum()).filter(|n| *n > 0);
         let motions = self.invalid.iter().map(|(reason, n)| (reason.describe(), *n));
-        motions.chain(expressions.map(|n| (NO_VALUE, n)))
+        motions.chain(elsewhere.map(|n| (ELSEWHERE, n))).chain(expressions.map(|n| (NO_VALUE, n)))
     }
 
     /// Why evaluations had no value: `3 too fast, 1 not finite`; empty if all had one.

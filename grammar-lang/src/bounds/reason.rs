@@ -82,6 +82,10 @@ impl<'f> Reasoning<'f> {
                 Abstract::Kind(Kinds::of(Group::Kind(name.clone())))
             }
             ExprKind::Term(name) => self.facts.term(name),
+            // The nominal world is among them.
+            ExprKind::Scenarios(_) => {
+                Abstract::Many(Box::new(Abstract::Any), Interval::new(1.0, f64::INFINITY))
+            }
             ExprKind::Port(of, name, number) => {
                 let of = self.value(of);
                 let number = number.as_ref().map(|number| (number.span, self.numbers(number)));
@@ -292,9 +296,12 @@ impl<'f> Reasoning<'f> {
     }
 
     fn aggregate(&mut self, expr: &Expr) -> Abstract {
-        let ExprKind::Aggregate { how, binders, condition, body, otherwise } = &expr.kind else {
+        let ExprKind::Aggregate { how, share, binders, condition, body, otherwise } = &expr.kind else {
             return Abstract::Any;
         };
+        if let Some(share) = share {
+            self.value(share);
+        }
         let before = self.never.len();
         // A binder fills a slot beyond those of the binders before it.
         let first = binders.iter().map(|b| b.slot).min().unwrap_or(self.locals.len());
@@ -349,8 +356,12 @@ fn gathered(
             let each = body.map_or(Interval::ALL, |b| b.numbers());
             Abstract::Number(count.times(each).widened())
         }
-        Gather::Mean | Gather::Min | Gather::Max => {
-            let gathered = Abstract::Number(body.map_or(Interval::ALL, |b| b.numbers()).widened());
+        Gather::Mean | Gather::Min | Gather::Max | Gather::Quantile | Gather::Deviation => {
+            let each = body.map_or(Interval::ALL, |b| b.numbers());
+            // Half of them at either end differ the most.
+            let spread = Interval::new(0.0, (each.high - each.low) / 2.0);
+            let each = if how == Gather::Deviation { spread } else { each };
+            let gathered = Abstract::Number(each.widened());
             match otherwise() {
                 _ if some => gathered,
                 Some(otherwise) => gathered.hull(otherwise),

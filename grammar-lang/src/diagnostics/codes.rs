@@ -130,6 +130,7 @@ codes! {
     OBJECTIVE_UNIT    "E0504" "objective-without-unit" Error;
     CONSTANT_REQUIRE  "E0505" "requirement-never-holds" Error;
     NO_PERIOD         "E0506" "no-period" Error;
+    OTHER_WORLDS      "E0507" "other-worlds" Error;
     NEVER_APPLIES     "E0510" "condition-never-holds" Error;
     NO_SUCH_PORT      "E0511" "no-such-port" Error;
     OUT_OF_REACH      "E0512" "rule-out-of-reach" Error;

@@ -106,6 +106,14 @@ pub trait Scope {
     fn clusters(&self, cells: &[(Value, Value)]) -> Option<usize> {
         self.outer()?.clusters(cells)
     }
+    /// How many worlds there are, the nominal one among them.
+    fn worlds(&self) -> Option<u32> {
+        self.outer()?.worlds()
+    }
+    /// What is known in a world; 0 is the nominal one.
+    fn world(&self, place: u32) -> Option<&dyn Scope> {
+        self.outer()?.world(place)
+    }
     /// The expression of a pattern.
     fn pattern(&self, name: &str) -> Option<&Expr> {
         self.outer()?.pattern(name)
@@ -351,6 +359,10 @@ impl Evaluation<'_> {
                 let branch = if self.bool(condition)? { yes } else { no };
                 self.value(branch)?
             }
+            ExprKind::Scenarios(_) => {
+                let worlds = self.scope.worlds().ok_or_else(|| missing(expr))?;
+                Value::List((0..worlds).map(|i| Value::Reference(Reference::World(i))).collect())
+            }
             ExprKind::Aggregate { .. } => self.aggregate(expr)?,
             ExprKind::Call(function, arguments) => self.call(expr, *function, arguments)?,
             ExprKind::Apply(curve, place) => Value::Number(self.apply(expr, curve, place)?),
@@ -534,7 +546,7 @@ impl Evaluation<'_> {
     }
 
     fn aggregate(&mut self, expr: &Expr) -> Result_ {
-        let ExprKind::Aggregate { how, binders, otherwise, .. } = &expr.kind else {
+        let ExprKind::Aggregate { how, share, binders, otherwise, .. } = &expr.kind else {
             return Err(missing(expr));
         };
         if *how == Gather::Clusters {
@@ -546,6 +558,7 @@ impl Evaluation<'_> {
             sum: 0.0,
             least: f64::INFINITY,
             greatest: f64::NEG_INFINITY,
+            values: Vec::new(),
             all: true,
             any: false,
             sizes: vec![0; binders.len()],
@@ -570,6 +583,18 @@ impl Evaluation<'_> {
             Gather::Mean => Value::Number(gathered.sum / gathered.count as f64),
             Gather::Min => Value::Number(gathered.least),
             Gather::Max => Value::Number(gathered.greatest),
+            Gather::Deviation => Value::Number(deviation(&gathered.values)),
+            Gather::Quantile => {
+                let share = share.as_ref().ok_or_else(|| missing(expr))?;
+                let place = self.number(share)?;
+                if !(0.0..=1.0).contains(&place) {
+                    return fail(
+                        share,
+                        format!("the share of a quantile is {place}: it must lie within 0 and 1"),
+                    );
+                }
+                Value::Number(quantile(&mut gathered.values, place))
+            }
         })
     }
 
@@ -625,6 +650,9 @@ impl Evaluation<'_> {
                     into.sum += x;
                     into.least = into.least.min(x);
                     into.greatest = into.greatest.max(x);
+                    if matches!(how, Gather::Deviation | Gather::Quantile) {
+                        into.values.push(x);
+                    }
                 }
             }
             return Ok(());
@@ -642,8 +670,19 @@ impl Evaluation<'_> {
             *size = items.len();
         }
         for item in items {
+            let world = if let Value::Reference(Reference::World(place)) = item { Some(place) } else { None };
             self.put(binder.slot, item);
-            self.gather(expr, rest, into)?;
+            match world {
+                None => self.gather(expr, rest, into)?,
+                // All that follows is asked of the motion in that world.
+                Some(place) => {
+                    let here = self.scope;
+                    self.scope = here.world(place).ok_or_else(|| missing(&binder.over))?;
+                    let ran = self.gather(expr, rest, into);
+                    self.scope = here;
+                    ran?;
+                }
+            }
         }
         Ok(())
     }
@@ -654,8 +693,28 @@ struct Gathered {
     sum: f64,
     least: f64,
     greatest: f64,
+    /// One by one, where it matters how they are spread.
+    values: Vec<f64>,
     all: bool,
     any: bool,
     /// Over how many values each binder ran last.
     sizes: Vec<usize>,
+}
+
+/// The standard deviation of values that are all there are.
+fn deviation(values: &[f64]) -> f64 {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    libm::sqrt(values.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / count)
+}
+
+/// What a share of values lies below: between two of them in proportion. There is at least one; afterwards they
+/// are sorted.
+#[must_use]
+pub fn quantile(values: &mut [f64], share: f64) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let place = share * (values.len() - 1) as f64;
+    let below = libm::floor(place) as usize;
+    let low = values[below];
+    values.get(below + 1).map_or(low, |next| low + (next - low) * (place - below as f64))
 }

@@ -92,6 +92,8 @@ pub enum Reference {
     Element(u32),
     /// A step of the derivation.
     Step(u64),
+    /// A world of the scenarios of a task, by its place; 0 is the nominal one.
+    World(u32),
 }
 
 /// Values to draw from.

@@ -70,6 +70,8 @@ pub enum ExprKind {
     Table(super::Table),
     /// A term by name.
     Term(String),
+    /// The worlds of a set of scenarios by name, the nominal one first.
+    Scenarios(String),
     /// The value of a task by name.
     Task(String),
     /// The value of a shared variable of an actuation.
@@ -103,6 +105,9 @@ pub enum ExprKind {
     Aggregate {
         /// How items are gathered.
         how: Gather,
+        /// Of a quantile, how much of the items lies below it.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        share: Option<Box<Expr>>,
         /// What is run over.
         binders: Vec<Binder>,
         /// Which items count.
@@ -150,9 +155,9 @@ impl Expr {
                 items.iter().for_each(visit)
             }
             ExprKind::Kind(_, items) => items.iter().for_each(|(_, e)| visit(e)),
-            ExprKind::Aggregate { binders, condition, body, otherwise, .. } => {
+            ExprKind::Aggregate { share, binders, condition, body, otherwise, .. } => {
                 binders.iter().for_each(|b| visit(&b.over));
-                [condition, body, otherwise].into_iter().flatten().for_each(|e| visit(e));
+                [share, condition, body, otherwise].into_iter().flatten().for_each(|e| visit(e));
             }
             _ => {}
         }
@@ -179,9 +184,9 @@ impl Expr {
                 items.iter().any(|e| e.any(test))
             }
             ExprKind::Kind(_, items) => items.iter().any(|(_, e)| e.any(test)),
-            ExprKind::Aggregate { binders, condition, body, otherwise, .. } => {
+            ExprKind::Aggregate { share, binders, condition, body, otherwise, .. } => {
                 binders.iter().any(|b| b.over.any(test))
-                    || [condition, body, otherwise].into_iter().flatten().any(|e| e.any(test))
+                    || [share, condition, body, otherwise].into_iter().flatten().any(|e| e.any(test))
             }
             _ => false,
         }

@@ -38,12 +38,12 @@ pub use rules::{
 };
 pub use scenarios::{Difference, Scenarios};
 pub use search::{
-    Annealing, Archive, BodyLoop, BodyMethod, CmaEs, CurveLoop, CurveMethod, Descriptor, Schedule, Search,
-    SearchMethod,
+    Annealing, Archive, BodyLoop, BodyMethod, CmaEs, CurveLoop, CurveMethod, Descriptor, Judge, Schedule,
+    Search, SearchMethod,
 };
 pub use spans::without_spans;
 pub use table::Table;
-pub use tasks::{Filling, Method, Model, Objective, Task};
+pub use tasks::{Filling, Method, Model, Objective, Task, Within};
 pub use terms::{Lacking, Term, builds_on, lacking};
 pub use ty::Ty;
 pub use words::{

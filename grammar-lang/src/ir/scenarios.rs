@@ -3,8 +3,8 @@
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-use super::Ty;
 use super::text::Writer;
+use super::{Backend, Method, RuleSet, Task, Ty};
 use crate::source::Span;
 use crate::units::{self, Dimension};
 
@@ -139,6 +139,32 @@ impl Scenarios {
     #[must_use]
     pub fn count(&self) -> usize {
         1 + self.cases.len() + self.drawn
+    }
+}
+
+impl RuleSet {
+    /// What of a set of worlds its bodies cannot differ in when they do some of its tasks, with the reason.
+    pub fn cannot_apply<'t>(
+        &self,
+        set: &Scenarios,
+        tasks: impl IntoIterator<Item = &'t Task>,
+    ) -> Option<(Difference, &'static str)> {
+        let balls = matches!(self.method(), Method::Balls(_));
+        let is_supplied = |task: &Task| {
+            let target = task.on.as_ref().and_then(|on| self.targets.get(on));
+            target.is_some_and(
+                |target| matches!(&target.backend, Backend::Pneumatic(air) if air.supply.is_some()),
+            )
+        };
+        let supply = tasks.into_iter().any(is_supplied);
+        let why = |difference: Difference| match difference {
+            Difference::Torque if balls => Some("balls and springs have no torques"),
+            Difference::Speed if balls => Some("balls and springs have no servos whose speed could differ"),
+            Difference::Pressure if !supply => Some("no task is simulated on a target with a supply"),
+            _ => None,
+        };
+        let given = set.ranges.keys().chain(set.cases.values().flat_map(IndexMap::keys));
+        given.copied().find_map(|difference| Some((difference, why(difference)?)))
     }
 }
 

@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer};
-use super::{Expr, SearchWord};
+use super::{Expr, SearchWord, Within};
 
 /// A search, by the loops that it has.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -13,6 +13,9 @@ pub struct Search {
     pub name: String,
     /// What a new best must keep of its value when simulated more finely.
     pub keep: f64,
+    /// The worlds that the best of a run is tried in at its end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub checks: Option<Within>,
     /// The loop over bodies, if there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bodies: Option<BodyLoop>,
@@ -47,8 +50,39 @@ pub struct CurveLoop {
     /// Whether curves start from those of the body that this one was made of.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub warm: bool,
+    /// Which curves are judged in all worlds of a task, if it is said.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub judge: Option<Judge>,
     /// By what.
     pub method: CurveMethod,
+}
+
+/// Which curves are judged in all worlds that the objective of a task runs over. The others have their value in the
+/// nominal world only.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Judge {
+    /// All of them, but for those that the worst case excludes already.
+    Every,
+    /// Those that are better in the nominal world than the best so far is in all.
+    Promising,
+    /// The best of each iteration.
+    Best,
+}
+
+impl Judge {
+    /// All of them, as they are listed to people.
+    pub const ALL: [Self; 3] = [Self::Every, Self::Promising, Self::Best];
+
+    /// What a grammar calls it.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Every => "every",
+            Self::Promising => "promising",
+            Self::Best => "best",
+        }
+    }
 }
 
 /// What searches for curves.
@@ -141,6 +175,16 @@ impl BodyLoop {
 }
 
 impl CurveLoop {
+    /// Which curves are judged in all worlds. Unless it is said, what proved best with the method
+    /// (`docs/experiments.md`).
+    #[must_use]
+    pub fn judge(&self) -> Judge {
+        self.judge.unwrap_or(match self.method {
+            CurveMethod::Annealing(_) => Judge::Promising,
+            CurveMethod::CmaEs(_) => Judge::Best,
+        })
+    }
+
     /// Its method among all.
     #[must_use]
     pub fn method(&self) -> SearchMethod<'_> {
@@ -277,21 +321,33 @@ impl Writer<'_> {
         let from = from.map_or(String::new(), |from| format!(" from {from}"));
         self.line(0, format!("search {}{from} {{", search.name));
         self.line(1, format!("keep = {}", search.keep));
+        if let Some(checks) = &search.checks {
+            self.line(1, format!("checks = {}", checks.name));
+        }
         if let Some(bodies) = &search.bodies {
-            self.searched("bodies", &bodies.schedule, bodies.method(), false);
+            self.searched("bodies", &bodies.schedule, bodies.method(), &[]);
         }
         if let Some(curves) = &search.curves {
-            self.searched("curves", &curves.schedule, curves.method(), curves.warm);
+            let warm = curves.warm.then_some(("warm", "true"));
+            let judge = curves.judge.map(|judge| ("judge", judge.text()));
+            let own: Vec<_> = warm.into_iter().chain(judge).collect();
+            self.searched("curves", &curves.schedule, curves.method(), &own);
         }
         self.line(0, "}");
     }
 
     /// A loop of a search.
-    fn searched(&mut self, name: &str, schedule: &Schedule, method: SearchMethod<'_>, warm: bool) {
+    fn searched(
+        &mut self,
+        name: &str,
+        schedule: &Schedule,
+        method: SearchMethod<'_>,
+        own: &[(&'static str, &str)],
+    ) {
         self.line(1, format!("{name} {} {{", method.name()));
         let show = |value: &Expr| self.expr(value, &Names::new());
         let mut given = method.given(&show);
-        given.extend(warm.then(|| ("warm", "true".to_owned())));
+        given.extend(own.iter().map(|(field, value)| (*field, (*value).to_owned())));
         given.push(("iterations", show(&schedule.iterations)));
         given.push(("moves", show(&schedule.moves)));
         given.extend(method.temperature().map(|temperature| ("temperature", show(temperature))));

@@ -4,7 +4,8 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer};
-use super::{Expr, RuleSet};
+use super::{Binder, Expr, ExprKind, Gather, RuleSet};
+use crate::source::Span;
 use crate::syntax::Direction;
 use crate::units::{self, Dimension};
 
@@ -21,8 +22,20 @@ pub struct Task {
     /// The target whose limits hold in the simulation, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub on: Option<String>,
+    /// The scenarios that it happens in beside the nominal world.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub scenarios: Option<Within>,
     /// What the search of curves wants: an expression over the recorded motion.
     pub objective: Objective,
+}
+
+/// The scenarios of a task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Within {
+    /// Their name: the key under which [`RuleSet::scenarios`] has them.
+    pub name: String,
+    /// Where the task names them.
+    pub span: Span,
 }
 
 /// How bodies are simulated.
@@ -99,6 +112,37 @@ pub struct Objective {
     pub unit: String,
 }
 
+impl Task {
+    /// Whether its value depends on other worlds than the nominal one: the objective runs over its scenarios.
+    #[must_use]
+    pub fn runs_over_worlds(&self) -> bool {
+        self.objective.value.any(&mut |e| matches!(e.kind, ExprKind::Scenarios(_)))
+    }
+
+    /// Whether its value is the worst of a quantity over its worlds: no better than in the nominal one.
+    #[must_use]
+    pub fn is_worst_case(&self) -> bool {
+        self.objective.is_worst_case()
+    }
+}
+
+impl Objective {
+    /// Whether it is the worst of a quantity over worlds: it is no better than that quantity in any of them.
+    fn is_worst_case(&self) -> bool {
+        let mut value = &self.value;
+        while let ExprKind::Convert(inner, _) = &value.kind {
+            value = inner;
+        }
+        let ExprKind::Aggregate { how, binders, condition: None, .. } = &value.kind else { return false };
+        let worst = match self.direction {
+            Direction::Maximize => Gather::Min,
+            Direction::Minimize => Gather::Max,
+        };
+        let worlds = |binder: &Binder| matches!(binder.over.kind, ExprKind::Scenarios(_));
+        *how == worst && matches!(binders.as_slice(), [one] if worlds(one))
+    }
+}
+
 impl Writer<'_> {
     /// The tasks, and what is wanted of all together.
     pub(super) fn asked(&mut self) {
@@ -113,7 +157,7 @@ impl Writer<'_> {
                 self.line(indent, format!("actuate {kind} with {with}"));
             }
             self.objective(indent, &task.objective);
-            self.model(indent, &task.model, task.on.as_deref());
+            self.model(indent, task);
             if indent > 0 {
                 self.line(0, "}");
             }
@@ -129,11 +173,17 @@ impl Writer<'_> {
         self.line(indent, format!("{} {value}", objective.direction));
     }
 
-    pub(super) fn model(&mut self, indent: usize, model: &Model, on: Option<&str>) {
-        let on = on.map_or(String::new(), |on| format!(" on {on}"));
+    pub(super) fn model(&mut self, indent: usize, Task { model, on, scenarios, .. }: &Task) {
+        let part = |word: &str, name: &str| format!(" {word} {name}");
+        let on = on.as_ref().map_or(String::new(), |on| part("on", on));
+        let within = scenarios.as_ref().map_or(String::new(), |within| part("in", &within.name));
         self.line(
             indent,
-            format!("simulate {} for {}{on} {{", model.name, units::shown(model.duration, Dimension::TIME)),
+            format!(
+                "simulate {} for {}{on}{within} {{",
+                model.name,
+                units::shown(model.duration, Dimension::TIME)
+            ),
         );
         if let Method::Balls(filling) = &model.method {
             self.line(indent + 1, "method = balls");

@@ -76,7 +76,8 @@ impl Writer<'_> {
             ExprKind::Param(name)
             | ExprKind::Placed(name)
             | ExprKind::Pattern(name)
-            | ExprKind::Term(name) => name.clone(),
+            | ExprKind::Term(name)
+            | ExprKind::Scenarios(name) => name.clone(),
             ExprKind::Table(table) => match &expr.ty {
                 Ty::Table(from, to) => tabulated(table, *from, *to),
                 _ => tabulated(table, Dimension::NUMBER, Dimension::NUMBER),
@@ -123,7 +124,7 @@ impl Writer<'_> {
             ExprKind::Set(items) => format!("{{ {} }}", all(items)),
             ExprKind::List(items) => format!("[{}]", all(items)),
             ExprKind::Convert(x, factor) => format!("({} in units of {factor})", show(x)),
-            ExprKind::Aggregate { how, binders, condition, body, otherwise } => {
+            ExprKind::Aggregate { how, share, binders, condition, body, otherwise } => {
                 let mut names = names.clone();
                 let mut over = Vec::new();
                 for binder in binders {
@@ -139,18 +140,14 @@ impl Writer<'_> {
                 let over = over.join(", ");
                 match how {
                     Gather::Forall | Gather::Exists => {
-                        let word = if *how == Gather::Forall { "forall" } else { "exists" };
+                        let word = how.text();
                         let body = body.as_ref().map_or(String::new(), |b| self.expr(b, &names));
                         format!("({word} {over}{condition}: {body})")
                     }
                     _ => {
-                        let word = match how {
-                            Gather::Count => "count",
-                            Gather::Sum => "sum",
-                            Gather::Mean => "mean",
-                            Gather::Min => "min",
-                            Gather::Clusters => "clusters",
-                            _ => "max",
+                        let word = match share {
+                            Some(share) => format!("{} {}", how.text(), show(share)),
+                            None => how.text().to_owned(),
                         };
                         let (body, otherwise) = (part("of", body), part("otherwise", otherwise));
                         format!("({word} over {over}{condition}{body}{otherwise})")

@@ -54,6 +54,8 @@ pub enum Ty {
     Record(String, Vec<(String, Ty)>),
     /// A rigid piece of the simulated body.
     Element,
+    /// A world of a set of scenarios.
+    World,
     /// A step of the derivation.
     Step,
     /// A declared kind of part, or one with parameters, ready to be attached.
@@ -139,6 +141,7 @@ impl fmt::Display for Ty {
             Self::Joint => f.write_str("joint"),
             Self::Enum(name) | Self::Record(name, _) => f.write_str(name),
             Self::Element => f.write_str("element"),
+            Self::World => f.write_str("world"),
             Self::Step => f.write_str("step"),
             Self::Kind => f.write_str("kind of part"),
             Self::Group => f.write_str("group of parts"),

@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Solid, Ty};
+use super::{Difference, Solid, Ty};
 use crate::units::Dimension;
 
 macro_rules! words {
@@ -242,6 +242,8 @@ pub enum Attribute {
     Track(Track),
     /// Of a vector.
     Axis(Axis),
+    /// Of a world.
+    World(Difference),
     /// A parameter of an actuator or of a cell, by its name.
     Param(String),
 }
@@ -259,6 +261,7 @@ impl Attribute {
             Self::Element(a) => a.text(),
             Self::Track(a) => a.text(),
             Self::Axis(a) => a.text(),
+            Self::World(a) => a.text(),
             Self::Param(name) => name,
         }
     }
@@ -300,6 +303,7 @@ impl Attribute {
             Ty::Vector(dimension) => {
                 Axis::ALL.iter().map(|a| (Self::Axis(*a), Ty::Quantity(*dimension))).collect()
             }
+            Ty::World => Difference::ALL.iter().map(|a| (Self::World(*a), (*a).into())).collect(),
             _ => Vec::new(),
         }
     }

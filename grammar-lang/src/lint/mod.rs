@@ -36,6 +36,7 @@ mod places;
 mod pointless;
 mod twice_in_set;
 mod unread;
+mod worlds;
 
 use crate::bounds::Begun;
 use crate::diagnostics::Diagnostic;
@@ -53,6 +54,7 @@ const EXACT: &[Lint] = &[
     empty_choice::check,
     no_value::check,
     example_outside::check,
+    worlds::check,
 ];
 
 /// What makes a grammar unusable whatever the design. A port that is not there

@@ -96,7 +96,7 @@ pub enum ItemKind {
     },
     /// `actuate KIND with ACTUATION`
     Actuate(Name, Name),
-    /// `simulate MODEL for DURATION on TARGET`
+    /// `simulate MODEL for DURATION on TARGET in SCENARIOS`
     Simulate {
         /// The model.
         model: Name,
@@ -104,6 +104,8 @@ pub enum ItemKind {
         duration: Expr,
         /// The hardware whose limits hold, too.
         on: Option<Name>,
+        /// The worlds beside the nominal one.
+        scenarios: Option<Name>,
     },
     /// `table NAME : TYPE -> TYPE { x -> y, ... }`
     Table(Table),
@@ -565,6 +567,8 @@ pub enum ExprKind {
     Aggregate {
         /// What is done with the items.
         how: Gather,
+        /// Of a quantile, how much of the items lies below it.
+        share: Option<Box<Expr>>,
         /// What is run over.
         binders: Vec<Binder>,
         /// Which items count.
@@ -622,12 +626,35 @@ pub enum Gather {
     Min,
     /// The greatest.
     Max,
+    /// Their standard deviation: the root of the mean square of what each differs from the mean by.
+    Deviation,
+    /// What a share of them lies below, between two of them in proportion.
+    Quantile,
     /// How many groups of neighbours, in which the gathered value is the same.
     Clusters,
     /// Whether all hold.
     Forall,
     /// Whether one holds.
     Exists,
+}
+
+impl Gather {
+    /// The word that opens it.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Count => "count",
+            Self::Sum => "sum",
+            Self::Mean => "mean",
+            Self::Min => "min",
+            Self::Max => "max",
+            Self::Deviation => "deviation",
+            Self::Quantile => "quantile",
+            Self::Clusters => "clusters",
+            Self::Forall => "forall",
+            Self::Exists => "exists",
+        }
+    }
 }
 
 /// An operator with two operands.

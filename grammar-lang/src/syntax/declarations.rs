@@ -218,7 +218,7 @@ pub const KINDS: &[Kind] = &[
     },
     Kind {
         word: "simulate",
-        form: "simulate hinge_model for 20 s",
+        form: "simulate hinge_model for 20 s in workshop",
         several: SETTINGS,
         what: "a declaration",
         clauses: Clauses::None,

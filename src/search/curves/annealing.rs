@@ -7,6 +7,7 @@ use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation
 use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
 use super::futures::{Annealed, Neighbour};
+use super::judging::Counted;
 use super::{Pace, Tuner, best};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
@@ -46,6 +47,9 @@ impl Tuner<'_> {
             return self.stopped();
         }
         if chains.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
+            if !self.judge_offered(tuning, spent)? {
+                return self.stopped();
+            }
             return self.end_iteration(how, tuning, chains);
         }
         Ok(Pace::More)
@@ -131,9 +135,10 @@ impl Tuner<'_> {
             if let Some(end) = self.bounds.exhausted(*spent) {
                 return Ok(Pace::Cut(end));
             }
-            let known = evaluated.value.as_ref().ok().copied();
-            let Some(sound) = self.count(tuning, point, evaluated, spent)? else { return self.stopped() };
-            chains.walk.0.extend(known.filter(|_| sound));
+            match self.count(tuning, point, evaluated, spent)? {
+                Counted::Stopped => return self.stopped(),
+                counted => chains.walk.0.extend(counted.fitness()),
+            }
             chains.walk.1 += 1;
         }
         if chains.walk.1 >= walk {
@@ -165,7 +170,10 @@ impl Tuner<'_> {
             for (candidate, guess) in candidates.iter().zip(guesses) {
                 // What comes after an accepted move is measured by what that will be worth, and what comes
                 // after this iteration by another temperature.
-                let is_known = guess.from.is_none() && self.bounds.gives_up && guess.depth < iteration.left();
+                let is_known = guess.from.is_none()
+                    && self.bounds.gives_up
+                    && self.bounds_the_rest()
+                    && guess.depth < iteration.left();
                 let needed = if is_known { needed(chain, candidate.drawn) } else { f64::NEG_INFINITY };
                 all.push((candidate.parameters.clone(), needed));
             }
@@ -182,24 +190,30 @@ impl Tuner<'_> {
             }
             let (chain, Neighbour { parameters, drawn, .. }) = (&mut chains[*turn], &candidates[*turn][now]);
             let evaluated = values[*turn][now].clone();
-            let new = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |v| self.fitness(*v));
-            let sound = if evaluated.ceiling < needed(chain, *drawn) {
+            let counted = if self.bounds_the_rest() && evaluated.ceiling < needed(chain, *drawn) {
                 // It could not come to enough, whether it was simulated to its end or not, and whatever
                 // would have become of it then.
                 *spent += 1;
                 tuning.tally.hopeless += 1;
-                false
+                Counted::Unsound
+            } else if self.excludes(&evaluated, needed(chain, *drawn)) {
+                *spent += 1;
+                Counted::Unsound
             } else {
-                let Some(sound) = self.count(tuning, parameters, evaluated, spent)? else { return Ok(false) };
-                sound
+                self.count(tuning, parameters, evaluated, spent)?
             };
+            if counted == Counted::Stopped {
+                return Ok(false);
+            }
+            let new = counted.fitness();
             chain.number += 1;
             let fitness = chain.fitness.unwrap_or(f64::NEG_INFINITY);
-            let accepted = sound && accepts(fitness, new, chain.standing.temperature, *drawn);
-            self.forecast.gains.learn(*turn, if sound { new - fitness } else { f64::NEG_INFINITY });
+            let accepted = new.is_some_and(|new| accepts(fitness, new, chain.standing.temperature, *drawn));
+            self.forecast.gains.learn(*turn, new.map_or(f64::NEG_INFINITY, |new| new - fitness));
             chain.standing.note(accepted);
-            if accepted {
+            if let Some(new) = new.filter(|_| accepted) {
                 (chain.current, chain.fitness) = (parameters.clone(), Some(new));
+                self.offer(tuning, parameters, new);
             }
             let guess = &guesses[*turn][now];
             next[*turn] = if accepted { guess.accepted } else { guess.refused };

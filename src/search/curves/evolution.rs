@@ -9,6 +9,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::super::Failure;
 use super::super::schedule::{Course, Iteration, Plan, Stand};
 use super::super::state::{Distribution, Tuning};
+use super::judging::Counted;
 use super::{Pace, Tuner, best};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
@@ -64,12 +65,17 @@ impl Tuner<'_> {
                 }
                 return Ok(Pace::Cut(end));
             }
-            let known = evaluated.value.as_ref().ok().map(|value| self.fitness(*value));
-            let Some(sound) = self.count(&mut now, candidate, evaluated, &mut counted)? else {
-                return self.stopped();
+            let fitness = match self.count(&mut now, candidate, evaluated, &mut counted)? {
+                Counted::Stopped => return self.stopped(),
+                counted => counted.fitness(),
             };
-            let fitness = known.filter(|_| sound).unwrap_or(f64::NEG_INFINITY);
-            samples.push(Sample { shares, fitness });
+            if let Some(fitness) = fitness {
+                self.offer(&mut now, candidate, fitness);
+            }
+            samples.push(Sample { shares, fitness: fitness.unwrap_or(f64::NEG_INFINITY) });
+        }
+        if !self.judge_offered(&mut now, &mut counted)? {
+            return self.stopped();
         }
         (*tuning, *spent) = (now, counted);
         let is_sound = state.follow(samples);

@@ -58,8 +58,7 @@ impl Tuner<'_> {
                 Err(error) => return Err(Failure::from(error)),
             };
             let is_same = parameters == *start;
-            let known = self.evaluator.known(&parameters);
-            let known = known.map(|value| value.ok().map(|value| self.fitness(value)));
+            let known = self.foreseen(tuning, &parameters);
             let known = if is_same { fitness } else { known };
             let acceptance = match (fitness, known) {
                 (_, Some(None)) => 0.0,

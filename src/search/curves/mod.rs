@@ -4,20 +4,20 @@ mod annealing;
 mod evolution;
 mod forecast;
 mod futures;
+mod judging;
 
-use grammar_lang::ir::{CurveLoop, CurveMethod, Direction, RuleSet, Task};
+use grammar_lang::ir::{CurveLoop, CurveMethod, RuleSet, Task};
 
-use super::evaluated::Evaluated;
 use super::evaluator::Evaluator;
 use super::schedule::Course;
-use super::state::{Curves, Tune, Tuning};
-use super::tally::Missing;
-use super::{Bounds, End, Failure, keeps};
+use super::state::{Curves, Tuning};
+use super::{Bounds, End, Failure};
 use crate::derive::Candidate;
 use crate::derive::random::Stream;
 use crate::drive::Parameters;
 use forecast::Forecast;
 use futures::Annealed;
+use judging::Counted;
 
 /// How a loop stands after a batch of evaluations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -116,7 +116,11 @@ impl<'a> Tuner<'a> {
     pub(super) fn advance(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
         self.forecast.threads = self.evaluator.room().0;
         // What is no better than the best so far will not become it.
-        self.evaluator.observed_above = best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value));
+        self.evaluator.observed_above = match &self.evaluator.worlds {
+            None => best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value)),
+            // Whoever is judged in all worlds is observed there.
+            Some(_) => f64::INFINITY,
+        };
         let Some(mut curves) = tuning.loops.take() else { return self.begin(tuning, spent) };
         let Some(CurveLoop { schedule, method, .. }) = self.looped() else {
             tuning.loops = Some(curves);
@@ -150,11 +154,10 @@ impl<'a> Tuner<'a> {
         let (mut now, mut counted) = (tuning.clone(), *spent);
         let mut fitness = Vec::with_capacity(chains);
         for (start, evaluated) in starts.iter().zip(values) {
-            let known = evaluated.value.as_ref().ok().map(|value| self.fitness(*value));
-            let Some(sound) = self.count(&mut now, start, evaluated, &mut counted)? else {
-                return self.stopped();
-            };
-            fitness.push(known.filter(|_| sound));
+            match self.count(&mut now, start, evaluated, &mut counted)? {
+                Counted::Stopped => return self.stopped(),
+                counted => fitness.push(counted.fitness()),
+            }
         }
         let course = Course::new(self.task().objective.direction, best(&now));
         now.loops = Some(match method {
@@ -171,85 +174,6 @@ impl<'a> Tuner<'a> {
 
     fn stopped(&self) -> Result<Pace, Failure> {
         Ok(Pace::Cut(self.bounds.stopped().unwrap_or(End::Interrupted)))
-    }
-
-    /// Counts an evaluation and keeps it if it is the best. A best must hold its
-    /// value at half the step; what does not is no candidate at all, or the
-    /// search would go and live on an error of the simulation. Where nothing is tuned, it must only if it is the best of
-    /// the run, too: others are steps on a way. None if that was stopped: then
-    /// nothing is counted.
-    fn count(
-        &mut self,
-        tuning: &mut Tuning,
-        candidate: &Parameters,
-        Evaluated { value, observed, .. }: Evaluated,
-        spent: &mut u64,
-    ) -> Result<Option<bool>, Failure> {
-        let value = match value {
-            Ok(value) => value,
-            // What fails at the very first is a mistake in the grammar.
-            Err(Missing::Expression(error)) if *spent == 0 => return Err(error.into()),
-            Err(reason) => {
-                *spent += 1;
-                tuning.tally.count(reason);
-                return Ok(Some(false));
-            }
-        };
-        let fitness = self.fitness(value);
-        if tuning.found.as_ref().is_some_and(|f| fitness <= self.fitness(f.value)) {
-            *spent += 1;
-            return Ok(Some(true));
-        }
-        let mut half_step = None;
-        if self.can_lose(fitness) && (self.looped().is_some() || fitness > self.known) {
-            let Some(half) = self.evaluator.at_half_step(self.bounds.stop, candidate) else {
-                return Ok(None);
-            };
-            *spent += 1;
-            half_step = half.ok().filter(|&half| keeps(self.candidate().rules, self.task(), value, half));
-            if half_step.is_none() {
-                *spent += 1;
-                tuning.tally.unstable += 1;
-                return Ok(Some(false));
-            }
-        }
-        *spent += 1;
-        tuning.found = Some(Tune {
-            parameters: candidate.clone(),
-            value,
-            half_step,
-            observed: observed.unwrap_or_default(),
-        });
-        Ok(Some(true))
-    }
-
-    /// Makes the checks side by side that a batch will ask for, as far as can be foreseen: of all that are better than
-    /// those before them.
-    fn prepare_checks(&mut self, tuning: &Tuning, candidates: &[Parameters], values: &[Evaluated]) {
-        let mut least = best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value));
-        let mut likely = Vec::new();
-        for (candidate, evaluated) in candidates.iter().zip(values) {
-            let fitness = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |value| self.fitness(*value));
-            if fitness > least && self.can_lose(fitness) {
-                least = fitness;
-                likely.push(candidate.clone());
-            }
-        }
-        if likely.len() > 1 {
-            self.evaluator.prepare_half_steps(self.bounds.stop, &likely);
-        }
-    }
-
-    /// Whether a best of this fitness could lose something: where more is better, a value that is not positive has
-    /// nothing to lose.
-    fn can_lose(&self, fitness: f64) -> bool {
-        self.is_actuated() && (fitness > 0.0 || self.task().objective.direction == Direction::Minimize)
-    }
-
-    /// Whether anything in the body moves by itself.
-    fn is_actuated(&self) -> bool {
-        let Candidate { rules, derivation, .. } = self.candidate();
-        derivation.design.parts.values().any(|p| rules.is_driven(&p.kind))
     }
 }
 

@@ -186,7 +186,7 @@ impl Lowering<'_> {
 
     fn aggregate(&mut self, node: Node<'_>, span: Span) -> Option<Expr> {
         let quantifier = node.as_rule() == Rule::quantifier;
-        let mut how = Gather::Forall;
+        let (mut how, mut share) = (Gather::Forall, None);
         let (mut binders, mut condition, mut body, mut otherwise) = (Vec::new(), None, None, None);
         let mut after_otherwise = false;
         for part in children(node) {
@@ -199,9 +199,14 @@ impl Lowering<'_> {
                         "sum" => Gather::Sum,
                         "mean" => Gather::Mean,
                         "min" => Gather::Min,
+                        "deviation" => Gather::Deviation,
                         "clusters" => Gather::Clusters,
                         _ => Gather::Max,
                     };
+                }
+                Rule::quantile => {
+                    how = Gather::Quantile;
+                    share = Some(Box::new(self.expr(parts(part).next()?)?));
                 }
                 Rule::binders => {
                     for inner in parts(part) {
@@ -226,7 +231,7 @@ impl Lowering<'_> {
             self.errors.push(Diagnostic::new(Code::SYNTAX, span, message).help(help));
             return None;
         }
-        Some(Expr { kind: ExprKind::Aggregate { how, binders, condition, body, otherwise }, span })
+        Some(Expr { kind: ExprKind::Aggregate { how, share, binders, condition, body, otherwise }, span })
     }
 }
 
@@ -260,9 +265,9 @@ fn depth(expr: &Expr) -> usize {
                 arguments.iter().for_each(|a| push(&a.value));
             }
             ExprKind::Set(items) | ExprKind::List(items) => items.iter().for_each(push),
-            ExprKind::Aggregate { binders, condition, body, otherwise, .. } => {
+            ExprKind::Aggregate { share, binders, condition, body, otherwise, .. } => {
                 binders.iter().for_each(|b| push(&b.over));
-                [condition, body, otherwise].into_iter().flatten().for_each(|e| push(e));
+                [share, condition, body, otherwise].into_iter().flatten().for_each(|e| push(e));
             }
             ExprKind::Quantity(..) | ExprKind::Text(_) | ExprKind::Bool(_) | ExprKind::Name(_) => {}
         }

@@ -79,11 +79,16 @@ impl<'a> Lowering<'a> {
             },
             Rule::pattern_item => ItemKind::Pattern(self.name(&inner.next()?), self.expr(inner.next()?)?),
             Rule::actuate_item => ItemKind::Actuate(self.name(&inner.next()?), self.name(&inner.next()?)),
-            Rule::simulate_item => ItemKind::Simulate {
-                model: self.name(&inner.next()?),
-                duration: self.expr(inner.next()?)?,
-                on: inner.next().and_then(|on| parts(on).next()).map(|n| self.name(&n)),
-            },
+            Rule::simulate_item => {
+                let model = self.name(&inner.next()?);
+                let duration = self.expr(inner.next()?)?;
+                let (mut on, mut scenarios) = (None, None);
+                for part in inner {
+                    let to = if part.as_rule() == Rule::on_part { &mut on } else { &mut scenarios };
+                    *to = parts(part).next().map(|name| self.name(&name));
+                }
+                ItemKind::Simulate { model, duration, on, scenarios }
+            }
             Rule::observe_item => ItemKind::Observe(inner.map(|n| self.name(&n)).collect()),
             Rule::term_item => ItemKind::Term(
                 self.name(&inner.next()?),

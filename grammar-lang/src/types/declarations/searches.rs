@@ -6,15 +6,17 @@ use super::loops::{Loop, Looped, whole};
 use super::methods::{Known, METHODS};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
 use crate::eval::Value;
-use crate::ir::{self, Expr, Ty};
+use crate::ir::{self, Expr, Judge, Ty};
 use crate::source::Span;
-use crate::syntax::ast::{Block, Field, Name};
+use crate::syntax::ast::{self, Block, Field, ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
 use crate::syntax::earlier;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
-const SEARCH: Fields<'static> = Fields { all: &["keep", "bodies", "curves"], blocks: &["bodies", "curves"] };
+const SEARCH: Fields<'static> =
+    Fields { all: &["keep", "checks", "bodies", "curves"], blocks: &["bodies", "curves"] };
 const SCHEDULE: &[&str] = &["iterations", "moves", "stop"];
 
 /// More chains or moves of a walk than this are a slip of the keyboard.
@@ -36,7 +38,7 @@ impl Loop {
 
     /// The fields that every method of this loop has.
     fn shared(self) -> Vec<&'static str> {
-        let own: &[&str] = if self == Self::Curves { &["warm"] } else { &[] };
+        let own: &[&str] = if self == Self::Curves { &["warm", "judge"] } else { &[] };
         [SCHEDULE, own].concat()
     }
 }
@@ -60,6 +62,7 @@ impl Declarations<'_> {
                 .help("write for example `keep = 80 %`"),
             );
         }
+        let checks = from.values.get("checks").map(|(_, tree)| self.checks(tree));
         let group = |which: Loop| from.groups.get(which.word()).copied();
         if Loop::ALL.iter().all(|which| group(*which).is_none()) {
             let known = |which: &Loop| from.misspelt.iter().any(|m| m == which.word());
@@ -81,6 +84,7 @@ impl Declarations<'_> {
         Some(ir::Search {
             name: block.name.text.clone(),
             keep: keep?,
+            checks: whole(checks)?,
             bodies: whole(bodies)?,
             curves: whole(curves)?,
         })
@@ -103,9 +107,46 @@ impl Declarations<'_> {
             from.values.contains_key("warm").then(|| self.value(&from, "warm", &Ty::Bool, "true", &cx));
         let method = self.curve_method(name, &from, damaged);
         let warm = whole(warm)?.is_some_and(|(warm, _)| warm == Value::Bool(true));
-        let looped = ir::CurveLoop { schedule: schedule?, warm, method: method? };
+        let judge = whole(from.values.get("judge").map(|(_, tree)| self.judge(tree)))?;
+        let looped = ir::CurveLoop { schedule: schedule?, warm, judge, method: method? };
         self.words_of(&Looped { schedule: &looped.schedule, method: looped.method() });
         Some(looped)
+    }
+
+    /// Which curves are judged in all worlds.
+    fn judge(&mut self, tree: &ast::Expr) -> Option<Judge> {
+        let word = if let ast::ExprKind::Name(word) = &tree.kind { word.as_str() } else { "" };
+        let found = Judge::ALL.into_iter().find(|judge| judge.text() == word);
+        if found.is_none() {
+            let words = Judge::ALL.map(Judge::text);
+            self.report(
+                Diagnostic::new(
+                    Code::BAD_VALUE,
+                    tree.span,
+                    "`judge` says which curves are judged in all worlds: `every`, `promising` or `best`",
+                )
+                .label("none of them")
+                .help("write for example `judge = promising`")
+                .fix_if(respell(tree.span, word, words)),
+            );
+        }
+        found
+    }
+
+    /// The worlds that a best is tried in, by the name of their set.
+    fn checks(&mut self, tree: &ast::Expr) -> Option<ir::Within> {
+        let ast::ExprKind::Name(name) = &tree.kind else {
+            self.report(
+                Diagnostic::new(Code::BAD_VALUE, tree.span, "`checks` is the name of a set of worlds")
+                    .label("no name")
+                    .help("write for example `checks = cross_checks`, which `std.scenarios` has"),
+            );
+            return None;
+        };
+        let name = Name { text: name.clone(), span: tree.span };
+        let is_set = |kind: &ItemKind| matches!(kind, ItemKind::Block(BlockKind::Scenarios, _));
+        self.named(&name, "set of worlds", is_set)?;
+        Some(ir::Within { name: name.text, span: name.span })
     }
 
     /// The method of a loop and its fields. Fields of other methods are told.

@@ -29,6 +29,10 @@ pub(in crate::types) struct Singles<'t> {
     pub(super) model: Option<ir::Model>,
     /// The target that it is simulated on.
     pub(super) on: Option<&'t Name>,
+    /// The scenarios that it happens in.
+    pub(super) scenarios: Option<&'t Name>,
+    /// Where its time is said: what is added to it follows there.
+    pub(super) duration: Option<Span>,
     /// Whether more is better, the value, and whether the item is damaged.
     pub(in crate::types) objective: Option<(Direction, &'t Tree, bool)>,
     pub(in crate::types) search: Option<ir::Search>,
@@ -94,11 +98,15 @@ impl<'a> Declarations<'a> {
             ItemKind::Symmetry(kind, count, plane) => {
                 singles.symmetry = self.symmetry(kind, count.as_ref(), plane.as_ref());
             }
-            ItemKind::Simulate { model, duration, on } => {
+            ItemKind::Simulate { model, duration, on, scenarios } => {
                 singles.model = self.simulated(model, duration);
                 singles.on = on.as_ref().filter(|on| {
                     self.named(on, "target", |k| matches!(k, ItemKind::Target { .. })).is_some()
                 });
+                let is_set = |kind: &ItemKind| matches!(kind, ItemKind::Block(BlockKind::Scenarios, _));
+                singles.duration = Some(duration.span);
+                singles.scenarios =
+                    scenarios.as_ref().filter(|set| self.named(set, "set of worlds", is_set).is_some());
             }
             ItemKind::Objective { direction, value } => {
                 singles.objective = Some((*direction, value, item.damaged));

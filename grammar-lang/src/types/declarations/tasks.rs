@@ -5,7 +5,7 @@ use indexmap::IndexMap;
 use super::Declarations;
 use super::observe::Observed;
 use super::singles::{Actuated, Singles};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
+use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
 use crate::ir::{self, Attribute, Direction, Expr, ExprKind, MotionWord, RuleSet, Ty};
 use crate::names::declared;
 use crate::source::Span;
@@ -22,12 +22,15 @@ pub(in crate::types) type Tasks = IndexMap<String, (ir::Task, Actuated)>;
 impl<'a> Declarations<'a> {
     /// The tasks of a grammar and what is wanted of all together.
     pub(in crate::types) fn tasks(&mut self, singles: &Singles<'a>) -> Option<(Tasks, ir::Objective)> {
-        let stage = if singles.tasks.is_empty() { Stage::Score } else { Stage::Outcome };
+        let stage = if singles.tasks.is_empty() { Stage::Objective } else { Stage::Outcome };
         let known = self.expressions.errors.len();
         let objective = match singles.objective {
             Some((direction, value, damaged)) => self.objective(direction, value, stage, damaged),
             None => None,
         };
+        if let (true, Some(objective)) = (singles.tasks.is_empty(), &objective) {
+            self.own_worlds(objective, Simulated { scenarios: singles.scenarios, time: singles.duration });
+        }
         // What is wrong with it may hide which tasks it uses.
         let sound_objective = self.expressions.errors.len() == known;
         let mut tasks = IndexMap::new();
@@ -39,6 +42,7 @@ impl<'a> Declarations<'a> {
                 actuated: names_only(&actuated),
                 model: singles.model.clone()?,
                 on: singles.on.map(|on| on.text.clone()),
+                scenarios: singles.scenarios.map(within),
                 objective: objective.clone(),
             };
             tasks.insert(RuleSet::ONLY_TASK.to_owned(), (task, actuated));
@@ -87,7 +91,7 @@ impl<'a> Declarations<'a> {
             actuated.entry(kind.clone()).or_insert_with(|| with.clone());
         }
         let objective = match own.objective {
-            Some((direction, value, damaged)) => self.objective(direction, value, Stage::Score, damaged),
+            Some((direction, value, damaged)) => self.objective(direction, value, Stage::Objective, damaged),
             None => {
                 self.report(
                     Diagnostic::new(
@@ -101,7 +105,14 @@ impl<'a> Declarations<'a> {
                 None
             }
         };
-        let on = if own.model.is_some() { own.on } else { singles.on };
+        let (on, simulated) = if own.model.is_some() || own.duration.is_some() {
+            (own.on, Simulated { scenarios: own.scenarios, time: own.duration })
+        } else {
+            (singles.on, Simulated { scenarios: singles.scenarios, time: singles.duration })
+        };
+        if let Some(objective) = &objective {
+            self.own_worlds(objective, simulated);
+        }
         let model = own.model.or_else(|| singles.model.clone());
         if model.is_none() && !own.seen.contains_key("simulate") && !singles.seen.contains_key("simulate") {
             self.report(
@@ -120,6 +131,7 @@ impl<'a> Declarations<'a> {
             actuated: names_only(&actuated),
             model: model?,
             on,
+            scenarios: simulated.scenarios.map(within),
             objective: objective?,
         };
         Some((task, actuated))
@@ -148,6 +160,52 @@ impl<'a> Declarations<'a> {
         match self.named(name, "model", |k| matches!(k, ItemKind::Block(BlockKind::Model, _))) {
             Some(ItemKind::Block(BlockKind::Model, block)) => self.model(block, Some(duration?), false),
             _ => None,
+        }
+    }
+
+    /// An objective runs over the worlds of its own task, and over each of them once.
+    fn own_worlds(&mut self, objective: &ir::Objective, simulated: Simulated<'_>) {
+        let named = |e: &Expr| if let ExprKind::Scenarios(set) = &e.kind { Some(set.clone()) } else { None };
+        let (mut others, mut inner) = (Vec::new(), Vec::new());
+        objective.value.any(&mut |e| {
+            others.extend(named(e).map(|set| (set, e.span)));
+            if let ExprKind::Aggregate { binders, condition, body, .. } = &e.kind
+                && let Some(first) = binders.iter().position(|binder| named(&binder.over).is_some())
+            {
+                let rest = binders[first + 1..].iter().map(|binder| &binder.over);
+                for expr in rest.chain([condition, body].into_iter().flatten().map(|e| &**e)) {
+                    expr.any(&mut |e| {
+                        inner.extend(named(e).map(|set| (set, e.span)));
+                        false
+                    });
+                }
+            }
+            false
+        });
+        let own = simulated.scenarios.map(|own| own.text.as_str());
+        if let Some((set, place)) = others.into_iter().find(|(set, _)| Some(set.as_str()) != own) {
+            let error = Diagnostic::new(
+                Code::OTHER_WORLDS,
+                place,
+                format!("this runs over the worlds of `{set}`, in which the task is not simulated"),
+            )
+            .label("other worlds than the task's");
+            let help = format!("add `in {set}` to its `simulate`");
+            self.report(match (simulated.scenarios, simulated.time) {
+                (Some(own), _) => error
+                    .also(own.span, "its worlds are these")
+                    .help(format!("run over `{}`, or simulate it in `{set}`", own.text)),
+                (None, Some(time)) => {
+                    error.help(&help).fix(Fix::insert_after(time, format!(" in {set}"), help))
+                }
+                (None, None) => error.help(help),
+            });
+        } else if let Some((_, place)) = inner.first() {
+            self.report(
+                Diagnostic::new(Code::OTHER_WORLDS, *place, "in one world there are no others to run over")
+                    .label("inside of another `over`")
+                    .help("write the two side by side: `mean over ... of X - 2 * deviation over ... of X`"),
+            );
         }
     }
 
@@ -366,6 +424,19 @@ impl<'a> Declarations<'a> {
         self.report(error);
         None
     }
+}
+
+/// What a task says of where it happens.
+#[derive(Clone, Copy)]
+struct Simulated<'a> {
+    /// The scenarios.
+    scenarios: Option<&'a Name>,
+    /// Where its time stands.
+    time: Option<Span>,
+}
+
+fn within(name: &Name) -> ir::Within {
+    ir::Within { name: name.text.clone(), span: name.span }
 }
 
 /// A word of the language with its article.

@@ -474,15 +474,40 @@ impl Expressions<'_> {
             condition.as_ref().map(|c| Box::new(self.expect(c, cx, &Ty::Bool, "what follows `where`")));
         let body = body.as_ref().map(|b| Box::new(self.infer(b, cx)));
         cx.locals.truncate(depth);
-        let kind =
-            ExprKind::Aggregate { how: Gather::Clusters, binders: bound, condition, body, otherwise: None };
+        let kind = ExprKind::Aggregate {
+            how: Gather::Clusters,
+            share: None,
+            binders: bound,
+            condition,
+            body,
+            otherwise: None,
+        };
         Expr { kind, ty: Ty::Count, span: tree.span }
     }
 
+    /// The share of a quantile.
+    fn share(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
+        let share = self.expect(tree, cx, &Ty::NUMBER, "the share of a quantile");
+        let literal = if let ExprKind::Number(share) = share.kind { Some(share) } else { None };
+        if literal.is_some_and(|share| !(0.0..=1.0).contains(&share)) {
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "the share of a quantile must lie within 0 % .. 100 %",
+                )
+                .label("no share")
+                .help("write for example `quantile 10 % over`: nine of ten are above that"),
+            );
+        }
+        share
+    }
+
     fn aggregate(&mut self, tree: &ast::Expr, cx: &mut Context) -> Expr {
-        let ast::ExprKind::Aggregate { how, binders, condition, body, otherwise } = &tree.kind else {
+        let ast::ExprKind::Aggregate { how, share, binders, condition, body, otherwise } = &tree.kind else {
             return unknown(tree.span);
         };
+        let share = share.as_ref().map(|share| Box::new(self.share(share, cx)));
         let depth = cx.locals.len();
         let bound = self.binders(binders, cx);
         if *how == Gather::Clusters {
@@ -501,7 +526,7 @@ impl Expressions<'_> {
             (Gather::Forall | Gather::Exists, _) => Ty::Bool,
             (_, None) => Ty::Unknown,
             (_, Some(body)) => match &body.ty {
-                Ty::Count if *how == Gather::Mean => Ty::NUMBER,
+                Ty::Count if matches!(how, Gather::Mean | Gather::Deviation | Gather::Quantile) => Ty::NUMBER,
                 ty @ (Ty::Quantity(_) | Ty::Count | Ty::Unknown) => ty.clone(),
                 other => {
                     self.wrong(
@@ -514,8 +539,14 @@ impl Expressions<'_> {
             },
         };
         let otherwise = otherwise.map(|o| Box::new(self.fit(o, &ty, "what follows `otherwise`")));
-        let kind =
-            ExprKind::Aggregate { how: *how, binders: bound, condition, body: body.map(Box::new), otherwise };
+        let kind = ExprKind::Aggregate {
+            how: *how,
+            share,
+            binders: bound,
+            condition,
+            body: body.map(Box::new),
+            otherwise,
+        };
         Expr { kind, ty, span: tree.span }
     }
 }

@@ -25,7 +25,7 @@ impl Expressions<'_> {
         for stage in [
             Stage::Declaration,
             Stage::Derivation,
-            Stage::Score,
+            Stage::Objective,
             Stage::Drive,
             Stage::Schedule,
             Stage::Weight,

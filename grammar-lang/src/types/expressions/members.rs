@@ -42,9 +42,14 @@ impl Expressions<'_> {
         let asked = Asked { name, span, stage: cx.stage };
         match of.ty.clone() {
             Ty::Unknown => unknown(span),
-            ty @ (Ty::Part | Ty::Actuator | Ty::Cell | Ty::Element | Ty::Port | Ty::Joint | Ty::Step) => {
-                self.of_thing(of, &ty, &asked)
-            }
+            ty @ (Ty::Part
+            | Ty::Actuator
+            | Ty::Cell
+            | Ty::Element
+            | Ty::Port
+            | Ty::Joint
+            | Ty::Step
+            | Ty::World) => self.of_thing(of, &ty, &asked),
             Ty::Record(_, fields) => match fields.iter().position(|(n, _)| *n == name.text) {
                 Some(index) => {
                     let ty = fields.get(index).map_or(Ty::Unknown, |(_, ty)| ty.clone());

@@ -99,6 +99,12 @@ impl Expressions<'_> {
                     .collect();
                 return make(ExprKind::Set(all), Ty::Domain(Box::new(ty)));
             }
+            ItemKind::Block(BlockKind::Scenarios, _) => {
+                if !cx.stage.sees_worlds() {
+                    return self.stage_error(span, name, cx.stage, "the objective of a task");
+                }
+                return make(ExprKind::Scenarios(name.to_owned()), Ty::List(Box::new(Ty::World)));
+            }
             ItemKind::Task(..) => {
                 return self.wrong(
                     span,

@@ -23,6 +23,8 @@ pub(in crate::types) enum Stage {
     Schedule,
     /// On the recorded motion.
     Score,
+    /// On the recorded motions of a task, one in each of its worlds.
+    Objective,
     /// On the values of several tasks.
     Outcome,
 }
@@ -39,7 +41,8 @@ impl Stage {
             Self::Drive => "an actuation",
             Self::Mutation => "a mutation",
             Self::Schedule => "a search schedule",
-            Self::Score => "a term or an objective",
+            Self::Score => "a term",
+            Self::Objective => "an objective",
             Self::Outcome => "an objective over tasks",
         }
     }
@@ -82,7 +85,12 @@ impl Stage {
 
     /// Whether elements have positions and rotations.
     pub(super) fn sees_motion(self) -> bool {
-        self == Self::Score
+        matches!(self, Self::Score | Self::Objective)
+    }
+
+    /// Whether there are worlds to run over.
+    pub(super) fn sees_worlds(self) -> bool {
+        self == Self::Objective
     }
 }
 
@@ -100,7 +108,7 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
             | MotionWord::FrameInterval
             | MotionWord::Elements
             | MotionWord::Period,
-        ) => &[S::Score],
+        ) => &[S::Score, S::Objective],
         Word::Search(SearchWord::Temperature) => &[S::Choice, S::Weight, S::Mutation, S::Schedule],
         Word::Search(SearchWord::Iteration) => &[S::Schedule, S::Mutation],
         Word::Search(
@@ -113,6 +121,6 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
             | SearchWord::Spread,
         ) => &[S::Schedule],
         Word::Design(DesignWord::Connected | DesignWord::NoOverlap) => &[S::Derivation, S::Choice, S::Weight],
-        Word::Design(DesignWord::Middle) => &[S::Derivation, S::Choice, S::Weight, S::Score],
+        Word::Design(DesignWord::Middle) => &[S::Derivation, S::Choice, S::Weight, S::Score, S::Objective],
     })
 }

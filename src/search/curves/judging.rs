@@ -1,0 +1,316 @@
+//! What becomes of an evaluation: whether its value counts, and whether it is a new best.
+//!
+//! Where the objective of a task runs over worlds, its value takes a motion in each. Most curves are simulated in the
+//! nominal world only, and the search says which are judged in all ([`Judge`]). The best is always the best in all.
+
+use grammar_lang::ir::{Direction, Judge};
+
+use super::super::evaluated::Evaluated;
+use super::super::state::{Tune, Tuning};
+use super::super::tally::Missing;
+use super::super::{Failure, keeps};
+use super::{Tuner, best};
+use crate::derive::Candidate;
+use crate::drive::Parameters;
+
+/// What an evaluation came to for the loop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Counted {
+    /// It was asked to stop before that was known: nothing is counted.
+    Stopped,
+    /// It has no value, or one that it loses in a finer simulation.
+    Unsound,
+    /// The value that the loop goes on with, where more is better.
+    Sound(f64),
+}
+
+impl Counted {
+    /// The value, if there is one.
+    pub(super) fn fitness(self) -> Option<f64> {
+        match self {
+            Self::Sound(fitness) => Some(fitness),
+            Self::Stopped | Self::Unsound => None,
+        }
+    }
+}
+
+impl Tuner<'_> {
+    /// Which curves are judged in all worlds; none where the value is that of the nominal one.
+    pub(super) fn judge(&self) -> Option<Judge> {
+        self.evaluator.worlds.as_ref()?;
+        // Where nothing is tuned, each body has one motion.
+        Some(self.looped().map_or(Judge::Promising, grammar_lang::ir::CurveLoop::judge))
+    }
+
+    /// Whether a value in the nominal world says that the value in all is no better.
+    pub(super) fn bounds_the_rest(&self) -> bool {
+        self.judge() != Some(Judge::Every) || self.task().is_worst_case()
+    }
+
+    /// Whether curves need not be judged in all worlds, as in the nominal one already they are no use.
+    pub(super) fn excludes(&self, evaluated: &Evaluated, needed: f64) -> bool {
+        let is_below = evaluated.value.as_ref().is_ok_and(|value| self.fitness(*value) < needed);
+        is_below && self.judge() == Some(Judge::Every) && self.task().is_worst_case()
+    }
+
+    /// Counts an evaluation and keeps it if it is the best. A best must hold its
+    /// value at half the step; what does not is no candidate at all, or the
+    /// search would go and live on an error of the simulation. Where nothing is tuned, it must only if it is the best of
+    /// the run, too: others are steps on a way.
+    pub(super) fn count(
+        &mut self,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        evaluated: Evaluated,
+        spent: &mut u64,
+    ) -> Result<Counted, Failure> {
+        let value = match &evaluated.value {
+            Ok(value) => *value,
+            // What fails at the very first is a mistake in the grammar.
+            Err(Missing::Expression(error)) if *spent == 0 => return Err(error.clone().into()),
+            Err(reason) => {
+                *spent += 1;
+                tuning.tally.count(reason.clone());
+                return Ok(Counted::Unsound);
+            }
+        };
+        let before = *spent;
+        let is_no_better = |fitness: f64| best(tuning).is_some_and(|best| fitness <= self.fitness(best));
+        let counted = match self.judge() {
+            None => self.count_nominal(tuning, candidate, evaluated, value, spent)?,
+            Some(Judge::Promising) if is_no_better(self.fitness(value)) => {
+                Counted::Sound(self.fitness(value))
+            }
+            Some(Judge::Promising | Judge::Every) => self.judged(tuning, candidate, value, spent)?,
+            Some(Judge::Best) => self.count_highest(tuning, candidate, value, spent)?,
+        };
+        if counted == Counted::Stopped {
+            *spent = before;
+        } else {
+            *spent += 1;
+        }
+        Ok(counted)
+    }
+
+    /// Where the value is that of the nominal world.
+    fn count_nominal(
+        &mut self,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        evaluated: Evaluated,
+        value: f64,
+        spent: &mut u64,
+    ) -> Result<Counted, Failure> {
+        let fitness = self.fitness(value);
+        if best(tuning).is_some_and(|best| fitness <= self.fitness(best)) {
+            return Ok(Counted::Sound(fitness));
+        }
+        let mut half_step = None;
+        if self.can_lose(fitness) && (self.looped().is_some() || fitness > self.known) {
+            match self.finer(candidate, value, spent) {
+                Finer::Stopped => return Ok(Counted::Stopped),
+                Finer::Lost => {
+                    tuning.tally.unstable += 1;
+                    return Ok(Counted::Unsound);
+                }
+                Finer::Kept(half) => half_step = Some(half),
+            }
+        }
+        tuning.found = Some(Tune {
+            parameters: candidate.clone(),
+            value,
+            nominal: None,
+            half_step,
+            observed: evaluated.observed.unwrap_or_default(),
+        });
+        Ok(Counted::Sound(fitness))
+    }
+
+    /// Where only the best of each iteration is judged in all worlds: the highest so far must keep its value, or the
+    /// search would go where the simulation is wrong.
+    fn count_highest(
+        &mut self,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        value: f64,
+        spent: &mut u64,
+    ) -> Result<Counted, Failure> {
+        let fitness = self.fitness(value);
+        if tuning.highest.is_none_or(|highest| fitness > highest) {
+            if self.can_lose(fitness) {
+                match self.finer(candidate, value, spent) {
+                    Finer::Stopped => return Ok(Counted::Stopped),
+                    Finer::Lost => {
+                        tuning.tally.unstable += 1;
+                        return Ok(Counted::Unsound);
+                    }
+                    Finer::Kept(_) => {}
+                }
+            }
+            // A body has a value as soon as curves of it have.
+            if tuning.found.is_none() && self.judged(tuning, candidate, value, spent)? == Counted::Stopped {
+                return Ok(Counted::Stopped);
+            }
+            tuning.highest = Some(fitness);
+        }
+        Ok(Counted::Sound(fitness))
+    }
+
+    /// Remembers curves that may be the best of an iteration.
+    pub(super) fn offer(&self, tuning: &mut Tuning, candidate: &Parameters, fitness: f64) {
+        let is_better = |known: &(Parameters, f64)| fitness > known.1;
+        if self.judge() == Some(Judge::Best) && tuning.offered.as_ref().is_none_or(is_better) {
+            tuning.offered = Some((candidate.clone(), fitness));
+        }
+    }
+
+    /// Judges the best of an iteration in all worlds, where the search says so; whether it was not stopped.
+    pub(super) fn judge_offered(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<bool, Failure> {
+        let Some((candidate, fitness)) = tuning.offered.take() else { return Ok(true) };
+        let nominal = self.task().objective.direction.fitness(fitness);
+        let before = *spent;
+        if self.judged(tuning, &candidate, nominal, spent)? == Counted::Stopped {
+            *spent = before;
+            tuning.offered = Some((candidate, fitness));
+            return Ok(false);
+        }
+        Ok(true)
+    }
+
+    /// Judges curves in all worlds, and keeps them if they are the best there.
+    fn judged(
+        &mut self,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        nominal: f64,
+        spent: &mut u64,
+    ) -> Result<Counted, Failure> {
+        let worlds = self.evaluator.worlds.as_ref().map_or(0, super::super::worlds::Worlds::count);
+        let Some(evaluated) = self.evaluator.in_worlds(self.bounds.stop, candidate, false) else {
+            return Ok(Counted::Stopped);
+        };
+        let is_first = *spent == 0;
+        *spent += worlds;
+        let value = match evaluated.value {
+            Ok(value) => value,
+            Err(Missing::Expression(error)) if is_first => return Err(error.into()),
+            Err(reason) => {
+                tuning.tally.count(reason);
+                return Ok(Counted::Unsound);
+            }
+        };
+        let fitness = self.fitness(value);
+        if best(tuning).is_some_and(|best| fitness <= self.fitness(best)) {
+            return Ok(Counted::Sound(fitness));
+        }
+        let mut half_step = None;
+        let is_new_best = fitness > self.known;
+        if self.can_lose(self.fitness(nominal)) && (self.looped().is_some() || is_new_best) {
+            match self.finer(candidate, nominal, spent) {
+                Finer::Stopped => return Ok(Counted::Stopped),
+                Finer::Lost => {
+                    tuning.tally.unstable += 1;
+                    return Ok(Counted::Unsound);
+                }
+                Finer::Kept(half) => half_step = Some(half),
+            }
+        }
+        // What is to be the best of the run keeps its value in all worlds, too.
+        if is_new_best && self.can_lose(fitness) {
+            let Some(half) = self.evaluator.in_worlds(self.bounds.stop, candidate, true) else {
+                return Ok(Counted::Stopped);
+            };
+            *spent += worlds;
+            let Candidate { rules, .. } = self.candidate();
+            if !half.value.is_ok_and(|half| keeps(rules, self.task(), value, half)) {
+                tuning.tally.unstable += 1;
+                return Ok(Counted::Unsound);
+            }
+        }
+        tuning.found = Some(Tune {
+            parameters: candidate.clone(),
+            value,
+            nominal: Some(nominal),
+            half_step,
+            observed: evaluated.observed.unwrap_or_default(),
+        });
+        Ok(Counted::Sound(fitness))
+    }
+
+    /// What becomes of a value in the nominal world at half the step.
+    fn finer(&mut self, candidate: &Parameters, value: f64, spent: &mut u64) -> Finer {
+        let Some(half) = self.evaluator.at_half_step(self.bounds.stop, candidate) else {
+            return Finer::Stopped;
+        };
+        *spent += 1;
+        match half {
+            Ok(half) if keeps(self.candidate().rules, self.task(), value, half) => Finer::Kept(half),
+            Ok(_) | Err(_) => Finer::Lost,
+        }
+    }
+
+    /// Makes the checks side by side that a batch will ask for, as far as can be foreseen: of all that are better than
+    /// those before them.
+    pub(super) fn prepare_checks(
+        &mut self,
+        tuning: &Tuning,
+        candidates: &[Parameters],
+        values: &[Evaluated],
+    ) {
+        let mut least = match self.judge() {
+            None => best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value)),
+            Some(Judge::Best) => tuning.highest.unwrap_or(f64::NEG_INFINITY),
+            // These are judged in all worlds before.
+            Some(Judge::Promising | Judge::Every) => return,
+        };
+        let mut likely = Vec::new();
+        for (candidate, evaluated) in candidates.iter().zip(values) {
+            let fitness = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |value| self.fitness(*value));
+            if fitness > least && self.can_lose(fitness) {
+                least = fitness;
+                likely.push(candidate.clone());
+            }
+        }
+        if likely.len() > 1 {
+            self.evaluator.prepare_half_steps(self.bounds.stop, &likely);
+        }
+    }
+
+    /// The fitness that curves will be given, where that is known already; none inside where they have no value.
+    pub(super) fn foreseen(&self, tuning: &Tuning, candidate: &Parameters) -> Option<Option<f64>> {
+        let Ok(value) = self.evaluator.known(candidate)? else { return Some(None) };
+        let fitness = self.fitness(value);
+        let is_judged = match self.judge() {
+            None | Some(Judge::Best) => false,
+            Some(Judge::Every) => true,
+            Some(Judge::Promising) => best(tuning).is_none_or(|best| fitness > self.fitness(best)),
+        };
+        if !is_judged {
+            return Some(Some(fitness));
+        }
+        let value = self.evaluator.known_in_worlds(candidate)?;
+        Some(value.ok().map(|value| self.fitness(value)))
+    }
+
+    /// Whether a best of this fitness could lose something: where more is better, a value that is not positive has
+    /// nothing to lose.
+    fn can_lose(&self, fitness: f64) -> bool {
+        self.is_actuated() && (fitness > 0.0 || self.task().objective.direction == Direction::Minimize)
+    }
+
+    /// Whether anything in the body moves by itself.
+    fn is_actuated(&self) -> bool {
+        let Candidate { rules, derivation, .. } = self.candidate();
+        derivation.design.parts.values().any(|p| rules.is_driven(&p.kind))
+    }
+}
+
+/// What becomes of a value in a finer simulation.
+enum Finer {
+    /// It was asked to stop before that was known.
+    Stopped,
+    /// It is lost.
+    Lost,
+    /// It is kept: this is what it is there.
+    Kept(f64),
+}
