@@ -25,6 +25,19 @@ impl Scenario {
         Self { name, differences: IndexMap::new(), heading: 0.0, late: None }
     }
 
+    /// All is as the grammar says.
+    #[must_use]
+    pub fn nominal() -> Self {
+        Self::named("nominal".to_owned())
+    }
+
+    /// There is no friction at all.
+    #[must_use]
+    pub fn ice() -> Self {
+        let differences = IndexMap::from([(Difference::Friction, 0.0)]);
+        Self { differences, ..Self::named("ice".to_owned()) }
+    }
+
     fn factor(&self, difference: Difference) -> f64 {
         self.differences.get(&difference).copied().unwrap_or(1.0)
     }
@@ -100,14 +113,26 @@ pub fn worlds(name: &str, set: &Scenarios) -> Vec<Scenario> {
         differences: differences.clone(),
         ..Scenario::named(name.clone())
     };
-    let nominal = std::iter::once(Scenario::named("nominal".to_owned()));
-    nominal.chain(set.cases.iter().map(case)).chain(drawn(name, set)).collect()
+    let drawn = drawn(set, "drawn", &format!("scenarios {name}"));
+    std::iter::once(Scenario::nominal()).chain(set.cases.iter().map(case)).chain(drawn).collect()
 }
 
-fn drawn(name: &str, set: &Scenarios) -> Vec<Scenario> {
+/// So many worlds show a best that no search has seen.
+const TESTS: usize = 64;
+
+/// Worlds between the same ends as the drawn ones of a set, which no search sees: what it found is tested in them. None
+/// where a set has cases only.
+#[must_use]
+pub fn tests(name: &str, set: &Scenarios) -> Vec<Scenario> {
+    let drawn_of = if set.ranges.is_empty() { 0 } else { TESTS };
+    drawn(&Scenarios { drawn: drawn_of, ..set.clone() }, "test", &format!("tests {name}"))
+}
+
+/// The drawn worlds of a set, by what they are called and by the name of their streams.
+fn drawn(set: &Scenarios, called: &str, streams: &str) -> Vec<Scenario> {
     let mut worlds: Vec<Scenario> =
-        (1..=set.drawn).map(|number| Scenario::named(format!("drawn {number}"))).collect();
-    let stream = |what: &str| Stream::named(0, &format!("scenarios {name} {what}"));
+        (1..=set.drawn).map(|number| Scenario::named(format!("{called} {number}"))).collect();
+    let stream = |what: &str| Stream::named(0, &format!("{streams} {what}"));
     for (&difference, &(low, high)) in &set.ranges {
         if difference == Difference::Late {
             for (number, world) in worlds.iter_mut().enumerate() {
@@ -175,7 +200,7 @@ mod tests {
     #[test]
     fn drawn_worlds_fill_each_range_evenly() {
         for count in [1, 2, 13, 200] {
-            let worlds = drawn("workshop", &set(count));
+            let worlds = drawn(&set(count), "drawn", "scenarios workshop");
             for (difference, (low, high)) in &set(count).ranges {
                 if *difference == Difference::Late {
                     continue;
@@ -193,7 +218,7 @@ mod tests {
 
     #[test]
     fn every_actuator_is_late_by_its_own() {
-        let worlds = drawn("workshop", &set(40));
+        let worlds = drawn(&set(40), "drawn", "scenarios workshop");
         let mut all: Vec<f64> = worlds.iter().flat_map(|world| world.conditions(10).late).collect();
         assert!(all.iter().all(|late| (0.01..0.05).contains(late)));
         all.sort_by(f64::total_cmp);

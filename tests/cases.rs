@@ -67,6 +67,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("model", "model"),
     ("simulate", "simulate"),
     ("scenarios", "scenarios"),
+    ("worlds", "over w in scenarios"),
     ("search", "search"),
     ("table", "table"),
     ("target", "target"),

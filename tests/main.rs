@@ -36,3 +36,4 @@ mod search;
 mod support;
 mod tutorial;
 mod view;
+mod worlds;

@@ -167,9 +167,11 @@ fn checks_doubt_in_both_directions() {
     let saved = SavedTask {
         name: RuleSet::ONLY_TASK.to_owned(),
         value: 10.0,
+        nominal: None,
         unit: "cm".to_owned(),
         terms: Vec::new(),
         checks: Vec::new(),
+        tests: Vec::new(),
         drive: Vec::new(),
     };
     let verdict = |value, measured| {

@@ -33,7 +33,7 @@ impl Observer for Log {
     }
 }
 
-fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<String>) {
+pub(crate) fn search(rules: &RuleSet, seed: u64, jobs: usize, max: u64) -> (Outcome, Vec<String>) {
     let limits = Limits {
         seed,
         jobs: Jobs::new(jobs),
@@ -219,7 +219,7 @@ fn in_sittings(
     unreachable!()
 }
 
-fn same_end(rules: &RuleSet, seed: u64, every: usize, sitting: Option<Duration>) -> usize {
+pub(crate) fn same_end(rules: &RuleSet, seed: u64, every: usize, sitting: Option<Duration>) -> usize {
     let (whole, rows, sittings) = in_sittings(rules, seed, usize::MAX, None);
     assert_eq!(sittings, 1);
     let (pieces, again, sittings) = in_sittings(rules, seed, every, sitting);

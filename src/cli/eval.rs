@@ -12,7 +12,7 @@ use super::output::{self, Fault};
 use super::precision::Precision;
 use super::{exit, load, scenarios};
 use crate::calibrate::reality::{self, Built, Estimate, Prediction};
-use crate::results::replay::Replayed;
+use crate::results::replay::{Replayed, ReplayedTask};
 use crate::results::saved::SavedDesign;
 use crate::results::{describe, genuine, replay, summary};
 use crate::simulate::SolverName;
@@ -124,6 +124,16 @@ fn listed(names: &[String]) -> String {
     }
 }
 
+/// Why a design has no value.
+fn invalid(replayed: &Replayed<'_>) -> String {
+    let motion = |task: &ReplayedTask| task.motion.as_ref().err().map(|why| why.describe().to_owned());
+    let world = |task: &ReplayedTask| {
+        task.lost.as_ref().map(|(world, why)| format!("{} (in the world `{world}`)", why.describe()))
+    };
+    let why = replayed.tasks.iter().find_map(|task| motion(task).or_else(|| world(task)));
+    format!("the motion is not valid: {}", why.unwrap_or_else(|| "a task has no value".to_owned()))
+}
+
 impl Eval {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design::file(&self.design);
@@ -143,9 +153,7 @@ impl Eval {
         let replayed = replay::replay(&rules, &design, solver, precision)
             .map_err(|e| Fault::input(format!("{}: {e}{}", path.display(), other.unwrap_or_default())))?;
         let Some(value) = replayed.value else {
-            let why = replayed.tasks.iter().find_map(|task| task.motion.as_ref().err());
-            let why = why.map_or("a task has no value", |invalid| invalid.describe());
-            return Err(Fault::input(format!("the motion is not valid: {why}")));
+            return Err(Fault::input(invalid(&replayed)));
         };
         output::data(&format!("value {}\n", describe::quantity(value, &rules.objective.unit)))?;
         for (name, value) in &replayed.observed {
@@ -156,6 +164,10 @@ impl Eval {
             if task.name != RuleSet::ONLY_TASK {
                 let value = describe::quantity(score.value, &saved.unit);
                 output::data(&format!("task {} {value}\n", task.name))?;
+            }
+            if let Some(nominal) = task.nominal {
+                let value = describe::quantity(nominal, &saved.unit);
+                output::data(&format!("  in the nominal world {value}\n"))?;
             }
             for (name, value) in &score.terms {
                 let text = describe::term(&rules, &saved.unit, name, *value);

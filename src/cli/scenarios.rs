@@ -8,10 +8,10 @@ use grammar_lang::ir::{RuleSet, Scenarios};
 use super::output::{self, Fault};
 use super::{exit, load};
 use crate::results::DesignError;
-use crate::results::describe;
-use crate::results::elsewhere::{self, Judged, Together};
-use crate::results::replay::Precision;
+use crate::results::elsewhere::{self, Judged};
+use crate::results::replay::{How, Precision};
 use crate::results::saved::SavedDesign;
+use crate::results::{describe, summary};
 use crate::scenarios;
 use crate::simulate::Stop;
 
@@ -53,7 +53,8 @@ pub(super) fn eval(
     }
     let fault = |error: DesignError| Fault::input(format!("{}: {error}", path.display()));
     let worlds = scenarios::worlds(&name, &set);
-    let judged = elsewhere::judge(rules, design, worlds, solver, precision, Stop::NEVER).map_err(fault)?;
+    let how = How { solver, precision, stop: Stop::NEVER };
+    let judged = elsewhere::judge(rules, design, worlds, how).map_err(fault)?;
     let unit = &rules.objective.unit;
     let quantity = |value: f64| describe::quantity(value, unit);
     let of = |judged: &Judged| match judged.value {
@@ -68,26 +69,10 @@ pub(super) fn eval(
             format!("{:names$}  {value:>width$}  {}", judged.scenario.name, judged.scenario.described());
         output::data(&format!("{}\n", line.trim_end()))?;
     }
-    if let Some(found) = elsewhere::together(rules.objective.direction, &judged) {
-        output::data(&format!(
-            "in {} worlds of `{name}`: {}\n",
-            judged.len(),
-            summed(&found, &judged, &quantity)
-        ))?;
+    let values: Vec<Option<f64>> = judged.iter().map(|judged| judged.value.ok()).collect();
+    let worst = |place: usize| judged[place].scenario.name.clone();
+    if let Some(said) = summary::together(rules.objective.direction, &values, unit, worst) {
+        output::data(&format!("in {} worlds of `{name}`: {said}\n", judged.len()))?;
     }
     Ok(exit::DONE)
-}
-
-/// What several worlds come to, in words.
-fn summed(found: &Together, judged: &[Judged], quantity: &dyn Fn(f64) -> String) -> String {
-    let mut said = Vec::new();
-    said.extend(found.mean.map(|mean| format!("{} on average", quantity(mean))));
-    said.extend(found.tenth.map(|tenth| format!("{} or better in nine of ten", quantity(tenth))));
-    if let Some(worst) = judged.get(found.worst) {
-        said.push(match worst.value {
-            Ok(value) => format!("{} at worst ({})", quantity(value), worst.scenario.name),
-            Err(_) => format!("none in {} of them", found.without),
-        });
-    }
-    said.join(", ")
 }

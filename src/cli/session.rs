@@ -146,6 +146,11 @@ fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) 
     if tally.invalid() > 0 {
         output::note(&format!("{} evaluations had no value: {}", tally.invalid(), tally.reasons()));
     }
+    if !tally.elsewhere.is_empty() {
+        let worlds: Vec<String> =
+            tally.elsewhere.iter().map(|(world, many)| format!("{many} in `{world}`")).collect();
+        output::note(&format!("worlds without a value: {}", worlds.join(", ")));
+    }
     for (error, many) in &tally.no_value {
         let place = load::no_value(error, sources);
         output::note(&format!("warning: {place}, in {many} evaluations"));
@@ -249,7 +254,9 @@ impl Keeper<'_> {
         let design = self.saved(best).map_err(Fault::usage)?;
         // The second opinion on the final best is kept beside the value; it takes some seconds.
         if !quiet {
-            output::note("cross-checking the best design: rapier, other friction, masses and motors ...");
+            output::note(
+                "cross-checking the best design: finer steps, ice, another solver, other worlds ...",
+            );
         }
         let cuttable = interrupt::Cuttable::begin();
         let checked = robustness::final_check(self.rules, &design, stop);

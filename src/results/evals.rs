@@ -13,7 +13,7 @@ use crate::search::Row;
 
 use crate::reading;
 
-const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,chain,parent";
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,nominal,chain,parent";
 
 /// The table, to which rows are added.
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl Evals {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
         let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
         let mut line = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.number,
             row.iteration,
             row.rule.as_deref().unwrap_or(""),
@@ -84,6 +84,7 @@ impl Evals {
             row.tally.invalid(),
             row.tally.unstable,
             quoted(&row.tally.reasons()),
+            number(row.nominal),
             row.chain,
             row.parent.map_or(String::new(), |parent| parent.to_string()),
         );

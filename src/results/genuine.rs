@@ -56,6 +56,9 @@ pub fn check_values(design: &SavedDesign, replayed: &Replayed<'_>) -> Result<(),
         if !is_same(score.value, saved.value) {
             return changed(format!("the saved value of the task `{}`", saved.name));
         }
+        if task.nominal.map(f64::to_bits) != saved.nominal.map(f64::to_bits) {
+            return changed(format!("the saved value of the task `{}` in the nominal world", saved.name));
+        }
         let names = |terms: &[(String, f64)]| terms.iter().map(|(name, _)| name.clone()).collect::<Vec<_>>();
         if names(&score.terms) != names(&saved.terms) {
             return changed("the list of saved terms".to_owned());

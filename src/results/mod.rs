@@ -25,7 +25,6 @@ pub mod saved;
 pub mod saving;
 pub mod seal;
 pub mod series;
-mod shift;
 pub mod sittings;
 pub mod summary;
 pub mod view;

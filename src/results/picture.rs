@@ -7,10 +7,12 @@ use indexmap::IndexMap;
 use super::DesignError;
 use super::making::{look, making};
 use super::saved::{SavedDesign, SavedTask};
-use super::view::{Check, Curve, Element, Scene};
-use super::{describe, genuine, replay, robustness, summary};
+use super::view::{Check, Curve, Element, Scene, Worlds};
+use super::{describe, elsewhere, genuine, replay, robustness, summary};
+use crate::derive::Candidate;
 use crate::design::lattice;
 use crate::score::Observed;
+use crate::simulate::Stop;
 
 /// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named.
 ///
@@ -99,7 +101,31 @@ pub fn scene(
         strain: rules.lattice.is_some(),
         making: making(rules, sources, &candidate.derivation, &names),
         checks,
+        worlds: worlds(rules, &candidate, design, saved)?,
     })
+}
+
+/// How a task does in the worlds that it was tested in, with the motion in the worst of them.
+fn worlds(
+    rules: &RuleSet,
+    candidate: &Candidate<'_>,
+    design: &SavedDesign,
+    saved: &SavedTask,
+) -> Result<Option<Worlds>, DesignError> {
+    let (Some(text), Some(task)) = (summary::tests(rules, saved), rules.tasks.get(&saved.name)) else {
+        return Ok(None);
+    };
+    let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value).collect();
+    let worst = elsewhere::together(task.objective.direction, &values).map(|found| found.worst);
+    let scenario = worst.and_then(|worst| robustness::tested(rules, saved).into_iter().nth(worst));
+    let worst = match scenario {
+        Some(scenario) => {
+            let driven = replay::Driven::new(candidate, saved, replay::Precision::Model)?;
+            driven.motions(&[scenario], &design.solver, Stop::NEVER)?.into_iter().next().and_then(Result::ok)
+        }
+        None => None,
+    };
+    Ok(Some(Worlds { values, unit: saved.unit.clone(), nominal: saved.in_nominal(), text, worst }))
 }
 
 /// What is told beside the value: those of the tasks, where there are several, and what it gives up; the terms of one

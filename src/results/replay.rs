@@ -8,14 +8,13 @@ use indexmap::IndexMap;
 
 use super::DesignError;
 use super::saved::{SavedDesign, SavedTask};
-use super::shift::Shift;
 use crate::derive::{Candidate, Derivation};
 use crate::design::Body;
-use crate::design::assembly::Assembly;
 use crate::drive::Drive;
+use crate::scenarios::{self, Scenario};
 use crate::score::{self, Observed, Recording, Score, score};
 use crate::search::settings;
-use crate::simulate::{self, Invalid, Motion, Settings, Stop};
+use crate::simulate::{self, Case, Invalid, Motion, Settings, Stop, World};
 
 /// A saved design that has been simulated again.
 pub struct Replayed<'r> {
@@ -37,8 +36,13 @@ pub struct ReplayedTask {
     pub motion: Result<Motion, Invalid>,
     /// The targets of its actuators.
     pub targets: simulate::Targets,
-    /// The score of a valid motion.
+    /// The score of a valid motion; none either where the objective runs over worlds and a motion in one of them is not
+    /// valid.
     pub score: Option<Score>,
+    /// What the objective is of the motion in the nominal world alone, where it runs over others, too.
+    pub nominal: Option<f64>,
+    /// The world in which the motion is not valid, and why, if there is one.
+    pub lost: Option<(String, Invalid)>,
     /// The target that the task is simulated on and how fast the robot was, m/s, if the target says what that is.
     pub speed: Option<(String, f64)>,
 }
@@ -57,8 +61,7 @@ pub fn replay<'r>(
     let candidate = candidate(rules, design)?;
     let mut tasks: Vec<ReplayedTask> = Vec::new();
     for saved in &design.tasks {
-        let trial = Trial { solver, precision, shift: None, stop: Stop::NEVER };
-        tasks.push(replay_task(&candidate, saved, trial)?);
+        tasks.push(replay_task(&candidate, saved, How { solver, precision, stop: Stop::NEVER })?);
     }
     if tasks.len() != rules.tasks.len() {
         return Err(DesignError::OtherTasks);
@@ -102,9 +105,8 @@ pub fn quantities(
 ) -> Result<Vec<Result<f64, EvalError>>, DesignError> {
     let candidate = candidate(rules, design)?;
     let saved = design.task(None)?;
-    let trial = Trial { solver: &design.solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
-    let replayed = replay_task(&candidate, saved, trial)?;
-    let motion = replayed.motion?;
+    let driven = Driven::new(&candidate, saved, Precision::Model)?;
+    let motion = driven.motion(&design.solver, Stop::NEVER)??;
     recorded(&candidate, saved, &motion, |recording| {
         let one = |expr: &&Expr| {
             let values = score::quantities(recording, &[expr])?;
@@ -114,13 +116,15 @@ pub fn quantities(
     })
 }
 
-/// How a design is simulated again.
+/// How a design is simulated.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Trial<'a> {
-    pub(super) solver: &'a str,
-    pub(super) precision: Precision,
-    pub(super) shift: Option<Shift>,
-    pub(super) stop: Stop<'a>,
+pub struct How<'a> {
+    /// The solver.
+    pub solver: &'a str,
+    /// How closely.
+    pub precision: Precision,
+    /// Whether to stop.
+    pub stop: Stop<'a>,
 }
 
 /// How closely a motion is simulated.
@@ -165,11 +169,10 @@ pub(crate) fn candidate<'r>(rules: &'r RuleSet, design: &SavedDesign) -> Result<
 }
 
 /// What drives a design in a task.
-struct Driven<'r> {
+pub(super) struct Driven<'r> {
     drive: Drive<'r>,
     parameters: Vec<f64>,
-    targets: simulate::Targets,
-    settings: simulate::Settings,
+    settings: Settings,
 }
 
 /// The drive of a design in a saved task, and the values that were saved for it.
@@ -192,19 +195,71 @@ pub(super) fn drive_of<'r>(
 }
 
 impl<'r> Driven<'r> {
-    fn new(candidate: &Candidate<'r>, saved: &SavedTask, precision: Precision) -> Result<Self, DesignError> {
+    pub(super) fn new(
+        candidate: &Candidate<'r>,
+        saved: &SavedTask,
+        precision: Precision,
+    ) -> Result<Self, DesignError> {
         let (drive, parameters) = drive_of(candidate, saved)?;
-        let targets = drive.targets(&parameters)?;
         let settings = precision.apply(settings(&drive.task().model));
-        Ok(Self { drive, parameters, targets, settings })
+        Ok(Self { drive, parameters, settings })
     }
 
-    fn score(&self, motion: &Motion) -> Result<Score, DesignError> {
-        Ok(score(self.recording(motion))?)
+    /// What the actuators are asked for in the nominal world.
+    fn targets(&self) -> Result<simulate::Targets, DesignError> {
+        Ok(self.drive.targets(&self.parameters)?)
     }
 
-    fn recording<'m>(&'m self, motion: &'m Motion) -> Recording<'m> {
-        Recording::nominal(&self.drive, &self.parameters, motion)
+    /// The worlds that the value of the task depends on, the nominal one first.
+    fn worlds(&self) -> Vec<Scenario> {
+        let task = self.drive.task();
+        let within = task.scenarios.as_ref().filter(|_| task.runs_over_worlds());
+        let set = within.and_then(|within| {
+            Some((&within.name, self.drive.candidate().rules.scenarios.get(&within.name)?))
+        });
+        set.map_or_else(|| vec![Scenario::nominal()], |(name, set)| scenarios::worlds(name, set))
+    }
+
+    /// The motions in several worlds, side by side.
+    pub(super) fn motions(
+        &self,
+        scenarios: &[Scenario],
+        solver: &str,
+        stop: Stop<'_>,
+    ) -> Result<Vec<Result<Motion, Invalid>>, DesignError> {
+        let body = &self.drive.candidate().body;
+        let count = body.actuators.len();
+        let driven: Result<Vec<(simulate::Targets, World)>, EvalError> = scenarios
+            .iter()
+            .map(|one| {
+                let targets = self.drive.targets_under(&self.parameters, &one.conditions(count))?;
+                Ok((targets, one.world()))
+            })
+            .collect();
+        let driven = driven?;
+        let cases: Vec<Case<'_>> = driven.iter().map(|(drive, world)| Case { drive, world }).collect();
+        let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
+        let mut simulation = model.prepare(&body.assembly, &self.settings)?;
+        simulation.run_cases(stop, &cases).ok_or(DesignError::Stopped("the simulation was complete"))
+    }
+
+    /// The motion in the nominal world.
+    pub(super) fn motion(
+        &self,
+        solver: &str,
+        stop: Stop<'_>,
+    ) -> Result<Result<Motion, Invalid>, DesignError> {
+        let motions = self.motions(&[Scenario::nominal()], solver, stop)?;
+        Ok(motions.into_iter().next().unwrap_or(Err(Invalid::NotFinite)))
+    }
+
+    /// A motion in a world, the nominal one if none is named, without others.
+    pub(super) fn recording<'m>(
+        &'m self,
+        motion: &'m Motion,
+        scenario: Option<&'m Scenario>,
+    ) -> Recording<'m> {
+        Recording { scenario, ..Recording::nominal(&self.drive, &self.parameters, motion) }
     }
 
     /// How fast the robot was, as the target that it is simulated on says.
@@ -215,45 +270,41 @@ impl<'r> Driven<'r> {
         else {
             return Ok(None);
         };
-        let speeds = score::quantities(self.recording(motion), &[wanted])?;
+        let speeds = score::quantities(self.recording(motion, None), &[wanted])?;
         Ok(speeds.first().map(|speed| (name.clone(), *speed)))
     }
 }
 
+/// Simulates a design in a task again, in all worlds that its value depends on.
 pub(super) fn replay_task(
     candidate: &Candidate<'_>,
     saved: &SavedTask,
-    trial: Trial<'_>,
+    how: How<'_>,
 ) -> Result<ReplayedTask, DesignError> {
-    let mut driven = Driven::new(candidate, saved, trial.precision)?;
-    let mut assembly = candidate.body.assembly.clone();
-    if let Some(shift) = trial.shift {
-        shift.apply(&mut assembly, &mut driven.settings);
+    let driven = Driven::new(candidate, saved, how.precision)?;
+    let worlds = driven.worlds();
+    let mut motions = driven.motions(&worlds, how.solver, how.stop)?.into_iter();
+    let motion = motions.next().unwrap_or(Err(Invalid::NotFinite));
+    let (mut elsewhere, mut lost) = (Vec::with_capacity(worlds.len()), None);
+    for (scenario, motion) in worlds.into_iter().skip(1).zip(motions) {
+        match motion {
+            Ok(motion) => elsewhere.push((scenario, motion)),
+            Err(why) => lost = lost.or(Some((scenario.name, why))),
+        }
     }
-    let motion = simulated(&assembly, &driven.settings, &driven.targets, trial.solver, trial.stop)?;
-    let score = match &motion {
-        Ok(motion) => Some(driven.score(motion)?),
-        Err(_) => None,
-    };
-    let speed = match &motion {
-        Ok(motion) => driven.speed(motion)?,
-        Err(_) => None,
-    };
-    Ok(ReplayedTask { name: saved.name.clone(), motion, targets: driven.targets, score, speed })
-}
-
-fn simulated(
-    assembly: &Assembly,
-    settings: &simulate::Settings,
-    targets: &simulate::Targets,
-    solver: &str,
-    stop: Stop<'_>,
-) -> Result<Result<Motion, Invalid>, DesignError> {
-    let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
-    let mut simulation = model.prepare(assembly, settings)?;
-    let outcomes = simulation.run_until(stop, std::slice::from_ref(targets));
-    let outcomes = outcomes.ok_or(DesignError::Stopped("the simulation was complete"))?;
-    Ok(outcomes.into_iter().next().unwrap_or(Err(Invalid::NotFinite)))
+    let (mut scored, mut nominal, mut speed) = (None, None, None);
+    if let Ok(motion) = &motion {
+        let recording = driven.recording(motion, None);
+        if lost.is_none() {
+            scored = Some(score(Recording { elsewhere: &elsewhere, ..recording })?);
+        }
+        if driven.drive.task().runs_over_worlds() {
+            nominal = Some(score::objective(recording)?);
+        }
+        speed = driven.speed(motion)?;
+    }
+    let (name, targets) = (saved.name.clone(), driven.targets()?);
+    Ok(ReplayedTask { name, motion, targets, score: scored, nominal, lost, speed })
 }
 
 /// What is simulated when a design does a task.
@@ -273,7 +324,10 @@ impl Setup {
     ///
     /// A sentence that says what does not fit, or that the motion is not valid.
     pub fn motion(&self, solver: &str) -> Result<Motion, DesignError> {
-        Ok(simulated(&self.body.assembly, &self.settings, &self.targets, solver, Stop::NEVER)??)
+        let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
+        let mut simulation = model.prepare(&self.body.assembly, &self.settings)?;
+        let motions = simulation.run(std::slice::from_ref(&self.targets));
+        Ok(motions.into_iter().next().unwrap_or(Err(Invalid::NotFinite))?)
     }
 }
 
@@ -289,8 +343,9 @@ pub fn setup(
     precision: Precision,
 ) -> Result<Setup, DesignError> {
     let candidate = candidate(rules, design)?;
-    let Driven { targets, settings, .. } = Driven::new(&candidate, design.task(task)?, precision)?;
-    Ok(Setup { body: candidate.body, settings, targets })
+    let driven = Driven::new(&candidate, design.task(task)?, precision)?;
+    let targets = driven.targets()?;
+    Ok(Setup { body: candidate.body, settings: driven.settings, targets })
 }
 
 /// Scores a motion that another program has made of a design (see
@@ -309,9 +364,9 @@ pub fn score_of(
     let candidate = candidate(rules, design)?;
     let driven = Driven::new(&candidate, design.task(task)?, Precision::Model)?;
     let motion = simulate::export::read_motion(motion, &candidate.body.assembly, driven.settings.duration)?;
-    let score = driven.score(&motion)?;
+    let recording = driven.recording(&motion, None);
     let is_first = rules.is_first(driven.drive.task());
-    Ok((score, if is_first { score::observe(driven.recording(&motion)) } else { Vec::new() }))
+    Ok((score(recording)?, if is_first { score::observe(recording) } else { Vec::new() }))
 }
 
 fn task_of<'r>(rules: &'r RuleSet, saved: &SavedTask) -> Result<&'r Task, DesignError> {

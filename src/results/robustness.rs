@@ -4,9 +4,11 @@ use grammar_lang::ir::RuleSet;
 
 use super::DesignError;
 use super::describe;
-use super::replay::{Precision, Trial, candidate, replay_task};
-use super::saved::{Check, Measured, SavedDesign, SavedTask};
-use super::shift::Shift;
+use super::elsewhere::values;
+use super::replay::{Driven, How, Precision, candidate};
+use super::saved::{Check, InWorld, Measured, SavedDesign, SavedTask};
+use crate::derive::Candidate;
+use crate::scenarios::{self, Scenario};
 use crate::search::keeps;
 use crate::simulate::{SolverName, Stop};
 
@@ -19,18 +21,10 @@ const ICE: &str = "a floor of ice";
 /// A centre of mass that stays this near on ice, m, has stayed: rounding is a hundredth of it.
 const STAYS: f64 = 2e-4;
 const RAPIER: &str = SolverName::Rapier.text();
-/// By how much friction, masses and motors are moved, one after the other.
-const SHIFTS: [(&str, Shift); 6] = [
-    ("friction 10 % lower", Shift::Friction(0.9)),
-    ("friction 10 % higher", Shift::Friction(1.1)),
-    ("masses 10 % lower", Shift::Mass(0.9)),
-    ("masses 10 % higher", Shift::Mass(1.1)),
-    ("motors 10 % weaker", Shift::Motors(0.9)),
-    ("motors 10 % stronger", Shift::Motors(1.1)),
-];
 
-/// Adds what a final best is checked with: half the step, where the search had
-/// no need to, an eighth of it, the opinion of the reference solver, and other friction, masses and motors.
+/// Adds what a final best is checked with: half the step, where the search had no need to, an eighth of it, the opinion of
+/// the reference solver, the worlds that the search names for that; and how it does in worlds that the search never saw,
+/// where its task names scenarios.
 ///
 /// # Errors
 ///
@@ -42,37 +36,84 @@ pub fn final_check(
 ) -> Result<SavedDesign, DesignError> {
     let mut design = design.clone();
     let candidate = candidate(rules, &design)?;
-    let solver = design.solver.as_str();
-    let plain = Trial { solver, precision: Precision::Model, shift: None, stop };
-    let mut trials = vec![
-        (HALF_STEP, Trial { precision: Precision::Finer, ..plain }),
-        (EIGHTH, Trial { precision: Precision::Finest, ..plain }),
-        (ICE, Trial { shift: Some(Shift::Ice), ..plain }),
-    ];
-    if solver != RAPIER {
-        trials.push((RAPIER, Trial { solver: RAPIER, ..plain }));
-        trials.extend(SHIFTS.map(|(name, shift)| (name, Trial { shift: Some(shift), ..plain })));
-    }
+    let solver = design.solver.clone();
+    let model = How { solver: &solver, precision: Precision::Model, stop };
     for saved in &mut design.tasks {
-        for &(name, trial) in &trials {
-            if saved.checks.iter().all(|check| check.name != name) {
-                // A check without a value does not confirm: the best stands, and says so.
-                let replayed = replay_task(&candidate, saved, trial);
-                // One that was given up says nothing.
-                if replayed.is_err() && stop.is_asked() {
-                    return Err(DesignError::Stopped("all cross-checks were made"));
-                }
-                let measured =
-                    if trial.shift == Some(Shift::Ice) { Measured::Drift } else { Measured::Value };
-                let value = replayed.ok().and_then(|replayed| match measured {
-                    Measured::Value => Some(replayed.score?.value),
-                    Measured::Drift => Some(replayed.motion.ok()?.drift(&candidate.body.assembly)),
-                });
-                saved.checks.push(Check { name: name.to_owned(), value, measured });
+        for (name, how) in [
+            (HALF_STEP, How { precision: Precision::Finer, ..model }),
+            (EIGHTH, How { precision: Precision::Finest, ..model }),
+            (RAPIER, How { solver: RAPIER, ..model }),
+        ] {
+            if saved.checks.iter().any(|check| check.name == name) || name == solver {
+                continue;
             }
+            // A check without a value does not confirm: the best stands, and says so.
+            let value = values(&candidate, saved, &[Scenario::nominal()], how);
+            let value = value.ok().and_then(|values| values.into_iter().next()?.ok());
+            saved.checks.push(Check { name: name.to_owned(), value, measured: Measured::Value });
+            given_up(stop)?;
         }
+        let value = drift(&candidate, saved, model);
+        saved.checks.push(Check { name: ICE.to_owned(), value, measured: Measured::Drift });
+        given_up(stop)?;
+        if solver != RAPIER {
+            elsewhere(&candidate, saved, model)?;
+            given_up(stop)?;
+        }
+        saved.tests = tests(&candidate, saved, model)?;
+        given_up(stop)?;
     }
     Ok(design)
+}
+
+/// What was given up says nothing.
+fn given_up(stop: Stop<'_>) -> Result<(), DesignError> {
+    if stop.is_asked() { Err(DesignError::Stopped("all cross-checks were made")) } else { Ok(()) }
+}
+
+/// How far the centre of mass gets on ice, m; none if the motion is not valid.
+fn drift(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Option<f64> {
+    let driven = Driven::new(candidate, saved, how.precision).ok()?;
+    let motions = driven.motions(&[Scenario::ice()], how.solver, how.stop).ok()?;
+    Some(motions.into_iter().next()?.ok()?.drift(&candidate.body.assembly))
+}
+
+/// Tries a task in the worlds that the search names for that, as far as the body can differ so.
+fn elsewhere(candidate: &Candidate<'_>, saved: &mut SavedTask, how: How<'_>) -> Result<(), DesignError> {
+    let rules = candidate.rules;
+    let set = rules.search.checks.as_ref().and_then(|checks| rules.scenarios.get_key_value(&checks.name));
+    let (Some((name, set)), Some(task)) = (set, rules.tasks.get(&saved.name)) else { return Ok(()) };
+    let applies = |scenario: &Scenario| {
+        scenario.differences.keys().all(|difference| rules.can_differ(*difference, [task]).is_ok())
+    };
+    let worlds: Vec<Scenario> = scenarios::worlds(name, set).into_iter().skip(1).filter(applies).collect();
+    let values = values(candidate, saved, &worlds, how)?;
+    for (world, value) in worlds.iter().zip(values) {
+        let (name, value) = (world.described(), value.ok());
+        if saved.checks.iter().all(|check| check.name != name) {
+            saved.checks.push(Check { name, value, measured: Measured::Value });
+        }
+    }
+    Ok(())
+}
+
+/// What a task comes to in worlds of its scenarios that the search never saw; empty where it names none.
+fn tests(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Result<Vec<InWorld>, DesignError> {
+    let worlds = tested(candidate.rules, saved);
+    let values = values(candidate, saved, &worlds, how)?;
+    let one = |(world, value): (Scenario, Result<f64, _>)| InWorld {
+        differs: world.described(),
+        name: world.name,
+        value: value.ok(),
+    };
+    Ok(worlds.into_iter().zip(values).map(one).collect())
+}
+
+/// The worlds that a task is tested in at the end of a run.
+pub(super) fn tested(rules: &RuleSet, saved: &SavedTask) -> Vec<Scenario> {
+    let within = rules.tasks.get(&saved.name).and_then(|task| task.scenarios.as_ref());
+    let set = within.and_then(|within| rules.scenarios.get_key_value(&within.name));
+    set.map_or_else(Vec::new, |(name, set)| scenarios::tests(name, set))
 }
 
 /// What a cross-check says of the value of a task.
@@ -107,8 +148,8 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
     match check.measured {
         Measured::Drift if other <= STAYS => Verdict::Confirmed,
         Measured::Drift => Verdict::Refuted,
-        Measured::Value if !keeps(rules, task, saved.value, other) => Verdict::Worse,
-        Measured::Value if !keeps(rules, task, other, saved.value) => Verdict::Better,
+        Measured::Value if !keeps(rules, task, saved.in_nominal(), other) => Verdict::Worse,
+        Measured::Value if !keeps(rules, task, other, saved.in_nominal()) => Verdict::Better,
         Measured::Value => Verdict::Confirmed,
     }
 }

@@ -106,17 +106,40 @@ pub struct SavedTask {
     pub name: String,
     /// The value of its objective.
     pub value: f64,
+    /// What the objective is of its motion in the nominal world alone, where it runs over others, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nominal: Option<f64>,
     /// The unit of the value; empty if it has none.
     pub unit: String,
     /// The terms in SI units.
     pub terms: Vec<(String, f64)>,
     /// Cross-checks of the value.
     pub checks: Vec<Check>,
+    /// What it comes to in worlds that the search never saw, where the task names scenarios.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub tests: Vec<InWorld>,
     /// The varied quantities of the drive in SI units, with what they are.
     pub drive: Vec<(String, f64)>,
 }
 
+/// What a task comes to in one world.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct InWorld {
+    /// What the world is called.
+    pub name: String,
+    /// In words what differs there.
+    pub differs: String,
+    /// The value there; none if the motion is not valid.
+    pub value: Option<f64>,
+}
+
 impl SavedTask {
+    /// The value in the nominal world: what cross-checks are compared with.
+    #[must_use]
+    pub fn in_nominal(&self) -> f64 {
+        self.nominal.unwrap_or(self.value)
+    }
+
     /// The varied quantities without their names.
     #[must_use]
     pub fn parameters(&self) -> Vec<f64> {

@@ -6,7 +6,7 @@ use grammar_lang::ir::RuleSet;
 
 use super::DesignError;
 use super::names::Names;
-use super::replay::{Precision, Trial, replay_task};
+use super::replay::{Driven, Precision};
 use super::robustness::HALF_STEP;
 use super::saved::{Check, Grammar, Measured, SavedDesign, SavedTask};
 use crate::derive::Candidate;
@@ -45,18 +45,21 @@ pub fn save(
         let mut saved = SavedTask {
             name: task.name.clone(),
             value: tune.value,
+            nominal: tune.nominal,
             unit: task.objective.unit.clone(),
             terms: Vec::new(),
             checks: Vec::new(),
+            tests: Vec::new(),
             drive: drive
                 .labels(|id| names.get(id).unwrap_or_default().to_owned())
                 .into_iter()
                 .zip(tune.parameters.iter().copied())
                 .collect(),
         };
-        let trial = Trial { solver, precision: Precision::Model, shift: None, stop: Stop::NEVER };
-        let replayed = replay_task(&candidate, &saved, trial)?;
-        saved.terms = replayed.score.map(|s| s.terms).unwrap_or_default();
+        let driven = Driven::new(&candidate, &saved, Precision::Model)?;
+        if let Ok(motion) = driven.motion(solver, Stop::NEVER)? {
+            saved.terms = score::terms(driven.recording(&motion, None))?;
+        }
         if let Some(half) = tune.half_step {
             let (name, value) = (HALF_STEP.to_owned(), Some(half));
             saved.checks.push(Check { name, value, measured: Measured::Value });

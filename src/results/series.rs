@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::FileError;
 use super::describe;
+use super::elsewhere;
 use super::evals::quoted;
 use super::genuine;
 use super::leftovers;
@@ -17,7 +18,7 @@ use super::run_files::{self, finished};
 use super::saved::SavedDesign;
 use super::whole::{aside, lock, lock_again, make_folder, read, write_whole};
 
-const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks\n";
+const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks,nine_of_ten\n";
 
 /// What several runs were asked; the content of `runs.toml`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -52,6 +53,8 @@ pub struct Line {
     end: String,
     /// Of how many cross-checks the value was kept in how many.
     checks: Option<(usize, usize)>,
+    /// What nine of ten worlds are at least as good as that the search never saw, where it was tested in some.
+    tenth: Option<f64>,
 }
 
 /// What several runs in a folder were asked.
@@ -174,7 +177,10 @@ impl SeriesFolder {
                         || design.tasks.iter().flat_map(|t| t.checks.iter().map(move |check| (t, check)));
                     (all().filter(|(task, check)| confirmed(rules, task, check)).count(), all().count())
                 });
+            let tested = design.as_ref().zip(rules.as_ref());
+            let tenth = tested.and_then(|(design, rules)| elsewhere::tested(rules, design)?.tenth);
             lines.push(Line {
+                tenth,
                 seed,
                 value: design.as_ref().map(|d| d.value),
                 unit: design.map(|d| d.unit).unwrap_or_default(),
@@ -193,7 +199,7 @@ impl Line {
     fn row(&self) -> String {
         let or_empty = |text: Option<String>| text.unwrap_or_default();
         format!(
-            "{},{},{},{},{},{},{}\n",
+            "{},{},{},{},{},{},{},{}\n",
             self.seed,
             or_empty(self.value.map(|v| v.to_string())),
             quoted(&self.unit),
@@ -201,6 +207,7 @@ impl Line {
             quoted(&self.end),
             or_empty(self.checks.map(|(kept, _)| kept.to_string())),
             or_empty(self.checks.map(|(_, all)| all.to_string())),
+            or_empty(self.tenth.map(|tenth| tenth.to_string())),
         )
     }
 }
@@ -213,18 +220,20 @@ pub fn table(lines: &[Line]) -> String {
         [
             line.seed.to_string(),
             or_dash(line.value.map(|value| describe::quantity(value, &line.unit))),
+            or_dash(line.tenth.map(|tenth| describe::quantity(tenth, &line.unit))),
             or_dash(line.evaluations.map(|n| n.to_string())),
             or_dash(line.checks.map(|(kept, all)| format!("{kept} of {all}"))),
             line.end.clone(),
         ]
     };
-    let head = ["seed", "value", "evaluations", "checks kept", "end"].map(str::to_owned);
+    let head =
+        ["seed", "value", "nine of ten worlds", "evaluations", "checks kept", "end"].map(str::to_owned);
     let rows: Vec<_> = std::iter::once(head).chain(lines.iter().map(cells)).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths = [0, 1, 2, 3].map(width);
-    let line = |row: &[String; 5]| {
+    let widths = [0, 1, 2, 3, 4].map(width);
+    let line = |row: &[String; 6]| {
         let cells: Vec<_> = row.iter().zip(widths).map(|(cell, width)| format!("{cell:>width$}")).collect();
-        format!("{}  {}\n", cells.join("  "), row[4])
+        format!("{}  {}\n", cells.join("  "), row[5])
     };
     rows.iter().map(line).collect()
 }

@@ -1,10 +1,11 @@
 //! A saved design in words: its value, tasks, terms and cross-checks.
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{Direction, RuleSet};
 
 use super::describe;
+use super::elsewhere;
 use super::robustness::{outcome, verdict};
-use super::saved::SavedDesign;
+use super::saved::{SavedDesign, SavedTask};
 use crate::score::Observed;
 
 /// What a broken preference adds to the value.
@@ -29,6 +30,36 @@ pub fn observed_value(rules: &RuleSet, name: &str, value: Option<&Observed>) -> 
     }
 }
 
+/// What several worlds come to, in words; none of no world. Places are those of the values.
+#[must_use]
+pub fn together(
+    direction: Direction,
+    values: &[Option<f64>],
+    unit: &str,
+    world: impl Fn(usize) -> String,
+) -> Option<String> {
+    let found = elsewhere::together(direction, values)?;
+    let quantity = |value: f64| describe::quantity(value, unit);
+    let mut said = Vec::new();
+    said.extend(found.mean.map(|mean| format!("{} on average", quantity(mean))));
+    said.extend(found.tenth.map(|tenth| format!("{} or better in nine of ten", quantity(tenth))));
+    said.push(match values.get(found.worst).copied().flatten() {
+        Some(value) => format!("{} at worst ({})", quantity(value), world(found.worst)),
+        None => format!("none in {} of them, such as {}", found.without, world(found.worst)),
+    });
+    Some(said.join(", "))
+}
+
+/// What a task comes to in worlds that the search never saw, in words: a line, where it names scenarios.
+#[must_use]
+pub fn tests(rules: &RuleSet, saved: &SavedTask) -> Option<String> {
+    let task = rules.tasks.get(&saved.name)?;
+    let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value).collect();
+    let world = |place: usize| saved.tests[place].differs.clone();
+    let said = together(task.objective.direction, &values, &saved.unit, world)?;
+    Some(format!("in {} other worlds of `{}`: {said}", values.len(), task.scenarios.as_ref()?.name))
+}
+
 /// The value, tasks, terms and checks of a design in words.
 #[must_use]
 pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
@@ -47,6 +78,9 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
             let value = describe::quantity(saved.value, &saved.unit);
             out.push_str(&format!("task {} {value}\n", saved.name));
         }
+        if let Some(nominal) = saved.nominal {
+            out.push_str(&format!("  in the nominal world {}\n", describe::quantity(nominal, &saved.unit)));
+        }
         for (name, value) in &saved.terms {
             out.push_str(&format!("  {name} {}\n", describe::term(rules, &saved.unit, name, *value)));
         }
@@ -55,6 +89,7 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
             let remark = verdict(rules, saved, check).remark();
             out.push_str(&format!("  with {}: {text}{remark}\n", check.name));
         }
+        out.extend(tests(rules, saved).map(|line| format!("{line}\n")));
     }
     out
 }

@@ -59,13 +59,18 @@ impl<'a> Recording<'a> {
 ///
 /// [`EvalError`] when a term or the objective has no value.
 pub fn score(recording: Recording<'_>) -> Result<Score, EvalError> {
-    let (rules, task) = (recording.drive.candidate().rules, recording.drive.task());
     let scope = MotionScope::new(recording)?;
-    let mut terms = Vec::with_capacity(rules.terms.len());
-    for (name, term) in used(rules, task) {
-        terms.push((name.to_owned(), number(&observed::value(name, term, &scope)?)));
-    }
-    Ok(Score { value: value(task, &scope)?, terms })
+    let terms = scope.named_terms()?;
+    Ok(Score { value: value(recording.drive.task(), &scope)?, terms })
+}
+
+/// The terms that the objective of its task builds on, in SI units, in the order of the rule set.
+///
+/// # Errors
+///
+/// [`EvalError`] when one has no value.
+pub fn terms(recording: Recording<'_>) -> Result<Vec<(String, f64)>, EvalError> {
+    MotionScope::new(recording)?.named_terms()
 }
 
 /// The terms that a task's objective builds on, in the order of the rule set.
@@ -154,6 +159,13 @@ impl<'a> MotionScope<'a> {
             | Difference::Pressure => 1.0,
             Difference::Tilt | Difference::Slope | Difference::Late => 0.0,
         }))
+    }
+
+    fn named_terms(&self) -> Result<Vec<(String, f64)>, EvalError> {
+        let (rules, task) = (self.recording.drive.candidate().rules, self.recording.drive.task());
+        let one =
+            |(name, term): (&str, &Term)| Ok((name.to_owned(), number(&observed::value(name, term, self)?)));
+        used(rules, task).into_iter().map(one).collect()
     }
 
     fn body(&self) -> &'a Body {

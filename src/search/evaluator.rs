@@ -106,10 +106,13 @@ impl<'r> Evaluator<'r> {
         (self.engine.crew.threads(), self.workers.iter().map(|worker| worker.lanes()).min().unwrap_or(1))
     }
 
-    /// How many hinges the body has.
+    /// How many joints of the body move.
     pub(super) fn hinges(&self) -> usize {
-        let is_hinge = |joint: &&Joint| matches!(joint.kind, JointKind::Hinge(_));
-        self.drive.candidate().body.assembly.joints.iter().filter(is_hinge).count()
+        let moves = |joint: &&Joint| match joint.kind {
+            JointKind::Rigid => false,
+            JointKind::Hinge(_) => true,
+        };
+        self.drive.candidate().body.assembly.joints.iter().filter(moves).count()
     }
 
     /// Evaluates several parameters at once; each as if it were alone. None if it was

@@ -78,8 +78,9 @@ pub(super) fn assembly(assembly: &Assembly) -> Result<(), Unfit> {
         need(joint.parent < count && joint.child < count, || {
             format!("joint {index} names an element that does not exist; there are {count}")
         })?;
-        if let JointKind::Hinge(part) = &joint.kind {
-            hinge(index, part, assembly.actuators)?;
+        match &joint.kind {
+            JointKind::Rigid => {}
+            JointKind::Hinge(part) => hinge(index, part, assembly.actuators)?,
         }
     }
     Ok(())

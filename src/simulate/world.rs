@@ -85,14 +85,16 @@ impl World {
             }
         }
         for joint in &mut body.joints {
-            if let JointKind::Hinge(hinge) = &mut joint.kind {
-                hinge.torque *= self.torque;
-                hinge.bending_rate *= self.speed;
-                hinge.relaxing_rate *= self.speed;
-                if self.tilt != 0.0 {
-                    hinge.anchor = Point3::from(about(hinge.anchor.coords));
-                    hinge.axis = turn * hinge.axis;
-                }
+            let hinge = match &mut joint.kind {
+                JointKind::Rigid => continue,
+                JointKind::Hinge(hinge) => hinge,
+            };
+            hinge.torque *= self.torque;
+            hinge.bending_rate *= self.speed;
+            hinge.relaxing_rate *= self.speed;
+            if self.tilt != 0.0 {
+                hinge.anchor = Point3::from(about(hinge.anchor.coords));
+                hinge.axis = turn * hinge.axis;
             }
         }
         (body, settings)

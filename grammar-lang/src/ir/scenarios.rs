@@ -143,12 +143,16 @@ impl Scenarios {
 }
 
 impl RuleSet {
-    /// What of a set of worlds its bodies cannot differ in when they do some of its tasks, with the reason.
-    pub fn cannot_apply<'t>(
+    /// Whether bodies can differ in something when they do some of the tasks.
+    ///
+    /// # Errors
+    ///
+    /// Why not.
+    pub fn can_differ<'t>(
         &self,
-        set: &Scenarios,
+        difference: Difference,
         tasks: impl IntoIterator<Item = &'t Task>,
-    ) -> Option<(Difference, &'static str)> {
+    ) -> Result<(), &'static str> {
         let balls = matches!(self.method(), Method::Balls(_));
         let is_supplied = |task: &Task| {
             let target = task.on.as_ref().and_then(|on| self.targets.get(on));
@@ -156,15 +160,26 @@ impl RuleSet {
                 |target| matches!(&target.backend, Backend::Pneumatic(air) if air.supply.is_some()),
             )
         };
-        let supply = tasks.into_iter().any(is_supplied);
-        let why = |difference: Difference| match difference {
-            Difference::Torque if balls => Some("balls and springs have no torques"),
-            Difference::Speed if balls => Some("balls and springs have no servos whose speed could differ"),
-            Difference::Pressure if !supply => Some("no task is simulated on a target with a supply"),
-            _ => None,
-        };
+        match difference {
+            Difference::Torque if balls => Err("balls and springs have no torques"),
+            Difference::Speed if balls => Err("balls and springs have no servos whose speed could differ"),
+            Difference::Pressure if !tasks.into_iter().any(is_supplied) => {
+                Err("no task is simulated on a target with a supply")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// What of a set of worlds bodies cannot differ in when they do some of the tasks, with the reason.
+    pub fn cannot_apply<'t>(
+        &self,
+        set: &Scenarios,
+        tasks: impl IntoIterator<Item = &'t Task> + Clone,
+    ) -> Option<(Difference, &'static str)> {
         let given = set.ranges.keys().chain(set.cases.values().flat_map(IndexMap::keys));
-        given.copied().find_map(|difference| Some((difference, why(difference)?)))
+        given
+            .copied()
+            .find_map(|difference| Some((difference, self.can_differ(difference, tasks.clone()).err()?)))
     }
 }
 

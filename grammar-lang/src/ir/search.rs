@@ -118,7 +118,7 @@ pub struct Annealing {
     pub chains: Option<usize>,
     /// Whether neighbouring chains may change places, asked after each iteration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub exchange: Option<Expr>,
+    pub exchange: Option<Box<Expr>>,
 }
 
 /// Covariance matrix adaptation (Hansen 2016): a normal distribution of curves that follows the better half of
@@ -255,7 +255,7 @@ impl<'a> SearchMethod<'a> {
             Self::Annealing(annealing) => vec![
                 ("walk", annealing.walk.map(|n| n.to_string())),
                 ("chains", annealing.chains.map(|n| n.to_string())),
-                ("exchange", annealing.exchange.as_ref().map(show)),
+                ("exchange", annealing.exchange.as_deref().map(show)),
             ],
             Self::CmaEs(cma_es) => vec![
                 ("spread", Some(cma_es.spread.to_string())),
@@ -269,7 +269,7 @@ impl<'a> SearchMethod<'a> {
     /// Its expressions of the search stage.
     pub fn scheduled(self) -> impl Iterator<Item = &'a Expr> {
         let own = match self {
-            Self::Annealing(annealing) => [Some(&annealing.temperature), annealing.exchange.as_ref()],
+            Self::Annealing(annealing) => [Some(&annealing.temperature), annealing.exchange.as_deref()],
             Self::CmaEs(cma_es) => [cma_es.restart.as_ref(), None],
             Self::Archive(_) => [None, None],
         };

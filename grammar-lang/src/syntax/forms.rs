@@ -62,6 +62,17 @@ mod tests {
     use super::super::parser::SgrParser;
     use super::*;
 
+    /// What cannot be read ends where a declaration begins, whichever it is.
+    #[test]
+    fn every_declaration_ends_what_cannot_be_read() {
+        for kind in KINDS {
+            let text = format!("odd (\n{}", kind.form.replace("{ ... }", "{ }"));
+            let file = SgrParser::parse(Rule::file, &text).unwrap().next().unwrap();
+            let items = file.into_inner().filter(|pair| pair.as_rule() == Rule::item).count();
+            assert_eq!(items, 1, "`{}` is not in `item_word`: {text}", kind.word);
+        }
+    }
+
     #[test]
     fn what_is_shown_can_be_read() {
         let read = |entry, form: &str| {

@@ -10,6 +10,7 @@ use grammar_lang::source::SourceMap;
 use super::error::{Lost, ReportError};
 use super::moves::{Move, lineage, moves};
 use crate::results::DesignError;
+use crate::results::elsewhere::{Together, tested};
 use crate::results::genuine;
 use crate::results::place::{RUNS, is_series};
 use crate::results::robustness::confirmed;
@@ -115,6 +116,14 @@ impl Run {
         let all = || design.tasks.iter().flat_map(|task| task.checks.iter().map(move |check| (task, check)));
         let kept = all().filter(|(task, check)| confirmed(&rules.0, task, check)).count();
         self.is_complete().then(|| (kept, all().count()))
+    }
+}
+
+impl Run {
+    /// What its best is in worlds that the search never saw, once that was tested.
+    pub(crate) fn tested(&self) -> Option<Together> {
+        let Some(Ok(Found { design, rules: Ok(rules) })) = &self.design else { return None };
+        tested(&rules.0, design)
     }
 }
 

@@ -45,6 +45,9 @@ pub struct Data {
     /// Whether bends are strains, not angles.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub strain: bool,
+    /// Whether the motion in another world follows in `stream`, as four groups more: x, y, z and rotations.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub elsewhere: bool,
     /// The elements that have a placement.
     pub elements: Vec<Part>,
     /// The elements at rest, as the design grew.
@@ -112,15 +115,18 @@ pub fn data(scene: &Scene) -> Data {
     let kept = kept(motion.frames(), stride);
     let actuators = motion.bends.len().checked_div(motion.frames()).unwrap_or(0);
     let mut packer = Packer::default();
-    for axis in 0..3 {
-        packer.group(positions(motion, &kept, axis));
-    }
-    packer.scaled(rotations(motion, &kept), (-1.0, 1.0));
+    packer.poses(motion, &kept);
     packer.group(columns(&motion.bends, actuators, &kept));
     for curve in &scene.curves {
         packer.group(vec![curve.targets.clone()]);
     }
+    let worst = scene.worlds.as_ref().and_then(|worlds| worlds.worst.as_ref());
+    let worst = worst.filter(|worst| worst.bodies == motion.bodies && worst.frames() == motion.frames());
+    if let Some(worst) = worst {
+        packer.poses(worst, &kept);
+    }
     Data {
+        elsewhere: worst.is_some(),
         interval: finite(motion.interval * stride as f64),
         duration: if kept.is_empty() { 0.0 } else { finite(motion.time(motion.frames() - 1)) },
         frames: kept.len(),
@@ -224,6 +230,14 @@ struct Packer {
 }
 
 impl Packer {
+    /// Adds where all bodies are: three groups of places, one of rotations.
+    fn poses(&mut self, motion: &Motion, kept: &[usize]) {
+        for axis in 0..3 {
+            self.group(positions(motion, kept, axis));
+        }
+        self.scaled(rotations(motion, kept), (-1.0, 1.0));
+    }
+
     /// Adds channels of equal length, on the scale of their least and greatest value.
     fn group(&mut self, channels: Vec<Vec<f64>>) {
         let values = || channels.iter().flatten().copied().map(finite);

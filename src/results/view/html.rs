@@ -5,7 +5,7 @@ use base64::engine::general_purpose::STANDARD;
 use sha2::{Digest as _, Sha256};
 
 use super::encode::Data;
-use super::{Check, Made, Making, Scene};
+use super::{Check, Made, Making, Scene, worlds};
 use crate::markup::escape;
 
 /// The frame: HTML with `{{name}}` where something goes.
@@ -40,6 +40,7 @@ pub(super) fn page(scene: &Scene, data: &Data) -> String {
             format!("<div><dt>{}</dt><dd>{}</dd></div>", escape(name), escape(text))
         }),
         "checks" => section("Cross-checks", "ul", &scene.checks, check),
+        "worlds" => scene.worlds.as_ref().map_or_else(String::new, worlds::section),
         "making" => making(&scene.making),
         "data" => inert(&serde_json::to_string(data).unwrap_or_default()),
         "three" => THREE.to_owned(),

@@ -13,6 +13,7 @@ mod html;
 mod pieces;
 #[cfg(test)]
 mod tests;
+mod worlds;
 
 use nalgebra::Isometry3;
 
@@ -43,6 +44,23 @@ pub struct Scene {
     pub making: Making,
     /// What other models or settings say about the same design.
     pub checks: Vec<Check>,
+    /// How it does in worlds that the search never saw, if it was tested in some.
+    pub worlds: Option<Worlds>,
+}
+
+/// How a design does in worlds that the search never saw.
+#[derive(Clone, Debug)]
+pub struct Worlds {
+    /// The values, in this unit; none where the motion is not valid.
+    pub values: Vec<Option<f64>>,
+    /// The unit; empty if there is none.
+    pub unit: String,
+    /// The value in the nominal world.
+    pub nominal: f64,
+    /// All of that in a sentence.
+    pub text: String,
+    /// The motion in the world that was worst, if it is valid. It is shown beside [`Scene::motion`].
+    pub worst: Option<Motion>,
 }
 
 /// How an element looks.

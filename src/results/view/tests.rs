@@ -162,6 +162,7 @@ pub(super) fn walker() -> Scene {
             Check { name: "half the time step".to_owned(), text: "38.0 cm (−0.5 %)".to_owned(), ok: true },
             Check { name: "rapier".to_owned(), text: "29.4 cm (−23 %)".to_owned(), ok: false },
         ],
+        worlds: None,
     }
 }
 

@@ -45,6 +45,9 @@ pub struct Row {
     pub size: (usize, usize),
     /// The value of the design; none if no evaluation was valid.
     pub value: Option<f64>,
+    /// What the objective is of its motion in the nominal world alone, where the grammar has one task and that runs over
+    /// others, too.
+    pub nominal: Option<f64>,
     /// Whether it became the current design.
     pub accepted: bool,
     /// The best value so far.
@@ -139,6 +142,7 @@ enum Described {
 #[derive(Default)]
 struct Judged {
     value: Option<f64>,
+    nominal: Option<f64>,
     observed: Vec<Option<Observed>>,
     accepted: bool,
     tally: Tally,
@@ -505,6 +509,7 @@ impl Bodies<'_> {
         self.state.tally.add(&tally);
         let tunes = found.as_ref().map_or_else(Vec::new, |(tunes, _)| tunes.clone());
         let observed = tunes.first().map_or_else(Vec::new, |tune| tune.observed.clone());
+        let nominal = if let [one] = tunes.as_slice() { one.nominal } else { None };
         let number = self.state.moves;
         let place = Place { number, derivation: Arc::clone(&derivation), value, tunes };
         if let Some(best) = self.better(&derivation, found) {
@@ -522,7 +527,11 @@ impl Bodies<'_> {
             None => false,
         };
         let mistake = tally.no_value.keys().next().filter(|_| first && value.is_none()).cloned();
-        self.tell(&derivation, origin, Judged { value, observed, accepted: accepted || kept, tally })?;
+        self.tell(
+            &derivation,
+            origin,
+            Judged { value, nominal, observed, accepted: accepted || kept, tally },
+        )?;
         // What has no value for the very first design is a mistake in the grammar.
         mistake.map_or(Ok(()), |error| Err(error.into()))
     }
@@ -558,7 +567,7 @@ impl Bodies<'_> {
         &mut self,
         derivation: &Derivation,
         Origin { parent, chain, rule, blocked }: Origin,
-        Judged { value, observed, accepted, tally }: Judged,
+        Judged { value, nominal, observed, accepted, tally }: Judged,
     ) -> Result<(), Failure> {
         let rules = self.rules;
         let state = &self.state;
@@ -574,6 +583,7 @@ impl Bodies<'_> {
             blocked,
             size: (parts, actuators),
             value,
+            nominal,
             accepted,
             best: state.best.as_ref().map(|b| b.value),
             temperature: state

@@ -81,7 +81,7 @@ impl Declarations<'_> {
             temperature: temperature?,
             walk: whole(walk)?,
             chains: whole(chains)?,
-            exchange: whole(exchange)?,
+            exchange: whole(exchange)?.map(Box::new),
         })
     }
 

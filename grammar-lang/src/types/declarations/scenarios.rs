@@ -7,7 +7,8 @@ use super::fields::Fields;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Difference, Scenarios, Ty};
 use crate::source::Span;
-use crate::syntax::ast::{Block, Field, Name};
+use crate::syntax::ast::{Block, Field, ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 
@@ -31,6 +32,12 @@ const EXAMPLE: &str = "case ice { ground_friction = 0.2 }";
 const NOMINAL: &str = "nominal";
 
 impl Declarations<'_> {
+    /// Whether a name is that of a set of worlds.
+    pub(super) fn set_of_worlds(&mut self, name: &Name) -> bool {
+        let is_set = |kind: &ItemKind| matches!(kind, ItemKind::Block(BlockKind::Scenarios, _));
+        self.named(name, "scenarios", is_set).is_some()
+    }
+
     pub(super) fn scenarios(&mut self, block: &Block, damaged: bool) -> Option<Scenarios> {
         let is_case = |field: &&Field| matches!(field, Field::Group(group) if group.name.text == "case");
         let all = [&DIFFERENCES[..], &["drawn", "case"]].concat();

@@ -8,8 +8,7 @@ use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
 use crate::eval::Value;
 use crate::ir::{self, Expr, Judge, Ty};
 use crate::source::Span;
-use crate::syntax::ast::{self, Block, Field, ItemKind, Name};
-use crate::syntax::declarations::BlockKind;
+use crate::syntax::ast::{self, Block, Field, Name};
 use crate::syntax::earlier;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
@@ -144,9 +143,7 @@ impl Declarations<'_> {
             return None;
         };
         let name = Name { text: name.clone(), span: tree.span };
-        let is_set = |kind: &ItemKind| matches!(kind, ItemKind::Block(BlockKind::Scenarios, _));
-        self.named(&name, "set of worlds", is_set)?;
-        Some(ir::Within { name: name.text, span: name.span })
+        self.set_of_worlds(&name).then_some(ir::Within { name: name.text, span: name.span })
     }
 
     /// The method of a loop and its fields. Fields of other methods are told.

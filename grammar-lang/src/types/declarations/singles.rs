@@ -29,8 +29,8 @@ pub(in crate::types) struct Singles<'t> {
     pub(super) model: Option<ir::Model>,
     /// The target that it is simulated on.
     pub(super) on: Option<&'t Name>,
-    /// The scenarios that it happens in.
-    pub(super) scenarios: Option<&'t Name>,
+    /// The scenarios that it happens in, and whether there are such.
+    pub(super) scenarios: Option<(&'t Name, bool)>,
     /// Where its time is said: what is added to it follows there.
     pub(super) duration: Option<Span>,
     /// Whether more is better, the value, and whether the item is damaged.
@@ -103,10 +103,8 @@ impl<'a> Declarations<'a> {
                 singles.on = on.as_ref().filter(|on| {
                     self.named(on, "target", |k| matches!(k, ItemKind::Target { .. })).is_some()
                 });
-                let is_set = |kind: &ItemKind| matches!(kind, ItemKind::Block(BlockKind::Scenarios, _));
                 singles.duration = Some(duration.span);
-                singles.scenarios =
-                    scenarios.as_ref().filter(|set| self.named(set, "set of worlds", is_set).is_some());
+                singles.scenarios = scenarios.as_ref().map(|set| (set, self.set_of_worlds(set)));
             }
             ItemKind::Objective { direction, value } => {
                 singles.objective = Some((*direction, value, item.damaged));

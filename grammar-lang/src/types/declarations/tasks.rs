@@ -42,7 +42,7 @@ impl<'a> Declarations<'a> {
                 actuated: names_only(&actuated),
                 model: singles.model.clone()?,
                 on: singles.on.map(|on| on.text.clone()),
-                scenarios: singles.scenarios.map(within),
+                scenarios: singles.scenarios.map(|(set, _)| within(set)),
                 objective: objective.clone(),
             };
             tasks.insert(RuleSet::ONLY_TASK.to_owned(), (task, actuated));
@@ -131,7 +131,7 @@ impl<'a> Declarations<'a> {
             actuated: names_only(&actuated),
             model: model?,
             on,
-            scenarios: simulated.scenarios.map(within),
+            scenarios: simulated.scenarios.map(|(set, _)| within(set)),
             objective: objective?,
         };
         Some((task, actuated))
@@ -182,7 +182,11 @@ impl<'a> Declarations<'a> {
             }
             false
         });
-        let own = simulated.scenarios.map(|own| own.text.as_str());
+        // What is wrong with their name is told there.
+        if simulated.scenarios.is_some_and(|(_, is_known)| !is_known) {
+            return;
+        }
+        let own = simulated.scenarios.map(|(own, _)| own.text.as_str());
         if let Some((set, place)) = others.into_iter().find(|(set, _)| Some(set.as_str()) != own) {
             let error = Diagnostic::new(
                 Code::OTHER_WORLDS,
@@ -192,7 +196,7 @@ impl<'a> Declarations<'a> {
             .label("other worlds than the task's");
             let help = format!("add `in {set}` to its `simulate`");
             self.report(match (simulated.scenarios, simulated.time) {
-                (Some(own), _) => error
+                (Some((own, _)), _) => error
                     .also(own.span, "its worlds are these")
                     .help(format!("run over `{}`, or simulate it in `{set}`", own.text)),
                 (None, Some(time)) => {
@@ -410,9 +414,10 @@ impl<'a> Declarations<'a> {
             Some(one) if other.is_some() => format!("name {}, such as `{one}`", an(what)),
             _ => format!("declare it with `{what}`, or import it with `use`"),
         });
+        let are = if what.ends_with('s') { "are" } else { "is" };
         let (message, label) = match other {
             Some(_) => (format!("`{}` is no {what}", name.text), "another kind of declaration"),
-            None => (format!("there is no {what} `{}`", name.text), "not declared"),
+            None => (format!("there {are} no {what} `{}`", name.text), "not declared"),
         };
         let mut error = Diagnostic::new(Code::UNKNOWN_NAME, name.span, message)
             .label(label)
@@ -429,8 +434,8 @@ impl<'a> Declarations<'a> {
 /// What a task says of where it happens.
 #[derive(Clone, Copy)]
 struct Simulated<'a> {
-    /// The scenarios.
-    scenarios: Option<&'a Name>,
+    /// The scenarios, and whether there are such.
+    scenarios: Option<(&'a Name, bool)>,
     /// Where its time stands.
     time: Option<Span>,
 }

@@ -69,6 +69,8 @@ pub(crate) fn csv(groups: &[Group]) -> String {
         "end",
         "checks_kept",
         "checks",
+        "nine_of_ten",
+        "mean_of_worlds",
         "seconds",
         "evaluations_per_second",
         "folder",
@@ -78,6 +80,7 @@ pub(crate) fn csv(groups: &[Group]) -> String {
         columns,
         rows.map(|(group, run)| {
             let (found, checks, time) = (run.found(), run.checks(), Time::of(run));
+            let tested = run.tested();
             [
                 group.name.clone(),
                 run.asked.seed.to_string(),
@@ -92,6 +95,8 @@ pub(crate) fn csv(groups: &[Group]) -> String {
                 run.standing.text().to_owned(),
                 or_empty(checks.map(|(kept, _)| kept)),
                 or_empty(checks.map(|(_, all)| all)),
+                or_empty(tested.as_ref().and_then(|tested| tested.tenth)),
+                or_empty(tested.as_ref().and_then(|tested| tested.mean)),
                 or_empty(time.map(|time| format!("{:.1}", time.seconds))),
                 or_empty(time.and_then(|time| time.rate()).map(|rate| format!("{rate:.1}"))),
                 run.path.display().to_string(),

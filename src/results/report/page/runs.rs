@@ -9,6 +9,9 @@ use crate::markup::escape;
 use crate::results::report::gather::runs::{better, spread};
 use crate::results::report::read::{Group, Run};
 
+/// The place of the column that says how a design does in other worlds.
+const TESTED: usize = 2;
+
 pub(super) fn section(groups: &[Group], link: Link) -> String {
     let asked: String = groups
         .iter()
@@ -29,6 +32,11 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
         "#checks kept",
         "why it ended",
     ];
+    // Who was tested in no worlds has nothing to show there.
+    let is_tested = groups.iter().flat_map(|group| &group.runs).any(|run| run.tested().is_some());
+    if is_tested {
+        head.insert(TESTED, "#nine of ten other worlds");
+    }
     if several {
         head.insert(0, "group");
     }
@@ -37,6 +45,10 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
         .flat_map(|group| group.runs.iter().map(move |run| (group, run)))
         .map(|(group, run)| {
             let mut cells = cells(group, run, link);
+            if is_tested {
+                let tenth = run.tested().and_then(|tested| tested.tenth);
+                cells.insert(TESTED, or_dash(tenth.map(|tenth| value(tenth, &group.unit))));
+            }
             if several {
                 cells.insert(0, escape(&group.name));
             }
@@ -216,7 +228,7 @@ fn said(group: &Group) -> Vec<String> {
     let held = checked.iter().filter(|(kept, all)| kept == all).count();
     if !checked.is_empty() {
         said.push(format!(
-            "{held} of {} best designs kept their value in all cross-checks (finer simulation, the second solver, other friction, masses and motors).",
+            "{held} of {} best designs kept their value in all cross-checks (finer simulation, ice, the second solver, other worlds).",
             checked.len()
         ));
     }

@@ -40,6 +40,9 @@ class Recording {
     Object.assign(this, { interval: data.interval, duration: data.duration, frames: data.frames, strain: !!data.strain, elements: looking(data.elements, data.looks) });
     [this.x, this.y, this.z, this.turn, this.bends] = channels;
     this.curves = data.curves.map((curve, i) => ({ ...curve, targets: channels[5 + i][0] || [], bend: this.bends[i] || [] }));
+    const [x, y, z, turn] = channels.slice(5 + data.curves.length);
+    /** Where the bodies are in another world; null if that is not known. */
+    this.elsewhere = data.elsewhere ? { x, y, z, turn } : null;
     this.pose = new Float32Array(7);
     this.coreWay = this.way([0]);
     this.centreWay = this.way(this.elements.map((_, index) => index));
@@ -69,19 +72,19 @@ class Recording {
     return channel.length ? channel[low] + (channel[high] - channel[low]) * part : 0;
   }
 
-  /** The pose of an element: x, y, z, i, j, k, w in an array that the next call uses again. */
-  poseOf(element, place) {
+  /** The pose of an element: x, y, z, i, j, k, w in an array that the next call uses again; here or elsewhere. */
+  poseOf(element, place, where = this) {
     const { body, local } = element;
-    const [a, b, c, d] = [0, 1, 2, 3].map((i) => this.between(this.turn[4 * body + i], place));
+    const [a, b, c, d] = [0, 1, 2, 3].map((i) => this.between(where.turn[4 * body + i], place));
     const norm = 1 / (Math.hypot(a, b, c, d) || 1);
     const [i, j, k, w] = [a * norm, b * norm, c * norm, d * norm];
     const [px, py, pz, li, lj, lk, lw] = local;
     // Rotates the local position: v + 2 q x (q x v + w v).
     const ux = j * pz - k * py + w * px, uy = k * px - i * pz + w * py, uz = i * py - j * px + w * pz;
     const out = this.pose;
-    out[0] = this.between(this.x[body], place) + px + 2 * (j * uz - k * uy);
-    out[1] = this.between(this.y[body], place) + py + 2 * (k * ux - i * uz);
-    out[2] = this.between(this.z[body], place) + pz + 2 * (i * uy - j * ux);
+    out[0] = this.between(where.x[body], place) + px + 2 * (j * uz - k * uy);
+    out[1] = this.between(where.y[body], place) + py + 2 * (k * ux - i * uz);
+    out[2] = this.between(where.z[body], place) + pz + 2 * (i * uy - j * ux);
     out[3] = w * li + i * lw + j * lk - k * lj;
     out[4] = w * lj - i * lk + j * lw + k * li;
     out[5] = w * lk + i * lj - j * li + k * lw;

@@ -55,6 +55,7 @@ class Player {
     const stage = new Stage(renderer, this.recording, this.making);
     by("scale").textContent = `grid ${centimetres(stage.ground.minor, 2).replace(/\.?0+(?=\u00a0)/, "")}, numbers in cm from where the core started`;
     by("scale").hidden = by("cameras").hidden = false;
+    by("elsewhere").hidden = !stage.other;
     root.dataset.webgl = "yes";
     return stage;
   }
@@ -202,6 +203,14 @@ class Player {
     by("follow").setAttribute("aria-pressed", true);
   }
 
+  /** Shows the motion in the worst world, or not. */
+  elsewhere() {
+    if (!this.stage?.other) return;
+    this.stage.showOther(!this.stage.isOtherShown);
+    by("elsewhere").setAttribute("aria-pressed", this.stage.isOtherShown);
+    this.draw();
+  }
+
   setLoop(loop) {
     this.loop = loop;
     by("loop").setAttribute("aria-pressed", loop);
@@ -220,6 +229,7 @@ class Player {
     on("follow", () => this.setFollow(!this.stage.follow));
     on("whole", () => this.whole());
     on("near", () => this.near());
+    on("elsewhere", () => this.elsewhere());
     by("scrub").addEventListener("input", () => {
       const at = Number(by("scrub").value);
       if (!this.made) return this.seek(at);
@@ -264,6 +274,7 @@ class Player {
       End: () => this.seek(this.recording.duration),
       f: () => this.setFollow(!this.stage?.follow),
       w: () => this.whole(),
+      e: () => this.elsewhere(),
       l: () => this.setLoop(!this.loop),
     };
     window.addEventListener("keydown", (event) => {

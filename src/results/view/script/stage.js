@@ -69,6 +69,12 @@ class Stage {
     const solid = () => new THREE.MeshStandardMaterial({ roughness: 0.62, metalness: 0 });
     this.robot = new Solids(this.scene, this.recording.elements, solid(), true);
     this.light(null);
+    if (this.recording.elsewhere) {
+      // The same robot in another world, to be seen through.
+      const faint = new THREE.MeshBasicMaterial({ transparent: true, opacity: 0.26, depthWrite: false });
+      this.other = new Solids(this.scene, this.recording.elements, faint, false);
+      this.recording.elements.forEach((element, index) => this.other.paint(index, this.tools.colour.set("#6b7078")));
+    }
     if (!this.making) return;
     // The design as it grew; the rims of what a step did, from the back of slightly larger
     // elements (1 is three.js's BackSide); and what was there before it.
@@ -195,6 +201,10 @@ class Stage {
       this.ground.shade(index, element.shape, pose, this.robot.place(index, pose), this.tools);
     });
     this.robot.placed();
+    if (this.other) {
+      recording.elements.forEach((element, index) => this.other.place(index, recording.poseOf(element, place, recording.elsewhere)));
+      this.other.placed();
+    }
     this.ground.show(place, recording.elements.length);
     const focus = this.focus(t);
     if (this.follow) {
@@ -212,6 +222,7 @@ class Stage {
     this.isMaking = making;
     for (const solids of [this.grown, this.rims, this.ghosts]) solids.visible = making;
     this.robot.visible = !making;
+    this.showOther(this.isOtherShown);
     this.ground.showWays(!making);
     if (making) {
       this.before = [this.camera.position.clone(), this.controls.target.clone()];
@@ -220,6 +231,17 @@ class Stage {
       this.camera.position.copy(this.before[0]);
       this.controls.target.copy(this.before[1]);
     }
+  }
+
+  /** Whether the motion in another world is there, and whether it is wanted. */
+  get isOtherShown() {
+    return Boolean(this.other) && this.wantsOther !== false;
+  }
+
+  showOther(shown) {
+    if (!this.other) return;
+    this.wantsOther = shown;
+    this.other.visible = shown && !this.isMaking;
   }
 
   /** Keeps the design in sight as it grows, from the direction and as near as one has chosen. */

@@ -1,0 +1,203 @@
+//! Searches whose objective runs over worlds.
+
+use grammar_lang::ir::RuleSet;
+use sgc::results::elsewhere::judge;
+use sgc::results::replay::{How, Precision, replay};
+use sgc::results::robustness::final_check;
+use sgc::results::saved::{Grammar, SavedDesign};
+use sgc::results::{genuine, saving};
+use sgc::scenarios;
+use sgc::search::{Best, Tune};
+use sgc::simulate::Stop;
+
+use crate::search::{same_end, search};
+use crate::support::{compile_texts, texts};
+
+const SET: &str = "scenarios workshop {
+  friction = 75 % .. 125 %
+  mass     = 90 % .. 110 %
+  torque   = 60 % .. 115 %
+  late     = 0 ms .. 50 ms
+  drawn    = 3
+  case ice { ground_friction = 0.2 }
+}";
+
+/// `codesign` with short motions in five worlds.
+fn robust(objective: &str, search: &str) -> RuleSet {
+    let mut texts = texts();
+    let search = search.replace("  ", "\n");
+    let text = texts["grammars/codesign.sgr"]
+        .replace("simulate hinge_model for 20 s", &format!("{SET}\nsimulate hinge_model for 1 s in workshop"))
+        .replace("maximize travel - fall in cm", objective)
+        .replace("use std.search     { nested_annealing }", "use std.search { cauchy }")
+        .replace(
+            "search   nested_annealing",
+            &format!("search quick\nsearch quick {{ keep = 80 %\n{search} }}"),
+        );
+    texts.insert("grammars/codesign.sgr".into(), text);
+    compile_texts(&texts, "grammars/codesign.sgr").unwrap()
+}
+
+const WORST: &str = "maximize min over w in workshop of travel - fall in cm";
+
+const BODIES: &str =
+    "bodies annealing { iterations = 100  moves = 3  temperature = cauchy(9, 0.1, iteration)  stop = false }";
+
+fn annealed(judge: &str) -> String {
+    format!(
+        "{BODIES}  curves annealing {{ iterations = 6  moves = 4  temperature = cauchy(1, 0.1, iteration)  \
+         stop = false  judge = {judge} }}"
+    )
+}
+
+fn evolved(judge: &str) -> String {
+    format!(
+        "{BODIES}  curves cma_es {{ iterations = 3  moves = 8  stop = false  spread = 30 %  judge = {judge} }}"
+    )
+}
+
+/// What a saved design comes to in each world, the nominal one first.
+fn in_each(rules: &RuleSet, design: &SavedDesign) -> Vec<f64> {
+    let (name, set) = rules.scenarios.get_index(0).unwrap();
+    let how = How { solver: "articulated", precision: Precision::Model, stop: Stop::NEVER };
+    let judged = judge(rules, design, scenarios::worlds(name, set), how).unwrap();
+    judged.into_iter().map(|judged| judged.value.unwrap()).collect()
+}
+
+fn saved(rules: &RuleSet, best: &Best) -> SavedDesign {
+    let frozen = Grammar::freeze(rules, &grammar_lang::source::SourceMap::default(), &[]);
+    saving::save(rules, frozen, 1, "articulated", best).unwrap()
+}
+
+/// The value of a best is what its objective says of the values in each world.
+#[test]
+fn a_value_is_that_of_all_worlds_together() {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let spread = |values: &[f64]| {
+        let squares = values.iter().map(|x| (x - mean(values)) * (x - mean(values)));
+        libm::sqrt(squares.sum::<f64>() / values.len() as f64)
+    };
+    let least = |values: &[f64]| values.iter().copied().fold(f64::INFINITY, f64::min);
+    let quartile = |values: &[f64]| {
+        let mut values = values.to_vec();
+        values.sort_by(f64::total_cmp);
+        values[1]
+    };
+    type Expected<'a> = &'a dyn Fn(&[f64]) -> f64;
+    let cases: [(&str, Expected); 4] = [
+        (WORST, &least),
+        ("maximize mean over w in workshop of travel - fall in cm", &mean),
+        (
+            "maximize mean over w in workshop of travel - fall - 2 * deviation over w in workshop of travel - fall in cm",
+            &|values| mean(values) - 2.0 * spread(values),
+        ),
+        ("maximize quantile 25 % over w in workshop of travel - fall in cm", &quartile),
+    ];
+    for (objective, expected) in cases {
+        let rules = robust(objective, &annealed("promising"));
+        let best = search(&rules, 2, 2, 1500).0.best.expect("a best design");
+        let design = saved(&rules, &best);
+        let values = in_each(&rules, &design);
+        assert_eq!(values.len(), 5);
+        assert!((best.value - expected(&values)).abs() < 1e-9, "{objective}: {} {values:?}", best.value);
+        let Tune { nominal, half_step, .. } = &best.tasks[0];
+        assert_eq!(nominal.unwrap().to_bits(), values[0].to_bits(), "{objective}");
+        assert!(half_step.is_none_or(|half| half >= 0.8 * values[0]), "{objective}: {half_step:?}");
+        // Simulated again it is the same to the bit, and says so itself.
+        let again = replay(&rules, &design, "articulated", Precision::Model).unwrap();
+        genuine::check_values(&design, &again).unwrap();
+    }
+}
+
+#[test]
+fn threads_and_pieces_change_nothing() {
+    for search_by in
+        [annealed("every"), annealed("promising"), annealed("best"), evolved("best"), evolved("every")]
+    {
+        let rules = robust(WORST, &search_by);
+        let (one, log_one) = search(&rules, 2, 1, 400);
+        let (three, log_three) = search(&rules, 2, 3, 400);
+        assert_eq!(log_one, log_three, "{search_by}");
+        assert_eq!(one.evaluations, three.evaluations, "{search_by}");
+        assert!(one.best.is_some_and(|best| best.tasks[0].nominal.is_some()), "{search_by}");
+        assert!(same_end(&rules, 3, 7, None) > 1, "{search_by}");
+    }
+}
+
+/// A worst case is no better than the value in the nominal world: what that excludes need not be judged elsewhere.
+#[test]
+fn what_the_worst_case_excludes_changes_nothing() {
+    let all = "maximize (min over w in workshop of travel - fall) + 0 cm in cm";
+    let found = |objective: &str| {
+        let rules = robust(objective, &annealed("every"));
+        let (outcome, log) = search(&rules, 5, 2, 6_000);
+        let value = |row: &String| {
+            let value = row.split("value: ").nth(1).and_then(|rest| rest.split(", accepted").next());
+            value.unwrap_or_default().to_owned()
+        };
+        let values: Vec<String> = log.iter().filter(|row| row.starts_with("Row")).map(value).collect();
+        (outcome, values)
+    };
+    assert!(robust(WORST, &annealed("every")).tasks[0].is_worst_case());
+    let ((one, some), (other, more)) = (found(WORST), found(all));
+    assert_eq!(other.best.as_ref().map(|_| ()), one.best.as_ref().map(|_| ()));
+    let shared = some.len().min(more.len()) - 1;
+    assert!(shared > 3, "{shared}");
+    assert_eq!(some[..shared], more[..shared]);
+    // What it saves goes into more bodies.
+    assert!(some.len() > more.len(), "{} and {}", some.len(), more.len());
+}
+
+/// An objective that runs over no worlds is that of the nominal one, whatever the scenarios; they serve for the test at the end.
+#[test]
+fn scenarios_that_an_objective_does_not_run_over_change_nothing_but_the_test() {
+    let plain = robust("maximize travel - fall in cm", &annealed("promising"));
+    let mut without = plain.clone();
+    without.tasks[0].scenarios = None;
+    let ((one, log), (other, same)) = (search(&plain, 2, 2, 300), search(&without, 2, 2, 300));
+    assert_eq!((log, one.evaluations), (same, other.evaluations));
+    let (design, bare) = (saved(&plain, &one.best.unwrap()), saved(&without, &other.best.unwrap()));
+    let design = final_check(&plain, &design, Stop::NEVER).unwrap();
+    let bare = final_check(&without, &bare, Stop::NEVER).unwrap();
+    assert_eq!((design.tasks[0].tests.len(), bare.tasks[0].tests.len()), (64, 0));
+    assert_eq!(design.tasks[0].checks, bare.tasks[0].checks);
+    // None of them is one that a search could see.
+    let (name, set) = plain.scenarios.get_index(0).unwrap();
+    let (seen, tests) = (scenarios::worlds(name, set), scenarios::tests(name, set));
+    assert!(tests.iter().all(|test| seen.iter().all(|seen| seen.differences != test.differences)));
+}
+
+/// A motion without a value in one world is an evaluation without a value, counted by the world.
+#[test]
+fn what_has_no_value_in_a_world_is_counted_by_it() {
+    let mut texts = texts();
+    texts.insert("grammars/own.sgr".into(), {
+        let text = texts["grammars/codesign.sgr"].replace(
+            "simulate hinge_model for 20 s",
+            "scenarios lab { case steep { slope = 45 deg } }\nsimulate hinge_model for 2 s in lab",
+        );
+        text.replace("maximize travel - fall in cm", "maximize min over w in lab of travel - fall in cm")
+    });
+    let text = texts["std.models"].replace("speed_limit     = 10 m/s", "speed_limit     = 0.6 m/s");
+    texts.insert("std.models".into(), text);
+    let rules = compile_texts(&texts, "grammars/own.sgr").unwrap();
+    let outcome = search(&rules, 2, 2, 120).0;
+    let lost = outcome.tally.elsewhere.get("steep").copied().unwrap_or(0);
+    assert!(lost > 10, "whatever slides down is too fast: {:?}", outcome.tally);
+    assert!(outcome.tally.reasons().contains("in another world"), "{}", outcome.tally.reasons());
+}
+
+/// Terms are those of the world that is run over, and so are its own numbers.
+#[test]
+fn a_world_tells_what_differs_in_it() {
+    for (objective, expected) in [
+        ("maximize min over w in workshop of w.ground_friction", 0.2),
+        ("maximize sum over w in workshop where w.ground_friction < 0.5 of w.mass", 1.0),
+        ("maximize max over w in workshop of w.late / 1 ms", 50.0),
+        ("maximize first(workshop).mass + count(workshop)", 6.0),
+    ] {
+        let rules = robust(objective, &annealed("every"));
+        let best = search(&rules, 1, 1, 40).0.best.expect("a design");
+        assert!((best.value - expected).abs() < 1e-9, "{objective}: {}", best.value);
+    }
+}
