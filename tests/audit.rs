@@ -10,7 +10,7 @@ use sgc::derive::random::Stream;
 use sgc::derive::{Derivation, DesignScope};
 use sgc::loader::Files;
 
-use crate::support::{grammar, root};
+use crate::support::{codesign, grammar, root};
 
 struct Quiet;
 
@@ -237,7 +237,7 @@ fn the_command_tells_by_its_exit_code_whether_all_can_be_made() {
 
     let folder = tempfile::tempdir().unwrap();
     let short =
-        std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap().replace("for 20 s", "for 1 s");
+        codesign().replace("for 20 s", "for 1 s");
     let quick = folder.path().join("quick.sgr");
     std::fs::write(&quick, short).unwrap();
     let out = folder.path().join("run");

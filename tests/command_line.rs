@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use crate::support::root;
+use crate::support::{codesign, forged, root};
 
 fn sgc(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_sgc"))
@@ -29,7 +29,7 @@ fn printed(output: &Output) -> String {
 /// A grammar whose search takes a moment: a short motion and few evaluations.
 fn quick_grammar(folder: &Path) -> String {
     let text =
-        std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap().replace("for 20 s", "for 1 s");
+        codesign().replace("for 20 s", "for 1 s");
     let path = folder.join("quick.sgr");
     std::fs::write(&path, text).unwrap();
     path.to_string_lossy().into_owned()
@@ -128,12 +128,6 @@ fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
     assert_eq!(code(&again(&["--force"])), 0);
 }
 
-/// A saved design as earlier versions wrote it, without a checksum.
-fn without_sum(text: &str) -> String {
-    let (before, _) = text.split_once(",\n  \"sum\": \"").expect("a checksum");
-    format!("{before}\n}}\n")
-}
-
 #[test]
 fn a_design_of_another_grammar_is_refused_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
@@ -146,7 +140,7 @@ fn a_design_of_another_grammar_is_refused_with_the_reason() {
     assert!(errors(&output).contains("made by the grammar `codesign`"), "{}", errors(&output));
     // A design whose text was tampered with.
     let path = folder.path().join("run/best.design.json");
-    let text = without_sum(&std::fs::read_to_string(&path).unwrap());
+    let text = std::fs::read_to_string(&path).unwrap();
     for (from, to, says) in [
         ("\"version\": 2", "\"version\": 99", "version 99"),
         ("sgc design", "other design", "not a saved design"),
@@ -158,7 +152,7 @@ fn a_design_of_another_grammar_is_refused_with_the_reason() {
         ("\"bender-1.twin\"", "\"bender-1\"", "two of its parts are called"),
     ] {
         assert!(text.contains(from), "{from}");
-        std::fs::write(&path, text.replace(from, to)).unwrap();
+        std::fs::write(&path, forged(&text.replace(from, to))).unwrap();
         for command in [["eval", &out].as_slice(), &["view", &out], &["export", &out, "--to", "mjcf"]] {
             let output = sgc(command);
             assert_eq!(code(&output), 2, "{from} {command:?}: {}", errors(&output));
@@ -686,13 +680,20 @@ fn a_saved_design_is_what_it_says() {
         let (code, said) = said(command, &check);
         assert!(code == 2 && said.contains("does not fit its checksum"), "{command:?}: {code}, {said}");
     }
-    // Designs of earlier versions have no checksum.
-    let design = {
+    // Without a checksum it is none.
+    let bare = |design: &mut serde_json::Value| drop(design.as_object_mut().unwrap().remove("sum"));
+    for command in commands {
+        let (code, said) = said(command, &bare);
+        assert!(code == 2 && said.contains("does not fit its checksum"), "{command:?}: {code}, {said}");
+    }
+    // Whoever makes a checksum of their own is found by what is simulated.
+    let said = |command: &[&str], edit: &dyn Fn(&mut serde_json::Value)| {
         let mut design = design.clone();
-        design.as_object_mut().unwrap().remove("sum").expect("a checksum");
-        design
+        edit(&mut design);
+        std::fs::write(&edited, forged(&design.to_string())).unwrap();
+        let output = sgc(command);
+        (code(&output), errors(&output))
     };
-    let said = |command: &[&str], edit: &dyn Fn(&mut serde_json::Value)| told(&design, command, edit);
     let term = |design: &mut serde_json::Value| design["tasks"][0]["terms"][0][1] = 0.25.into();
     let value = |design: &mut serde_json::Value| design["tasks"][0]["value"] = 99.5.into();
     let observed = |design: &mut serde_json::Value| design["observed"]["slid"] = 0.125.into();

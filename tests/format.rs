@@ -9,7 +9,7 @@ use grammar_lang::format::format;
 use grammar_lang::source::SourceMap;
 use sgc::results::saved::rules_hash;
 
-use crate::support::{GRAMMARS, compile_texts, read, root, texts};
+use crate::support::{GRAMMARS, codesign, compile_texts, root, texts};
 
 fn formatted(name: &str, text: &str) -> String {
     let mut sources = SourceMap::default();
@@ -138,7 +138,7 @@ fn standard_input_is_laid_out_on_standard_output() {
         child.stdin.take().unwrap().write_all(text.as_bytes()).unwrap();
         said(&child.wait_with_output().unwrap())
     };
-    let grammar = read("grammars/codesign.sgr");
+    let grammar = codesign();
     let crowded: String = grammar.lines().map(|line| format!("{}\n", line.trim())).collect();
     assert_eq!(run(&["-"], &crowded), (Some(0), grammar.clone(), String::new()));
     assert_eq!(run(&["--check", "-"], &crowded), (Some(1), "<stdin>\n".to_owned(), String::new()));

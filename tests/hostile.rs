@@ -17,7 +17,7 @@ use sgc::loader::Frozen;
 
 use crate::fuzz::mutate::{Random, gently, mutated};
 use crate::fuzz::{corpus, holds};
-use crate::support::{GRAMMARS, is_long, read, root};
+use crate::support::{GRAMMARS, codesign, is_long, read, root};
 
 #[allow(dead_code)]
 #[path = "../benches/check/grown.rs"]
@@ -117,7 +117,7 @@ fn strange_characters_are_told_where_they_stand_and_do_no_harm() {
 fn numbers_of_any_size_do_no_harm() {
     let loader = holds::loader();
     let numbers = ["1e308", "1e-320", "99999999999999999999999", "1e999", "0", "9007199254740993", "1e15"];
-    let text = read("grammars/codesign.sgr");
+    let text = codesign();
     let places: Vec<usize> = text.match_indices(|c: char| c.is_ascii_digit()).map(|(i, _)| i).collect();
     for (i, place) in places.into_iter().enumerate() {
         let number = numbers[i % numbers.len()];

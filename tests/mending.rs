@@ -8,7 +8,7 @@ use grammar_lang::diagnostics::{CODES, apply};
 use grammar_lang::source::SourceMap;
 use sgc::loader::Files;
 
-use crate::support::root;
+use crate::support::{codesign, root};
 
 fn sgc(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sgc"));
@@ -73,7 +73,7 @@ fn what_may_be_a_division_becomes_no_comment() {
 /// What a variant changes may make its base look wrong: the base is sound, and stays as it is.
 #[test]
 fn a_base_is_not_mended_to_suit_a_variant() {
-    let base = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
+    let base = codesign();
     let variant = "variant other of \"./codesign.sgr\" {\n  replace begin { place coer : cube }\n}\n";
     let folder = folder(&[("codesign.sgr", base.as_str()), ("other.sgr", variant)]);
     let output = sgc(folder.path(), &["check", "--fix", "other.sgr"]);

@@ -7,11 +7,11 @@ use sgc::loader::Frozen;
 use sgc::results::robustness::{self, Verdict};
 use sgc::results::saved::{Check, Measured, SavedTask};
 
-use crate::support::{grammar, read, root, said, sgc, texts};
+use crate::support::{codesign, grammar, root, said, sgc, texts};
 
 /// A variant of a grammar with short motions, and what else is put into it.
 fn variant(folder: &Path, imports: &str, edits: &str) -> PathBuf {
-    let base = read("grammars/codesign.sgr").replace("for 20 s", "for 1 s");
+    let base = codesign().replace("for 20 s", "for 1 s");
     std::fs::write(folder.join("base.sgr"), base).unwrap();
     let file = folder.join("observed.sgr");
     let text = format!(
@@ -59,19 +59,19 @@ fn what_is_observed_stands_beside_the_value() {
         let out = folder.path().join(format!("run-{number}"));
         let told = run(&grammar, &out, &["--jobs", "2"]);
         let rows = evals(&out);
-        assert_eq!(rows[0][14..], ["chain", "parent", "gait", "airborne", "low", "work", "slid", "sliding"]);
+        assert_eq!(rows[0][15..], ["chain", "parent", "gait", "airborne", "low", "work", "slid", "sliding"]);
         assert!(rows.len() > 2, "{rows:?}");
-        assert_eq!(rows[1][15], "", "the initial design is made of none");
+        assert_eq!(rows[1][16], "", "the initial design is made of none");
         for row in &rows[2..] {
-            let parent = &rows[1 + row[15].parse::<usize>().unwrap()];
+            let parent = &rows[1 + row[16].parse::<usize>().unwrap()];
             assert!(parent[7] == "true" && parent[0] != row[0], "{row:?} of {parent:?}");
         }
         for row in &rows[1..] {
             let (value, actuators) = (&row[6], &row[5]);
-            assert_eq!(value.is_empty(), row[16].is_empty(), "{row:?}");
+            assert_eq!(value.is_empty(), row[17].is_empty(), "{row:?}");
             assert_eq!(value.is_empty() || actuators == "0", row[19].is_empty(), "{row:?}");
             assert!(
-                ["", "walker", "hopper", "crawler", "roller", "still", "unsure"].contains(&row[16].as_str())
+                ["", "walker", "hopper", "crawler", "roller", "still", "unsure"].contains(&row[17].as_str())
             );
             assert!(["", "true", "false"].contains(&row[18].as_str()), "{row:?}");
         }
@@ -87,7 +87,7 @@ fn what_is_observed_stands_beside_the_value() {
         assert!(again.contains(&format!("observed gait {gait}")) && again.contains("exactly"), "{again}");
         let found = best["found_at"].as_u64().unwrap().to_string();
         let row = rows.iter().find(|row| row[0] == found).unwrap();
-        assert_eq!(row[16], gait);
+        assert_eq!(row[17], gait);
         assert_eq!(row[17].parse::<f64>().ok(), result["observed"]["airborne"].as_f64());
 
         // Neither threads nor observation change what is found.
@@ -150,7 +150,7 @@ fn variants_add_drop_and_replace_what_is_observed() {
 /// A grammar that has a term of the same name means that, and observes it only if it says so.
 #[test]
 fn a_module_observes_nothing_under_a_name_that_is_taken() {
-    let base = read("grammars/codesign.sgr");
+    let base = codesign();
     let compiled = |more: &str| {
         let mut texts = texts();
         texts.insert("grammars/codesign.sgr".to_owned(), format!("{base}\n{more}"));

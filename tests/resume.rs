@@ -11,7 +11,7 @@ use sgc::results::robustness::final_check;
 use sgc::results::saved::SavedDesign;
 use sgc::simulate::Stop;
 
-use crate::support::{is_long, root};
+use crate::support::{codesign, is_long, root};
 
 /// What a complete run leaves; the first three are the same each time.
 const COMPLETE: [&str; 6] =
@@ -49,7 +49,7 @@ fn path(path: &Path) -> &str {
 
 /// A grammar whose motions are as short as said.
 fn grammar(folder: &Path, seconds: &str) -> PathBuf {
-    let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
+    let text = codesign();
     let file = folder.join("quick.sgr");
     let observed = "\nuse std.gaits { airborne, gait }\nobserve airborne, gait\n";
     let text = text.replace("for 20 s", &format!("for {seconds} s")) + observed;
@@ -222,7 +222,7 @@ fn a_long_motion_is_given_up_within_a_second() {
 #[test]
 fn a_run_is_cut_in_the_middle_of_an_expression_that_takes_hours() {
     let folder = tempfile::tempdir().unwrap();
-    let text = std::fs::read_to_string(root().join("grammars/codesign.sgr")).unwrap();
+    let text = codesign();
     let endless = "\nactuation endless for a : actuator {\n  vary level : Angle in 0 rad .. 1 rad mutate 1 by normal(0 rad, 1 rad)\n  \
                    drive angle = level * sin(t * 1 rad/s) * (sum over i in 1 .. 2000, j in 1 .. 2000 of i * j)\n}\n";
     let text = text.replace("with bezier_pac", "with endless") + endless;

@@ -7,6 +7,7 @@ use std::process::{Command, Output};
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 use sgc::loader::{Files, Frozen, LIBRARY};
+use sgc::results::saved::SavedDesign;
 
 /// The folder of the project.
 pub(crate) fn root() -> PathBuf {
@@ -31,6 +32,20 @@ pub(crate) fn said(output: &Output) -> String {
 /// The text of a file of the project.
 pub(crate) fn read(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
+}
+
+/// The text of `codesign` with the objective of the thesis, which runs over no worlds: what most tests of the engine start
+/// from.
+pub(crate) fn codesign() -> String {
+    let plain = nominal().replace("use std.scenarios  { workshop }\n", "");
+    assert!(!plain.contains("workshop "), "{plain}");
+    plain
+}
+
+/// The same, with the worlds that its variants name.
+fn nominal() -> String {
+    let text = read("grammars/codesign.sgr").replace("for 20 s in workshop", "for 20 s");
+    text.replace("maximize min over w in workshop of travel - fall in cm", "maximize travel - fall in cm")
 }
 
 /// Compiles a grammar of the project; it must have no finding.
@@ -59,10 +74,19 @@ pub(crate) const GRAMMARS: &[&str] = &[
     "grammars/worm.sgr",
 ];
 
-/// The texts that the grammars are made of, to be edited.
+/// The text of an edited design with a checksum that fits, as far as it is a design at all.
+pub(crate) fn forged(text: &str) -> String {
+    let mut design: serde_json::Value = serde_json::from_str(text).unwrap();
+    design.as_object_mut().unwrap().remove("sum");
+    serde_json::from_value::<SavedDesign>(design).map_or_else(|_| text.to_owned(), |design| design.text())
+}
+
+/// The texts that the grammars are made of, to be edited. `codesign` runs over no worlds, and is what its variants change.
 pub(crate) fn texts() -> BTreeMap<String, String> {
     let library = LIBRARY.iter().map(|(name, text)| ((*name).to_owned(), (*text).to_owned()));
-    library.chain(GRAMMARS.iter().map(|path| ((*path).to_owned(), read(path)))).collect()
+    let grammars = GRAMMARS.iter().map(|path| ((*path).to_owned(), read(path)));
+    let plain = ("grammars/codesign.sgr".to_owned(), nominal());
+    library.chain(grammars).chain([plain]).collect()
 }
 
 /// Compiles one of a set of texts.

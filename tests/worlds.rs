@@ -27,6 +27,7 @@ fn robust(objective: &str, search: &str) -> RuleSet {
     let mut texts = texts();
     let search = search.replace("  ", "\n");
     let text = texts["grammars/codesign.sgr"]
+        .replace("use std.scenarios  { workshop }\n", "")
         .replace("simulate hinge_model for 20 s", &format!("{SET}\nsimulate hinge_model for 1 s in workshop"))
         .replace("maximize travel - fall in cm", objective)
         .replace("use std.search     { nested_annealing }", "use std.search { cauchy }")

@@ -24,6 +24,7 @@ mod thread;
 mod torque;
 mod trajectory;
 pub mod variant;
+mod worlds;
 
 use std::collections::BTreeMap;
 

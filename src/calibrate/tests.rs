@@ -6,6 +6,7 @@ use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 use proptest::prelude::*;
 
+use super::variant::Named;
 use super::*;
 use crate::loader::Files;
 
@@ -83,16 +84,19 @@ build = "tendon"
 "length [mm]" = [100, 240]
 "#;
 
+/// What the variants of the tests are called.
+const NAMED: Named<'static> = Named { variant: "tendon_bench", worlds: "measured" };
+
 #[test]
 fn a_whole_bench_is_written_as_a_variant() {
     let findings = fitted(WHOLE);
-    let text = variant::text("tendon_bench", "./tendon.sgr", "bench.toml", &findings);
+    let text = variant::text(NAMED, "./tendon.sgr", "bench.toml", &findings);
     insta::assert_snapshot!(format!("{text}\n{}", summary(&findings)));
 }
 
 #[test]
 fn a_written_variant_is_laid_out() {
-    let text = variant::text("tendon_bench", "./tendon.sgr", "bench.toml", &fitted(WHOLE));
+    let text = variant::text(NAMED, "./tendon.sgr", "bench.toml", &fitted(WHOLE));
     let mut sources = SourceMap::default();
     let file = sources.add("tendon_bench.sgr", text.clone());
     assert_eq!(grammar_lang::format::format(&sources, file).as_deref(), Ok(text.as_str()));
@@ -297,7 +301,7 @@ fn the_unit_and_the_order_of_rows_do_not_matter() {
 fn a_table_does_not_take_the_name_of_another() {
     let mut findings = fitted(WHOLE);
     rename(&mut findings, &|name| ["bender_thread", "threads"].contains(&name));
-    let text = variant::text("tendon_bench", "./tendon.sgr", "bench.toml", &findings);
+    let text = variant::text(NAMED, "./tendon.sgr", "bench.toml", &findings);
     assert!(text.contains("table bender_thread_measured :"), "{text}");
     assert!(text.contains("set threads.thread = bender_thread_measured"), "{text}");
 }
@@ -417,7 +421,7 @@ proptest! {
         let text = format!("[t]\nkind = \"{kind}\"\nfor = \"bender\"\nfile = \"more.csv\"\n");
         if let Ok(findings) = fitted_from("bench.toml", &text, &csv) {
             let _ = page::page("a", "b", "c", &findings);
-            let _ = variant::text("a", "./b.sgr", "c", &findings);
+            let _ = variant::text(Named { variant: "a", worlds: "measured" }, "./b.sgr", "c", &findings);
         }
     }
 }

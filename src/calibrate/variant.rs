@@ -5,15 +5,27 @@ use std::fmt::Write;
 use grammar_lang::source::SourceMap;
 
 use super::finding::{Change, Finding, Table};
+use super::worlds;
 
 /// How wide comments are.
 const WIDTH: usize = 96;
 
-/// The text of a file: a table for each measured function, and a variant `name` of the grammar in the file
+/// What a variant and the worlds in it are called.
+#[derive(Clone, Copy, Debug)]
+pub struct Named<'a> {
+    /// The variant.
+    pub variant: &'a str,
+    /// The set of worlds that lie as far apart as the measurements may be off.
+    pub worlds: &'a str,
+}
+
+/// The text of a file: a table for each measured function, and a variant of the grammar in the file
 /// `base` (a path from the folder of the text) with an edit for each finding. Above each stands where it comes
-/// from: `measurements` is the file that was read. It is laid out as `sgc fmt` does.
+/// from: `measurements` is the file that was read. Last comes a set of worlds, where the findings say how far they may be
+/// off. It is laid out as `sgc fmt` does.
 #[must_use]
-pub fn text(name: &str, base: &str, measurements: &str, findings: &[Finding]) -> String {
+pub fn text(named: Named<'_>, base: &str, measurements: &str, findings: &[Finding]) -> String {
+    let Named { variant: name, worlds: set } = named;
     let mut out = String::new();
     let begin = format!(
         "Measured on the bench: {measurements}. Written by `sgc calibrate`; to change a number, measure again."
@@ -43,6 +55,15 @@ pub fn text(name: &str, base: &str, measurements: &str, findings: &[Finding]) ->
             comment(&mut out, "#", "  ", &origin(finding));
         }
         let _ = writeln!(out, "  {edit}");
+    }
+    if let Some(block) = worlds::block(set, findings) {
+        out.push('\n');
+        let about = format!(
+            "Where the true values lie nine times of ten, as far as these measurements tell: worlds to search and test in. \
+             To do so, write `simulate MODEL for TIME in {set}`, or try a design with `sgc eval --in`."
+        );
+        comment(&mut out, "#", "  ", &about);
+        out.push_str(&block);
     }
     out.push_str("}\n");
     laid_out(out)

@@ -11,6 +11,7 @@ use super::exit;
 use super::load;
 use super::output::{self, Fault};
 use super::replace::is_not_read;
+use crate::calibrate::variant::Named;
 use crate::calibrate::{self, Problem};
 use crate::document::is_name;
 use crate::loader::{Files, read_text};
@@ -79,7 +80,12 @@ impl Calibrate {
         }
         let base = from_folder(&self.grammar, &out)?;
         let file = self.measurements.file_name().unwrap_or_default().to_string_lossy();
-        let text = calibrate::variant::text(&variant, &base, &file, &findings);
+        let mut worlds = "measured".to_owned();
+        while sources.iter().any(|(_, source)| has_word(&source.text, &worlds)) {
+            worlds.push_str("_worlds");
+        }
+        let named = Named { variant: &variant, worlds: &worlds };
+        let text = calibrate::variant::text(named, &base, &file, &findings);
         accepted(&out, &text)?;
         for warning in findings.iter().flat_map(|finding| &finding.warnings) {
             output::note(&format!("warning: {warning}"));

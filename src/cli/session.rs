@@ -93,6 +93,7 @@ impl Session<'_> {
         let outcome = outcome.map_err(|failure| keeper.failed(failure, &sources))?;
         // A run that found nothing gives its place back to the older one.
         if !keeper.folder.is_replacing() {
+            keeper.folder.check_here().map_err(Fault::usage)?;
             keeper.sittings.note(outcome.evaluations).map_err(Fault::usage)?;
         }
         if told {

@@ -90,8 +90,8 @@ pub fn together(direction: Direction, values: &[Option<f64>]) -> Option<Together
     let known: Vec<f64> = values.iter().filter_map(|value| *value).collect();
     let without = values.len() - known.len();
     let mean = (without == 0).then(|| known.iter().sum::<f64>() / known.len() as f64);
-    let tenth =
-        Some(quantile(&mut all, 0.1)).filter(|tenth| tenth.is_finite()).map(|tenth| direction.fitness(tenth));
+    let tenth = (all.len() >= 10).then(|| quantile(&mut all, 0.1));
+    let tenth = tenth.filter(|tenth| tenth.is_finite()).map(|tenth| direction.fitness(tenth));
     Some(Together { without, mean, tenth, worst })
 }
 
@@ -114,8 +114,9 @@ mod tests {
         assert_eq!((up.mean, up.tenth, up.worst, up.without), (Some(5.0), Some(1.0), 0, 0));
         let down = together(Direction::Minimize, &values).unwrap();
         assert_eq!((down.tenth, values[down.worst]), (Some(9.0), Some(10.0)));
-        let three = together(Direction::Maximize, &[Some(1.0), Some(3.0), Some(2.0)]).unwrap();
-        assert!((three.tenth.unwrap() - 1.2).abs() < 1e-12);
+        let ten: Vec<_> = (0..10).map(|n| Some(f64::from(n))).collect();
+        assert!((together(Direction::Maximize, &ten).unwrap().tenth.unwrap() - 0.9).abs() < 1e-12);
+        assert_eq!(together(Direction::Maximize, &ten[1..]).unwrap().tenth, None, "of nine there is no tenth");
     }
 
     #[test]
@@ -126,7 +127,7 @@ mod tests {
             assert_eq!((found.mean, found.worst, found.without), (None, 5, 1));
             assert!(found.tenth.is_some());
         }
-        let half: Vec<_> = (0..4).map(|n| (n > 1).then_some(1.0)).collect();
+        let half: Vec<_> = (0..20).map(|n| (n > 9).then_some(1.0)).collect();
         assert_eq!(together(Direction::Maximize, &half).unwrap().tenth, None);
         assert_eq!(together(Direction::Maximize, &[]), None);
     }

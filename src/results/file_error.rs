@@ -56,6 +56,12 @@ pub enum FileError {
         /// Which.
         folder: PathBuf,
     },
+    /// Another folder has its name now.
+    #[error("{} is not the folder of this run any more: it was moved or replaced while the run went on; nothing more is written", folder.display())]
+    Elsewhere {
+        /// The name.
+        folder: PathBuf,
+    },
     /// There is nothing more to do.
     #[error("the run in {} is complete", folder.display())]
     Complete {
@@ -81,6 +87,9 @@ pub enum Unwritable {
     /// It may only be read.
     #[error("it is read-only")]
     ReadOnly,
+    /// It is a way to a file that this process has been given open.
+    #[error("it stands for a file that is open already; write `-` for standard input, and say with `>` where the result goes")]
+    Open,
     /// It is a device, a pipe or a folder.
     #[error("it is not a regular file")]
     NotRegular,

@@ -17,7 +17,7 @@ use super::run_files::{
     Asked, BEST, CHECKPOINT, EVALS, Finished, RESULT, RUN, SOURCES, asked, finished, frozen, is_run,
 };
 use super::saved::{Grammar, SavedDesign, hex};
-use super::whole::{aside, entries, is_unfinished, lock, lock_again, make_folder, read, write_whole};
+use super::whole::{aside, entries, is_same, is_unfinished, lock, lock_again, make_folder, read, write_whole};
 use super::{DesignError, FileError, Unfit};
 use crate::search::{Best, Outcome, Row, State};
 
@@ -29,7 +29,7 @@ pub struct RunFolder {
     /// Hash of `run.toml`.
     run: String,
     /// `run.toml`, locked.
-    _lock: fs::File,
+    lock: fs::File,
     /// The run that this one replaces, kept until there is a first best.
     replaced: RefCell<Option<PathBuf>>,
 }
@@ -103,7 +103,7 @@ impl RunFolder {
             path: path.to_owned(),
             evals,
             run: hex(&Sha256::digest(&text)),
-            _lock: lock,
+            lock,
             replaced: RefCell::new(None),
         };
         folder.checkpoint(state, asked.max_evals)?;
@@ -153,7 +153,7 @@ impl RunFolder {
             leftovers::clear(path);
         }
         let replaced = RefCell::new(replaced);
-        let folder = Self { path: path.to_owned(), evals, run, _lock: lock, replaced };
+        let folder = Self { path: path.to_owned(), evals, run, lock, replaced };
         let max_evals = checkpoint.max_evals;
         Ok(Reopened { folder, asked, grammar, rules, sources, state, max_evals })
     }
@@ -176,6 +176,18 @@ impl RunFolder {
         self.replaced.borrow().is_some()
     }
 
+    /// Sees that the folder is still the one that was locked: it may have been moved, and another run begun in its place.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: it is not.
+    pub fn check_here(&self) -> Result<(), FileError> {
+        if is_same(&self.path.join(RUN), &self.lock) {
+            return Ok(());
+        }
+        Err(FileError::Elsewhere { folder: self.path.clone() })
+    }
+
     /// Adds a row to `evals.csv`.
     ///
     /// # Errors
@@ -191,6 +203,7 @@ impl RunFolder {
     ///
     /// A sentence with the system's reason; then the last checkpoint is as it was.
     pub fn checkpoint(&self, state: &State, max_evals: Option<u64>) -> Result<(), FileError> {
+        self.check_here()?;
         let path = self.path.join(CHECKPOINT);
         let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state);
         let text = checkpoint.and_then(|checkpoint| checkpoint.text()).map_err(FileError::write(&path))?;
@@ -209,6 +222,7 @@ impl RunFolder {
         cell: &[usize],
         design: &SavedDesign,
     ) -> Result<(), FileError> {
+        self.check_here()?;
         archive::write(&self.path, rules, archive, cell, design)
     }
 
@@ -218,6 +232,7 @@ impl RunFolder {
     ///
     /// A sentence with the system's reason.
     pub fn best(&self, design: &SavedDesign) -> Result<(), FileError> {
+        self.check_here()?;
         write_whole(&self.best_path(), &design.text())?;
         if let Some(old) = self.replaced.borrow_mut().take() {
             fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
@@ -253,6 +268,7 @@ impl RunFolder {
         let path = self.path.join(RESULT);
         let text = serde_json::to_string_pretty(&finished).map_err(FileError::write(&path))? + "\n";
         self.evals.mark()?;
+        self.check_here()?;
         write_whole(&path, &text)?;
         clear(&self.path);
         Ok(())
@@ -268,7 +284,9 @@ pub fn clear(path: &Path) {
 impl Drop for RunFolder {
     /// A run that found nothing gives the folder back to the run it was to replace.
     fn drop(&mut self) {
-        if let Some(old) = self.replaced.borrow_mut().take() {
+        if let Some(old) = self.replaced.borrow_mut().take()
+            && self.check_here().is_ok()
+        {
             let _ = fs::remove_dir_all(&self.path);
             let _ = fs::rename(old, &self.path);
         }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::run_files::{BEST, CHECKPOINT, EVALS, RESULT, RUN, SOURCES, asked, is_run};
+use super::seal::is_as_written;
 use super::sittings::SITTINGS;
 use super::whole::{entries, is_unfinished, lock};
 use super::{FileError, Unfit, archive, report};
@@ -83,7 +84,9 @@ fn is_own(path: &Path, name: &str) -> bool {
         SITTINGS,
         archive::FOLDER,
         archive::TABLE,
-        "view.html",
     ];
-    known.contains(&name) || is_unfinished(name) || report::is_own(path, name)
+    // Pages and drawings are ours as long as nobody has edited them.
+    let drawn = ["view.html", "schedule.svg", "difference.svg"];
+    let is_drawn = drawn.contains(&name) && is_as_written(&path.join(name));
+    known.contains(&name) || is_drawn || is_unfinished(name) || report::is_own(path, name)
 }

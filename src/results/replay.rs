@@ -363,7 +363,7 @@ pub fn score_of(
 ) -> Result<(Score, Vec<Option<Observed>>), DesignError> {
     let candidate = candidate(rules, design)?;
     let driven = Driven::new(&candidate, design.task(task)?, Precision::Model)?;
-    let motion = simulate::export::read_motion(motion, &candidate.body.assembly, driven.settings.duration)?;
+    let motion = simulate::export::read_motion(motion, &candidate.body.assembly, &driven.settings)?;
     let recording = driven.recording(&motion, None);
     let is_first = rules.is_first(driven.drive.task());
     Ok((score(recording)?, if is_first { score::observe(recording) } else { Vec::new() }))

@@ -308,9 +308,8 @@ impl SavedDesign {
                 return unfit(Unfit::OtherVersion { theirs, own: VERSION });
             }
         }
-        // Earlier versions wrote no checksum.
         let sum = value.as_object_mut().and_then(|fields| fields.remove("sum"));
-        let is_same = sum.is_none_or(|sum| sum.as_str() == Some(&checksum(&value)));
+        let is_same = sum.is_some_and(|sum| sum.as_str() == Some(&checksum(&value)));
         let design = serde_json::from_value(value).map_err(FileError::damaged(path))?;
         if !is_same {
             return unfit(Unfit::Edited);

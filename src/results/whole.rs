@@ -37,12 +37,37 @@ pub fn write_whole(path: &Path, text: &str) -> Result<(), FileError> {
 ///
 /// A sentence with the path and the reason: also if the file may not be written.
 pub fn rewrite(path: &Path, text: &str) -> Result<(), FileError> {
+    if is_open_already(path) {
+        return Err(FileError::write(path)(Unwritable::Open));
+    }
     let permissions = fs::metadata(path).map_err(FileError::write(path))?.permissions();
     // A rename would replace even a file that may not be written.
     if permissions.readonly() {
         return Err(FileError::write(path)(Unwritable::ReadOnly));
     }
     write_with(path, text, Some(permissions))
+}
+
+/// Whether a path is a way to a file that this process has been given open, as `/dev/stdin` is: whoever redirects a file to
+/// be read has not said that it may be written.
+fn is_open_already(path: &Path) -> bool {
+    let folder = path.parent().and_then(|folder| fs::canonicalize(folder).ok());
+    folder.is_some_and(|folder| ["/dev", "/proc"].iter().any(|root| folder.starts_with(root)))
+}
+
+/// Whether a name still is that of a file that is open.
+pub(super) fn is_same(path: &Path, file: &fs::File) -> bool {
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::MetadataExt;
+        let (Ok(there), Ok(held)) = (fs::metadata(path), file.metadata()) else { return false };
+        (there.dev(), there.ino()) == (held.dev(), held.ino())
+    }
+    #[cfg(not(unix))]
+    {
+        let _ = file;
+        path.exists()
+    }
 }
 
 fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> Result<(), FileError> {

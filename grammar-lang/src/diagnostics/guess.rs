@@ -45,9 +45,9 @@ pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str
     nearest(word, candidates).filter(|c| *c != word).map(|c| format!("did you mean `{c}`?"))
 }
 
-/// The word that `word` was certainly meant to be: no other candidate is as near, the two are one slip apart (two in
-/// long words), the word is long enough to be recognised, and it is no sibling of the other. Short words that
-/// differ by another letter are two words: `len` is no `ln`, `bell` no `ball`.
+/// The word that `word` was certainly meant to be: no other candidate is as near, the two are one slip of the fingers apart,
+/// the word is long enough to be recognised, and it is no sibling of the other. Words that
+/// differ by another letter are two words: `bell` is no `ball`, `max_gain` no `min_gain`, `symmetric` no `asymmetric`.
 #[must_use]
 pub fn sure<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
@@ -60,10 +60,30 @@ pub fn sure<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Op
         0..=2 => 0,
         3 if length == other || length < 4 => swapped(word, found),
         4 if length == other => swapped(word, found),
-        3..=7 => 1,
-        _ => 2,
+        _ => 1,
     };
-    (alone && near <= likely && !siblings(word, found)).then_some(found)
+    (alone && near <= likely && is_slip(word, found) && !siblings(word, found)).then_some(found)
+}
+
+/// Whether two words differ as typing goes wrong, and hardly as words are told apart on purpose: by capitals, by two
+/// neighbouring letters that changed places, or by a letter that is missing or too much inside of the word, or doubled.
+fn is_slip(word: &str, found: &str) -> bool {
+    let letters = |text: &str| text.to_lowercase().chars().collect::<Vec<char>>();
+    let (a, b) = (letters(word), letters(found));
+    let begin = a.iter().zip(&b).take_while(|(a, b)| a == b).count();
+    let end = a[begin..].iter().rev().zip(b[begin..].iter().rev()).take_while(|(a, b)| a == b).count();
+    let (longer, middle) = if a.len() > b.len() { (&a, &b) } else { (&b, &a) };
+    let rest = (&longer[begin..longer.len() - end], &middle[begin..middle.len() - end]);
+    match rest {
+        ([], []) => true,
+        ([first, second], [other, last]) => first == last && second == other,
+        ([letter], []) => {
+            let inside = begin > 0 && end > 0;
+            let doubled = begin.checked_sub(1).is_some_and(|before| longer[before] == *letter);
+            inside || doubled
+        }
+        _ => false,
+    }
 }
 
 /// 1 if two words have the same letters, else 0: how many slips a short word may have.
@@ -112,6 +132,26 @@ mod tests {
         assert_eq!(sure("balll", ["ball"]), Some("ball"));
         assert_eq!(sure("lett", ["let", "set"]), Some("let"));
         assert_eq!(sure("repeat", ["revert", "replace"]), None, "two slips in a short word");
+        assert_eq!(sure("workshp", ["workshop"]), Some("workshop"));
+        assert_eq!(sure("flors", ["floors"]), Some("floors"));
+        for (word, other) in [
+            ("min_gain", "max_gain"),
+            ("decrease", "increase"),
+            ("deflation", "inflation"),
+            ("internal", "external"),
+            ("north_east", "north_west"),
+            ("unbalanced", "balanced"),
+            ("unweighted", "weighted"),
+            ("asymmetric", "symmetric"),
+            ("gainB", "gainA"),
+            ("amplitude_up", "amplitude_dn"),
+            ("foot_lift", "foot_left"),
+            ("swung", "swing"),
+            ("legs", "leg"),
+        ] {
+            assert_eq!(sure(word, [other]), None, "{word} and {other}");
+            assert_eq!(sure(other, [word]), None, "{other} and {word}");
+        }
         assert_eq!(nearest("r", ["p", "q"]), None, "another letter is no slip");
         assert_eq!(nearest("P", ["p", "q"]), Some("p"));
         assert_eq!(did_you_mean("mirror", ["mirror"]), None, "a word is no guess for itself");

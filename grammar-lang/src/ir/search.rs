@@ -66,7 +66,7 @@ pub enum Judge {
     Every,
     /// Those that are better in the nominal world than the best so far is in all.
     Promising,
-    /// The best of each iteration.
+    /// The best of each iteration, if it is better in the nominal world than the best so far is in all.
     Best,
 }
 
@@ -175,14 +175,10 @@ impl BodyLoop {
 }
 
 impl CurveLoop {
-    /// Which curves are judged in all worlds. Unless it is said, what proved best with the method
-    /// (`docs/experiments.md`).
+    /// Which curves are judged in all worlds. Unless it is said, what proved best (`docs/experiments.md`).
     #[must_use]
     pub fn judge(&self) -> Judge {
-        self.judge.unwrap_or(match self.method {
-            CurveMethod::Annealing(_) => Judge::Promising,
-            CurveMethod::CmaEs(_) => Judge::Best,
-        })
+        self.judge.unwrap_or(Judge::Best)
     }
 
     /// Its method among all.

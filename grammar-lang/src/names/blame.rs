@@ -7,7 +7,7 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{FileId, Loader, SourceMap, Span};
 use crate::syntax;
 
-use super::declared;
+use super::{Declaration, declared};
 
 /// What helps where nothing else is known about a name.
 pub(crate) const UNDECLARED: &str = "declare it, or import it with `use`";
@@ -24,11 +24,13 @@ pub struct Change {
     /// The words of what it changes: `grow`, `n`.
     pub(super) path: Vec<String>,
     /// Where the variant says so.
-    pub(super) place: Span,
+    pub(crate) place: Span,
     /// The declaration that it changes.
     pub(super) target: Span,
     /// What the variant is called.
-    pub(super) variant: String,
+    pub(crate) variant: String,
+    /// The declaration, if it changes a part of it and does not replace it.
+    pub(crate) edited: Option<Declaration>,
 }
 
 /// Whether a text has this word.

@@ -276,6 +276,7 @@ fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
 
 /// Keeps what an edit changes, so that findings about it can say so.
 fn note(loading: &mut Loading<'_>, module: usize, variant: &Variant, edit: &Edit, place: Span) {
+    let is_edit = matches!(edit.kind, EditKind::Set(..) | EditKind::Narrow(..));
     let path: Vec<String> = match &edit.kind {
         EditKind::Set(path, _) | EditKind::Narrow(path, _) => path.iter().map(|n| n.text.clone()).collect(),
         EditKind::Replace(item) => declared(item).map(|n| n.text.clone()).into_iter().collect(),
@@ -283,17 +284,25 @@ fn note(loading: &mut Loading<'_>, module: usize, variant: &Variant, edit: &Edit
     };
     let Some(loaded) = loading.program.modules.get(module) else { return };
     let declaration = path.first().and_then(|head| loaded.scope.get(head));
-    let Some(target) = declaration.and_then(|d| loading.program.item(*d)).map(|i| i.span) else { return };
+    let Some(declaration) = declaration.copied() else { return };
+    let Some(target) = loading.program.item(declaration).map(|i| i.span) else { return };
     // The edit as a whole: findings inside it stand where it is.
     let place = Span::join(place, edit.span);
     let variant = variant.name.text.clone();
-    loading.program.changes.push(super::Change { path, place, target, variant });
+    let edited = is_edit.then_some(declaration);
+    loading.program.changes.push(super::Change { path, place, target, variant, edited });
 }
 
 /// What an edit is about, for messages, and where it says so.
 fn target_of(edit: &Edit) -> (String, Span) {
     let path = |path: &[Name]| {
-        let text: Vec<&str> = path.iter().map(|n| n.text.as_str()).collect();
+        let mut text: Vec<&str> = path.iter().map(|n| n.text.as_str()).collect();
+        // The one replaces the other.
+        if let [_, field] = text.as_mut_slice()
+            && *field == "density"
+        {
+            *field = "mass";
+        }
         let span = path.iter().map(|n| n.span).reduce(Span::join).unwrap_or(edit.span);
         (text.join("."), span)
     };

@@ -118,7 +118,21 @@ impl Stop<'_> {
         let arrow = *sign == "=>";
         let message =
             if arrow { format!("{message} to compare, `->` to say what leads to what") } else { message };
-        Some((message, (!arrow).then_some(fix)))
+        Some((message, (!arrow && !self.is_ambiguous(sign)).then_some(fix)))
+    }
+
+    /// Whether a sign that looks like another may stand for something else here: between two values people write a dash for a
+    /// range, too, and between two digits a dot for the decimal point.
+    fn is_ambiguous(&self, sign: &str) -> bool {
+        let before = self.before();
+        let after = self.rest().get(sign.len()..).unwrap_or("");
+        match sign {
+            "–" | "—" => before.trim_end().ends_with(|c: char| c.is_alphanumeric() || ")]%°".contains(c)),
+            "·" => {
+                before.ends_with(|c: char| c.is_ascii_digit()) && after.starts_with(|c: char| c.is_ascii_digit())
+            }
+            _ => false,
+        }
     }
 
     /// Curly quotes around a text.
@@ -196,6 +210,10 @@ impl Stop<'_> {
         if digits && unit.trim_start_matches([' ', '\t']).starts_with(|c: char| c.is_alphabetic() || c == '%')
         {
             let message = "a decimal number is written with a point".to_owned();
+            // Three digits may be thousands.
+            if after.len() - unit.len() == 3 {
+                return Some((format!("{message}, thousands without a sign"), None));
+            }
             return Some((message.clone(), Some(Fix::replace(self.span(1), ".", message))));
         }
         let rest = Some(self.unread(1).rest_of_line()).filter(|rest| !rest.is_empty())?;

@@ -170,7 +170,22 @@ impl<'a> Assembly<'a> {
         let unused = idle.into_iter().map(|(name, message)| {
             Diagnostic::new(Code::UNUSED, name.span, message).label("not used").help("use it, or take it out")
         });
-        let unused: Vec<Diagnostic> = unused.collect();
+        let mut unused: Vec<Diagnostic> = unused.collect();
+        // What a variant in between changes, another may have put something else in the place of.
+        let own = program.name.as_ref().map(|name| name.text.as_str());
+        for change in program.changes.iter().filter(|change| Some(change.variant.as_str()) == own) {
+            let Some((declaration, item)) = change.edited.and_then(|d| Some((d, program.item(d)?))) else { continue };
+            let by_itself = item.kind.kind().is_some_and(|kind| kind.counts != Counts::WhereUsed);
+            if let (Some(name), false, false) = (declared(item), by_itself, used(&declaration, self)) {
+                there.push(change.place);
+                let message = format!("this changes `{}`, but nothing in this grammar uses it", name.text);
+                unused.push(
+                    Diagnostic::new(Code::UNUSED, change.place, message)
+                        .label("changes nothing")
+                        .help("take it out, or use what it changes"),
+                );
+            }
+        }
         // Of several grammars in a text, each may leave to the others what it does not use.
         if program.modules.first().is_some_and(|m| crate::names::offers(&m.tree).len() > 1) {
             self.idle = Idle { there, unused };

@@ -167,6 +167,10 @@ impl Tuner<'_> {
     /// Judges the best of an iteration in all worlds, where the search says so; whether it was not stopped.
     pub(super) fn judge_offered(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<bool, Failure> {
         let Some((candidate, fitness)) = tuning.offered.take() else { return Ok(true) };
+        // What is no better here is hardly better in all worlds together, and of a worst case it cannot be.
+        if best(tuning).is_some_and(|best| fitness <= self.fitness(best)) {
+            return Ok(true);
+        }
         let nominal = self.task().objective.direction.fitness(fitness);
         let before = *spent;
         if self.judged(tuning, &candidate, nominal, spent)? == Counted::Stopped {

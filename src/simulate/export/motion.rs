@@ -7,6 +7,7 @@ use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion, Vector3};
 
 use super::number;
 use crate::design::assembly::{Assembly, Element};
+use crate::simulate::Settings;
 use crate::simulate::motion::{Motion, Placement};
 
 /// What a row tells of each element: its place in m and its rotation as a quaternion.
@@ -77,6 +78,18 @@ pub enum NotMotion {
     /// A row has a quaternion that does not stand for a rotation.
     #[error("line {0}: a rotation is not a quaternion of length one")]
     NoRotation(usize),
+    /// Something goes faster than any motion may that is scored.
+    #[error("line {line}: element {element} goes at {speed:.0} m/s; a motion above {limit} m/s has no value")]
+    TooFast {
+        /// The later of the two rows, from 1.
+        line: usize,
+        /// What.
+        element: usize,
+        /// How fast, m/s.
+        speed: f64,
+        /// How fast it may be, m/s.
+        limit: f64,
+    },
     /// It has less than two rows.
     #[error("a motion needs two rows at least")]
     TooShort,
@@ -108,12 +121,13 @@ pub enum NotMotion {
 }
 
 /// Reads what [`motion`] writes. Rows are at equal intervals from time zero to
-/// `duration`; only the last may come early. It tells no bends and no work.
+/// the end of the task; only the last may come early. Nothing may be faster than the speed limit. It tells no bends and no work.
 ///
 /// # Errors
 ///
 /// What does not fit.
-pub fn read_motion(text: &str, assembly: &Assembly, duration: f64) -> Result<Motion, NotMotion> {
+pub fn read_motion(text: &str, assembly: &Assembly, settings: &Settings) -> Result<Motion, NotMotion> {
+    let duration = settings.duration;
     let elements = assembly.elements.len();
     let mut lines = text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty());
     if lines.next().map(|(_, line)| line.trim()) != Some(header(elements).as_str()) {
@@ -144,6 +158,7 @@ pub fn read_motion(text: &str, assembly: &Assembly, duration: f64) -> Result<Mot
         }
     }
     let interval = interval(&times, duration)?;
+    within_speed(&times, &poses, settings.speed_limit)?;
     begins_at_rest(&poses, assembly)?;
     let placement = |(body, element): (usize, &Element)| Placement {
         body,
@@ -159,6 +174,23 @@ pub fn read_motion(text: &str, assembly: &Assembly, duration: f64) -> Result<Mot
         work: Vec::new(),
         placements: assembly.elements.iter().enumerate().map(placement).collect::<Arc<[_]>>(),
     })
+}
+
+/// Whether all elements stay within a speed limit, m/s, in the mean from row to row.
+fn within_speed(times: &[f64], poses: &[Isometry3<f64>], limit: f64) -> Result<(), NotMotion> {
+    let elements = poses.len() / times.len().max(1);
+    for row in 1..times.len() {
+        let took = times[row] - times[row - 1];
+        for element in 0..elements {
+            let at = |row: usize| poses[row * elements + element].translation.vector;
+            let speed = (at(row) - at(row - 1)).norm() / took;
+            if speed > limit {
+                // The first line names the columns.
+                return Err(NotMotion::TooFast { line: row + 2, element, speed, limit });
+            }
+        }
+    }
+    Ok(())
 }
 
 /// A motion begins where the design is at rest: where it does not, it is in another unit or frame, or of another design.

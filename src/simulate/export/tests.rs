@@ -164,7 +164,7 @@ fn a_motion_comes_back() {
     let mut simulation = Articulated.prepare(&assembly, &settings).unwrap();
     let own = simulation.run(&[bodies::gait(2, 3, false)]).remove(0).unwrap();
     let text = motion(&own);
-    let other = read_motion(&text, &assembly, settings.duration).unwrap();
+    let other = read_motion(&text, &assembly, &settings).unwrap();
     assert_eq!((other.frames(), other.duration), (own.frames(), own.duration));
     for frame in 0..own.frames() {
         for element in 0..assembly.elements.len() {
@@ -182,15 +182,18 @@ fn a_motion_comes_back() {
     ] {
         assert!(text.contains(from), "{from}");
         let error =
-            read_motion(&text.replacen(from, to, 1), &assembly, settings.duration).unwrap_err().to_string();
+            read_motion(&text.replacen(from, to, 1), &assembly, &settings).unwrap_err().to_string();
         assert!(error.contains(says), "{from}: {error}");
     }
-    let error = read_motion(&text, &small(), settings.duration).unwrap_err().to_string();
+    let strict = Settings { speed_limit: 1e-6, ..settings.clone() };
+    let error = read_motion(&text, &assembly, &strict).unwrap_err().to_string();
+    assert!(error.contains("line ") && error.contains("has no value"), "{error}");
+    let error = read_motion(&text, &small(), &settings).unwrap_err().to_string();
     assert!(error.contains("motion of 3 elements"), "{error}");
-    assert!(read_motion(&text, &assembly, 20.0).is_err());
-    assert!(read_motion("", &assembly, 20.0).is_err());
+    assert!(read_motion(&text, &assembly, &Settings { duration: 20.0, ..settings.clone() }).is_err());
+    assert!(read_motion("", &assembly, &Settings { duration: 20.0, ..settings.clone() }).is_err());
     let head = text.lines().next().unwrap();
-    assert!(read_motion(head, &assembly, 20.0).unwrap_err().to_string().contains("two rows"));
+    assert!(read_motion(head, &assembly, &Settings { duration: 20.0, ..settings.clone() }).unwrap_err().to_string().contains("two rows"));
     let zeros = format!("{head}\n0{}\n", ",0".repeat(7 * assembly.elements.len()));
-    assert!(read_motion(&zeros, &assembly, 20.0).unwrap_err().to_string().contains("quaternion"));
+    assert!(read_motion(&zeros, &assembly, &Settings { duration: 20.0, ..settings.clone() }).unwrap_err().to_string().contains("quaternion"));
 }

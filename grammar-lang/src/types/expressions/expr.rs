@@ -2,7 +2,7 @@
 
 use super::Expressions;
 use super::context::{Context, as_group, unknown};
-use super::fit::{article, other_unit};
+use super::fit::{article, is_zero, other_unit};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::eval::Value;
 use crate::ir::{Binder, Expr, ExprKind, Gather, Operator, Ty};
@@ -213,7 +213,8 @@ impl Expressions<'_> {
         let mut checked: Vec<Expr> = Vec::new();
         for item in items {
             let item = self.infer(item, cx);
-            match checked.first().cloned() {
+            // What all have in common is that of an item that is no zero, which fits any.
+            match checked.iter().find(|item| !is_zero(item)).or(checked.first()).cloned() {
                 Some(first) => {
                     let first = Expr { ty: ty.clone(), ..first };
                     let (_, item, common) =

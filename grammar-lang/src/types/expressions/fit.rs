@@ -150,7 +150,8 @@ impl Expressions<'_> {
     }
 }
 
-fn is_zero(expr: &Expr) -> bool {
+/// Whether this is the literal 0, which fits every dimension.
+pub(super) fn is_zero(expr: &Expr) -> bool {
     matches!(expr.kind, ExprKind::Number(x) if x == 0.0) && expr.ty == Ty::Count
 }
 

@@ -15,14 +15,10 @@ fn written(text: &str) -> Option<(&str, &str)> {
     number.contains(|c: char| c.is_ascii_digit()).then_some((number.trim(), unit))
 }
 
-/// The unit that a number of this dimension certainly has if none is written: an angle of ten and more is one in
-/// degrees. Lengths, masses and times have no such unit.
-fn usual(want: Dimension, value: f64) -> Option<&'static str> {
-    let size = value.abs();
-    match want {
-        Dimension::ANGLE if size >= 10.0 && size.fract() == 0.0 => Some("deg"),
-        _ => None,
-    }
+/// Whether a bare number is certainly meant in degrees: an angle of ten and more is, if it is whole. A length, a mass or a
+/// time without its unit could be anything.
+fn is_in_degrees(want: Dimension, value: f64) -> bool {
+    want == Dimension::ANGLE && value.abs() >= 10.0 && value.fract() == 0.0
 }
 
 /// The unit that a word certainly stands for: one written out, or one misspelt beyond doubt.
@@ -39,7 +35,7 @@ pub(super) fn unit_meant(word: &str) -> Option<&'static str> {
 }
 
 impl Expressions<'_> {
-    /// Writes the unit behind a bare number: the one of the literal `beside` it, or the usual one.
+    /// Writes the unit behind a bare number, where it is certain and the literal `beside` it, if there is one, has it, too.
     pub(super) fn missing_unit(
         &self,
         number: &Expr,
@@ -48,9 +44,19 @@ impl Expressions<'_> {
         beside: Option<&Expr>,
     ) -> Option<Fix> {
         let text = self.environment.sources.slice(number.span);
-        let unit = self.unit_beside(want, beside).or_else(|| usual(want, value))?;
+        let is_alone = self.unit_beside(want, beside).is_none_or(|unit| unit == "deg");
         let plain = text.ends_with(|c: char| c.is_ascii_digit()) && !text.starts_with('(');
-        plain.then(|| Fix::insert_after(number.span, format!(" {unit}"), format!("write `{text} {unit}`")))
+        let is_certain = plain && is_alone && is_in_degrees(want, value) && !self.is_half(number.span);
+        is_certain.then(|| Fix::insert_after(number.span, " deg", format!("write `{text} deg`")))
+    }
+
+    /// Whether a number may be a part of one that is written with a comma: `22,5 deg`.
+    fn is_half(&self, number: Span) -> bool {
+        let Some(source) = self.environment.sources.get(number.file) else { return true };
+        let place = number.range();
+        let after = source.text.get(place.end..).unwrap_or("").strip_prefix(',').unwrap_or("");
+        let before = source.text.get(..place.start).unwrap_or("").strip_suffix(',').unwrap_or("");
+        after.starts_with(|c: char| c.is_ascii_digit()) || before.ends_with(|c: char| c.is_ascii_digit())
     }
 
     /// The unit of this dimension that a literal carries.
@@ -88,11 +94,15 @@ impl Expressions<'_> {
         Some(Fix::replace(expr.span, text, message))
     }
 
-    /// Turns a range the right way round.
+    /// Turns a range the right way round, where both ends are written in one unit: one that lacks its own may be meant
+    /// otherwise.
     pub(super) fn swapped(&self, low: Span, high: Span) -> Option<Fix> {
         let (a, b) = (self.environment.sources.slice(low), self.environment.sources.slice(high));
-        let there = !a.is_empty() && !b.is_empty();
-        there.then(|| Fix::replace(low, b, format!("write `{b} .. {a}`")).and(high, a))
+        let alike = match (written(a), written(b)) {
+            (Some((_, one)), Some((_, other))) => one == other,
+            (one, other) => one.is_none() && other.is_none() && !a.is_empty() && !b.is_empty(),
+        };
+        alike.then(|| Fix::replace(low, b, format!("write `{b} .. {a}`")).and(high, a))
     }
 
     /// Replaces the one word of a unit that is none.
