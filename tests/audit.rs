@@ -236,8 +236,7 @@ fn the_command_tells_by_its_exit_code_whether_all_can_be_made() {
     assert_eq!(sgc(&["grammars/codesign.sgr", "--design", "nowhere"]).status.code(), Some(2));
 
     let folder = tempfile::tempdir().unwrap();
-    let short =
-        codesign().replace("for 20 s", "for 1 s");
+    let short = codesign().replace("for 20 s", "for 1 s");
     let quick = folder.path().join("quick.sgr");
     std::fs::write(&quick, short).unwrap();
     let out = folder.path().join("run");

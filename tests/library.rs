@@ -107,8 +107,14 @@ fn engine(rules: &RuleSet) -> String {
         .keys()
         .map(|name| places.clone().map(|place| pattern_at(rules, name, place)))
         .collect();
+    let worlds: Vec<_> = rules
+        .scenarios
+        .iter()
+        .flat_map(|(name, set)| sgc::scenarios::worlds(name, set))
+        .map(|scenario| (scenario.world(), scenario.conditions(2)))
+        .collect();
     format!(
-        "{:?} {first:?} {second:?} {:?} {:?} {scores:?} {patterns:?}",
+        "{:?} {first:?} {second:?} {:?} {:?} {scores:?} {patterns:?} {worlds:?}",
         body.assembly,
         targets,
         sgc::search::settings(&task.model),

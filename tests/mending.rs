@@ -97,11 +97,11 @@ fn what_is_not_certain_is_left_and_told() {
 
 #[test]
 fn a_fix_that_leads_to_more_errors_is_taken_back_and_the_others_are_kept() {
-    // `cubes` is used under its wrong name all over: with the import mended, each use is unknown.
+    // `cueb` is used under its wrong name all over: with the import mended, each use is unknown.
     let uses: String = ["a", "b", "c", "d"]
-        .map(|name| format!("rule {name} {{ match p : cubes  set p.turn = 0 deg }}\n"))
+        .map(|name| format!("rule {name} {{ match p : cueb  set p.turn = 0 deg }}\n"))
         .concat();
-    let text = format!("use std.blocks {{ cubes }}\nlet a_1 = 4 degrees\n{uses}");
+    let text = format!("use std.blocks {{ cueb }}\nlet a_1 = 4 degrees\n{uses}");
     let folder = folder(&[("a.sgr", text.as_str())]);
     let output = sgc(folder.path(), &["check", "--fix", "a.sgr"]);
     assert_eq!(output.status.code(), Some(1));

@@ -161,10 +161,7 @@ fn groups_are_compared_and_damage_is_told() {
     assert!(page.contains("was changed after it was saved") && page.matches("class=\"solid\"").count() == 1);
     for (other, told) in [
         (read(other.join("seed-7/best.design.json")), "it is of another run"),
-        (
-            forged(&text.replacen("\"value\": ", "\"value\": 9", 1)),
-            "another one than result.json says",
-        ),
+        (forged(&text.replacen("\"value\": ", "\"value\": 9", 1)), "another one than result.json says"),
     ] {
         std::fs::write(&design, other).unwrap();
         assert_code(&report(&[&one]), 0);

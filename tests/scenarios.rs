@@ -21,9 +21,7 @@ const SET: &str = "add scenarios workshop {
 /// A design of a variant of a grammar, out of a short search with short motions.
 fn found(folder: &Path, grammar: &str, edits: &str) -> PathBuf {
     let text = if grammar == "codesign" { codesign() } else { read(&format!("grammars/{grammar}.sgr")) };
-    let base = text
-        .replace("for 20 s", "for 2 s")
-        .replace("for 15 s", "for 1 s");
+    let base = text.replace("for 20 s", "for 2 s").replace("for 15 s", "for 1 s");
     std::fs::write(folder.join("base.sgr"), base).unwrap();
     let file = folder.join("own.sgr");
     std::fs::write(&file, format!("variant own of \"./base.sgr\" {{\n    {edits}\n}}\n")).unwrap();

@@ -273,7 +273,8 @@ fn paced(limit: &str) -> RuleSet {
     let mut texts = texts();
     texts.insert("grammars/bodies.sgr".into(), {
         let text = crate::support::read("benches/bodies/bodies.sgr");
-        text.replace("../../grammars/codesign.sgr", "./codesign.sgr").replace("from two", "from four")
+        text.replace("../../grammars/experiments/codesign_thesis.sgr", "./codesign.sgr")
+            .replace("from two", "from four")
     });
     let text = texts["grammars/codesign.sgr"].replace("for 20 s", "for 12 s");
     texts.insert("grammars/codesign.sgr".into(), text);

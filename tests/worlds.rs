@@ -89,7 +89,7 @@ fn a_value_is_that_of_all_worlds_together() {
         (WORST, &least),
         ("maximize mean over w in workshop of travel - fall in cm", &mean),
         (
-            "maximize mean over w in workshop of travel - fall - 2 * deviation over w in workshop of travel - fall in cm",
+            "maximize (mean over w in workshop of travel - fall) - 2 * (deviation over w in workshop of travel - fall) in cm",
             &|values| mean(values) - 2.0 * spread(values),
         ),
         ("maximize quantile 25 % over w in workshop of travel - fall in cm", &quartile),

@@ -52,7 +52,8 @@ fn factors(finding: &Finding) -> Option<(f64, f64)> {
     match &finding.change {
         Change::Number { value, .. } => over(value, finding.interval.as_ref()?),
         Change::Table { table: Table { rows, within, .. }, .. } => {
-            let all = rows.iter().zip(within).filter_map(|((_, value), within)| over(value, within.as_ref()?));
+            let all =
+                rows.iter().zip(within).filter_map(|((_, value), within)| over(value, within.as_ref()?));
             all.reduce(|(low, high), (a, b)| (low.min(a), high.max(b)))
         }
         Change::Prototype { .. } => None,

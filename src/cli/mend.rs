@@ -7,19 +7,25 @@
 use crate::results::FileError;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 use thiserror::Error;
 
 use grammar_lang::diagnostics::{Code, Diagnostic, Edit, Together, apply};
-use grammar_lang::source::SourceMap;
+use grammar_lang::source::{FileId, SourceMap};
 use similar::TextDiff;
 
 use super::load::{self, STDIN, Text};
 use super::output::{self, Fault};
 use crate::loader::{Edited, LIBRARY, read_text};
-use crate::results::whole::write_whole;
+use crate::results::whole::rewrite;
 
 /// How often the texts are mended and checked again: one fix may uncover the next.
 const ROUNDS: usize = 100;
+/// So many fixes are tried one by one, where all together do harm: each is a check of all texts.
+const ALONE: usize = 500;
+
+/// The texts that a check has read, each once: many fixes may be of one of them.
+type Read = BTreeMap<FileId, Rc<str>>;
 
 /// A fix that a check offers.
 #[derive(Clone)]
@@ -27,7 +33,7 @@ struct Offer {
     /// Which text, whatever the check called it.
     key: PathBuf,
     /// The text as it is.
-    text: String,
+    text: Rc<str>,
     edits: Vec<Edit>,
     /// The lines that it changes, as they are counted afterwards; other fixes add no lines before them.
     lines: Vec<usize>,
@@ -74,6 +80,8 @@ struct Session<'a> {
     done: Vec<(PathBuf, String)>,
     /// The marks of fixes that do harm.
     refused: BTreeSet<String>,
+    /// How many fixes may still be tried one by one.
+    left: usize,
 }
 
 /// What becomes of what was mended.
@@ -98,6 +106,7 @@ pub(super) fn mend(
         originals: BTreeMap::new(),
         done: Vec::new(),
         refused: BTreeSet::new(),
+        left: ALONE,
     };
     let mut state = session.look(&session.loader);
     for _ in 0..ROUNDS {
@@ -122,7 +131,8 @@ impl Session<'_> {
             let text = loader.get(name).unwrap_or(text);
             for checked in load::check_all(loader, name, text, self.overrides) {
                 state.errors += checked.diagnostics.iter().filter(|d| Diagnostic::is_error(d)).count();
-                let offers = checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources));
+                let mut read = Read::new();
+                let offers = checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources, &mut read));
                 state.offers.extend(offers.filter(|o| !self.refused.contains(&o.mark)));
                 let syntax = [Code::SYNTAX.id, Code::UNCLOSED.id, Code::UNKNOWN_KEYWORD.id];
                 for error in checked.diagnostics.iter().filter(|d| syntax.contains(&d.code.id)) {
@@ -159,8 +169,14 @@ impl Session<'_> {
         if let Some(next) = self.attempt(&together, state.errors) {
             return Some(next);
         }
+        if self.left == 0 {
+            output::note(&format!("the rest is left as it is: {ALONE} fixes have been tried one by one"));
+            return None;
+        }
+        let together = &together[..together.len().min(self.left)];
+        self.left -= together.len();
         let (good, bad): (Vec<&Offer>, Vec<&Offer>) =
-            together.into_iter().partition(|o| self.trial(&[*o]).1.is_sound(state.errors, &[*o]));
+            together.iter().partition(|o| self.trial(&[*o]).1.is_sound(state.errors, &[*o]));
         for offer in bad {
             let why = "more errors would be found afterwards, or the line could still not be read";
             output::note(&format!("not mended {}: {why}", offer.told));
@@ -194,7 +210,7 @@ impl Session<'_> {
             return None;
         }
         for offer in offers {
-            self.originals.entry(offer.key.clone()).or_insert_with(|| offer.text.clone());
+            self.originals.entry(offer.key.clone()).or_insert_with(|| offer.text.to_string());
             self.done.push((offer.key.clone(), offer.told.clone()));
         }
         self.loader = loader;
@@ -240,7 +256,7 @@ impl Session<'_> {
 }
 
 /// The fix of a finding, if it changes a text that is the user's own.
-fn offer(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<Offer> {
+fn offer(diagnostic: &Diagnostic, sources: &SourceMap, read: &mut Read) -> Option<Offer> {
     let fix = diagnostic.fix.as_ref()?;
     let first = fix.edits.first()?;
     let source = sources.get(first.span.file)?;
@@ -249,10 +265,14 @@ fn offer(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<Offer> {
         return None;
     }
     let (line, column) = sources.line_column(first.span);
-    let around = source.text.lines().nth(line - 1).unwrap_or("").trim();
+    let (before, after) = source.text.split_at_checked(first.span.range().start)?;
+    let begin = before.rfind('\n').map_or(0, |end| end + 1);
+    let end = before.len() + after.find('\n').unwrap_or(after.len());
+    let around = source.text.get(begin..end).unwrap_or("").trim();
+    let text = read.entry(first.span.file).or_insert_with(|| source.text.as_str().into());
     Some(Offer {
         key: Edited::key(&source.name),
-        text: source.text.clone(),
+        text: Rc::clone(text),
         edits: fix.edits.clone(),
         lines: fix.edits.iter().map(|edit| sources.line_column(edit.span).0).collect(),
         told: format!("{}:{line}:{column}: {}", source.name, fix.message),
@@ -263,8 +283,12 @@ fn offer(diagnostic: &Diagnostic, sources: &SourceMap) -> Option<Offer> {
 /// What a check offers of a text by itself.
 fn alone_of(loader: &Edited, offered: &Offer) -> Vec<Offer> {
     let checked = load::check_all(loader, &offered.key.to_string_lossy(), &offered.text, &[]);
-    let offers = checked.iter().map(|c| c.diagnostics.iter().filter_map(|d| offer(d, &c.sources)));
-    offers.flatten().collect()
+    let of = |checked: &load::Checked| {
+        let mut read = Read::new();
+        let offers = checked.diagnostics.iter().filter_map(|d| offer(d, &checked.sources, &mut read));
+        offers.collect::<Vec<_>>()
+    };
+    checked.iter().flat_map(of).collect()
 }
 
 /// The offers that can be taken together, first come, first served.
@@ -306,5 +330,5 @@ fn replace(path: &Path, original: &str, mended: &str) -> Result<(), Unmended> {
     if std::fs::metadata(path)?.permissions().readonly() {
         return Err(Unmended::ReadOnly);
     }
-    Ok(write_whole(path, mended)?)
+    Ok(rewrite(path, mended)?)
 }

@@ -116,7 +116,11 @@ mod tests {
         assert_eq!((down.tenth, values[down.worst]), (Some(9.0), Some(10.0)));
         let ten: Vec<_> = (0..10).map(|n| Some(f64::from(n))).collect();
         assert!((together(Direction::Maximize, &ten).unwrap().tenth.unwrap() - 0.9).abs() < 1e-12);
-        assert_eq!(together(Direction::Maximize, &ten[1..]).unwrap().tenth, None, "of nine there is no tenth");
+        assert_eq!(
+            together(Direction::Maximize, &ten[1..]).unwrap().tenth,
+            None,
+            "of nine there is no tenth"
+        );
     }
 
     #[test]

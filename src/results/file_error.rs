@@ -88,7 +88,9 @@ pub enum Unwritable {
     #[error("it is read-only")]
     ReadOnly,
     /// It is a way to a file that this process has been given open.
-    #[error("it stands for a file that is open already; write `-` for standard input, and say with `>` where the result goes")]
+    #[error(
+        "it stands for a file that is open already; write `-` for standard input, and say with `>` where the result goes"
+    )]
     Open,
     /// It is a device, a pipe or a folder.
     #[error("it is not a regular file")]

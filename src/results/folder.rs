@@ -17,7 +17,9 @@ use super::run_files::{
     Asked, BEST, CHECKPOINT, EVALS, Finished, RESULT, RUN, SOURCES, asked, finished, frozen, is_run,
 };
 use super::saved::{Grammar, SavedDesign, hex};
-use super::whole::{aside, entries, is_same, is_unfinished, lock, lock_again, make_folder, read, write_whole};
+use super::whole::{
+    aside, entries, is_same, is_unfinished, lock, lock_again, make_folder, read, write_whole,
+};
 use super::{DesignError, FileError, Unfit};
 use crate::search::{Best, Outcome, Row, State};
 

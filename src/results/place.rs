@@ -74,17 +74,7 @@ fn foreign_within(path: &Path) -> Option<String> {
 
 /// Whether what has this name in a folder was written by a run, or of it.
 fn is_own(path: &Path, name: &str) -> bool {
-    let known = [
-        RUN,
-        SOURCES,
-        EVALS,
-        CHECKPOINT,
-        BEST,
-        RESULT,
-        SITTINGS,
-        archive::FOLDER,
-        archive::TABLE,
-    ];
+    let known = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, SITTINGS, archive::FOLDER, archive::TABLE];
     // Pages and drawings are ours as long as nobody has edited them.
     let drawn = ["view.html", "schedule.svg", "difference.svg"];
     let is_drawn = drawn.contains(&name) && is_as_written(&path.join(name));

@@ -20,7 +20,6 @@ mod gains;
 mod schedule;
 mod state;
 mod tally;
-mod worlds;
 
 use std::sync::atomic::AtomicBool;
 use thiserror::Error;

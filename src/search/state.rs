@@ -162,12 +162,20 @@ pub(super) struct Tuning {
     /// The best value in the nominal world, where more is better, if only the best of each iteration is judged in all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) highest: Option<f64>,
-    /// The best of the iteration at hand, and its value in the nominal world, where more is better.
+    /// How many curves were tried since some were judged in all worlds, and the best of them with its value in the nominal
+    /// world, where more is better.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub(super) unjudged: u64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) offered: Option<(Parameters, f64)>,
     pub(super) tally: Tally,
     /// None before the first evaluation.
     pub(super) loops: Option<Curves>,
+}
+
+/// Whether there is nothing to write.
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// Where the search for curves stands.

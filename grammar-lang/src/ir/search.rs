@@ -66,7 +66,7 @@ pub enum Judge {
     Every,
     /// Those that are better in the nominal world than the best so far is in all.
     Promising,
-    /// The best of each iteration, if it is better in the nominal world than the best so far is in all.
+    /// The best of late, if it is better in the nominal world than the best so far is in all.
     Best,
 }
 

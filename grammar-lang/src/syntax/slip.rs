@@ -129,7 +129,8 @@ impl Stop<'_> {
         match sign {
             "–" | "—" => before.trim_end().ends_with(|c: char| c.is_alphanumeric() || ")]%°".contains(c)),
             "·" => {
-                before.ends_with(|c: char| c.is_ascii_digit()) && after.starts_with(|c: char| c.is_ascii_digit())
+                before.ends_with(|c: char| c.is_ascii_digit())
+                    && after.starts_with(|c: char| c.is_ascii_digit())
             }
             _ => false,
         }

@@ -174,7 +174,9 @@ impl<'a> Assembly<'a> {
         // What a variant in between changes, another may have put something else in the place of.
         let own = program.name.as_ref().map(|name| name.text.as_str());
         for change in program.changes.iter().filter(|change| Some(change.variant.as_str()) == own) {
-            let Some((declaration, item)) = change.edited.and_then(|d| Some((d, program.item(d)?))) else { continue };
+            let Some((declaration, item)) = change.edited.and_then(|d| Some((d, program.item(d)?))) else {
+                continue;
+            };
             let by_itself = item.kind.kind().is_some_and(|kind| kind.counts != Counts::WhereUsed);
             if let (Some(name), false, false) = (declared(item), by_itself, used(&declaration, self)) {
                 there.push(change.place);

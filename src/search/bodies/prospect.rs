@@ -186,11 +186,12 @@ mod tests {
             set nested_annealing.curves.iterations = 2
             set nested_annealing.bodies.stop = false
             replace simulate hinge_model for 1 s
+            replace maximize travel - fall in cm
         }";
         let mut sources = SourceMap::default();
         let entry = sources.add(
             concat!(env!("CARGO_MANIFEST_DIR"), "/quick.sgr"),
-            format!("use std.models {{ hinge_model }}\n{text}"),
+            format!("use std.models {{ hinge_model }}\nuse std.objectives {{ travel, fall }}\n{text}"),
         );
         let rules = grammar_lang::compile(&Files, &mut sources, entry, &[], None).ruleset.unwrap();
         let limits = Limits {

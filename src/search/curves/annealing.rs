@@ -7,7 +7,7 @@ use super::super::schedule::{Course, Iteration, Plan, Stand, Standing, deviation
 use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
 use super::futures::{Annealed, Neighbour};
-use super::judging::Counted;
+use super::judging::{Counted, When};
 use super::{Pace, Tuner, best};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
@@ -40,17 +40,25 @@ impl Tuner<'_> {
             Some(iteration) => Some(iteration),
             None => self.begin_iteration(how, chains)?,
         }) else {
-            return Ok(Pace::Done);
+            let is_judged = self.judge_offered(tuning, spent, When::AtTheEnd)?;
+            return if is_judged { Ok(Pace::Done) } else { self.stopped() };
         };
         chains.iteration = Some(iteration);
         if iteration.made < iteration.moves && !self.moves(how, tuning, chains, spent)? {
             return self.stopped();
         }
         if chains.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
-            if !self.judge_offered(tuning, spent)? {
+            if !self.judge_offered(tuning, spent, When::Underway)? {
                 return self.stopped();
             }
-            return self.end_iteration(how, tuning, chains);
+            // If judging is stopped, the iteration ends once more from here.
+            let mut after = chains.clone();
+            let pace = self.end_iteration(how, tuning, &mut after)?;
+            if pace == Pace::Done && !self.judge_offered(tuning, spent, When::AtTheEnd)? {
+                return self.stopped();
+            }
+            *chains = after;
+            return Ok(pace);
         }
         Ok(Pace::More)
     }

@@ -9,7 +9,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::super::Failure;
 use super::super::schedule::{Course, Iteration, Plan, Stand};
 use super::super::state::{Distribution, Tuning};
-use super::judging::Counted;
+use super::judging::{Counted, When};
 use super::{Pace, Tuner, best};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
@@ -45,7 +45,8 @@ impl Tuner<'_> {
             return Ok(Pace::Cut(end));
         }
         let Some(Iteration { moves, .. }) = self.plan_of(schedule, state).begin()? else {
-            return Ok(Pace::Done);
+            let is_judged = self.judge_offered(tuning, spent, When::AtTheEnd)?;
+            return if is_judged { Ok(Pace::Done) } else { self.stopped() };
         };
         let mut random = self.stream(&format!("generation {}", state.course.iteration));
         let points = state.sample(moves.clamp(FEWEST, MOST), &mut || random.normal(0.0, 1.0));
@@ -74,13 +75,18 @@ impl Tuner<'_> {
             }
             samples.push(Sample { shares, fitness: fitness.unwrap_or(f64::NEG_INFINITY) });
         }
-        if !self.judge_offered(&mut now, &mut counted)? {
+        if !self.judge_offered(&mut now, &mut counted, When::Underway)? {
             return self.stopped();
         }
-        (*tuning, *spent) = (now, counted);
-        let is_sound = state.follow(samples);
-        state.course.complete(best(tuning));
-        if self.plan_of(schedule, state).stops()? {
+        let mut next = state.clone();
+        let is_sound = next.follow(samples);
+        next.course.complete(best(&now));
+        let is_over = self.plan_of(schedule, &next).stops()?;
+        if is_over && !self.judge_offered(&mut now, &mut counted, When::AtTheEnd)? {
+            return self.stopped();
+        }
+        (*tuning, *spent, *state) = (now, counted, next);
+        if is_over {
             return Ok(Pace::Done);
         }
         if !is_sound || self.plan_of(schedule, state).restarts(cma_es)? {

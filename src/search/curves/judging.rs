@@ -13,6 +13,19 @@ use super::{Tuner, best};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
 
+/// For each world so many curves are tried before some are judged in all worlds: a quarter of the evaluations goes there
+/// (`docs/experiments.md`).
+const EACH: u64 = 3;
+
+/// When the best of late is judged.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum When {
+    /// After an iteration.
+    Underway,
+    /// When the loop ends.
+    AtTheEnd,
+}
+
 /// What an evaluation came to for the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Counted {
@@ -37,7 +50,7 @@ impl Counted {
 impl Tuner<'_> {
     /// Which curves are judged in all worlds; none where the value is that of the nominal one.
     pub(super) fn judge(&self) -> Option<Judge> {
-        self.evaluator.worlds.as_ref()?;
+        self.evaluator.worlds()?;
         // Where nothing is tuned, each body has one motion.
         Some(self.looped().map_or(Judge::Promising, grammar_lang::ir::CurveLoop::judge))
     }
@@ -74,7 +87,7 @@ impl Tuner<'_> {
                 return Ok(Counted::Unsound);
             }
         };
-        let before = *spent;
+        let (before, unjudged) = (*spent, tuning.unjudged);
         let is_no_better = |fitness: f64| best(tuning).is_some_and(|best| fitness <= self.fitness(best));
         let counted = match self.judge() {
             None => self.count_nominal(tuning, candidate, evaluated, value, spent)?,
@@ -82,10 +95,14 @@ impl Tuner<'_> {
                 Counted::Sound(self.fitness(value))
             }
             Some(Judge::Promising | Judge::Every) => self.judged(tuning, candidate, value, spent)?,
-            Some(Judge::Best) => self.count_highest(tuning, candidate, value, spent)?,
+            Some(Judge::Best) => {
+                tuning.unjudged += 1;
+                self.count_highest(tuning, candidate, value, spent)?
+            }
         };
         if counted == Counted::Stopped {
             *spent = before;
+            tuning.unjudged = unjudged;
         } else {
             *spent += 1;
         }
@@ -156,7 +173,7 @@ impl Tuner<'_> {
         Ok(Counted::Sound(fitness))
     }
 
-    /// Remembers curves that may be the best of an iteration.
+    /// Remembers curves that may be the best since some were judged in all worlds.
     pub(super) fn offer(&self, tuning: &mut Tuning, candidate: &Parameters, fitness: f64) {
         let is_better = |known: &(Parameters, f64)| fitness > known.1;
         if self.judge() == Some(Judge::Best) && tuning.offered.as_ref().is_none_or(is_better) {
@@ -164,18 +181,29 @@ impl Tuner<'_> {
         }
     }
 
-    /// Judges the best of an iteration in all worlds, where the search says so; whether it was not stopped.
-    pub(super) fn judge_offered(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<bool, Failure> {
+    /// Judges the best of late in all worlds, where the search says so: after an iteration, but not before enough curves
+    /// were tried since the last time, and at the end. Whether it was not stopped.
+    pub(super) fn judge_offered(
+        &mut self,
+        tuning: &mut Tuning,
+        spent: &mut u64,
+        when: When,
+    ) -> Result<bool, Failure> {
+        let enough = EACH * self.evaluator.worlds().unwrap_or(0);
+        if when == When::Underway && tuning.unjudged < enough {
+            return Ok(true);
+        }
         let Some((candidate, fitness)) = tuning.offered.take() else { return Ok(true) };
         // What is no better here is hardly better in all worlds together, and of a worst case it cannot be.
         if best(tuning).is_some_and(|best| fitness <= self.fitness(best)) {
             return Ok(true);
         }
+        let unjudged = std::mem::take(&mut tuning.unjudged);
         let nominal = self.task().objective.direction.fitness(fitness);
         let before = *spent;
         if self.judged(tuning, &candidate, nominal, spent)? == Counted::Stopped {
             *spent = before;
-            tuning.offered = Some((candidate, fitness));
+            (tuning.offered, tuning.unjudged) = (Some((candidate, fitness)), unjudged);
             return Ok(false);
         }
         Ok(true)
@@ -189,7 +217,7 @@ impl Tuner<'_> {
         nominal: f64,
         spent: &mut u64,
     ) -> Result<Counted, Failure> {
-        let worlds = self.evaluator.worlds.as_ref().map_or(0, super::super::worlds::Worlds::count);
+        let worlds = self.evaluator.worlds().unwrap_or(0);
         let Some(evaluated) = self.evaluator.in_worlds(self.bounds.stop, candidate, false) else {
             return Ok(Counted::Stopped);
         };

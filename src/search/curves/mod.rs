@@ -116,7 +116,7 @@ impl<'a> Tuner<'a> {
     pub(super) fn advance(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
         self.forecast.threads = self.evaluator.room().0;
         // What is no better than the best so far will not become it.
-        self.evaluator.observed_above = match &self.evaluator.worlds {
+        self.evaluator.observed_above = match self.evaluator.worlds() {
             None => best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value)),
             // Whoever is judged in all worlds is observed there.
             Some(_) => f64::INFINITY,

@@ -181,8 +181,7 @@ fn a_motion_comes_back() {
         ("\n1.05,", "\n1.02,", "equal intervals"),
     ] {
         assert!(text.contains(from), "{from}");
-        let error =
-            read_motion(&text.replacen(from, to, 1), &assembly, &settings).unwrap_err().to_string();
+        let error = read_motion(&text.replacen(from, to, 1), &assembly, &settings).unwrap_err().to_string();
         assert!(error.contains(says), "{from}: {error}");
     }
     let strict = Settings { speed_limit: 1e-6, ..settings.clone() };
@@ -193,7 +192,17 @@ fn a_motion_comes_back() {
     assert!(read_motion(&text, &assembly, &Settings { duration: 20.0, ..settings.clone() }).is_err());
     assert!(read_motion("", &assembly, &Settings { duration: 20.0, ..settings.clone() }).is_err());
     let head = text.lines().next().unwrap();
-    assert!(read_motion(head, &assembly, &Settings { duration: 20.0, ..settings.clone() }).unwrap_err().to_string().contains("two rows"));
+    assert!(
+        read_motion(head, &assembly, &Settings { duration: 20.0, ..settings.clone() })
+            .unwrap_err()
+            .to_string()
+            .contains("two rows")
+    );
     let zeros = format!("{head}\n0{}\n", ",0".repeat(7 * assembly.elements.len()));
-    assert!(read_motion(&zeros, &assembly, &Settings { duration: 20.0, ..settings.clone() }).unwrap_err().to_string().contains("quaternion"));
+    assert!(
+        read_motion(&zeros, &assembly, &Settings { duration: 20.0, ..settings.clone() })
+            .unwrap_err()
+            .to_string()
+            .contains("quaternion")
+    );
 }

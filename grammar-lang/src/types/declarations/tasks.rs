@@ -208,7 +208,7 @@ impl<'a> Declarations<'a> {
             self.report(
                 Diagnostic::new(Code::OTHER_WORLDS, *place, "in one world there are no others to run over")
                     .label("inside of another `over`")
-                    .help("write the two side by side: `mean over ... of X - 2 * deviation over ... of X`"),
+                    .help("write the two side by side, in brackets: `(mean over ... of X) - 2 * (deviation over ... of X)`"),
             );
         }
     }

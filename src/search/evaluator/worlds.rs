@@ -2,10 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::cache::{self, Cache, Subject};
-use super::evaluated::{Evaluated, Valued};
-use super::evaluator::Evaluator;
-use super::tally::Missing;
+use super::super::cache::{self, Cache, Subject};
+use super::super::evaluated::{Evaluated, Valued};
+use super::super::tally::Missing;
+use super::Evaluator;
 use crate::derive::Candidate;
 use crate::drive::Parameters;
 use crate::scenarios::{self, Scenario};
@@ -33,17 +33,17 @@ impl Worlds {
         let scenarios = scenarios::worlds(&within.name, set);
         Some(Self { scenarios, subjects: (subject(false), subject(true)) })
     }
-
-    /// How many there are.
-    pub(super) fn count(&self) -> u64 {
-        self.scenarios.len() as u64
-    }
 }
 
 impl Evaluator<'_> {
+    /// How many worlds the value of curves depends on; none if it is that of the nominal one alone.
+    pub(in super::super) fn worlds(&self) -> Option<u64> {
+        self.worlds.as_ref().map(|worlds| worlds.scenarios.len() as u64)
+    }
+
     /// The value of curves over all worlds, at the step of the model or at half of it. None if it was asked to stop before
     /// all motions were simulated, or the task has no worlds.
-    pub(super) fn in_worlds(
+    pub(in super::super) fn in_worlds(
         &mut self,
         stop: Stop<'_>,
         parameters: &Parameters,
@@ -76,7 +76,7 @@ impl Evaluator<'_> {
     }
 
     /// The value of curves over all worlds, if they were judged in them before.
-    pub(super) fn known_in_worlds(&self, parameters: &Parameters) -> Option<Valued> {
+    pub(in super::super) fn known_in_worlds(&self, parameters: &Parameters) -> Option<Valued> {
         let key = Cache::key(&self.worlds.as_ref()?.subjects.0, parameters);
         self.engine.cache.get(&key, f64::NEG_INFINITY).map(|known| known.value)
     }

@@ -1,5 +1,7 @@
 //! Evaluates parameters of one body: drive, simulation, score.
 
+mod worlds;
+
 use super::evaluated::{Evaluated, Valued};
 use std::collections::BTreeMap;
 use std::sync::Mutex;
@@ -12,13 +14,13 @@ use super::Failure;
 use super::cache::{self, Cache, Key, Subject};
 use super::crew::Crew;
 use super::tally::Missing;
-use super::worlds::Worlds;
 use crate::derive::Candidate;
 use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Recording};
 use crate::simulate::{Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Watch};
+use worlds::Worlds;
 
 /// What evaluations are made with.
 #[derive(Clone, Copy)]
@@ -33,20 +35,20 @@ pub(super) struct Engine<'r> {
 
 /// Evaluates parameters of one body for one task, several at a time.
 pub(super) struct Evaluator<'r> {
-    pub(super) engine: Engine<'r>,
+    engine: Engine<'r>,
     /// Names evaluations of this body, and of it at half the step.
     subjects: (Subject, Subject),
     /// The actuation of the body.
     pub(super) drive: Drive<'r>,
     settings: Settings,
     /// One simulation for each thread that has been needed; at least one.
-    pub(super) workers: Vec<Box<dyn Simulation>>,
+    workers: Vec<Box<dyn Simulation>>,
     /// The simulation at half the step.
-    pub(super) fine: Box<dyn Simulation>,
+    fine: Box<dyn Simulation>,
     /// The worlds that its value depends on.
-    pub(super) worlds: Option<Worlds>,
+    worlds: Option<Worlds>,
     /// Whether anything is observed of this task.
-    pub(super) observes: bool,
+    observes: bool,
     /// The value, where more is better, above which motions are observed: others will not be asked for it.
     pub(super) observed_above: f64,
 }
@@ -177,7 +179,7 @@ impl<'r> Evaluator<'r> {
     }
 
     /// Sees that each thread has a simulation, as far as there is work for it; how many threads that are, at least one.
-    pub(super) fn hire(&mut self, cases: usize) -> usize {
+    fn hire(&mut self, cases: usize) -> usize {
         let Engine { model, crew, .. } = self.engine;
         let threads = crew.threads().min(cases);
         while self.workers.len() < threads {
