@@ -123,7 +123,7 @@ fn wall(rules: &RuleSet, seed: u64, jobs: usize, most: u64) -> (f64, Option<u64>
 
 /// One thread against two, in turns.
 fn threads(most: u64, seeds: u64, words: &[String]) {
-    let codesign = "grammars/codesign.sgr";
+    let codesign = "grammars/experiments/codesign_thesis.sgr";
     let searches = [
         ("bodies and curves, annealing", variant(codesign, "nested_annealing", "")),
         ("bodies and curves, CMA-ES", variant(codesign, "nested_evolution", "")),

@@ -386,3 +386,81 @@ fn searches_and_variants_of_an_earlier_version_are_mended_to_what_they_meant() {
         assert!(search.contains(said), "{said}: {search}");
     }
 }
+
+/// What its author could have meant otherwise is told, and stays as it is.
+#[test]
+fn what_could_be_meant_otherwise_is_left() {
+    for text in [
+        // Thousands, or a decimal comma.
+        "part brick { shape = sphere(8 mm)  density = 1,000 kg/m^3  friction = 0.8 }",
+        "param limit : Mass in 1 g .. 1,500 g = 1 g",
+        "let angles = [0 deg, 22,5 deg]",
+        // Radians, or degrees.
+        "let angles = [-1 rad, 45]",
+        "param turn : Angle in -45 .. 1 rad = 0 deg",
+        "let angles = [0 deg, 90 deg, 3.14]",
+        "let angle = if 1 < 2 then 1 rad else 60",
+        // Milliseconds, or seconds.
+        "param pause : Time in 500 .. 6 s = 6 s",
+        "param reach : Length in 5 cm .. 0.4 = 20 cm",
+        // A factor, or a percentage.
+        "param share : Number in 9 .. 110 % = 3",
+        "scenarios heavy { mass = 9 .. 110 %  drawn = 3 }",
+        // A name that is told apart from another on purpose.
+        "let max_gain = 1.5\nlet range = max_gain - min_gain",
+        "let increase = 1.5\nlet k = increase - decrease",
+        "let inflation = 1.5\nlet k = inflation * deflation",
+        "let balanced = 1.5\nlet k = balanced - unbalanced",
+        "let symmetric = 1.5\nlet k = symmetric * asymmetric",
+        "let gainA = 1.5\nlet k = gainA - gainB",
+        "let foot_left = 1 cm\nlet k = foot_left - foot_lift",
+        "let leg = 1 cm\nlet k = legs",
+        // A range, or a minus.
+        "rule turn { match p : part  choose a in { 0 deg – 90 deg }  set p.turn = a }",
+        "rule turn { match p : part  choose n in 3–5  set p.turn = n * 1 deg }",
+        // A product, or a decimal point.
+        "let weight = 2·5 g",
+    ] {
+        let folder = folder(&[("a.sgr", text)]);
+        let output = sgc(folder.path(), &["check", "--fix", "a.sgr"]);
+        assert_eq!(output.status.code(), Some(1), "{text}: {}{}", out(&output), errors(&output));
+        assert_eq!(read(&folder, "a.sgr"), text, "{}", errors(&output));
+    }
+}
+
+/// Many mistakes in a text cost as much time and memory as they are many: each fix does not keep the text once more, and those
+/// that do harm are not tried one by one for ever.
+#[test]
+fn many_fixes_are_made_in_a_while() {
+    let rules = "rule a {\n".repeat(3000);
+    let names: String = (0..1500).map(|n| format!("let abcdefgh{n:05} = abcdefhg{n:05}\n")).collect();
+    for text in [rules, names] {
+        let folder = folder(&[("a.sgr", text.as_str())]);
+        let begun = std::time::Instant::now();
+        let output = sgc(folder.path(), &["check", "--diff", "a.sgr"]);
+        assert!(output.status.code().is_some(), "{}", errors(&output));
+        // Not a measurement: without the bounds it takes many times as long.
+        assert!(begun.elapsed().as_secs() < 120, "{:?}", begun.elapsed());
+    }
+}
+
+/// What is redirected to be read may not be written: nobody has named it.
+#[cfg(unix)]
+#[test]
+fn what_is_only_redirected_is_not_written() {
+    let text = "let a   =  3;\n";
+    let folder = folder(&[("a.sgr", text), ("b.sgr", "let a   =  3\n")]);
+    for (file, arguments) in [
+        ("b.sgr", &["fmt", "/dev/stdin"][..]),
+        ("b.sgr", &["fmt", "/proc/self/fd/0"]),
+        ("a.sgr", &["check", "--fix", "/dev/stdin"]),
+    ] {
+        let before = read(&folder, file);
+        let input = std::fs::File::open(folder.path().join(file)).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_sgc"));
+        let output = command.args(arguments).stdin(input).env("NO_COLOR", "1").output().unwrap();
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", errors(&output));
+        assert!(errors(&output).contains("write `-`"), "{arguments:?}: {}", errors(&output));
+        assert_eq!(read(&folder, file), before, "{arguments:?}");
+    }
+}

@@ -562,3 +562,44 @@ fn a_folder_that_cannot_be_written_is_looked_at_but_not_gone_on_with() {
         allow(folder, 0o755);
     }
 }
+
+/// A run whose folder was moved writes no more to the name: another run may be there by now.
+#[test]
+fn a_run_whose_folder_was_moved_leaves_the_next_one_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run");
+    let child = begin_long(folder.path(), &out);
+    std::fs::rename(&out, folder.path().join("moved")).unwrap();
+    let quick = grammar(folder.path(), "1");
+    assert_code(&sgc(&short(&quick, &out)), 0);
+    let kept = || {
+        ["best.design.json", "evals.csv", "sittings.csv", "result.json"]
+            .map(|name| std::fs::read(out.join(name)).unwrap())
+    };
+    let before = kept();
+    signal(&child, "-TERM");
+    let ended = child.wait_with_output().unwrap();
+    assert_eq!(ended.status.code(), Some(2), "{}", errors(&ended));
+    assert!(errors(&ended).contains("was moved or replaced"), "{}", errors(&ended));
+    assert!(before == kept() && !out.join("checkpoint").exists(), "the other run is as it was");
+}
+
+/// A page that somebody has edited is not ours to remove; one that is as it was written is.
+#[test]
+fn edited_pages_are_not_removed_by_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let quick = grammar(folder.path(), "1");
+    let out = folder.path().join("run");
+    let run = |more: &[&str]| {
+        let asked = ["run", path(&quick), "--max-evals", "40", "--quiet", "--out", path(&out)];
+        sgc(&[&asked[..], more].concat())
+    };
+    assert_code(&run(&[]), 0);
+    assert_code(&sgc(&["view", path(&out)]), 0);
+    assert_code(&run(&["--force"]), 0);
+    std::fs::write(out.join("view.html"), "<p>my notes</p>").unwrap();
+    let output = run(&["--force"]);
+    assert_code(&output, 2);
+    assert!(errors(&output).contains("\"view.html\""), "{}", errors(&output));
+    assert_eq!(std::fs::read_to_string(out.join("view.html")).unwrap(), "<p>my notes</p>");
+}

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Optimised (body, gait) pairs to compare simulators on: short searches for gaits of the three
-# bodies of benches/bodies/, and for bodies with gaits by grammars/codesign.sgr.
+# bodies of benches/bodies/, and for bodies with gaits by grammars/experiments/codesign_thesis.sgr.
 #
 #   benches/peers/gaits.sh FOLDER [SEEDS] [EVALUATIONS]
 #
@@ -22,5 +22,5 @@ for seed in $(seq "$seeds"); do
   for body in two four eight; do
     search "$folder/$body-$seed" "$here/benches/bodies/bodies.sgr" --from "$body" --seed "$seed"
   done
-  search "$folder/codesign-$seed" "$here/grammars/codesign.sgr" --seed "$seed"
+  search "$folder/codesign-$seed" "$here/grammars/experiments/codesign_thesis.sgr" --seed "$seed"
 done

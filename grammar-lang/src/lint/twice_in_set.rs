@@ -1,7 +1,10 @@
 //! A value that stands twice in a set.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::evaluate;
+use crate::eval::{Value, evaluate};
 use crate::ir::{Expr, ExprKind, RuleSet};
 
 use super::known::Known;
@@ -10,8 +13,28 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     for choice in ruleset.rules.iter().flat_map(|rule| &rule.choices) {
         let ExprKind::Set(items) = &choice.domain.kind else { continue };
-        for (i, item) in items.iter().enumerate() {
-            let first = items.iter().take(i).find(|other| same(ruleset, item, other));
+        // Numbers are looked up: an enumeration may have thousands of values.
+        let mut numbers: BTreeMap<u64, &Expr> = BTreeMap::new();
+        let mut others: Vec<(Value, &Expr)> = Vec::new();
+        for item in items {
+            let first = match fixed(ruleset, item) {
+                None => continue,
+                // No minus before a zero.
+                Some(Value::Number(x)) => match numbers.entry((x + 0.0).to_bits()) {
+                    Entry::Occupied(first) => Some(*first.get()),
+                    Entry::Vacant(place) => {
+                        place.insert(item);
+                        None
+                    }
+                },
+                Some(value) => match others.iter().find(|(other, _)| *other == value) {
+                    Some((_, first)) => Some(*first),
+                    None => {
+                        others.push((value, item));
+                        None
+                    }
+                },
+            };
             if let Some(first) = first {
                 findings.push(
                     Diagnostic::new(
@@ -30,9 +53,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-/// Whether two items are the same, whatever the parameters are set to.
-fn same(ruleset: &RuleSet, a: &Expr, b: &Expr) -> bool {
-    let fixed = |e: &Expr| !e.any(&mut |e| matches!(e.kind, ExprKind::Param(_)));
-    let value = |e: &Expr| evaluate(e, ruleset, &mut Vec::new()).ok();
-    fixed(a) && fixed(b) && value(a).is_some_and(|a| Some(a) == value(b))
+/// What an item is, whatever the parameters are set to.
+fn fixed(ruleset: &RuleSet, item: &Expr) -> Option<Value> {
+    let reads = item.any(&mut |e| matches!(e.kind, ExprKind::Param(_)));
+    if reads { None } else { evaluate(item, ruleset, &mut Vec::new()).ok() }
 }
