@@ -125,6 +125,8 @@ fn worlds(
         }
         None => None,
     };
+    // A page is no terminal: no quotes around names, and a sentence begins with a capital.
+    let text = text.replace('`', "").replacen("in ", "In ", 1);
     Ok(Some(Worlds { values, unit: saved.unit.clone(), nominal: saved.in_nominal(), text, worst }))
 }
 

@@ -11,6 +11,20 @@ use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation};
 use crate::drive::{Drive, Parameters};
 
+/// What a run knows when it comes to a body, where more is better.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Known {
+    /// A body that is not tuned and comes to no more is of no use, and not checked.
+    pub(super) of_use: f64,
+    /// What comes to more is the best of the run.
+    pub(super) best: f64,
+}
+
+impl Known {
+    /// Nothing.
+    pub(super) const NOTHING: Self = Self { of_use: f64::NEG_INFINITY, best: f64::NEG_INFINITY };
+}
+
 /// The loops over the curves of one body. What they know is in a [`Body`].
 pub(super) struct Tasks<'a> {
     pub(super) candidate: Candidate<'a>,
@@ -19,8 +33,8 @@ pub(super) struct Tasks<'a> {
     /// Curves to begin with, by task; none where they are drawn at random.
     pub(super) warm: Vec<Parameters>,
     pub(super) bounds: Bounds<'a>,
-    /// The best of the run, where more is better: a body that is not tuned and comes to no more is not checked.
-    pub(super) known: f64,
+    /// What the run knows already.
+    pub(super) known: Known,
     /// The loop of the task at hand, once it is needed.
     pub(super) tuner: Option<Tuner<'a>>,
 }

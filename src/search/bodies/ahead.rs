@@ -14,7 +14,7 @@ use std::time::Duration;
 use grammar_lang::ir::RuleSet;
 
 use super::super::Bounds;
-use super::super::body::Tasks;
+use super::super::body::{Known, Tasks};
 use super::super::cache::{self, Subject};
 use super::super::crew::{Crew, Jobs};
 use super::super::curves::Pace;
@@ -39,13 +39,12 @@ pub(super) struct Order {
     pub(super) key: Key,
     derivation: Arc<Derivation>,
     warm: Vec<Parameters>,
-    /// The best of the run, where more is better.
-    known: f64,
+    known: Known,
 }
 
 impl Order {
     /// The body that is tried as a move of a number.
-    pub(super) fn of(number: usize, trial: &Trial<Arc<Derivation>>, known: f64) -> Self {
+    pub(super) fn of(number: usize, trial: &Trial<Arc<Derivation>>, known: Known) -> Self {
         let Trial { derivation, warm, .. } = trial;
         let mut bits = Vec::new();
         warm.iter().flatten().for_each(|x| bits.extend(x.to_bits().to_le_bytes()));

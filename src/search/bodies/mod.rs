@@ -10,7 +10,7 @@ use std::sync::atomic::AtomicBool;
 
 use grammar_lang::ir::{BodyLoop, BodyMethod, RuleSet};
 
-use super::body::{Tasks, inherited};
+use super::body::{Known, Tasks, inherited};
 use super::cache::Cache;
 use super::crew::Crew;
 use super::curves::{Pace, Streams};
@@ -277,7 +277,7 @@ pub fn tune_body(
         streams: Streams { seed: limits.seed, name: "body".to_owned() },
         warm: Vec::new(),
         bounds: Bounds::new(limits, stop),
-        known: f64::NEG_INFINITY,
+        known: Known::NOTHING,
         tuner: None,
     };
     let (mut body, mut spent) = (Body::default(), 0);
@@ -470,11 +470,12 @@ impl Bodies<'_> {
         Ok(cut)
     }
 
-    /// What a body that is not tuned must exceed to be of use, where more is better: the best of the run. An archive
-    /// has a best for each kind of design, and of several tasks none knows what the rest are worth.
-    fn known(&self) -> f64 {
-        let one_best = self.rules.search.archive().is_none() && self.rules.tasks.len() == 1;
-        self.fitness(self.state.best.as_ref().map(|best| best.value).filter(|_| one_best))
+    /// What a body must exceed. An archive has a best for each kind of design, so that one of its bodies may be of use without
+    /// being the best; and of several tasks none knows what the rest are worth.
+    fn known(&self) -> Known {
+        let best = self.state.best.as_ref().map(|best| best.value).filter(|_| self.rules.tasks.len() == 1);
+        let of_use = best.filter(|_| self.rules.search.archive().is_none());
+        Known { of_use: self.fitness(of_use), best: self.fitness(best) }
     }
 
     /// Accepts a body or not, and keeps the best.

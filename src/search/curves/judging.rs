@@ -123,7 +123,7 @@ impl Tuner<'_> {
             return Ok(Counted::Sound(fitness));
         }
         let mut half_step = None;
-        if self.can_lose(fitness) && (self.looped().is_some() || fitness > self.known) {
+        if self.can_lose(fitness) && (self.looped().is_some() || fitness > self.known.of_use) {
             match self.finer(candidate, value, spent) {
                 Finer::Stopped => return Ok(Counted::Stopped),
                 Finer::Lost => {
@@ -163,10 +163,6 @@ impl Tuner<'_> {
                     }
                     Finer::Kept(_) => {}
                 }
-            }
-            // A body has a value as soon as curves of it have.
-            if tuning.found.is_none() && self.judged(tuning, candidate, value, spent)? == Counted::Stopped {
-                return Ok(Counted::Stopped);
             }
             tuning.highest = Some(fitness);
         }
@@ -236,8 +232,8 @@ impl Tuner<'_> {
             return Ok(Counted::Sound(fitness));
         }
         let mut half_step = None;
-        let is_new_best = fitness > self.known;
-        if self.can_lose(self.fitness(nominal)) && (self.looped().is_some() || is_new_best) {
+        let is_of_use = self.looped().is_some() || fitness > self.known.of_use;
+        if self.can_lose(self.fitness(nominal)) && is_of_use {
             match self.finer(candidate, nominal, spent) {
                 Finer::Stopped => return Ok(Counted::Stopped),
                 Finer::Lost => {
@@ -248,7 +244,7 @@ impl Tuner<'_> {
             }
         }
         // What is to be the best of the run keeps its value in all worlds, too.
-        if is_new_best && self.can_lose(fitness) {
+        if fitness > self.known.best && self.can_lose(fitness) {
             let Some(half) = self.evaluator.in_worlds(self.bounds.stop, candidate, true) else {
                 return Ok(Counted::Stopped);
             };

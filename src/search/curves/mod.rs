@@ -8,6 +8,7 @@ mod judging;
 
 use grammar_lang::ir::{CurveLoop, CurveMethod, RuleSet, Task};
 
+use super::body::Known;
 use super::evaluator::Evaluator;
 use super::schedule::Course;
 use super::state::{Curves, Tuning};
@@ -17,7 +18,7 @@ use crate::derive::random::Stream;
 use crate::drive::Parameters;
 use forecast::Forecast;
 use futures::Annealed;
-use judging::Counted;
+use judging::{Counted, When};
 
 /// How a loop stands after a batch of evaluations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,8 +63,8 @@ pub(super) struct Tuner<'a> {
     /// Curves to begin with, if not with random ones.
     warm: Option<Parameters>,
     bounds: Bounds<'a>,
-    /// What a value must exceed to be of use beyond this body.
-    known: f64,
+    /// What the run knows already.
+    known: Known,
 }
 
 impl<'a> Tuner<'a> {
@@ -73,7 +74,7 @@ impl<'a> Tuner<'a> {
         streams: Streams,
         warm: Option<&Parameters>,
         bounds: Bounds<'a>,
-        known: f64,
+        known: Known,
     ) -> Self {
         let forecast = Forecast::new(&evaluator, bounds.lanes);
         let warm = warm.filter(|warm| evaluator.drive.fits(warm)).cloned();
@@ -138,6 +139,14 @@ impl<'a> Tuner<'a> {
             | (Curves::Distribution(_), CurveMethod::Annealing(_)) => Ok(Pace::Done),
         };
         tuning.loops = Some(curves);
+        // Where the evaluations end before any curves were judged in all worlds, the best of them are.
+        if let Ok(Pace::Cut(end)) = &pace
+            && !end.is_early()
+            && tuning.found.is_none()
+            && !self.judge_offered(tuning, spent, When::AtTheEnd)?
+        {
+            return self.stopped();
+        }
         pace
     }
 
@@ -156,7 +165,10 @@ impl<'a> Tuner<'a> {
         for (start, evaluated) in starts.iter().zip(values) {
             match self.count(&mut now, start, evaluated, &mut counted)? {
                 Counted::Stopped => return self.stopped(),
-                counted => fitness.push(counted.fitness()),
+                counted => {
+                    counted.fitness().into_iter().for_each(|new| self.offer(&mut now, start, new));
+                    fitness.push(counted.fitness());
+                }
             }
         }
         let course = Course::new(self.task().objective.direction, best(&now));
