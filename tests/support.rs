@@ -34,8 +34,8 @@ pub(crate) fn read(path: &str) -> String {
     std::fs::read_to_string(root().join(path)).unwrap_or_else(|e| panic!("{path}: {e}"))
 }
 
-/// The text of `codesign` with the objective of the thesis, which runs over no worlds: what most tests of the engine start
-/// from.
+/// The text of `codesign` with the objective of the thesis, which runs over no worlds, and its search: what most tests of the engine
+/// start from.
 pub(crate) fn codesign() -> String {
     let plain = nominal().replace("use std.scenarios  { workshop }\n", "");
     assert!(!plain.contains("workshop "), "{plain}");
@@ -46,6 +46,7 @@ pub(crate) fn codesign() -> String {
 fn nominal() -> String {
     let text = read("grammars/codesign.sgr").replace("for 20 s in workshop", "for 20 s");
     text.replace("maximize min over w in workshop of travel - fall in cm", "maximize travel - fall in cm")
+        .replace("shortly_many_kinds", "nested_annealing")
 }
 
 /// Compiles a grammar of the project; it must have no finding.

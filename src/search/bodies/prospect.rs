@@ -183,6 +183,7 @@ mod tests {
     #[test]
     fn the_next_body_is_among_the_likeliest() {
         let text = "variant quick of \"grammars/codesign.sgr\" {
+            replace search nested_annealing
             set nested_annealing.curves.iterations = 2
             set nested_annealing.bodies.stop = false
             replace simulate hinge_model for 1 s
@@ -191,7 +192,7 @@ mod tests {
         let mut sources = SourceMap::default();
         let entry = sources.add(
             concat!(env!("CARGO_MANIFEST_DIR"), "/quick.sgr"),
-            format!("use std.models {{ hinge_model }}\nuse std.objectives {{ travel, fall }}\n{text}"),
+            format!("use std.models {{ hinge_model }}\nuse std.objectives {{ travel, fall }}\nuse std.search {{ nested_annealing }}\n{text}"),
         );
         let rules = grammar_lang::compile(&Files, &mut sources, entry, &[], None).ruleset.unwrap();
         let limits = Limits {
