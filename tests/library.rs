@@ -191,6 +191,11 @@ const OTHERS: &[(&str, &str)] = &[
         variant kinds of \"./codesign.sgr\" { replace search many_kinds }",
     ),
     (
+        "grammars/shortly.sgr",
+        "use std.search { shortly_many_kinds }
+        variant shortly of \"./codesign.sgr\" { replace search shortly_many_kinds }",
+    ),
+    (
         "grammars/study2_plain.sgr",
         "use std.search { walked_annealing }
         variant study2_plain of \"./study2.sgr\" { replace search walked_annealing }",
@@ -224,6 +229,7 @@ fn every_number_of_the_library_changes_the_rule_set() {
         "grammars/tempering.sgr",
         "grammars/reheated.sgr",
         "grammars/kinds.sgr",
+        "grammars/shortly.sgr",
         "grammars/study1.sgr",
         "grammars/study2.sgr",
         "grammars/study2_plain.sgr",

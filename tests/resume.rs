@@ -580,7 +580,9 @@ fn a_run_whose_folder_was_moved_leaves_the_next_one_alone() {
     signal(&child, "-TERM");
     let ended = child.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(2), "{}", errors(&ended));
-    assert!(errors(&ended).contains("was moved or replaced"), "{}", errors(&ended));
+    // It was writing when the folder went, or it saw afterwards that it is another.
+    let told = errors(&ended);
+    assert!(told.contains("was moved or replaced") || told.contains("cannot write"), "{told}");
     assert!(before == kept() && !out.join("checkpoint").exists(), "the other run is as it was");
 }
 

@@ -4,7 +4,6 @@
 //! gives more errors, or a line that was mended still cannot be read, each fix is tried alone, and those that do harm are
 //! left out for good. Only then is each file written, once and whole.
 
-use crate::results::FileError;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -17,7 +16,8 @@ use similar::TextDiff;
 use super::load::{self, STDIN, Text};
 use super::output::{self, Fault};
 use crate::loader::{Edited, LIBRARY, read_text};
-use crate::results::whole::rewrite;
+use crate::results::whole::{is_open_already, rewrite};
+use crate::results::{FileError, Unwritable};
 
 /// How often the texts are mended and checked again: one fix may uncover the next.
 const ROUNDS: usize = 100;
@@ -237,8 +237,11 @@ impl Session<'_> {
         for (key, original) in &self.originals {
             let mended = self.loader.at(key).unwrap_or(original);
             if key.as_os_str() != STDIN {
-                replace(key, original, mended)
-                    .map_err(|e| Fault::usage(format!("cannot mend {}: {e}", key.display())))?;
+                // By the name that the user gave: `/dev/stdin` is no name of the file that it leads to.
+                let named = self.texts.iter().find(|text| Edited::key(&text.name) == *key);
+                let path = named.map_or(key.as_path(), |text| Path::new(&text.name));
+                replace(path, original, mended)
+                    .map_err(|e| Fault::usage(format!("cannot mend {}: {e}", path.display())))?;
             }
             for (_, told) in self.done.iter().filter(|(of, _)| of == key) {
                 output::note(&format!("mended {told}"));
@@ -316,6 +319,8 @@ enum Unmended {
     Changed,
     #[error("it is read-only")]
     ReadOnly,
+    #[error("{}", Unwritable::Open)]
+    Open,
     #[error(transparent)]
     System(#[from] std::io::Error),
     #[error(transparent)]
@@ -324,6 +329,9 @@ enum Unmended {
 
 /// Replaces the content of a file that still is as it was read.
 fn replace(path: &Path, original: &str, mended: &str) -> Result<(), Unmended> {
+    if is_open_already(path) {
+        return Err(Unmended::Open);
+    }
     if read_text(path)? != original {
         return Err(Unmended::Changed);
     }

@@ -50,7 +50,7 @@ pub fn rewrite(path: &Path, text: &str) -> Result<(), FileError> {
 
 /// Whether a path is a way to a file that this process has been given open, as `/dev/stdin` is: whoever redirects a file to
 /// be read has not said that it may be written.
-fn is_open_already(path: &Path) -> bool {
+pub(crate) fn is_open_already(path: &Path) -> bool {
     let folder = path.parent().and_then(|folder| fs::canonicalize(folder).ok());
     folder.is_some_and(|folder| ["/dev", "/proc"].iter().any(|root| folder.starts_with(root)))
 }
