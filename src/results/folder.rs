@@ -190,6 +190,13 @@ impl RunFolder {
         Err(FileError::Elsewhere { folder: self.path.clone() })
     }
 
+    /// Writes into the folder while it is the one that was locked. It can be moved at any time: where that is why a write
+    /// fails, the error says so.
+    fn write_here(&self, write: impl FnOnce() -> Result<(), FileError>) -> Result<(), FileError> {
+        self.check_here()?;
+        write().or_else(|error| self.check_here().and(Err(error)))
+    }
+
     /// Adds a row to `evals.csv`.
     ///
     /// # Errors
@@ -205,11 +212,13 @@ impl RunFolder {
     ///
     /// A sentence with the system's reason; then the last checkpoint is as it was.
     pub fn checkpoint(&self, state: &State, max_evals: Option<u64>) -> Result<(), FileError> {
-        self.check_here()?;
         let path = self.path.join(CHECKPOINT);
-        let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state);
-        let text = checkpoint.and_then(|checkpoint| checkpoint.text()).map_err(FileError::write(&path))?;
-        write_whole(&path, &text)
+        self.write_here(|| {
+            let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state);
+            let text =
+                checkpoint.and_then(|checkpoint| checkpoint.text()).map_err(FileError::write(&path))?;
+            write_whole(&path, &text)
+        })
     }
 
     /// Replaces the best design of a kind, and the table of all kinds.
@@ -224,8 +233,7 @@ impl RunFolder {
         cell: &[usize],
         design: &SavedDesign,
     ) -> Result<(), FileError> {
-        self.check_here()?;
-        archive::write(&self.path, rules, archive, cell, design)
+        self.write_here(|| archive::write(&self.path, rules, archive, cell, design))
     }
 
     /// Replaces the best design.
@@ -234,8 +242,7 @@ impl RunFolder {
     ///
     /// A sentence with the system's reason.
     pub fn best(&self, design: &SavedDesign) -> Result<(), FileError> {
-        self.check_here()?;
-        write_whole(&self.best_path(), &design.text())?;
+        self.write_here(|| write_whole(&self.best_path(), &design.text()))?;
         if let Some(old) = self.replaced.borrow_mut().take() {
             fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
             leftovers::clear(&self.path);
@@ -269,9 +276,10 @@ impl RunFolder {
         };
         let path = self.path.join(RESULT);
         let text = serde_json::to_string_pretty(&finished).map_err(FileError::write(&path))? + "\n";
-        self.evals.mark()?;
-        self.check_here()?;
-        write_whole(&path, &text)?;
+        self.write_here(|| {
+            self.evals.mark()?;
+            write_whole(&path, &text)
+        })?;
         clear(&self.path);
         Ok(())
     }

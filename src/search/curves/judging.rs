@@ -124,13 +124,9 @@ impl Tuner<'_> {
         }
         let mut half_step = None;
         if self.can_lose(fitness) && (self.looped().is_some() || fitness > self.known.of_use) {
-            match self.finer(candidate, value, spent) {
-                Finer::Stopped => return Ok(Counted::Stopped),
-                Finer::Lost => {
-                    tuning.tally.unstable += 1;
-                    return Ok(Counted::Unsound);
-                }
-                Finer::Kept(half) => half_step = Some(half),
+            match self.kept(tuning, candidate, value, spent) {
+                Ok(half) => half_step = Some(half),
+                Err(counted) => return Ok(counted),
             }
         }
         tuning.found = Some(Tune {
@@ -154,15 +150,10 @@ impl Tuner<'_> {
     ) -> Result<Counted, Failure> {
         let fitness = self.fitness(value);
         if tuning.highest.is_none_or(|highest| fitness > highest) {
-            if self.can_lose(fitness) {
-                match self.finer(candidate, value, spent) {
-                    Finer::Stopped => return Ok(Counted::Stopped),
-                    Finer::Lost => {
-                        tuning.tally.unstable += 1;
-                        return Ok(Counted::Unsound);
-                    }
-                    Finer::Kept(_) => {}
-                }
+            if self.can_lose(fitness)
+                && let Err(counted) = self.kept(tuning, candidate, value, spent)
+            {
+                return Ok(counted);
             }
             tuning.highest = Some(fitness);
         }
@@ -234,13 +225,9 @@ impl Tuner<'_> {
         let mut half_step = None;
         let is_of_use = self.looped().is_some() || fitness > self.known.of_use;
         if self.can_lose(self.fitness(nominal)) && is_of_use {
-            match self.finer(candidate, nominal, spent) {
-                Finer::Stopped => return Ok(Counted::Stopped),
-                Finer::Lost => {
-                    tuning.tally.unstable += 1;
-                    return Ok(Counted::Unsound);
-                }
-                Finer::Kept(half) => half_step = Some(half),
+            match self.kept(tuning, candidate, nominal, spent) {
+                Ok(half) => half_step = Some(half),
+                Err(counted) => return Ok(counted),
             }
         }
         // What is to be the best of the run keeps its value in all worlds, too.
@@ -265,15 +252,26 @@ impl Tuner<'_> {
         Ok(Counted::Sound(fitness))
     }
 
-    /// What becomes of a value in the nominal world at half the step.
-    fn finer(&mut self, candidate: &Parameters, value: f64, spent: &mut u64) -> Finer {
-        let Some(half) = self.evaluator.at_half_step(self.bounds.stop, candidate) else {
-            return Finer::Stopped;
-        };
+    /// What a value of the nominal world is at half the step, if it is kept there as far as the search asks.
+    ///
+    /// # Errors
+    ///
+    /// What the curves count as: they lose their value, or it was asked to stop before that was known.
+    fn kept(
+        &mut self,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        value: f64,
+        spent: &mut u64,
+    ) -> Result<f64, Counted> {
+        let half = self.evaluator.at_half_step(self.bounds.stop, candidate).ok_or(Counted::Stopped)?;
         *spent += 1;
         match half {
-            Ok(half) if keeps(self.candidate().rules, self.task(), value, half) => Finer::Kept(half),
-            Ok(_) | Err(_) => Finer::Lost,
+            Ok(half) if keeps(self.candidate().rules, self.task(), value, half) => Ok(half),
+            Ok(_) | Err(_) => {
+                tuning.tally.unstable += 1;
+                Err(Counted::Unsound)
+            }
         }
     }
 
@@ -331,14 +329,4 @@ impl Tuner<'_> {
         let Candidate { rules, derivation, .. } = self.candidate();
         derivation.design.parts.values().any(|p| rules.is_driven(&p.kind))
     }
-}
-
-/// What becomes of a value in a finer simulation.
-enum Finer {
-    /// It was asked to stop before that was known.
-    Stopped,
-    /// It is lost.
-    Lost,
-    /// It is kept: this is what it is there.
-    Kept(f64),
 }

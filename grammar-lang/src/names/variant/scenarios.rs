@@ -1,6 +1,6 @@
 //! What a variant changes in a set of worlds: fields that the base has or has not, cases by their names.
 
-use super::Change;
+use super::change::Change;
 use crate::syntax::ast::{Block, Field, Name};
 
 /// What a field of the set is called in a path: a case by its own name.

@@ -9,14 +9,20 @@
 //! `cargo bench --bench search -- threads 4000 3` (evaluations, seeds) tells how much sooner searches end with a second
 //! thread, by the clock: for bodies and curves together, and for the curves of one body; words such as `CMA-ES` after
 //! them leave out the searches without one.
+//!
+//! `cargo bench --bench search -- worlds 15 10` (seconds of CPU time, seeds; after them the first seed, if it is not 1, and
+//! names of bodies and methods, to leave out the others) compares gaits that are searched for in one world and in many.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
+
+mod worlds;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use cpu_time::ProcessTime;
 use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
 use sgc::derive::Derivation;
 use sgc::loader::Files;
 use sgc::search::{Best, Jobs, Limits, Observer, Row, Unkept, run};
@@ -101,10 +107,15 @@ fn variant(of: &str, search: &str, from: &str) -> RuleSet {
         "use std.search {{ {search} }}\nvariant timed of \"{}/{of}\" {{\n  replace search {search}{from}\n}}\n",
         env!("CARGO_MANIFEST_DIR")
     );
-    let mut sources = grammar_lang::source::SourceMap::default();
-    let entry = sources.add(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/timed.sgr"), text);
+    compiled(&text).0
+}
+
+/// The rule set of a grammar, and its text.
+fn compiled(text: &str) -> (RuleSet, SourceMap) {
+    let mut sources = SourceMap::default();
+    let entry = sources.add(concat!(env!("CARGO_MANIFEST_DIR"), "/benches/timed.sgr"), text.to_owned());
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
-    compiled.ruleset.expect("the grammar of the bodies is sound")
+    (compiled.ruleset.expect("the grammar is sound"), sources)
 }
 
 /// How long a search takes by the clock with so many threads, in s, and what it finds.
@@ -161,6 +172,11 @@ fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     if words.iter().any(|word| word == "threads") {
         return threads(numbers.next().unwrap_or(4000), numbers.next().unwrap_or(3), &words);
+    }
+    if words.iter().any(|word| word == "worlds") {
+        let mut number = |usual| numbers.next().unwrap_or(usual);
+        let (seconds, seeds, first) = (number(15), number(10), number(1));
+        return worlds::compare(seconds, seeds, first, &words);
     }
     let bodies: Vec<&str> = BODIES.into_iter().filter(|body| words.iter().any(|word| word == body)).collect();
     let bodies = if bodies.is_empty() { BODIES.to_vec() } else { bodies };
