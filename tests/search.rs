@@ -453,6 +453,63 @@ fn the_best_of_each_kind_is_kept() {
     assert!(accepted > 3, "{log:#?}");
 }
 
+const POPULATION: &str = "bodies population { iterations = 500  moves = 3  stop = false  size = 5  tournament = 2  further = 40 % }";
+
+#[test]
+fn the_best_bodies_are_kept_and_tuned_further() {
+    let rules = with_search(&format!(
+        "{POPULATION} curves cma_es {{ iterations = if tuned == 0 then 1 else 3  moves = 6  stop = false
+           warm = true  spread = 15 % }}"
+    ));
+    let (_, log) = is_repeatable(&rules);
+    let rows: Vec<&String> = log.iter().filter(|row| row.starts_with("Row")).collect();
+    let of = |row: &str, field: &str| row.split(&format!(" {field}: ")).nth(1).map(str::to_owned);
+    let further: Vec<&&String> =
+        rows.iter().filter(|row| !of(row, "tuned").is_some_and(|times| times.starts_with('0'))).collect();
+    assert!(further.len() > 3, "{log:#?}");
+    for row in &further {
+        assert!(row.contains("rule: None"), "what is tuned further is not changed: {row}");
+    }
+    assert!(further.iter().any(|row| row.contains("tuned: 2")), "it goes on from where it stands: {log:#?}");
+    // Three generations of six, but for checks at half the step.
+    let spent = |row: &str| of(row, "evaluations")?.split(',').next()?.parse::<u64>().ok();
+    for pair in rows.windows(2) {
+        let costs = spent(pair[1]).unwrap() - spent(pair[0]).unwrap();
+        let is_last = pair[1] == rows[rows.len() - 1];
+        if pair[1].contains("rule: None") && !pair[1].contains("tuned: 0") && !is_last {
+            assert!((18..=22).contains(&costs), "{costs} evaluations: {}", pair[1]);
+        }
+    }
+}
+
+#[test]
+fn annealed_curves_of_a_population_go_on_too() {
+    let rules = with_search(&format!(
+        "{POPULATION} curves annealing {{ iterations = if tuned == 0 then 2 else 4  moves = 3  stop = false
+           warm = true  temperature = 1 }}"
+    ));
+    let (_, log) = is_repeatable(&rules);
+    assert!(log.iter().any(|row| row.contains("tuned: 2")), "{log:#?}");
+}
+
+#[test]
+fn a_population_of_bodies_with_fixed_curves_changes_bodies_only() {
+    let mut texts = texts();
+    let text = texts["grammars/morphology.sgr"].replace("for 20 s", "for 2 s");
+    let place = text.find("search ").expect("a search");
+    let text = format!(
+        "{}search own\n\nsearch own {{\n  keep = 80 %\n  {}\n}}\n{}",
+        &text[..place],
+        POPULATION.replace("40 %", "0 %").replace("  ", "\n  "),
+        text[place..].split_once('\n').map_or("", |(_, rest)| rest)
+    );
+    texts.insert("grammars/morphology.sgr".into(), text);
+    let rules = compile_texts(&texts, "grammars/morphology.sgr").unwrap();
+    let (one, log) = search(&rules, 1, 1, 120);
+    assert_eq!(log, search(&rules, 1, 3, 120).1);
+    assert!(one.best.is_some_and(|best| best.value > 0.0), "{log:#?}");
+}
+
 /// Evaluations and best value after each move, and the move's value.
 #[derive(Default)]
 struct Spent(Vec<(u64, Option<f64>, Option<f64>)>);

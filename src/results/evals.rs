@@ -13,7 +13,7 @@ use crate::search::Row;
 
 use crate::reading;
 
-const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,nominal,chain,parent";
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,nominal,chain,parent,tuned";
 
 /// The table, to which rows are added.
 #[derive(Debug)]
@@ -69,7 +69,7 @@ impl Evals {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
         let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
         let mut line = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.number,
             row.iteration,
             row.rule.as_deref().unwrap_or(""),
@@ -87,6 +87,7 @@ impl Evals {
             number(row.nominal),
             row.chain,
             row.parent.map_or(String::new(), |parent| parent.to_string()),
+            row.tuned,
         );
         for column in 0..self.observed {
             let value = row.observed.get(column).and_then(Option::as_ref);

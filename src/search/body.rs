@@ -4,7 +4,7 @@ use grammar_lang::ir::{RuleSet, Task};
 
 use super::curves::{Pace, Streams, Tuner};
 use super::evaluator::{Engine, Evaluator};
-use super::state::{Body, Tune, Tuning};
+use super::state::{Body, Tune, Tuned, Tuning};
 use super::tally::{Missing, Tally};
 use super::{Bounds, Failure};
 use crate::derive::random::Stream;
@@ -12,17 +12,29 @@ use crate::derive::{Candidate, Derivation};
 use crate::drive::{Drive, Parameters};
 
 /// What a run knows when it comes to a body, where more is better.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Known {
     /// A body that is not tuned and comes to no more is of no use, and not checked.
     pub(super) of_use: f64,
+    /// A body that comes to no more does not come into the population, and is not checked.
+    pub(super) kept: f64,
     /// What comes to more is the best of the run.
     pub(super) best: f64,
+    /// How often the curves of the body were tuned before.
+    pub(super) tuned: usize,
+    /// The worlds that were the hardest for other bodies.
+    pub(super) hardest: Vec<usize>,
 }
 
 impl Known {
     /// Nothing.
-    pub(super) const NOTHING: Self = Self { of_use: f64::NEG_INFINITY, best: f64::NEG_INFINITY };
+    pub(super) const NOTHING: Self = Self {
+        of_use: f64::NEG_INFINITY,
+        kept: f64::NEG_INFINITY,
+        best: f64::NEG_INFINITY,
+        tuned: 0,
+        hardest: Vec::new(),
+    };
 }
 
 /// The loops over the curves of one body. What they know is in a [`Body`].
@@ -32,6 +44,8 @@ pub(super) struct Tasks<'a> {
     pub(super) streams: Streams,
     /// Curves to begin with, by task; none where they are drawn at random.
     pub(super) warm: Vec<Parameters>,
+    /// What is known of its curves, where they are tuned further.
+    pub(super) further: Option<Tuned>,
     pub(super) bounds: Bounds<'a>,
     /// What the run knows already.
     pub(super) known: Known,
@@ -69,9 +83,18 @@ impl<'a> Tasks<'a> {
             none => {
                 let evaluator = Evaluator::new(&self.candidate, task, self.engine)?;
                 let (streams, warm) = (self.streams.of_task(task), self.warm.get(body.done));
-                none.insert(Tuner::new(evaluator, streams, warm, self.bounds, self.known))
+                let known = Known {
+                    tuned: self.further.as_ref().map_or(0, |further| further.times),
+                    ..self.known.clone()
+                };
+                none.insert(Tuner::new(evaluator, streams, warm, self.bounds, known))
             }
         };
+        if body.tuning.loops.is_none()
+            && let Some(further) = self.further.as_ref().and_then(|further| further.tunings.get(body.done))
+        {
+            body.tuning = further.again();
+        }
         tuner.advance(&mut body.tuning, spent)
     }
 }
@@ -100,7 +123,8 @@ impl Body {
         let tuning = std::mem::take(&mut self.tuning);
         self.done += 1;
         self.tally.add(&tuning.tally);
-        self.tunes.extend(tuning.found);
+        self.tunes.extend(tuning.found.clone());
+        self.tunings.push(tuning);
     }
 
     /// The temperature of the curves, and the best value of the task at hand.

@@ -96,6 +96,7 @@ struct ScheduleScope<'a> {
     design: DesignScope<'a>,
     course: &'a Course,
     stand: Stand<'a>,
+    tuned: usize,
 }
 
 /// What a schedule knows of the one that asks.
@@ -105,8 +106,8 @@ pub(super) enum Stand<'a> {
     Chain(usize, &'a Standing),
     /// A distribution, by its spread.
     Distribution(f64),
-    /// An archive, of which nothing more is known.
-    Archive,
+    /// Designs that are kept, of which nothing more is known.
+    Bodies,
 }
 
 impl Scope for ScheduleScope<'_> {
@@ -119,13 +120,14 @@ impl Scope for ScheduleScope<'_> {
         let Word::Search(word) = word else { return self.design.word(word) };
         let standing = match self.stand {
             Stand::Chain(_, standing) => Some(standing),
-            Stand::Distribution(_) | Stand::Archive => None,
+            Stand::Distribution(_) | Stand::Bodies => None,
         };
         Some(Value::Number(match word {
             SearchWord::Iteration => course.iteration as f64,
             SearchWord::Best => course.best(),
             SearchWord::Idle => course.idle() as f64,
             SearchWord::Deviation => course.deviation?,
+            SearchWord::Tuned => self.tuned as f64,
             // What always accepts something, or has no moves of its own, refuses nothing.
             SearchWord::Refused => standing.map_or(0.0, |standing| standing.refused as f64),
             SearchWord::Stagnant => standing.map_or(0.0, |standing| standing.stagnant as f64),
@@ -135,11 +137,11 @@ impl Scope for ScheduleScope<'_> {
             },
             SearchWord::Chain => match self.stand {
                 Stand::Chain(number, _) => number as f64,
-                Stand::Distribution(_) | Stand::Archive => return None,
+                Stand::Distribution(_) | Stand::Bodies => return None,
             },
             SearchWord::Spread => match self.stand {
                 Stand::Distribution(spread) => spread,
-                Stand::Chain(..) | Stand::Archive => return None,
+                Stand::Chain(..) | Stand::Bodies => return None,
             },
         }))
     }
@@ -157,12 +159,14 @@ pub(super) struct Plan<'a> {
     pub(super) schedule: &'a Schedule,
     pub(super) course: &'a Course,
     pub(super) stand: Stand<'a>,
+    /// How often the curves of the body were tuned before.
+    pub(super) tuned: usize,
 }
 
 impl Plan<'_> {
     fn value(&self, expr: &Expr) -> Result<Value, EvalError> {
-        let Self { rules, derivation, course, stand, .. } = *self;
-        let scope = ScheduleScope { design: DesignScope::new(rules, derivation), course, stand };
+        let Self { rules, derivation, course, stand, tuned, .. } = *self;
+        let scope = ScheduleScope { design: DesignScope::new(rules, derivation), course, stand, tuned };
         evaluate(expr, &scope, &mut Vec::new())
     }
 

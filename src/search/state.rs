@@ -27,6 +27,9 @@ pub struct State<D = Arc<Derivation>> {
     pub(super) idle_moves: usize,
     /// Evaluations that came to nothing, of all bodies judged.
     pub(super) tally: Tally,
+    /// The worlds that were the hardest for the body that was judged last, where there is one task and it runs over worlds.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) hardest: Vec<usize>,
     /// The design that the search began with.
     pub(super) first: Place<D>,
     /// The designs that moves start from; none before the first design is judged, and where bodies are not searched
@@ -46,6 +49,24 @@ pub(super) enum Designs<D> {
     Chains(BodyChains<D>),
     /// The best of each kind, by cell, in the order of cells.
     Archive(Vec<(Vec<usize>, Best<D>)>),
+    /// The best of all, as they came in.
+    Population(Vec<Member<D>>),
+}
+
+/// A design that a population keeps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Member<D> {
+    pub(super) best: Best<D>,
+    pub(super) tuned: Tuned,
+}
+
+/// How far the curves of a body are tuned that may be tuned further.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(super) struct Tuned {
+    /// How often they were.
+    pub(super) times: usize,
+    /// Where the search for curves stands, by task.
+    pub(super) tunings: Vec<Tuning>,
 }
 
 /// Where the annealing of bodies stands.
@@ -100,6 +121,9 @@ pub(super) struct Trial<D> {
     pub(super) drawn: f64,
     /// Curves to begin with, by task; empty where they are drawn at random.
     pub(super) warm: Vec<Parameters>,
+    /// What is known of its curves, where they are tuned further.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) further: Option<Tuned>,
     pub(super) body: Body,
 }
 
@@ -148,6 +172,9 @@ pub(super) struct Body {
     pub(super) done: usize,
     /// What was found for them; nothing for a task that no motion could be valued by.
     pub(super) tunes: Vec<Tune>,
+    /// Where the search for their curves stands, in case that it goes on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) tunings: Vec<Tuning>,
     /// Evaluations that came to nothing in them.
     pub(super) tally: Tally,
     /// The task after those.
@@ -168,6 +195,10 @@ pub(super) struct Tuning {
     pub(super) unjudged: u64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) offered: Option<(Parameters, f64)>,
+    /// The worlds but for the nominal one, those first that curves failed in of late or, of a best, are the hardest; empty
+    /// where that is not known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) hardest: Vec<usize>,
     pub(super) tally: Tally,
     /// None before the first evaluation.
     pub(super) loops: Option<Curves>,
@@ -227,7 +258,30 @@ pub(super) struct Distribution {
     pub(super) restarts: u64,
 }
 
+impl Curves {
+    /// The loop begins again where it stands, with this as its best value.
+    fn again(&mut self, best: Option<f64>) {
+        let course = match self {
+            Self::Chains(chains) => {
+                chains.iteration = None;
+                &mut chains.course
+            }
+            Self::Distribution(distribution) => &mut distribution.course,
+        };
+        *course = Course { deviation: course.deviation, ..Course::new(course.direction, best) };
+    }
+}
+
 impl Tuning {
+    /// The same, to be gone on with as a loop of its own.
+    pub(super) fn again(&self) -> Self {
+        let mut next = Self { tally: Tally::default(), ..self.clone() };
+        if let Some(loops) = &mut next.loops {
+            loops.again(self.found.as_ref().map(|found| found.value));
+        }
+        next
+    }
+
     /// The temperature of the first chain; zero where nothing anneals.
     pub(super) fn temperature(&self) -> f64 {
         match &self.loops {
@@ -250,6 +304,7 @@ impl State {
             bodies: 0,
             idle_moves: 0,
             tally: Tally::default(),
+            hardest: Vec::new(),
             first: Place { number: 0, derivation: Arc::clone(&first), value: None, tunes: Vec::new() },
             designs: None,
             course: Course::default(),
@@ -259,6 +314,7 @@ impl State {
                 origin: Origin::default(),
                 drawn: 0.0,
                 warm: Vec::new(),
+                further: None,
                 body: Body::default(),
             }),
             best: None,
@@ -308,7 +364,7 @@ impl<D> State<D> {
     pub(super) fn chains(&self) -> &[BodyChain<D>] {
         match &self.designs {
             Some(Designs::Chains(BodyChains { chains, .. })) => chains,
-            Some(Designs::Archive(_)) | None => &[],
+            Some(Designs::Archive(_) | Designs::Population(_)) | None => &[],
         }
     }
 
@@ -316,7 +372,7 @@ impl<D> State<D> {
     pub(super) fn annealing(&mut self) -> Option<&mut BodyChains<D>> {
         match &mut self.designs {
             Some(Designs::Chains(chains)) => Some(chains),
-            Some(Designs::Archive(_)) | None => None,
+            Some(Designs::Archive(_) | Designs::Population(_)) | None => None,
         }
     }
 
@@ -329,20 +385,28 @@ impl<D> State<D> {
     pub(super) fn archive(&self) -> &[(Vec<usize>, Best<D>)] {
         match &self.designs {
             Some(Designs::Archive(archive)) => archive,
-            Some(Designs::Chains(_)) | None => &[],
+            Some(Designs::Chains(_) | Designs::Population(_)) | None => &[],
+        }
+    }
+
+    /// The best of all; none where something else searches.
+    pub(super) fn population(&self) -> &[Member<D>] {
+        match &self.designs {
+            Some(Designs::Population(members)) => members,
+            Some(Designs::Chains(_) | Designs::Archive(_)) | None => &[],
         }
     }
 
     fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<State<T>, E> {
-        let Self { spent, moves, bodies, idle_moves, tally, course, iteration, .. } = self;
+        let Self { spent, moves, bodies, idle_moves, tally, hardest, course, iteration, .. } = self;
         let first = self.first.map(change)?;
         let designs = match self.designs {
             Some(designs) => Some(designs.map(change)?),
             None => None,
         };
         let trial = match self.trial {
-            Some(Trial { derivation, origin, drawn, warm, body }) => {
-                Some(Trial { derivation: change(derivation)?, origin, drawn, warm, body })
+            Some(Trial { derivation, origin, drawn, warm, further, body }) => {
+                Some(Trial { derivation: change(derivation)?, origin, drawn, warm, further, body })
             }
             None => None,
         };
@@ -350,7 +414,20 @@ impl<D> State<D> {
             Some(best) => Some(best.map(change)?),
             None => None,
         };
-        Ok(State { spent, moves, bodies, idle_moves, tally, first, designs, course, iteration, trial, best })
+        Ok(State {
+            spent,
+            moves,
+            bodies,
+            idle_moves,
+            tally,
+            hardest,
+            first,
+            designs,
+            course,
+            iteration,
+            trial,
+            best,
+        })
     }
 }
 
@@ -381,6 +458,11 @@ impl<D> Designs<D> {
                 let map = |(cell, best): (Vec<usize>, Best<D>)| Ok((cell, best.map(change)?));
                 let archive: Result<Vec<_>, E> = archive.into_iter().map(map).collect();
                 Designs::Archive(archive?)
+            }
+            Self::Population(members) => {
+                let map = |Member { best, tuned }| Ok(Member { best: best.map(change)?, tuned });
+                let members: Result<Vec<_>, E> = members.into_iter().map(map).collect();
+                Designs::Population(members?)
             }
         })
     }

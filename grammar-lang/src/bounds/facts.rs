@@ -186,7 +186,8 @@ impl<'r> Facts<'r> {
                 | SearchWord::Stagnant
                 | SearchWord::Deviation
                 | SearchWord::Chain
-                | SearchWord::Spread,
+                | SearchWord::Spread
+                | SearchWord::Tuned,
             ) => Abstract::Number(Interval::NOT_NEGATIVE),
             Word::Motion(MotionWord::Elements) => {
                 Abstract::Many(Box::new(Abstract::Any), Interval::new(1.0, f64::INFINITY))

@@ -38,8 +38,8 @@ pub use rules::{
 };
 pub use scenarios::{Difference, Scenarios};
 pub use search::{
-    Annealing, Archive, BodyLoop, BodyMethod, CmaEs, CurveLoop, CurveMethod, Descriptor, Judge, Schedule,
-    Search, SearchMethod,
+    Annealing, Archive, BodyLoop, BodyMethod, CmaEs, CurveLoop, CurveMethod, Descriptor, Judge, Population,
+    Schedule, Search, SearchMethod,
 };
 pub use spans::without_spans;
 pub use table::Table;

@@ -40,6 +40,8 @@ pub enum BodyMethod {
     Annealing(Annealing),
     /// The best of each kind.
     Archive(Archive),
+    /// The best of all, so many of them.
+    Population(Population),
 }
 
 /// How curves of a body are searched for.
@@ -139,6 +141,17 @@ pub struct Archive {
     pub descriptors: IndexMap<String, Descriptor>,
 }
 
+/// So many different designs are kept, the best. Each move changes one of them, or tunes its curves further.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Population {
+    /// How many are kept.
+    pub size: usize,
+    /// A move takes the best of so many that are drawn.
+    pub tournament: usize,
+    /// The share of moves that tune curves further.
+    pub further: f64,
+}
+
 /// A quantity that tells kinds of designs apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Descriptor {
@@ -159,6 +172,8 @@ pub enum SearchMethod<'a> {
     Annealing(&'a Annealing),
     /// The best of each kind.
     Archive(&'a Archive),
+    /// The best of all.
+    Population(&'a Population),
     /// Evolution of a normal distribution.
     CmaEs(&'a CmaEs),
 }
@@ -170,6 +185,7 @@ impl BodyLoop {
         match &self.method {
             BodyMethod::Annealing(annealing) => SearchMethod::Annealing(annealing),
             BodyMethod::Archive(archive) => SearchMethod::Archive(archive),
+            BodyMethod::Population(population) => SearchMethod::Population(population),
         }
     }
 }
@@ -198,6 +214,7 @@ impl<'a> SearchMethod<'a> {
         match self {
             Self::Annealing(_) => "annealing",
             Self::Archive(_) => "archive",
+            Self::Population(_) => "population",
             Self::CmaEs(_) => "cma_es",
         }
     }
@@ -208,6 +225,7 @@ impl<'a> SearchMethod<'a> {
         match self {
             Self::Annealing(_) => "annealing",
             Self::Archive(_) => "the best of each kind is kept",
+            Self::Population(_) => "the best bodies are kept, and go on",
             Self::CmaEs(_) => "evolution of a normal distribution (CMA-ES)",
         }
     }
@@ -217,7 +235,7 @@ impl<'a> SearchMethod<'a> {
     pub fn temperature(self) -> Option<&'a Expr> {
         match self {
             Self::Annealing(annealing) => Some(&annealing.temperature),
-            Self::Archive(_) | Self::CmaEs(_) => None,
+            Self::Archive(_) | Self::Population(_) | Self::CmaEs(_) => None,
         }
     }
 
@@ -226,7 +244,7 @@ impl<'a> SearchMethod<'a> {
     pub fn chains(self) -> usize {
         match self {
             Self::Annealing(annealing) => annealing.chains.unwrap_or(1),
-            Self::Archive(_) | Self::CmaEs(_) => 1,
+            Self::Archive(_) | Self::Population(_) | Self::CmaEs(_) => 1,
         }
     }
 
@@ -241,7 +259,8 @@ impl<'a> SearchMethod<'a> {
             | SearchWord::Best
             | SearchWord::Idle
             | SearchWord::Refused
-            | SearchWord::Stagnant => true,
+            | SearchWord::Stagnant
+            | SearchWord::Tuned => true,
         }
     }
 
@@ -257,6 +276,11 @@ impl<'a> SearchMethod<'a> {
                 ("spread", Some(cma_es.spread.to_string())),
                 ("restart", cma_es.restart.as_ref().map(show)),
             ],
+            Self::Population(population) => vec![
+                ("size", Some(population.size.to_string())),
+                ("tournament", Some(population.tournament.to_string())),
+                ("further", Some(population.further.to_string())),
+            ],
             Self::Archive(_) => Vec::new(),
         };
         fields.into_iter().filter_map(|(field, value)| Some((field, value?))).collect()
@@ -267,7 +291,7 @@ impl<'a> SearchMethod<'a> {
         let own = match self {
             Self::Annealing(annealing) => [Some(&annealing.temperature), annealing.exchange.as_deref()],
             Self::CmaEs(cma_es) => [cma_es.restart.as_ref(), None],
-            Self::Archive(_) => [None, None],
+            Self::Archive(_) | Self::Population(_) => [None, None],
         };
         own.into_iter().flatten()
     }
@@ -292,7 +316,16 @@ impl Search {
     pub fn archive(&self) -> Option<&Archive> {
         match &self.bodies.as_ref()?.method {
             BodyMethod::Archive(archive) => Some(archive),
-            BodyMethod::Annealing(_) => None,
+            BodyMethod::Annealing(_) | BodyMethod::Population(_) => None,
+        }
+    }
+
+    /// The population, where bodies are searched for by one.
+    #[must_use]
+    pub fn population(&self) -> Option<&Population> {
+        match &self.bodies.as_ref()?.method {
+            BodyMethod::Population(population) => Some(population),
+            BodyMethod::Annealing(_) | BodyMethod::Archive(_) => None,
         }
     }
 
@@ -301,7 +334,7 @@ impl Search {
     pub fn annealing(&self) -> Option<&Annealing> {
         match &self.bodies.as_ref()?.method {
             BodyMethod::Annealing(annealing) => Some(annealing),
-            BodyMethod::Archive(_) => None,
+            BodyMethod::Archive(_) | BodyMethod::Population(_) => None,
         }
     }
 

@@ -46,7 +46,7 @@ words! {
     /// Of a motion.
     Motion(MotionWord) { Period Start End Duration FrameInterval Elements }
     /// Of a search.
-    Search(SearchWord) { Temperature Iteration Best Idle Refused Stagnant Deviation Chain Spread }
+    Search(SearchWord) { Temperature Iteration Best Idle Refused Stagnant Deviation Chain Spread Tuned }
     /// Of the design.
     Design(DesignWord) { Middle Connected NoOverlap }
 }
@@ -75,6 +75,7 @@ words! {
         Deviation "deviation" "The standard deviation of the values of the random walk.";
         Chain "chain" "The number of an annealing chain, from 0.";
         Spread "spread" "The standard deviation of the samples, as a share of the ranges.";
+        Tuned "tuned" "How often the curves of this body were tuned before.";
     }
 }
 

@@ -18,7 +18,7 @@ use std::path::{Component, Path, PathBuf};
 pub use error::{BadMoves, ReportError};
 pub use read::Asker;
 
-use gather::{convergence, observed, rejections, rules, runs, sizes, temperature};
+use gather::{convergence, observed, rejections, rules, runs, sizes, spending, temperature};
 use read::Group;
 
 use super::FileError;
@@ -34,11 +34,12 @@ pub const PAGE: &str = "index.html";
 type Table = (&'static str, fn(&[Group]) -> String);
 
 /// The tables.
-const TABLES: [Table; 8] = [
+const TABLES: [Table; 9] = [
     ("runs.csv", runs::csv),
     ("convergence.csv", convergence::csv),
     ("temperature.csv", temperature::csv),
     ("rules.csv", rules::csv),
+    ("spending.csv", spending::csv),
     ("sizes.csv", sizes::csv),
     ("observed.csv", observed::csv),
     ("classes.csv", observed::classes_csv),

@@ -13,7 +13,7 @@ pub(crate) struct Move {
     /// 0 is the initial design.
     pub(crate) number: u64,
     pub(crate) iteration: u64,
-    /// The rule that was applied; none if none could be, and for the initial design.
+    /// The rule that was applied; none if none could be, where curves were tuned further, and for the initial design.
     pub(crate) rule: Option<String>,
     /// Rules that were drawn before it, and what stopped each.
     pub(crate) blocked: Vec<(String, String)>,
@@ -38,8 +38,17 @@ pub(crate) struct Move {
     /// The move that made the design that it started from; none for the initial design, and in tables of before version
     /// 0.2, which do not tell.
     pub(crate) parent: Option<u64>,
+    /// How often the curves of this body were tuned before.
+    pub(crate) tuned: u64,
     /// The value of that design.
     pub(crate) from: Option<f64>,
+}
+
+impl Move {
+    /// Whether no rule could be applied.
+    pub(crate) fn did_nothing(&self) -> bool {
+        self.number > 0 && self.rule.is_none() && self.tuned == 0
+    }
 }
 
 /// Reads the moves of a run. A last row that is not written to its end is left out where the run
@@ -168,6 +177,7 @@ impl<'a> Columns<'a> {
             chain: if text("chain").is_empty() { 0 } else { count("chain")? },
             observed: self.observed(record),
             parent: if text("parent").is_empty() { None } else { Some(count("parent")?) },
+            tuned: if text("tuned").is_empty() { 0 } else { count("tuned")? },
             from: None,
         })
     }
@@ -175,7 +185,7 @@ impl<'a> Columns<'a> {
     /// The columns that stand after the last of every table.
     fn observed(&self, record: &StringRecord) -> Vec<(String, String)> {
         let place = |name| self.head.iter().position(|column| column == name);
-        let Some(last) = place("parent").or_else(|| place("chain")) else { return Vec::new() };
+        let Some(last) = ["tuned", "parent", "chain"].into_iter().find_map(place) else { return Vec::new() };
         let more = self.head.iter().zip(record).skip(last + 1).filter(|(_, text)| !text.is_empty());
         more.map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
     }

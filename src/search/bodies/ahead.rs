@@ -19,7 +19,7 @@ use super::super::cache::{self, Subject};
 use super::super::crew::{Crew, Jobs};
 use super::super::curves::Pace;
 use super::super::evaluator::Engine;
-use super::super::state::{Body, Trial, Tune};
+use super::super::state::{Body, Trial, Tune, Tuned};
 use crate::derive::{Candidate, Derivation};
 use crate::drive::Parameters;
 use crate::simulate::Stop;
@@ -39,18 +39,28 @@ pub(super) struct Order {
     pub(super) key: Key,
     derivation: Arc<Derivation>,
     warm: Vec<Parameters>,
+    further: Option<Tuned>,
     known: Known,
 }
 
 impl Order {
     /// The body that is tried as a move of a number.
     pub(super) fn of(number: usize, trial: &Trial<Arc<Derivation>>, known: Known) -> Self {
-        let Trial { derivation, warm, .. } = trial;
+        let Trial { derivation, warm, further, .. } = trial;
         let mut bits = Vec::new();
         warm.iter().flatten().for_each(|x| bits.extend(x.to_bits().to_le_bytes()));
+        if let Some(further) = further {
+            bits.extend(further.times.to_le_bytes());
+        }
         let of = cache::subject(derivation, "", false);
         let key = if bits.is_empty() { of } else { cache::named(&of, &bits) };
-        Self { key: (number, key), derivation: Arc::clone(derivation), warm: warm.clone(), known }
+        Self {
+            key: (number, key),
+            derivation: Arc::clone(derivation),
+            warm: warm.clone(),
+            further: further.clone(),
+            known,
+        }
     }
 }
 
@@ -207,12 +217,13 @@ impl Helper {
     /// Tunes a body; what came of it, if that was not stopped.
     fn tune(&self, order: Order, search: Search<'_>, alone: &Crew) -> Option<Found> {
         let Search { rules, engine, seed, bounds } = search;
-        let Order { key: (number, _), derivation, warm, known } = order;
+        let Order { key: (number, _), derivation, warm, further, known } = order;
         let mut tasks = Tasks {
             candidate: Candidate::new(rules, Arc::clone(&derivation)),
             engine: Engine { crew: alone, ..engine },
             streams: super::curves(seed, number),
             warm,
+            further,
             bounds: bounds.ahead(&self.recalled),
             known,
             tuner: None,

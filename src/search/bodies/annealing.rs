@@ -127,8 +127,8 @@ impl Bodies<'_> {
         let state = &self.state;
         let (derivation, stand) = match state.chains().get(chain) {
             Some(one) => (&one.at.derivation, Stand::Chain(chain, &one.standing)),
-            None => (&state.first.derivation, Stand::Archive),
+            None => (&state.first.derivation, Stand::Bodies),
         };
-        Plan { rules: self.rules, derivation, schedule, course: &state.course, stand }
+        Plan { rules: self.rules, derivation, schedule, course: &state.course, stand, tuned: 0 }
     }
 }

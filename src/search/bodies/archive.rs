@@ -3,13 +3,12 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::{Archive, Descriptor, Schedule};
+use grammar_lang::ir::{Archive, Descriptor};
 
 use super::super::evaluator::Evaluator;
-use super::super::schedule::{Plan, Stand};
 use super::super::state::{Best, Designs, Place, Trial};
 use super::super::{Bounds, Failure};
-use super::{Begun, Bodies, Described, End};
+use super::{Bodies, Described, End};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation};
 
@@ -21,29 +20,6 @@ fn cell(descriptor: &Descriptor, value: f64) -> usize {
 }
 
 impl Bodies<'_> {
-    /// The move that is next, or the end of an iteration.
-    pub(super) fn begin_archive_move(&mut self, schedule: &Schedule) -> Result<Begun, Failure> {
-        if self.state.iteration.is_none() {
-            let Some(iteration) = self.archive_plan(schedule).begin()? else {
-                return Ok(Begun::End(End::Schedule));
-            };
-            self.state.iteration = Some(iteration);
-        }
-        if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
-            self.state.iteration = None;
-            self.state.course.complete(self.state.best.as_ref().map(|b| b.value));
-            let is_over = self.archive_plan(schedule).stops()?;
-            return Ok(if is_over { Begun::End(End::Stopped) } else { Begun::Iteration });
-        }
-        Ok(Begun::Move { chain: 0, temperature: 0.0 })
-    }
-
-    fn archive_plan<'p>(&'p self, schedule: &'p Schedule) -> Plan<'p> {
-        let (rules, state) = (self.rules, &self.state);
-        let derivation = &state.first.derivation;
-        Plan { rules, derivation, schedule, course: &state.course, stand: Stand::Archive }
-    }
-
     /// One of the designs that are kept, each with the same chance.
     pub(super) fn elite(&self, random: &mut Stream) -> Option<&Best> {
         let archive = self.state.archive();

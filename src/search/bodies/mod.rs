@@ -3,12 +3,13 @@
 mod ahead;
 mod annealing;
 mod archive;
+mod population;
 mod prospect;
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use grammar_lang::ir::{BodyLoop, BodyMethod, RuleSet};
+use grammar_lang::ir::{BodyLoop, BodyMethod, RuleSet, Schedule};
 
 use super::body::{Known, Tasks, inherited};
 use super::cache::Cache;
@@ -16,8 +17,8 @@ use super::crew::Crew;
 use super::curves::{Pace, Streams};
 use super::evaluator::Engine;
 use super::gains::Gains;
-use super::schedule::{Course, Iteration};
-use super::state::{Best, Body, Designs, Origin, Place, State, Trial, Tune};
+use super::schedule::{Course, Iteration, Plan, Stand};
+use super::state::{Best, Body, Designs, Origin, Place, State, Trial, Tune, Tuned, Tuning};
 use super::tally::Tally;
 use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES, Unkept};
 use crate::derive::random::Stream;
@@ -25,6 +26,7 @@ use crate::derive::{Blocked, Candidate, Derivation};
 use crate::score::Observed;
 use crate::simulate::Model;
 use ahead::{Ahead, Found, Home, Order};
+use population::Parent;
 
 /// One move of a body, for the record.
 #[derive(Clone, Debug)]
@@ -37,8 +39,10 @@ pub struct Row {
     pub chain: usize,
     /// The move that made the design that it changed; none for the initial design.
     pub parent: Option<usize>,
-    /// The rule that was applied; none if nothing could be.
+    /// The rule that was applied; none if nothing could be, or if curves were tuned further.
     pub rule: Option<String>,
+    /// How often the curves of this body were tuned before.
+    pub tuned: usize,
     /// Rules that were drawn but blocked, and by what.
     pub blocked: Vec<(String, String)>,
     /// How many parts and actuators the design has.
@@ -146,6 +150,8 @@ struct Judged {
     observed: Vec<Option<Observed>>,
     accepted: bool,
     tally: Tally,
+    /// How often the curves were tuned before.
+    tuned: usize,
 }
 
 struct Bodies<'a> {
@@ -276,6 +282,7 @@ pub fn tune_body(
         engine: Engine { model, cache: &cache, crew: &crew },
         streams: Streams { seed: limits.seed, name: "body".to_owned() },
         warm: Vec::new(),
+        further: None,
         bounds: Bounds::new(limits, stop),
         known: Known::NOTHING,
         tuner: None,
@@ -330,6 +337,7 @@ impl Bodies<'_> {
         match self.rules.search.bodies.as_ref().map(|bodies| &bodies.method) {
             Some(BodyMethod::Annealing(annealing)) => self.begin_chains(annealing),
             Some(BodyMethod::Archive(_)) => self.state.designs = Some(Designs::Archive(Vec::new())),
+            Some(BodyMethod::Population(_)) => self.state.designs = Some(Designs::Population(Vec::new())),
             None => {}
         }
     }
@@ -340,7 +348,7 @@ impl Bodies<'_> {
             return Ok(Some(End::Schedule));
         };
         let begun = match method {
-            BodyMethod::Archive(_) => self.begin_archive_move(schedule)?,
+            BodyMethod::Archive(_) | BodyMethod::Population(_) => self.begin_plain_move(schedule)?,
             BodyMethod::Annealing(annealing) => self.begin_chain_move(schedule, annealing)?,
         };
         match begun {
@@ -350,7 +358,30 @@ impl Bodies<'_> {
         }
     }
 
-    /// Applies a rule to the current design of a chain, or to one of the archive.
+    /// The move that is next, or the end of an iteration, where moves have no chains.
+    fn begin_plain_move(&mut self, schedule: &Schedule) -> Result<Begun, Failure> {
+        if self.state.iteration.is_none() {
+            let Some(iteration) = self.plain_plan(schedule).begin()? else {
+                return Ok(Begun::End(End::Schedule));
+            };
+            self.state.iteration = Some(iteration);
+        }
+        if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
+            self.state.iteration = None;
+            self.state.course.complete(self.state.best.as_ref().map(|b| b.value));
+            let is_over = self.plain_plan(schedule).stops()?;
+            return Ok(if is_over { Begun::End(End::Stopped) } else { Begun::Iteration });
+        }
+        Ok(Begun::Move { chain: 0, temperature: 0.0 })
+    }
+
+    fn plain_plan<'p>(&'p self, schedule: &'p Schedule) -> Plan<'p> {
+        let (rules, state) = (self.rules, &self.state);
+        let derivation = &state.first.derivation;
+        Plan { rules, derivation, schedule, course: &state.course, stand: Stand::Bodies, tuned: 0 }
+    }
+
+    /// Applies a rule to the current design of a chain, or to one of those that are kept, or tunes its curves further.
     fn draw(&mut self, chain: usize, temperature: f64) -> Result<Option<End>, Failure> {
         let rules = self.rules;
         if let Some(end) = self.bounds.exhausted(self.state.spent) {
@@ -359,7 +390,19 @@ impl Bodies<'_> {
         let number = self.state.moves + 1;
         let mut random = Stream::named(self.seed, &format!("body {number}"));
         let drawn = random.unit();
-        let Place { number: parent, derivation, tunes, .. } = self.parent(chain, &mut random);
+        let Parent { place, further } = self.parent(chain, &mut random);
+        let Place { number: parent, derivation, tunes, .. } = place;
+        if let Some(further) = further {
+            self.made_move(number);
+            // It is of use if it finds something.
+            self.state.idle_moves += 1;
+            let is_stuck = self.state.idle_moves >= MOST_IDLE_MOVES;
+            let origin = Origin { parent: Some(parent), chain, rule: None, blocked: Vec::new() };
+            let (warm, body) = (Vec::new(), Body::default());
+            let further = Some(further);
+            self.state.trial = Some(Trial { derivation, origin, drawn, warm, further, body });
+            return Ok(is_stuck.then_some(End::Stuck));
+        }
         let step = derivation.advance(rules, &mut random, temperature);
         let is_warm = rules.search.is_warm();
         let warm = match &step.result {
@@ -384,12 +427,8 @@ impl Bodies<'_> {
                 (rules.rules.get(*rule).map_or(String::new(), |r| r.name.clone()), why.text(rules))
             })
             .collect();
-        state.moves = number;
-        if state.designs.as_mut().is_none_or(Designs::next_turn)
-            && let Some(Iteration { made, .. }) = &mut state.iteration
-        {
-            *made += 1;
-        }
+        self.made_move(number);
+        let state = &mut self.state;
         let Some(next) = step.result else {
             // A move that can do nothing is counted and told.
             state.idle_moves += 1;
@@ -405,18 +444,35 @@ impl Bodies<'_> {
         let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
         let origin = Origin { parent: Some(parent), chain, rule, blocked };
         let (derivation, body) = (Arc::new(next), Body::default());
-        state.trial = Some(Trial { derivation, origin, drawn, warm, body });
+        state.trial = Some(Trial { derivation, origin, drawn, warm, further: None, body });
         Ok(None)
     }
 
-    /// The design that a move starts from, and its curves: the chain's own, or one of the archive.
-    fn parent(&self, chain: usize, random: &mut Stream) -> Place<Arc<Derivation>> {
-        let state = &self.state;
-        if let Some(elite) = self.elite(random) {
-            let Best { derivation, tasks, value, found_at } = elite.clone();
-            return Place { number: found_at, derivation, value: Some(value), tunes: tasks };
+    /// Counts a move.
+    fn made_move(&mut self, number: usize) {
+        let state = &mut self.state;
+        state.moves = number;
+        if state.designs.as_mut().is_none_or(Designs::next_turn)
+            && let Some(Iteration { made, .. }) = &mut state.iteration
+        {
+            *made += 1;
         }
-        state.chains().get(chain).map_or(&state.first, |chain| &chain.at).clone()
+    }
+
+    /// The design that a move starts from, and its curves: the chain's own, or one of the archive or the population.
+    fn parent(&self, chain: usize, random: &mut Stream) -> Parent {
+        let (rules, state) = (self.rules, &self.state);
+        if let Some(winner) = rules.search.population().and_then(|population| self.winner(population, random))
+        {
+            return winner;
+        }
+        let place = match self.elite(random).cloned() {
+            Some(Best { derivation, tasks, value, found_at }) => {
+                Place { number: found_at, derivation, value: Some(value), tunes: tasks }
+            }
+            None => state.chains().get(chain).map_or(&state.first, |chain| &chain.at).clone(),
+        };
+        Parent { place, further: None }
     }
 
     /// Tunes the body that is being tried, and judges it.
@@ -425,7 +481,7 @@ impl Bodies<'_> {
         let known = self.known();
         let mut is_done = false;
         if let Some(ahead) = self.ahead {
-            let key = Order::of(self.state.moves, trial, known).key;
+            let key = Order::of(self.state.moves, trial, known.clone()).key;
             ahead.take_over(&key, self.bounds.stop);
             is_done = ahead.found(&key).is_some();
         }
@@ -436,6 +492,7 @@ impl Bodies<'_> {
             engine: self.engine,
             streams: curves(self.seed, self.state.moves),
             warm: trial.warm.clone(),
+            further: trial.further.clone(),
             bounds: self.bounds,
             tuner: None,
         };
@@ -471,11 +528,21 @@ impl Bodies<'_> {
     }
 
     /// What a body must exceed. An archive has a best for each kind of design, so that one of its bodies may be of use without
-    /// being the best; and of several tasks none knows what the rest are worth.
+    /// being the best, and a chain may go through worse ones to better ones; a population has a worst. Of several tasks none
+    /// knows what the rest are worth.
     fn known(&self) -> Known {
-        let best = self.state.best.as_ref().map(|best| best.value).filter(|_| self.rules.tasks.len() == 1);
-        let of_use = best.filter(|_| self.rules.search.archive().is_none());
-        Known { of_use: self.fitness(of_use), best: self.fitness(best) }
+        let search = &self.rules.search;
+        let is_alone = self.rules.tasks.len() == 1;
+        let best = self.state.best.as_ref().map(|best| best.value).filter(|_| is_alone);
+        let of_use = best.filter(|_| search.archive().is_none() && search.population().is_none());
+        let least = search.population().filter(|_| is_alone).map(|population| self.least_kept(population));
+        Known {
+            of_use: self.fitness(of_use),
+            kept: least.unwrap_or(f64::NEG_INFINITY),
+            best: self.fitness(best),
+            tuned: 0,
+            hardest: self.state.hardest.clone(),
+        }
     }
 
     /// Accepts a body or not, and keeps the best.
@@ -485,25 +552,32 @@ impl Bodies<'_> {
         cell: Option<Vec<usize>>,
         is_cut: bool,
     ) -> Result<(), Failure> {
+        let tunings = std::mem::take(&mut trial.body.tunings);
+        if let [Tuning { hardest, .. }] = tunings.as_slice()
+            && !hardest.is_empty()
+        {
+            self.state.hardest.clone_from(hardest);
+        }
+        let tuned = Tuned { times: 1 + trial.further.as_ref().map_or(0, |further| further.times), tunings };
         let (found, tally) = std::mem::take(&mut trial.body).found(self.rules, &trial.derivation);
         if let Some(chain) = self.state.chains().get(trial.origin.chain) {
             let gain = self.fitness(found.as_ref().map(|(_, value)| *value)) - self.fitness(chain.at.value);
             // From nothing to nothing is no gain.
             self.gains.learn(trial.origin.chain, if gain.is_nan() { f64::NEG_INFINITY } else { gain });
         }
-        self.settle(trial, found, tally, cell, is_cut)
+        self.settle(trial, (found, tuned), tally, cell, is_cut)
     }
 
     /// Does with a body what its value asks for.
     fn settle(
         &mut self,
         trial: Trial<Arc<Derivation>>,
-        found: Found,
+        (found, tuned): (Found, Tuned),
         tally: Tally,
         cell: Option<Vec<usize>>,
         is_cut: bool,
     ) -> Result<(), Failure> {
-        let Trial { derivation, origin, drawn, .. } = trial;
+        let Trial { derivation, origin, drawn, further, .. } = trial;
         let value = found.as_ref().map(|(_, value)| *value);
         let first = self.state.moves == 0;
         self.state.bodies += 1;
@@ -523,15 +597,19 @@ impl Bodies<'_> {
         } else {
             !is_cut && self.accept(origin.chain, &place, drawn)
         };
+        let times = further.as_ref().map_or(0, |further| further.times);
         let kept = match cell {
             Some(cell) => self.keep_of_kind(cell, place)?,
-            None => false,
+            None => self.keep_member(place, tuned, further.is_some()),
         };
+        if kept {
+            self.state.idle_moves = 0;
+        }
         let mistake = tally.no_value.keys().next().filter(|_| first && value.is_none()).cloned();
         self.tell(
             &derivation,
             origin,
-            Judged { value, nominal, observed, accepted: accepted || kept, tally },
+            Judged { value, nominal, observed, accepted: accepted || kept, tally, tuned: times },
         )?;
         // What has no value for the very first design is a mistake in the grammar.
         mistake.map_or(Ok(()), |error| Err(error.into()))
@@ -568,7 +646,7 @@ impl Bodies<'_> {
         &mut self,
         derivation: &Derivation,
         Origin { parent, chain, rule, blocked }: Origin,
-        Judged { value, nominal, observed, accepted, tally }: Judged,
+        Judged { value, nominal, observed, accepted, tally, tuned }: Judged,
     ) -> Result<(), Failure> {
         let rules = self.rules;
         let state = &self.state;
@@ -581,6 +659,7 @@ impl Bodies<'_> {
             chain,
             parent,
             rule,
+            tuned,
             blocked,
             size: (parts, actuators),
             value,

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::super::gains::least_gain;
-use super::super::state::{State, Trial};
+use super::super::state::{State, Trial, Tuned};
 use super::super::tally::Tally;
 use super::super::{Failure, Unkept, accepts};
 use super::ahead::{Found, Order};
@@ -16,7 +16,7 @@ const STORE: usize = 2;
 const LOOKS: usize = 8;
 /// What comes less often than this is not worth a thought.
 const LEAST: f64 = 0.02;
-/// How likely a body is no new elite of an archive.
+/// How likely a body is no new elite of an archive, and not kept in a population.
 const NO_ELITE: f64 = 0.7;
 /// So many moves that can do nothing are followed.
 const IDLE: usize = 50;
@@ -98,7 +98,7 @@ impl<'a> Bodies<'a> {
         if state.moves == 0 {
             return vec![(1.0, None)];
         }
-        if self.rules.search.archive().is_some() {
+        if self.rules.search.archive().is_some() || self.rules.search.population().is_some() {
             return vec![(NO_ELITE, None)];
         }
         if self.is_walk(state) {
@@ -155,7 +155,8 @@ impl<'a> Bodies<'a> {
             unfinished: None,
         };
         let trial = search.state.trial.take()?;
-        let judged: Result<(), Failure> = search.settle(trial, found, Tally::default(), None, false);
+        let judged: Result<(), Failure> =
+            search.settle(trial, (found, Tuned::default()), Tally::default(), None, false);
         judged.ok()?;
         for _ in 0..IDLE {
             match search.next_move() {

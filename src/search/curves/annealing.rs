@@ -120,7 +120,7 @@ impl Tuner<'_> {
         stand: Stand<'p>,
     ) -> Plan<'p> {
         let Candidate { rules, derivation, .. } = self.candidate();
-        Plan { rules, derivation, schedule, course, stand }
+        Plan { rules, derivation, schedule, course, stand, tuned: self.known.tuned }
     }
 
     /// Goes on with the random walk: points drawn evenly, as the steps of a walk depend on the

@@ -102,7 +102,7 @@ impl Tuner<'_> {
     fn plan_of<'p>(&'p self, schedule: &'p Schedule, state: &'p Distribution) -> Plan<'p> {
         let stand = Stand::Distribution(state.spread());
         let Candidate { rules, derivation, .. } = self.candidate();
-        Plan { rules, derivation, schedule, course: &state.course, stand }
+        Plan { rules, derivation, schedule, course: &state.course, stand, tuned: self.known.tuned }
     }
 }
 

@@ -5,7 +5,9 @@
 
 use grammar_lang::ir::{Direction, Judge};
 
+use super::super::body::Known;
 use super::super::evaluated::Evaluated;
+use super::super::evaluator::WorstCase;
 use super::super::state::{Tune, Tuning};
 use super::super::tally::Missing;
 use super::super::{Failure, keeps};
@@ -15,7 +17,7 @@ use crate::drive::Parameters;
 
 /// For each world so many curves are tried before some are judged in all worlds: a quarter of the evaluations goes there
 /// (`docs/experiments.md`).
-const EACH: u64 = 3;
+const EACH: u64 = 1;
 
 /// When the best of late is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,7 +125,7 @@ impl Tuner<'_> {
             return Ok(Counted::Sound(fitness));
         }
         let mut half_step = None;
-        if self.can_lose(fitness) && (self.looped().is_some() || fitness > self.known.of_use) {
+        if self.can_lose(fitness) && self.is_of_use(fitness) {
             match self.kept(tuning, candidate, value, spent) {
                 Ok(half) => half_step = Some(half),
                 Err(counted) => return Ok(counted),
@@ -151,6 +153,7 @@ impl Tuner<'_> {
         let fitness = self.fitness(value);
         if tuning.highest.is_none_or(|highest| fitness > highest) {
             if self.can_lose(fitness)
+                && fitness > self.known.kept
                 && let Err(counted) = self.kept(tuning, candidate, value, spent)
             {
                 return Ok(counted);
@@ -185,6 +188,9 @@ impl Tuner<'_> {
         if best(tuning).is_some_and(|best| fitness <= self.fitness(best)) {
             return Ok(true);
         }
+        if self.task().is_worst_case() && fitness <= self.known.kept {
+            return Ok(true);
+        }
         let unjudged = std::mem::take(&mut tuning.unjudged);
         let nominal = self.task().objective.direction.fitness(fitness);
         let before = *spent;
@@ -205,11 +211,33 @@ impl Tuner<'_> {
         spent: &mut u64,
     ) -> Result<Counted, Failure> {
         let worlds = self.evaluator.worlds().unwrap_or(0);
-        let Some(evaluated) = self.evaluator.in_worlds(self.bounds.stop, candidate, false) else {
-            return Ok(Counted::Stopped);
-        };
         let is_first = *spent == 0;
-        *spent += worlds;
+        // A loop that goes on with values in the nominal world needs no worst case of what is no new best.
+        let is_raced = self.judge() == Some(Judge::Best) && self.task().is_worst_case();
+        let evaluated = if is_raced {
+            let known = best(tuning).map_or(f64::NEG_INFINITY, |best| self.fitness(best));
+            let needed = known.max(self.known.kept);
+            let order = if tuning.hardest.is_empty() { &self.known.hardest } else { &tuning.hardest };
+            let worst = self.evaluator.worst_case(self.bounds.stop, candidate, (nominal, needed), order);
+            let Some((worst, simulated)) = worst else { return Ok(Counted::Stopped) };
+            *spent += simulated;
+            match worst {
+                WorstCase::Excluded { by, value } => {
+                    tuning.hardest = in_front(by, order);
+                    return Ok(Counted::Sound(value));
+                }
+                WorstCase::Known { evaluated, hardest } => {
+                    tuning.hardest = hardest;
+                    evaluated
+                }
+            }
+        } else {
+            let Some(evaluated) = self.evaluator.in_worlds(self.bounds.stop, candidate, false) else {
+                return Ok(Counted::Stopped);
+            };
+            *spent += worlds;
+            evaluated
+        };
         let value = match evaluated.value {
             Ok(value) => value,
             Err(Missing::Expression(error)) if is_first => return Err(error.into()),
@@ -223,8 +251,7 @@ impl Tuner<'_> {
             return Ok(Counted::Sound(fitness));
         }
         let mut half_step = None;
-        let is_of_use = self.looped().is_some() || fitness > self.known.of_use;
-        if self.can_lose(self.fitness(nominal)) && is_of_use {
+        if self.can_lose(self.fitness(nominal)) && self.is_of_use(fitness) {
             match self.kept(tuning, candidate, nominal, spent) {
                 Ok(half) => half_step = Some(half),
                 Err(counted) => return Ok(counted),
@@ -289,6 +316,7 @@ impl Tuner<'_> {
             // These are judged in all worlds before.
             Some(Judge::Promising | Judge::Every) => return,
         };
+        least = least.max(self.known.kept);
         let mut likely = Vec::new();
         for (candidate, evaluated) in candidates.iter().zip(values) {
             let fitness = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |value| self.fitness(*value));
@@ -318,6 +346,13 @@ impl Tuner<'_> {
         Some(value.ok().map(|value| self.fitness(value)))
     }
 
+    /// Whether curves of this fitness are of any use to the run, if they are the best of their body: what is of none is
+    /// not checked.
+    fn is_of_use(&self, fitness: f64) -> bool {
+        let Known { of_use, kept, .. } = self.known;
+        fitness > kept && (self.looped().is_some() || fitness > of_use)
+    }
+
     /// Whether a best of this fitness could lose something: where more is better, a value that is not positive has
     /// nothing to lose.
     fn can_lose(&self, fitness: f64) -> bool {
@@ -329,4 +364,9 @@ impl Tuner<'_> {
         let Candidate { rules, derivation, .. } = self.candidate();
         derivation.design.parts.values().any(|p| rules.is_driven(&p.kind))
     }
+}
+
+/// The same order of worlds, but with one of them in front.
+fn in_front(world: usize, order: &[usize]) -> Vec<usize> {
+    std::iter::once(world).chain(order.iter().copied().filter(|other| *other != world)).collect()
 }

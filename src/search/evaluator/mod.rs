@@ -18,9 +18,10 @@ use crate::derive::Candidate;
 use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
-use crate::score::{self, Recording};
+use crate::score::{self, Observed, Recording};
 use crate::simulate::{Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Watch};
 use worlds::Worlds;
+pub(super) use worlds::WorstCase;
 
 /// What evaluations are made with.
 #[derive(Clone, Copy)]
@@ -176,6 +177,16 @@ impl<'r> Evaluator<'r> {
     fn judging(&self) -> Judging<'_> {
         let Self { drive, observes, observed_above, .. } = self;
         Judging { drive, observed_above: observes.then_some(*observed_above) }
+    }
+
+    /// What is observed of the motion in the nominal world; none outside if it was asked to stop, none inside where the motion has no
+    /// value.
+    fn observe(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Option<Vec<Option<Observed>>>> {
+        let Self { drive, workers, .. } = self;
+        let judging = Judging { drive, observed_above: Some(f64::NEG_INFINITY) };
+        let one = (parameters.clone(), f64::NEG_INFINITY);
+        let worker = workers.first_mut()?;
+        Some(judging.values(stop, worker.as_mut(), &[one])?.into_iter().next()?.observed)
     }
 
     /// Sees that each thread has a simulation, as far as there is work for it; how many threads that are, at least one.

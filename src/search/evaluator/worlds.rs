@@ -21,6 +21,18 @@ pub(super) struct Worlds {
     subjects: (Subject, Subject),
 }
 
+/// So many worlds are simulated before a worst case is looked at again, and then all that are left: side by side a
+/// few take hardly longer than one.
+const FIRST: [usize; 2] = [3, 4];
+
+/// What a worst case came to.
+pub(in super::super) enum WorstCase {
+    /// A world is no better than what is needed: which, and how good it is.
+    Excluded { by: usize, value: f64 },
+    /// The value over all worlds, and the worlds but for the nominal one, the hardest first.
+    Known { evaluated: Evaluated, hardest: Vec<usize> },
+}
+
 impl Worlds {
     /// The worlds that the objective of a task runs over, if it does.
     pub(super) fn of(candidate: &Candidate<'_>, task: &Task) -> Option<Self> {
@@ -73,6 +85,101 @@ impl Evaluator<'_> {
         };
         self.engine.cache.keep(key, &evaluated);
         Some(evaluated)
+    }
+
+    /// The worst case of curves whose value in the nominal world is known, as far as it is needed to say whether it is more
+    /// than so much, where more is better; and how many worlds were simulated for it. `order` says which come first; worlds
+    /// that it does not name come last. None if it was asked to stop before that was known, or the task has no worlds.
+    pub(in super::super) fn worst_case(
+        &mut self,
+        stop: Stop<'_>,
+        parameters: &Parameters,
+        (nominal, needed): (f64, f64),
+        order: &[usize],
+    ) -> Option<(WorstCase, u64)> {
+        let worlds = self.worlds.as_ref()?;
+        let direction = self.drive.task().objective.direction;
+        let count = worlds.scenarios.len();
+        let rest = (1..count).filter(|world| !order.contains(world));
+        let order: Vec<usize> =
+            order.iter().copied().filter(|world| (1..count).contains(world)).chain(rest).collect();
+        let mut values: Vec<(f64, usize)> = Vec::with_capacity(order.len());
+        let mut sizes = FIRST.into_iter();
+        while values.len() < order.len() {
+            let left = &order[values.len()..];
+            let group = &left[..sizes.next().unwrap_or(left.len()).min(left.len())];
+            let found = self.each(stop, parameters, group)?;
+            let mut worst: Option<(f64, usize)> = None;
+            for (world, value) in group.iter().zip(found) {
+                let value = match value {
+                    Ok(value) => direction.fitness(value),
+                    Err(why) => {
+                        let known = WorstCase::Known { evaluated: without(why), hardest: order.clone() };
+                        return Some((known, (values.len() + group.len()) as u64));
+                    }
+                };
+                if worst.is_none_or(|(least, _)| value < least) {
+                    worst = Some((value, *world));
+                }
+                values.push((value, *world));
+            }
+            if let Some((value, by)) = worst.filter(|(value, _)| *value <= needed) {
+                return Some((WorstCase::Excluded { by, value }, values.len() as u64));
+            }
+        }
+        let spent = values.len() as u64;
+        values.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        let least = values.first().map_or(f64::INFINITY, |(value, _)| *value).min(direction.fitness(nominal));
+        let hardest = values.into_iter().map(|(_, world)| world).collect();
+        let observed = if self.observes { self.observe(stop, parameters)? } else { None };
+        let value = Ok(direction.fitness(least));
+        Some((
+            WorstCase::Known { evaluated: Evaluated { value, ceiling: f64::INFINITY, observed }, hardest },
+            spent,
+        ))
+    }
+
+    /// The value of curves in each of some worlds by itself. None if it was asked to stop before.
+    fn each(&mut self, stop: Stop<'_>, parameters: &Parameters, which: &[usize]) -> Option<Vec<Valued>> {
+        let worlds = self.worlds.as_ref()?;
+        let subject = worlds.subjects.0;
+        let scenarios: Vec<Scenario> =
+            which.iter().filter_map(|world| worlds.scenarios.get(*world)).cloned().collect();
+        let keys: Vec<_> = scenarios
+            .iter()
+            .map(|one| Cache::key(&cache::named(&subject, one.name.as_bytes()), parameters))
+            .collect();
+        let known = |key| self.engine.cache.get(key, f64::NEG_INFINITY).map(|known| known.value);
+        let mut values: Vec<Option<Valued>> = keys.iter().map(known).collect();
+        let open: Vec<usize> = (0..values.len()).filter(|place| values[*place].is_none()).collect();
+        let actuators = self.drive.candidate().body.actuators.len();
+        let driven: Result<Vec<(Targets, World)>, _> = open
+            .iter()
+            .map(|place| {
+                let one = &scenarios[*place];
+                Ok((self.drive.targets_under(parameters, &one.conditions(actuators))?, one.world()))
+            })
+            .collect();
+        let driven = match driven {
+            Ok(driven) => driven,
+            Err(error) => return Some(vec![Err(Missing::Expression(error)); which.len()]),
+        };
+        let motions = if driven.is_empty() { Vec::new() } else { self.everywhere(stop, &driven, false)? };
+        for (place, motion) in open.into_iter().zip(motions) {
+            let scenario = &scenarios[place];
+            let value = match motion {
+                Err(_) => Err(Missing::Elsewhere(scenario.name.clone())),
+                Ok(motion) => {
+                    let recording = Recording::nominal(&self.drive, parameters, &motion);
+                    let here = Recording { scenario: Some(scenario), ..recording };
+                    score::objective(here).map_err(Missing::Expression)
+                }
+            };
+            let evaluated = Evaluated { value: value.clone(), ceiling: f64::INFINITY, observed: None };
+            self.engine.cache.keep(keys[place], &evaluated);
+            values[place] = Some(value);
+        }
+        values.into_iter().collect()
     }
 
     /// The value of curves over all worlds, if they were judged in them before.

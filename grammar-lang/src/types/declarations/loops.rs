@@ -11,6 +11,7 @@ pub(super) enum Loop {
 
 /// What a loop came to: its schedule, and its method among all.
 pub(super) struct Looped<'a> {
+    pub(super) which: Loop,
     pub(super) schedule: &'a ir::Schedule,
     pub(super) method: SearchMethod<'a>,
 }

@@ -1,4 +1,4 @@
-//! Checks what the loops of a search search by: annealing, an archive of kinds, evolution of curves.
+//! Checks what the loops of a search search by: annealing, an archive of kinds, a population, evolution of curves.
 
 use indexmap::IndexMap;
 
@@ -33,6 +33,12 @@ pub(super) const METHODS: &[Known] = &[
         blocks: &[],
     },
     Known { name: "archive", loops: &[Loop::Bodies], fields: &["descriptors"], blocks: &["descriptors"] },
+    Known {
+        name: "population",
+        loops: &[Loop::Bodies],
+        fields: &["size", "tournament", "further"],
+        blocks: &[],
+    },
     Known { name: "cma_es", loops: &[Loop::Curves], fields: &["spread", "restart"], blocks: &[] },
 ];
 
@@ -50,6 +56,7 @@ impl Declarations<'_> {
         match name {
             "annealing" => self.annealing(from, damaged).map(BodyMethod::Annealing),
             "archive" => self.archive(from, damaged).map(BodyMethod::Archive),
+            "population" => self.population(from, damaged).map(BodyMethod::Population),
             _ => None,
         }
     }
@@ -93,6 +100,28 @@ impl Declarations<'_> {
             .contains_key("restart")
             .then(|| self.scheduled(from, "restart", &Ty::Bool, "spread < 1 %", damaged));
         Some(ir::CmaEs { spread: spread?, restart: whole(restart)? })
+    }
+
+    fn population(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Population> {
+        let cx = Context::new(Stage::Declaration, damaged);
+        let size = self.counted(from, "size", "16", 2.0, &cx);
+        let tournament = self.counted(from, "tournament", "2", 1.0, &cx);
+        let further = self.number(from, "further", Dimension::NUMBER, Sign::NotNegative, "30 %", &cx);
+        if let (Some(further), Some((_, tree))) = (further, from.values.get("further"))
+            && further >= 1.0
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "`further` is a share of the moves, and some must change bodies: it must be below 100 %",
+                )
+                .label("no move is left for new bodies")
+                .help("write for example `further = 30 %`"),
+            );
+            return None;
+        }
+        Some(ir::Population { size: size?, tournament: tournament?, further: further? })
     }
 
     fn archive(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Archive> {
@@ -223,12 +252,16 @@ impl Declarations<'_> {
     }
 
     /// Words that have no value with the method of this loop.
-    pub(super) fn words_of(&mut self, Looped { schedule, method }: &Looped<'_>) {
+    pub(super) fn words_of(&mut self, Looped { which, schedule, method }: &Looped<'_>) {
         let mut found = Vec::new();
         for expr in schedule.exprs().into_iter().chain(method.scheduled()) {
             expr.any(&mut |e| {
                 let ExprKind::Word(Word::Search(word)) = e.kind else { return false };
                 let lacks = match word {
+                    SearchWord::Tuned if *which == Loop::Bodies => Some((
+                        "only a loop over curves knows how often the curves were tuned",
+                        "read `tuned` within `curves METHOD { ... }`",
+                    )),
                     _ if method.has(word) => None,
                     SearchWord::Deviation => {
                         Some(("there is no random walk whose deviation this could be", "add `walk = 50`"))

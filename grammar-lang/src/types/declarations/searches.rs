@@ -80,13 +80,27 @@ impl Declarations<'_> {
         }
         let bodies = group(Loop::Bodies).map(|block| self.body_loop(block, damaged));
         let curves = group(Loop::Curves).map(|block| self.curve_loop(block, damaged));
-        Some(ir::Search {
+        let search = ir::Search {
             name: block.name.text.clone(),
             keep: keep?,
             checks: whole(checks)?,
             bodies: whole(bodies)?,
             curves: whole(curves)?,
-        })
+        };
+        if search.curves.is_none() && search.population().is_some_and(|population| population.further > 0.0) {
+            let place = group(Loop::Bodies).map_or(block.name.span, |bodies| bodies.name.span);
+            self.report(
+                Diagnostic::new(
+                    Code::BAD_SCHEDULE,
+                    place,
+                    "a share of the moves is to tune curves further, but this search does not tune curves",
+                )
+                .label("this loop has `further`")
+                .help("write `further = 0 %`, or add `curves METHOD { ... }`"),
+            );
+            return None;
+        }
+        Some(search)
     }
 
     fn body_loop(&mut self, block: &Block, damaged: bool) -> Option<ir::BodyLoop> {
@@ -94,7 +108,7 @@ impl Declarations<'_> {
         let schedule = self.schedule(&from, damaged);
         let method = self.body_method(name, &from, damaged);
         let looped = ir::BodyLoop { schedule: schedule?, method: method? };
-        self.words_of(&Looped { schedule: &looped.schedule, method: looped.method() });
+        self.words_of(&Looped { which: Loop::Bodies, schedule: &looped.schedule, method: looped.method() });
         Some(looped)
     }
 
@@ -108,7 +122,7 @@ impl Declarations<'_> {
         let warm = whole(warm)?.is_some_and(|(warm, _)| warm == Value::Bool(true));
         let judge = whole(from.values.get("judge").map(|(_, tree)| self.judge(tree)))?;
         let looped = ir::CurveLoop { schedule: schedule?, warm, judge, method: method? };
-        self.words_of(&Looped { schedule: &looped.schedule, method: looped.method() });
+        self.words_of(&Looped { which: Loop::Curves, schedule: &looped.schedule, method: looped.method() });
         Some(looped)
     }
 

@@ -25,7 +25,8 @@ pub(super) fn word(word: Word) -> Ty {
             | SearchWord::Idle
             | SearchWord::Refused
             | SearchWord::Stagnant
-            | SearchWord::Chain,
+            | SearchWord::Chain
+            | SearchWord::Tuned,
         ) => Ty::Count,
         Word::Closed | Word::Inflate | Word::Vent => Ty::Valve,
         Word::Design(DesignWord::Connected | DesignWord::NoOverlap) => Ty::Bool,

@@ -118,7 +118,8 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
             | SearchWord::Stagnant
             | SearchWord::Deviation
             | SearchWord::Chain
-            | SearchWord::Spread,
+            | SearchWord::Spread
+            | SearchWord::Tuned,
         ) => &[S::Schedule],
         Word::Design(DesignWord::Connected | DesignWord::NoOverlap) => &[S::Derivation, S::Choice, S::Weight],
         Word::Design(DesignWord::Middle) => &[S::Derivation, S::Choice, S::Weight, S::Score, S::Objective],

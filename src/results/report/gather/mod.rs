@@ -7,6 +7,7 @@ pub(crate) mod rejections;
 pub(crate) mod rules;
 pub(crate) mod runs;
 pub(crate) mod sizes;
+pub(crate) mod spending;
 pub(crate) mod spread;
 pub(crate) mod temperature;
 

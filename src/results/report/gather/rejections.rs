@@ -31,7 +31,7 @@ pub(crate) fn rejections(group: &Group) -> Rejections {
             let rule = made.rule.clone().unwrap_or_default();
             let is_move = made.number > 0;
             all.moves += u64::from(is_move);
-            all.nothing += u64::from(is_move && made.rule.is_none());
+            all.nothing += u64::from(made.did_nothing());
             for pair in &made.blocked {
                 *all.blocked.entry(pair.clone()).or_default() += 1;
             }

@@ -52,7 +52,6 @@ fn window(group: &Group, (first, last): (u64, u64)) -> Option<Window> {
     let tried = |moves: &[Move]| moves.iter().filter(|m| m.rule.is_some()).count() as u64;
     let accepted = |moves: &[Move]| moves.iter().filter(|m| m.rule.is_some() && m.accepted).count() as u64;
     let shares = runs.iter().filter_map(|moves| share(accepted(moves), tried(moves)));
-    let all: u64 = runs.iter().map(|moves| moves.len() as u64).sum();
     let all_tried: u64 = runs.iter().map(|moves| tried(moves)).sum();
     Some(Window {
         moves: (first, last),
@@ -60,7 +59,7 @@ fn window(group: &Group, (first, last): (u64, u64)) -> Option<Window> {
         temperature: mean(runs.iter().filter_map(|moves| mean(moves.iter().map(|m| m.temperature))))?,
         tried: all_tried,
         accepted: runs.iter().map(|moves| accepted(moves)).sum(),
-        nothing: all - all_tried,
+        nothing: runs.iter().flatten().filter(|made| made.did_nothing()).count() as u64,
         acceptance: mean(shares),
     })
 }

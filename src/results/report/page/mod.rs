@@ -9,6 +9,7 @@ mod rules;
 mod runs;
 mod sizes;
 mod solid;
+mod spending;
 mod temperature;
 mod time;
 pub(crate) mod words;
@@ -39,12 +40,13 @@ struct Section {
 }
 
 /// The sections, in order.
-const SECTIONS: [Section; 9] = [
+const SECTIONS: [Section; 10] = [
     Section { id: "runs", heading: "Runs", body: runs::section },
     Section { id: "convergence", heading: "Convergence", body: convergence::section },
     Section { id: "designs", heading: "Best designs", body: designs::section },
     Section { id: "rules", heading: "Rules", body: rules::section },
     Section { id: "temperature", heading: "Temperature and acceptance", body: temperature::section },
+    Section { id: "spending", heading: "Where evaluations went", body: spending::section },
     Section { id: "sizes", heading: "Size and value", body: sizes::section },
     Section { id: "observed", heading: "What was observed", body: observed::section },
     Section { id: "rejections", heading: "What came to nothing", body: rejections::section },

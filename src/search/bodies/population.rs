@@ -1,0 +1,97 @@
+//! The best designs of all, so many of them. A move takes one of them, the best of a few that are drawn, and changes it
+//! by a rule, or tunes its curves further from where they stand.
+
+use std::sync::Arc;
+
+use grammar_lang::ir::Population;
+
+use super::super::state::{Best, Designs, Member, Place, Tuned};
+use super::Bodies;
+use crate::derive::random::Stream;
+use crate::derive::{Candidate, Derivation};
+use crate::drive::Drive;
+
+/// What a move begins with.
+pub(super) struct Parent {
+    pub(super) place: Place<Arc<Derivation>>,
+    /// Where the search for its curves stands, if the move is to tune them further.
+    pub(super) further: Option<Tuned>,
+}
+
+impl Bodies<'_> {
+    /// One of the designs that are kept: the best of as many as the tournament has, each drawn with the same chance.
+    pub(super) fn winner(&self, population: &Population, random: &mut Stream) -> Option<Parent> {
+        let members = self.state.population();
+        if members.is_empty() {
+            return None;
+        }
+        let drawn: Vec<usize> = (0..population.tournament).map(|_| random.below(members.len())).collect();
+        let wants_further = random.unit() < population.further;
+        let fitness = |place: usize| self.fitness(Some(members[place].best.value));
+        // Of equals the first drawn.
+        let winner = drawn.into_iter().reduce(|a, b| if fitness(b) > fitness(a) { b } else { a })?;
+        let Member { best, tuned } = members.get(winner)?;
+        let Best { derivation, tasks, value, found_at } = best.clone();
+        let further = (wants_further && self.is_tunable(&derivation)).then(|| tuned.clone());
+        Some(Parent {
+            place: Place { number: found_at, derivation, value: Some(value), tunes: tasks },
+            further,
+        })
+    }
+
+    /// Whether a body has curves that can be tuned.
+    fn is_tunable(&self, derivation: &Arc<Derivation>) -> bool {
+        let candidate = Candidate::new(self.rules, Arc::clone(derivation));
+        let is_free = |task| Drive::new(&candidate, task).is_ok_and(|drive| !drive.is_fixed());
+        self.rules.search.curves.is_some() && self.rules.tasks.values().any(is_free)
+    }
+
+    /// The value that a design must exceed to come into the population, where more is better.
+    pub(super) fn least_kept(&self, population: &Population) -> f64 {
+        let members = self.state.population();
+        if members.len() < population.size {
+            return f64::NEG_INFINITY;
+        }
+        members.iter().map(|member| self.fitness(Some(member.best.value))).fold(f64::INFINITY, f64::min)
+    }
+
+    /// Keeps a design if it is among the best; whether it is, or is better than it was. `is_further` says that it is one
+    /// of those that are kept, with its curves tuned further.
+    pub(super) fn keep_member(
+        &mut self,
+        place: Place<Arc<Derivation>>,
+        tuned: Tuned,
+        is_further: bool,
+    ) -> bool {
+        let (rules, direction) = (self.rules, self.rules.objective.direction);
+        let (Some(population), Some(value)) = (rules.search.population(), place.value) else { return false };
+        let least = self.least_kept(population);
+        let Some(Designs::Population(members)) = &mut self.state.designs else { return false };
+        let Place { number, derivation, tunes, .. } = place;
+        let hash = |derivation: &Derivation| derivation.design.canonical_hash(rules);
+        let own = hash(&derivation);
+        let best = Best { derivation, tasks: tunes, value, found_at: number };
+        let fitness = |member: &Member<_>| direction.fitness(member.best.value);
+        if let Some(same) = members.iter_mut().find(|member| hash(&member.best.derivation) == own) {
+            let is_better = direction.fitness(value) > fitness(same);
+            if is_better {
+                same.best = best;
+            }
+            // What was learnt of its curves is of use, even if nothing better was found.
+            if is_better || is_further {
+                same.tuned = tuned;
+            }
+            return is_better;
+        }
+        if members.len() < population.size {
+            members.push(Member { best, tuned });
+            return true;
+        }
+        let is_better = direction.fitness(value) > least;
+        // Of equals the last that came in leaves.
+        if is_better && let Some(worst) = members.iter().rposition(|member| fitness(member) <= least) {
+            members[worst] = Member { best, tuned };
+        }
+        is_better
+    }
+}
