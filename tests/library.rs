@@ -196,6 +196,11 @@ const OTHERS: &[(&str, &str)] = &[
         variant shortly of \"./codesign.sgr\" { replace search shortly_many_kinds }",
     ),
     (
+        "grammars/best.sgr",
+        "use std.search { best_bodies }
+        variant best of \"./codesign.sgr\" { replace search best_bodies }",
+    ),
+    (
         "grammars/study2_plain.sgr",
         "use std.search { walked_annealing }
         variant study2_plain of \"./study2.sgr\" { replace search walked_annealing }",
@@ -230,6 +235,7 @@ fn every_number_of_the_library_changes_the_rule_set() {
         "grammars/reheated.sgr",
         "grammars/kinds.sgr",
         "grammars/shortly.sgr",
+        "grammars/best.sgr",
         "grammars/study1.sgr",
         "grammars/study2.sgr",
         "grammars/study2_plain.sgr",

@@ -59,7 +59,10 @@ fn what_is_observed_stands_beside_the_value() {
         let out = folder.path().join(format!("run-{number}"));
         let told = run(&grammar, &out, &["--jobs", "2"]);
         let rows = evals(&out);
-        assert_eq!(rows[0][15..], ["chain", "parent", "gait", "airborne", "low", "work", "slid", "sliding"]);
+        assert_eq!(
+            rows[0][15..],
+            ["chain", "parent", "tuned", "gait", "airborne", "low", "work", "slid", "sliding"]
+        );
         assert!(rows.len() > 2, "{rows:?}");
         assert_eq!(rows[1][16], "", "the initial design is made of none");
         for row in &rows[2..] {
@@ -68,12 +71,12 @@ fn what_is_observed_stands_beside_the_value() {
         }
         for row in &rows[1..] {
             let (value, actuators) = (&row[6], &row[5]);
-            assert_eq!(value.is_empty(), row[17].is_empty(), "{row:?}");
-            assert_eq!(value.is_empty() || actuators == "0", row[20].is_empty(), "{row:?}");
+            assert_eq!(value.is_empty(), row[18].is_empty(), "{row:?}");
+            assert_eq!(value.is_empty() || actuators == "0", row[21].is_empty(), "{row:?}");
             assert!(
-                ["", "walker", "hopper", "crawler", "roller", "still", "unsure"].contains(&row[17].as_str())
+                ["", "walker", "hopper", "crawler", "roller", "still", "unsure"].contains(&row[18].as_str())
             );
-            assert!(["", "true", "false"].contains(&row[19].as_str()), "{row:?}");
+            assert!(["", "true", "false"].contains(&row[20].as_str()), "{row:?}");
         }
         // The best is told, saved, and the same when it is simulated again.
         let json = |name: &str| -> serde_json::Value {
@@ -87,8 +90,8 @@ fn what_is_observed_stands_beside_the_value() {
         assert!(again.contains(&format!("observed gait {gait}")) && again.contains("exactly"), "{again}");
         let found = best["found_at"].as_u64().unwrap().to_string();
         let row = rows.iter().find(|row| row[0] == found).unwrap();
-        assert_eq!(row[17], gait);
-        assert_eq!(row[18].parse::<f64>().ok(), result["observed"]["airborne"].as_f64());
+        assert_eq!(row[18], gait);
+        assert_eq!(row[19].parse::<f64>().ok(), result["observed"]["airborne"].as_f64());
 
         // Neither threads nor observation change what is found.
         let other = folder.path().join(format!("other-{number}"));

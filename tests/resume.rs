@@ -146,9 +146,10 @@ fn copy(from: &Path, to: &Path) {
 }
 
 /// What the project's own `codesign` searches for: kinds of bodies, and gaits that hold in many worlds.
-fn grammar_in_worlds(folder: &Path) -> PathBuf {
+fn grammar_in_worlds(folder: &Path, search: &str) -> PathBuf {
     let text = read("grammars/codesign.sgr").replace("for 20 s in workshop", "for 1 s in workshop");
-    assert!(text.contains("for 1 s in workshop"), "{text}");
+    let text = text.replace("shortly_many_kinds", search);
+    assert!(text.contains("for 1 s in workshop") && text.contains(search), "{text}");
     let file = folder.join("worlds.sgr");
     std::fs::write(&file, text).unwrap();
     file
@@ -163,10 +164,21 @@ fn a_run_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
 #[test]
 fn a_run_in_many_worlds_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
     let folder = tempfile::tempdir().unwrap();
-    kill_and_resume(folder.path(), &grammar_in_worlds(folder.path()));
+    kill_and_resume(folder.path(), &grammar_in_worlds(folder.path(), "shortly_many_kinds"));
     assert!(folder.path().join("whole/archive.csv").exists(), "kinds are compared, too");
     let best = SavedDesign::read(&folder.path().join("whole/best.design.json")).unwrap();
     assert_eq!(best.tasks[0].tests.len(), 64, "it was tried in worlds that the search has not seen");
+}
+
+#[test]
+fn a_population_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
+    let folder = tempfile::tempdir().unwrap();
+    kill_and_resume(folder.path(), &grammar_in_worlds(folder.path(), "best_bodies"));
+    let moves = std::fs::read_to_string(folder.path().join("whole/evals.csv")).unwrap();
+    let place = moves.lines().next().unwrap().split(',').position(|name| name == "tuned").unwrap();
+    let further =
+        moves.lines().skip(1).filter(|row| row.split(',').nth(place).is_some_and(|times| times != "0"));
+    assert!(further.count() > 3, "{moves}");
 }
 
 /// Kills runs at any time, resumes them with any number of threads, and compares what they leave.

@@ -471,13 +471,13 @@ fn the_best_bodies_are_kept_and_tuned_further() {
         assert!(row.contains("rule: None"), "what is tuned further is not changed: {row}");
     }
     assert!(further.iter().any(|row| row.contains("tuned: 2")), "it goes on from where it stands: {log:#?}");
-    // Three generations of six, but for checks at half the step.
+    // Three generations of six, and checks at half the step of what would be better.
     let spent = |row: &str| of(row, "evaluations")?.split(',').next()?.parse::<u64>().ok();
     for pair in rows.windows(2) {
         let costs = spent(pair[1]).unwrap() - spent(pair[0]).unwrap();
         let is_last = pair[1] == rows[rows.len() - 1];
         if pair[1].contains("rule: None") && !pair[1].contains("tuned: 0") && !is_last {
-            assert!((18..=22).contains(&costs), "{costs} evaluations: {}", pair[1]);
+            assert!((18..=30).contains(&costs), "{costs} evaluations: {}", pair[1]);
         }
     }
 }
@@ -496,13 +496,15 @@ fn annealed_curves_of_a_population_go_on_too() {
 fn a_population_of_bodies_with_fixed_curves_changes_bodies_only() {
     let mut texts = texts();
     let text = texts["grammars/morphology.sgr"].replace("for 20 s", "for 2 s");
-    let place = text.find("search ").expect("a search");
-    let text = format!(
-        "{}search own\n\nsearch own {{\n  keep = 80 %\n  {}\n}}\n{}",
-        &text[..place],
-        POPULATION.replace("40 %", "0 %").replace("  ", "\n  "),
-        text[place..].split_once('\n').map_or("", |(_, rest)| rest)
-    );
+    let line = text.lines().find(|line| line.starts_with("search ")).expect("a search").to_owned();
+    let population = POPULATION.replace("40 %", "0 %").replace("  ", "\n  ");
+    let text =
+        text.replace(&line, &format!("search own\n\nsearch own {{\n  keep = 80 %\n  {population}\n}}"));
+    let text: String = text
+        .lines()
+        .filter(|line| !line.starts_with("use std.search"))
+        .map(|line| format!("{line}\n"))
+        .collect();
     texts.insert("grammars/morphology.sgr".into(), text);
     let rules = compile_texts(&texts, "grammars/morphology.sgr").unwrap();
     let (one, log) = search(&rules, 1, 1, 120);

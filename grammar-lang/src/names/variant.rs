@@ -14,14 +14,10 @@ use std::mem::discriminant;
 
 use self::change::Change;
 use super::{Declaration, Loading, declared};
-use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::source::Span;
-use crate::syntax::ast::{
-    Block, Edit, EditKind, Expr, ExprKind, Field, Item, ItemKind, Name, NoveltyClause, RuleClause,
-    RuleClauseKind, Variant,
-};
+use crate::syntax::ast::{Edit, EditKind, Item, ItemKind, Name, Variant};
 use crate::syntax::declarations::BlockKind;
-use crate::syntax::earlier;
 
 /// Finds what is compiled: a grammar of the first text, or a variant of it. Then
 /// applies the edits of the variants, from the one nearest to the grammar outwards.

@@ -17,7 +17,9 @@ use crate::drive::Parameters;
 
 /// For each world so many curves are tried before some are judged in all worlds: a quarter of the evaluations goes there
 /// (`docs/experiments.md`).
-const EACH: u64 = 1;
+const EACH: u64 = 3;
+/// The same where a worst case is simulated only as far as it is needed, which costs about a third.
+const EACH_IN_A_RACE: u64 = 1;
 
 /// When the best of late is judged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -179,7 +181,8 @@ impl Tuner<'_> {
         spent: &mut u64,
         when: When,
     ) -> Result<bool, Failure> {
-        let enough = EACH * self.evaluator.worlds().unwrap_or(0);
+        let each = if self.races() { EACH_IN_A_RACE } else { EACH };
+        let enough = each * self.evaluator.worlds().unwrap_or(0);
         if when == When::Underway && tuning.unjudged < enough {
             return Ok(true);
         }
@@ -212,9 +215,7 @@ impl Tuner<'_> {
     ) -> Result<Counted, Failure> {
         let worlds = self.evaluator.worlds().unwrap_or(0);
         let is_first = *spent == 0;
-        // A loop that goes on with values in the nominal world needs no worst case of what is no new best.
-        let is_raced = self.judge() == Some(Judge::Best) && self.task().is_worst_case();
-        let evaluated = if is_raced {
+        let evaluated = if self.races() {
             let known = best(tuning).map_or(f64::NEG_INFINITY, |best| self.fitness(best));
             let needed = known.max(self.known.kept);
             let order = if tuning.hardest.is_empty() { &self.known.hardest } else { &tuning.hardest };
@@ -344,6 +345,13 @@ impl Tuner<'_> {
         }
         let value = self.evaluator.known_in_worlds(candidate)?;
         Some(value.ok().map(|value| self.fitness(value)))
+    }
+
+    /// Whether a worst case is simulated only as far as it is needed: a loop that goes on with values in the nominal world
+    /// has no use for that of what is no new best. So far in populations only: searches of before find what they found.
+    fn races(&self) -> bool {
+        let is_new = self.candidate().rules.search.population().is_some();
+        is_new && self.judge() == Some(Judge::Best) && self.task().is_worst_case()
     }
 
     /// Whether curves of this fitness are of any use to the run, if they are the best of their body: what is of none is

@@ -182,7 +182,7 @@ mod tests {
         (last.rule, last.tuned, last.parent) = (None, 1, Some(2));
         let one = spending(&group.runs[0], Direction::Maximize).unwrap();
         assert_eq!((one.bodies, one.of_best, one.further), (4, 4, 3));
-        assert_eq!(one.classes, Some([3, 0, 1, 0, 0, 4]));
+        assert_eq!(one.classes, Some([3, 0, 0, 1, 0, 4]));
         assert_eq!(one.generations, Some(2));
     }
 }
