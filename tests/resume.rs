@@ -178,7 +178,7 @@ fn a_population_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
     let place = moves.lines().next().unwrap().split(',').position(|name| name == "tuned").unwrap();
     let further =
         moves.lines().skip(1).filter(|row| row.split(',').nth(place).is_some_and(|times| times != "0"));
-    assert!(further.count() > 3, "{moves}");
+    assert!(further.count() > 2, "{moves}");
 }
 
 /// Kills runs at any time, resumes them with any number of threads, and compares what they leave.
