@@ -98,7 +98,8 @@ fn search((rules, sources): &(RuleSet, SourceMap), seed: u64, seconds: f64, worl
     let outcome =
         run(rules, first, model, &limits, &flag, &mut Budget { begun, seconds, flag: &flag }).unwrap();
     let spent = (begun.elapsed().as_secs_f64(), outcome.evaluations);
-    let best = outcome.best.expect("a search this long finds something");
+    // In that time nothing may have been judged in all worlds: a body without a gait stays where it is.
+    let Some(best) = outcome.best else { return Found { spent, value: 0.0, bench: [0.0; 3] } };
     let design = save(rules, Grammar::freeze(rules, sources, &[]), seed, "articulated", &best).unwrap();
     let how = How { solver: "articulated", precision: Precision::Model, stop: Stop::NEVER };
     let judged = judge(rules, &design, worlds.to_vec(), how).unwrap();

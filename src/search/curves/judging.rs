@@ -18,7 +18,7 @@ use crate::drive::Parameters;
 /// For each world so many curves are tried before some are judged in all worlds: a quarter of the evaluations goes there
 /// (`docs/experiments.md`).
 const EACH: u64 = 3;
-/// The same where a worst case is simulated only as far as it is needed, which costs about a third.
+/// The same where a worst case is simulated only as far as it is needed: that costs less (how much has not been measured).
 const EACH_IN_A_RACE: u64 = 1;
 
 /// When the best of late is judged.
