@@ -371,6 +371,43 @@ fn what_is_run_over_is_counted() {
     );
 }
 
+/// Each is within bounds, all together are not.
+#[test]
+fn what_many_expressions_run_over_is_counted_together() {
+    let text = sound(&many(60, "require r@ : (sum over a in 1 .. 3000, b in 1 .. 3000 of a * b) > @"));
+    let found = soon("sixty large aggregates", &text);
+    let told: Vec<_> = found.iter().filter(|d| d.is_error()).collect();
+    assert!(told.len() == 1 && format!("{told:?}").contains("this takes too long"), "{told:#?}");
+    let text = sound(&many(60, "param p@ : Number = sum over a in 1 .. 2500, b in 1 .. 2500 of a / b"));
+    let found = soon("sixty large parameters", &text);
+    let told: Vec<_> = found.iter().filter(|d| d.is_error()).collect();
+    assert!(told.len() == 1 && format!("{told:?}").contains("this takes too long"), "{told:#?}");
+    // A schedule is followed step by step.
+    let text = sound(
+        "rule grow { match p : part with free port q attach cube to q\n\
+         weight = iteration + sum over a in 1 .. 3000, b in 1 .. 3000 of a * b }",
+    );
+    soon("a weight that is worked out in each iteration", &text);
+}
+
+#[test]
+fn variants_build_on_each_other_so_far() {
+    let chain = |count: usize| {
+        let mut text = sound("param p : Number = 1\nrequire fine : count(part) < 100 * p\n");
+        text += "\nvariant v0 of many { set p = 2 }\n";
+        for n in 1..count {
+            let _ = writeln!(text, "variant v{n} of v{} {{ set p = {n} }}", n - 1);
+        }
+        text
+    };
+    let told = |count: usize| {
+        let variant = format!("v{}", count - 1);
+        sgc_check(&["--format", "concise", "--variant", &variant], &chain(count))
+    };
+    assert!(!told(100).contains("E0"), "{}", told(100));
+    assert!(told(101).contains("E0106") && told(101).contains("more than 100 variants"), "{}", told(101));
+}
+
 /// What is too large is told by `check`, with the true reason.
 #[test]
 fn limits_are_told_with_their_reasons() {

@@ -175,6 +175,7 @@ fn checks_doubt_in_both_directions() {
         terms: Vec::new(),
         checks: Vec::new(),
         tests: Vec::new(),
+        tested: None,
         drive: Vec::new(),
     };
     let verdict = |value, measured| {

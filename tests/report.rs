@@ -188,9 +188,20 @@ fn groups_are_compared_and_damage_is_told() {
     says(&[&one], "evals.csv and result.json name different bests");
     std::fs::write(&result, text).unwrap();
 
-    // A killed run may have half a row, a complete one not.
+    let mut changed: serde_json::Value = serde_json::from_str(&read(result.clone())).unwrap();
+    changed["seed"] = serde_json::json!(50);
+    let text = read(result.clone());
+    std::fs::write(&result, changed.to_string()).unwrap();
+    says(&[&one], "result.json is of grammar codesign and seed 50, and run.toml beside it of others");
+    std::fs::write(&result, text).unwrap();
+
+    // What a complete run has counted is not changed afterwards, though each row by itself could be one.
     let evals = one.join("seed-5/evals.csv");
     let text = read(evals.clone());
+    std::fs::write(&evals, text.replacen(",true,", ",false,", 1)).unwrap();
+    says(&[&one], "evals.csv was changed after the run ended");
+
+    // A killed run may have half a row, a complete one not.
     std::fs::write(&evals, text.get(..text.len() - 5).unwrap()).unwrap();
     says(&[&one], "seed-5/evals.csv is damaged: its last row is not complete");
     std::fs::remove_file(one.join("seed-5/result.json")).unwrap();

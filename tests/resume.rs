@@ -360,11 +360,22 @@ fn a_run_goes_on_only_as_it_began() {
         ("checkpoint", "{}".to_owned(), "is not a checkpoint"),
         ("checkpoint", spent, "do not fit its checksum"),
         ("checkpoint", text("checkpoint").replace(version, "0.0.1"), "was written by sgc 0.0.1"),
+        (
+            "checkpoint",
+            text("checkpoint").replacen("\"version\":1", "\"version\":2", 1),
+            "is not in format 1",
+        ),
         ("run.toml", text("run.toml").replace("seed = 1", "seed = 3"), "run.toml was changed"),
         (&source, text(&source).replace("= 20", "= 21"), "was changed after the run began"),
         (library, text(library) + "\n", "was changed after the run began"),
         ("evals.csv", text("evals.csv").replacen('0', "7", 1), "evals.csv was changed"),
         ("evals.csv", "move\n".to_owned(), "evals.csv was changed"),
+        ("best.design.json", "{}".to_owned(), "best.design.json is not this run's"),
+        (
+            "best.design.json",
+            text("best.design.json").replace("\"seed\": 1", "\"seed\": 7"),
+            "is not this run's",
+        ),
     ] {
         let damaged = folder.path().join("damaged");
         copy(&out, &damaged);

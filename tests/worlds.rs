@@ -1,11 +1,11 @@
 //! Searches whose objective runs over worlds.
 
 use grammar_lang::ir::RuleSet;
-use sgc::results::elsewhere::judge;
+use sgc::results::elsewhere::{Tested, judge, tested};
 use sgc::results::replay::{How, Precision, replay};
 use sgc::results::robustness::final_check;
 use sgc::results::saved::{Grammar, SavedDesign};
-use sgc::results::{genuine, saving};
+use sgc::results::{genuine, saving, summary};
 use sgc::scenarios;
 use sgc::search::{Best, Tune};
 use sgc::simulate::Stop;
@@ -57,12 +57,12 @@ fn evolved(judge: &str) -> String {
     )
 }
 
-/// What a saved design comes to in each world, the nominal one first.
-fn in_each(rules: &RuleSet, design: &SavedDesign) -> Vec<f64> {
+/// What a saved design comes to in each world, the nominal one first, and over all of them.
+fn in_each(rules: &RuleSet, design: &SavedDesign) -> (Vec<f64>, f64) {
     let (name, set) = rules.scenarios.get_index(0).unwrap();
     let how = How { solver: "articulated", precision: Precision::Model, stop: Stop::NEVER };
-    let judged = judge(rules, design, scenarios::worlds(name, set), how).unwrap();
-    judged.into_iter().map(|judged| judged.value.unwrap()).collect()
+    let (judged, whole) = judge(rules, design, scenarios::worlds(name, set), how).unwrap();
+    (judged.into_iter().map(|judged| judged.value.unwrap()).collect(), whole.unwrap())
 }
 
 fn saved(rules: &RuleSet, best: &Best) -> SavedDesign {
@@ -98,8 +98,9 @@ fn a_value_is_that_of_all_worlds_together() {
         let rules = robust(objective, &annealed("promising"));
         let best = search(&rules, 2, 2, 1500).0.best.expect("a best design");
         let design = saved(&rules, &best);
-        let values = in_each(&rules, &design);
+        let (values, whole) = in_each(&rules, &design);
         assert_eq!(values.len(), 5);
+        assert_eq!(whole.to_bits(), best.value.to_bits(), "{objective}");
         assert!((best.value - expected(&values)).abs() < 1e-9, "{objective}: {} {values:?}", best.value);
         let Tune { nominal, half_step, .. } = &best.tasks[0];
         assert_eq!(nominal.unwrap().to_bits(), values[0].to_bits(), "{objective}");
@@ -186,6 +187,53 @@ fn what_has_no_value_in_a_world_is_counted_by_it() {
     let lost = outcome.tally.elsewhere.get("steep").copied().unwrap_or(0);
     assert!(lost > 10, "whatever slides down is too fast: {:?}", outcome.tally);
     assert!(outcome.tally.reasons().contains("in another world"), "{}", outcome.tally.reasons());
+}
+
+/// What no world alone can show is told of all that a best is tested in, together.
+#[test]
+fn a_deviation_is_told_over_all_worlds_of_the_test() {
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
+    let steady = "(mean over w in workshop of travel) - (deviation over w in workshop of travel)";
+    for (objective, is_told_by_each) in
+        [(format!("maximize {steady} in cm"), false), (WORST.to_owned(), true)]
+    {
+        let rules = robust(&objective, &annealed("promising"));
+        assert_eq!(rules.tasks[0].objective.is_told_by_each_world(), is_told_by_each, "{objective}");
+        let design = saved(&rules, &search(&rules, 2, 2, 300).0.best.expect("a best design"));
+        let design = final_check(&rules, &design, Stop::NEVER).unwrap();
+        let task = &design.tasks[0];
+        let each: Vec<f64> = task.tests.iter().map(|world| world.value.unwrap()).collect();
+        assert_eq!(each.len(), 64);
+        let said = summary::tests(&rules, task).unwrap();
+        if is_told_by_each {
+            assert_eq!(task.tested, None);
+            assert!(matches!(tested(&rules, &design), Some(Tested::Each(_))));
+            assert!(!said.contains("over all"), "{said}");
+            continue;
+        }
+        let all: Vec<f64> = each.into_iter().chain([task.in_nominal()]).collect();
+        let squares: Vec<f64> = all.iter().map(|x| (x - mean(&all)) * (x - mean(&all))).collect();
+        let (whole, expected) = (task.tested.unwrap(), mean(&all) - libm::sqrt(mean(&squares)));
+        assert!((whole - expected).abs() < 1e-9 && whole < mean(&all), "{whole} {expected}");
+        assert_eq!(tested(&rules, &design), Some(Tested::Whole(Some(whole))));
+        assert!(said.contains(" over all of them and the nominal one; in each alone: "), "{said}");
+    }
+}
+
+/// The nominal motion alone has a value, though a condition asks for other worlds.
+#[test]
+fn a_condition_that_the_nominal_world_does_not_meet_can_be_searched_for() {
+    let objective = "maximize mean over w in workshop where w.ground_friction < 0.5 of travel - fall in cm";
+    let rules = robust(objective, &annealed("promising"));
+    let best = search(&rules, 2, 2, 400).0.best.expect("a best design");
+    let design = saved(&rules, &best);
+    let (values, whole) = in_each(&rules, &design);
+    assert_eq!(
+        (values[1].to_bits(), best.value.to_bits()),
+        (whole.to_bits(), whole.to_bits()),
+        "on ice alone"
+    );
+    assert_eq!(best.tasks[0].nominal.unwrap().to_bits(), values[0].to_bits());
 }
 
 /// Terms are those of the world that is run over, and so are its own numbers.

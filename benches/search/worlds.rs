@@ -102,7 +102,7 @@ fn search((rules, sources): &(RuleSet, SourceMap), seed: u64, seconds: f64, worl
     let Some(best) = outcome.best else { return Found { spent, value: 0.0, bench: [0.0; 3] } };
     let design = save(rules, Grammar::freeze(rules, sources, &[]), seed, "articulated", &best).unwrap();
     let how = How { solver: "articulated", precision: Precision::Model, stop: Stop::NEVER };
-    let judged = judge(rules, &design, worlds.to_vec(), how).unwrap();
+    let (judged, _) = judge(rules, &design, worlds.to_vec(), how).unwrap();
     let values: Vec<Option<f64>> = judged.iter().map(|judged| judged.value.ok()).collect();
     let all = together(Direction::Maximize, &values).unwrap();
     // A world without a value counts as worse than any.

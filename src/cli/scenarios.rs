@@ -54,7 +54,7 @@ pub(super) fn eval(
     let fault = |error: DesignError| Fault::input(format!("{}: {error}", path.display()));
     let worlds = scenarios::worlds(&name, &set);
     let how = How { solver, precision, stop: Stop::NEVER };
-    let judged = elsewhere::judge(rules, design, worlds, how).map_err(fault)?;
+    let (judged, whole) = elsewhere::judge(rules, design, worlds, how).map_err(fault)?;
     let unit = &rules.objective.unit;
     let quantity = |value: f64| describe::quantity(value, unit);
     let of = |judged: &Judged| match judged.value {
@@ -72,7 +72,11 @@ pub(super) fn eval(
     let values: Vec<Option<f64>> = judged.iter().map(|judged| judged.value.ok()).collect();
     let worst = |place: usize| judged[place].scenario.name.clone();
     if let Some(said) = summary::together(rules.objective.direction, &values, unit, worst) {
-        output::data(&format!("in {} worlds of `{name}`: {said}\n", judged.len()))?;
+        let whole = match rules.tasks.values().all(|task| task.objective.is_told_by_each_world()) {
+            true => String::new(),
+            false => summary::whole(whole, unit),
+        };
+        output::data(&format!("in {} worlds of `{name}`: {whole}{said}\n", judged.len()))?;
     }
     Ok(exit::DONE)
 }

@@ -80,6 +80,9 @@ impl Checkpoint {
             return Err(FileError::unfit(path, Unfit::NotCheckpoint));
         }
         let version = value.get("version").and_then(serde_json::Value::as_u64);
+        if version != Some(u64::from(VERSION)) && field("sgc") == env!("CARGO_PKG_VERSION") {
+            return Err(FileError::unfit(path, Unfit::OtherFormat { wanted: VERSION }));
+        }
         if version != Some(u64::from(VERSION)) || field("sgc") != env!("CARGO_PKG_VERSION") {
             return Err(FileError::unfit(path, Unfit::OtherProgram { theirs: field("sgc").to_owned() }));
         }

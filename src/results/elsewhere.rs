@@ -8,8 +8,11 @@ use super::replay::{Driven, How, candidate};
 use super::saved::{SavedDesign, SavedTask};
 use crate::derive::Candidate;
 use crate::scenarios::Scenario;
-use crate::score;
-use crate::simulate::Invalid;
+use crate::score::{self, Recording};
+use crate::simulate::{Invalid, Motion};
+
+/// What each of several worlds came to, in their order.
+pub(super) type Each = Vec<Result<f64, Invalid>>;
 
 /// What a design came to in one world.
 #[derive(Clone, Debug)]
@@ -26,17 +29,45 @@ pub(super) fn values(
     saved: &SavedTask,
     scenarios: &[Scenario],
     how: How<'_>,
-) -> Result<Vec<Result<f64, Invalid>>, DesignError> {
+) -> Result<Each, DesignError> {
     let driven = Driven::new(candidate, saved, how.precision)?;
     let motions = driven.motions(scenarios, how.solver, how.stop)?;
-    let value = |(scenario, motion): (&Scenario, Result<_, Invalid>)| match motion {
-        Ok(motion) => Ok(Ok(score::objective(driven.recording(&motion, Some(scenario)))?)),
-        Err(why) => Ok(Err(why)),
+    each(&driven, scenarios, &motions)
+}
+
+/// The same, and what the objective is over all of these worlds, where each has a motion. The first world is the nominal one.
+pub(super) fn values_and_whole(
+    candidate: &Candidate<'_>,
+    saved: &SavedTask,
+    scenarios: &[Scenario],
+    how: How<'_>,
+) -> Result<(Each, Option<f64>), DesignError> {
+    let driven = Driven::new(candidate, saved, how.precision)?;
+    let motions = driven.motions(scenarios, how.solver, how.stop)?;
+    let values = each(&driven, scenarios, &motions)?;
+    let Ok(mut motions) = motions.into_iter().collect::<Result<Vec<Motion>, Invalid>>() else {
+        return Ok((values, None));
+    };
+    let nominal = motions.remove(0);
+    let elsewhere: Vec<(Scenario, Motion)> = scenarios[1..].iter().cloned().zip(motions).collect();
+    let recording = Recording { elsewhere: &elsewhere, ..driven.recording(&nominal, None) };
+    Ok((values, Some(score::objective(recording)?)))
+}
+
+fn each(
+    driven: &Driven<'_>,
+    scenarios: &[Scenario],
+    motions: &[Result<Motion, Invalid>],
+) -> Result<Each, DesignError> {
+    let value = |(scenario, motion): (&Scenario, &Result<Motion, Invalid>)| match motion {
+        Ok(motion) => Ok(Ok(score::objective(driven.recording(motion, Some(scenario)))?)),
+        Err(why) => Ok(Err(*why)),
     };
     scenarios.iter().zip(motions).map(value).collect()
 }
 
-/// Simulates all tasks of a design in several worlds.
+/// Simulates all tasks of a design in several worlds, the nominal one first: what it comes to in each, and over all of them, if
+/// it has a value in each.
 ///
 /// # Errors
 ///
@@ -46,25 +77,29 @@ pub fn judge(
     design: &SavedDesign,
     scenarios: Vec<Scenario>,
     how: How<'_>,
-) -> Result<Vec<Judged>, DesignError> {
+) -> Result<(Vec<Judged>, Option<f64>), DesignError> {
     let candidate = candidate(rules, design)?;
     if design.tasks.len() != rules.tasks.len() {
         return Err(DesignError::OtherTasks);
     }
     let mut tasks = Vec::with_capacity(design.tasks.len());
     for saved in &design.tasks {
-        tasks.push((saved.name.as_str(), values(&candidate, saved, &scenarios, how)?));
+        tasks.push((saved.name.as_str(), values_and_whole(&candidate, saved, &scenarios, how)?));
     }
     let judged = scenarios.into_iter().enumerate().map(|(place, scenario)| {
         let values: Result<Vec<(&str, f64)>, Invalid> =
-            tasks.iter().map(|(name, values)| Ok((*name, values[place]?))).collect();
+            tasks.iter().map(|(name, (values, _))| Ok((*name, values[place]?))).collect();
         let value = match values {
             Err(why) => Err(why),
             Ok(values) => Ok(score::outcome(rules, &candidate.derivation, &values)?),
         };
         Ok(Judged { scenario, value })
     });
-    judged.collect()
+    let judged = judged.collect::<Result<Vec<_>, DesignError>>()?;
+    let whole: Option<Vec<(&str, f64)>> =
+        tasks.iter().map(|(name, (_, whole))| Some((*name, (*whole)?))).collect();
+    let whole = whole.map(|values| score::outcome(rules, &candidate.derivation, &values)).transpose()?;
+    Ok((judged, whole))
 }
 
 /// What several worlds come to. A motion without a value counts as worse than any.
@@ -95,12 +130,39 @@ pub fn together(direction: Direction, values: &[Option<f64>]) -> Option<Together
     Some(Together { without, mean, tenth, worst })
 }
 
+/// What a design comes to in the worlds that it was tested in at the end of its run.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Tested {
+    /// In each of them.
+    Each(Together),
+    /// Over all of them, where no world alone shows what the objective asks for; none where one has no value.
+    Whole(Option<f64>),
+}
+
+impl Tested {
+    /// What each world comes to, where that tells.
+    #[must_use]
+    pub fn each(&self) -> Option<&Together> {
+        if let Self::Each(together) = self { Some(together) } else { None }
+    }
+
+    /// What all of them come to, where they do not tell one by one.
+    #[must_use]
+    pub fn whole(&self) -> Option<f64> {
+        if let Self::Whole(value) = self { *value } else { None }
+    }
+}
+
 /// What a design comes to in the worlds that it was tested in at the end of its run: in its first task that was.
 #[must_use]
-pub fn tested(rules: &RuleSet, design: &SavedDesign) -> Option<Together> {
+pub fn tested(rules: &RuleSet, design: &SavedDesign) -> Option<Tested> {
     let saved = design.tasks.iter().find(|saved| !saved.tests.is_empty())?;
+    let objective = &rules.tasks.get(&saved.name)?.objective;
+    if !objective.is_told_by_each_world() {
+        return Some(Tested::Whole(saved.tested));
+    }
     let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value).collect();
-    together(rules.tasks.get(&saved.name)?.objective.direction, &values)
+    together(objective.direction, &values).map(Tested::Each)
 }
 
 #[cfg(test)]

@@ -29,9 +29,22 @@ pub(super) struct Evals {
 
 /// How far a table was written, and what was in it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub(super) struct Mark {
+pub struct Mark {
     bytes: u64,
     sha256: String,
+}
+
+impl Mark {
+    /// The beginning of a table that was counted; none if it is another now.
+    fn counted<'t>(&self, table: &'t [u8]) -> Option<&'t [u8]> {
+        let counted = usize::try_from(self.bytes).ok().and_then(|length| table.get(..length))?;
+        (hex(&Sha256::digest(counted)) == self.sha256).then_some(counted)
+    }
+
+    /// Whether a table is all that was counted, and nothing else.
+    pub(super) fn is_of(&self, table: &[u8]) -> bool {
+        self.counted(table).is_some_and(|counted| counted.len() == table.len())
+    }
 }
 
 impl Evals {
@@ -48,8 +61,7 @@ impl Evals {
     /// The table as it was when it was marked: rows that were added later are cut off.
     pub(super) fn reopen(path: &Path, mark: &Mark, observed: &[String]) -> Result<Self, FileError> {
         let bytes = reading::own(path).map_err(FileError::read(path))?;
-        let counted = usize::try_from(mark.bytes).ok().and_then(|length| bytes.get(..length));
-        let Some(counted) = counted.filter(|counted| hex(&Sha256::digest(counted)) == mark.sha256) else {
+        let Some(counted) = mark.counted(&bytes) else {
             return Err(FileError::unfit(path, Unfit::OtherRows));
         };
         let sum = Sha256::new_with_prefix(counted);

@@ -174,6 +174,35 @@ pub enum Unfit {
         /// The version that wrote it.
         theirs: String,
     },
+    /// Another form than this program writes, though it says that it is of this program.
+    #[error(
+        "is not in format {wanted}, which this version of sgc writes: another build wrote it, or it was changed; use that build, or begin anew"
+    )]
+    OtherFormat {
+        /// The format of this program.
+        wanted: u32,
+    },
+    /// Not the best design of this run.
+    #[error("is not this run's, which would be written over it: move it away, and the run goes on ({why})")]
+    NotOwn {
+        /// What is wrong with it.
+        why: String,
+    },
+    /// A result that is not of what was asked.
+    #[error(
+        "is of grammar {grammar} and seed {seed}, and run.toml beside it of others: one of them was changed; restore it, or leave this run out of the report"
+    )]
+    OtherAsked {
+        /// The grammar of the result.
+        grammar: String,
+        /// Its seed.
+        seed: u64,
+    },
+    /// The table of moves was changed after the run had ended.
+    #[error(
+        "was changed after the run ended: it is not the table that result.json counts; restore it, or leave this run out of the report"
+    )]
+    OtherTable,
     /// What the run was asked was changed.
     #[error("was changed after the run began: a run goes on only as it was asked")]
     OtherOrder,

@@ -11,15 +11,14 @@ use sha2::{Digest, Sha256};
 use super::archive;
 use super::checkpoint::Checkpoint;
 use super::evals::Evals;
+use super::genuine;
 use super::leftovers;
 use super::place::check_place;
 use super::run_files::{
     Asked, BEST, CHECKPOINT, EVALS, Finished, RESULT, RUN, SOURCES, asked, finished, frozen, is_run,
 };
 use super::saved::{Grammar, SavedDesign, hex};
-use super::whole::{
-    aside, entries, is_same, is_unfinished, lock, lock_again, make_folder, read, write_whole,
-};
+use super::whole::{aside, is_same, lock, lock_again, make_folder, read, write_whole};
 use super::{DesignError, FileError, Unfit};
 use crate::search::{Best, Outcome, Row, State};
 
@@ -141,13 +140,16 @@ impl RunFolder {
         let (rules, sources) = grammar.compile_with_sources().map_err(FileError::inside(path))?;
         let state =
             checkpoint.state.restore(&rules).map_err(DesignError::Step).map_err(FileError::inside(path))?;
-        let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, &rules.observed)?;
-        for name in entries(path).unwrap_or_default() {
-            if is_unfinished(&name) {
-                // What a killed process had begun to write.
-                let _ = fs::remove_file(path.join(name));
-            }
+        let best = path.join(BEST);
+        if best.exists() {
+            // The run would write its own over it.
+            let of_run = |design: &SavedDesign| genuine::check_run(design, &asked, None);
+            let own =
+                SavedDesign::read(&best).and_then(|design| of_run(&design).map_err(FileError::inside(&best)));
+            own.map_err(|why| FileError::unfit(&best, Unfit::NotOwn { why: why.to_string() }))?;
         }
+        let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, &rules.observed)?;
+        leftovers::clear_within(path);
         // A process that was killed before its first best leaves the run that it was to replace: it goes
         // on waiting until there is a best.
         let replaced = if path.join(BEST).exists() { None } else { leftovers::older(path) };
@@ -257,7 +259,9 @@ impl RunFolder {
     /// A sentence with the system's reason.
     pub fn finish(&self, asked: &Asked, rules: &RuleSet, outcome: &Outcome) -> Result<(), FileError> {
         let observed = outcome.best.as_ref().map(|best| best.observed());
+        self.check_here()?;
         let finished = Finished {
+            evals: Some(self.evals.mark()?),
             grammar: asked.grammar.clone(),
             seed: asked.seed,
             value: outcome.best.as_ref().map(|b| b.value),
@@ -276,10 +280,7 @@ impl RunFolder {
         };
         let path = self.path.join(RESULT);
         let text = serde_json::to_string_pretty(&finished).map_err(FileError::write(&path))? + "\n";
-        self.write_here(|| {
-            self.evals.mark()?;
-            write_whole(&path, &text)
-        })?;
+        self.write_here(|| write_whole(&path, &text))?;
         clear(&self.path);
         Ok(())
     }

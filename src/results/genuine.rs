@@ -4,10 +4,12 @@ use std::path::Path;
 
 use grammar_lang::ir::RuleSet;
 
+use super::evals::Mark;
 use super::replay::{Replayed, candidate, drive_of};
-use super::run_files::{Asked, Finished, RESULT};
+use super::run_files::{Asked, EVALS, Finished, RESULT};
 use super::saved::SavedDesign;
 use super::{DesignError, FileError, Unfit};
+use crate::reading;
 
 /// Checks that the derivation of a design leads, by its own grammar, to the body that was saved.
 ///
@@ -93,6 +95,24 @@ pub(super) fn check_run(
         return Err(DesignError::OtherResult { file: RESULT });
     }
     Ok(())
+}
+
+/// Checks that the result of a complete run fits to what it was asked, and to its table of moves.
+///
+/// # Errors
+///
+/// A sentence: one of these files was changed.
+pub(super) fn check_finished(folder: &Path, asked: &Asked, finished: &Finished) -> Result<(), FileError> {
+    if (finished.seed, &finished.grammar) != (asked.seed, &asked.grammar) {
+        let Finished { grammar, seed, .. } = finished.clone();
+        return Err(FileError::unfit(&folder.join(RESULT), Unfit::OtherAsked { grammar, seed }));
+    }
+    let table = folder.join(EVALS);
+    let is_own = |mark: &Mark| Ok(mark.is_of(&reading::own(&table).map_err(FileError::read(&table))?));
+    match finished.evals.as_ref().map(is_own).transpose()? {
+        Some(false) => Err(FileError::unfit(&table, Unfit::OtherTable)),
+        Some(true) | None => Ok(()),
+    }
 }
 
 /// Checks that runs of one folder are of one grammar: what they come to is told together.

@@ -5,8 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
+use super::archive;
 use super::place::{check_place, check_series};
-use super::whole::{entries, replaced, unfinished};
+use super::whole::{entries, is_unfinished, replaced, unfinished};
 
 /// A folder without a lock yet may be one that another process fills right now, unless it is older.
 const FILLED_WITHIN: Duration = Duration::from_secs(600);
@@ -34,6 +35,16 @@ pub(super) fn clear_unfinished(path: &Path) {
         let age = changed(&folder).and_then(|then| then.elapsed().ok());
         if is_locked_when_filled || age.is_some_and(|age| age > FILLED_WITHIN) {
             remove(&folder);
+        }
+    }
+}
+
+/// Removes the files of a run that a killed process had begun to write.
+pub(super) fn clear_within(run: &Path) {
+    for folder in [run.to_owned(), run.join(archive::FOLDER)] {
+        for name in entries(&folder).unwrap_or_default().iter().filter(|name| is_unfinished(name)) {
+            // What cannot be removed does no harm.
+            let _ = fs::remove_file(folder.join(name));
         }
     }
 }
@@ -69,5 +80,21 @@ fn remove(folder: &Path) {
     if is_ours {
         // What cannot be removed stays, and does no harm.
         let _ = fs::remove_dir_all(folder);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_was_begun_within_a_run_goes_and_all_else_stays() {
+        let folder = tempfile::tempdir().unwrap();
+        let run = folder.path();
+        fs::create_dir(run.join(archive::FOLDER)).unwrap();
+        let files = ["best.design.json", ".tmpAb12Cd", "archive/0-1.design.json", "archive/.tmpEf34Gh"];
+        files.iter().for_each(|name| fs::write(run.join(name), "").unwrap());
+        clear_within(run);
+        assert_eq!(files.map(|name| run.join(name).exists()), [true, false, true, false]);
     }
 }

@@ -1,10 +1,10 @@
 //! What a best design is checked with before anybody believes its value: other steps, another solver, another world.
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Task};
 
 use super::DesignError;
 use super::describe;
-use super::elsewhere::values;
+use super::elsewhere::{values, values_and_whole};
 use super::replay::{Driven, How, Precision, candidate};
 use super::saved::{Check, InWorld, Measured, SavedDesign, SavedTask};
 use crate::derive::Candidate;
@@ -60,7 +60,7 @@ pub fn final_check(
             elsewhere(&candidate, saved, model)?;
             given_up(stop)?;
         }
-        saved.tests = tests(&candidate, saved, model)?;
+        (saved.tests, saved.tested) = tests(&candidate, saved, model)?;
         given_up(stop)?;
     }
     Ok(design)
@@ -97,16 +97,31 @@ fn elsewhere(candidate: &Candidate<'_>, saved: &mut SavedTask, how: How<'_>) -> 
     Ok(())
 }
 
-/// What a task comes to in worlds of its scenarios that the search never saw; empty where it names none.
-fn tests(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Result<Vec<InWorld>, DesignError> {
-    let worlds = tested(candidate.rules, saved);
-    let values = values(candidate, saved, &worlds, how)?;
+/// What a task comes to in worlds of its scenarios that the search never saw, and what over all of them, where they do not tell
+/// that one by one; empty where it names none.
+fn tests(
+    candidate: &Candidate<'_>,
+    saved: &SavedTask,
+    how: How<'_>,
+) -> Result<(Vec<InWorld>, Option<f64>), DesignError> {
+    let mut worlds = tested(candidate.rules, saved);
+    let tells = |task: &Task| task.objective.is_told_by_each_world();
+    let (values, whole) = match candidate.rules.tasks.get(&saved.name).is_none_or(tells) || worlds.is_empty()
+    {
+        true => (values(candidate, saved, &worlds, how)?, None),
+        false => {
+            worlds.insert(0, Scenario::nominal());
+            let (mut values, whole) = values_and_whole(candidate, saved, &worlds, how)?;
+            drop((worlds.remove(0), values.remove(0)));
+            (values, whole)
+        }
+    };
     let one = |(world, value): (Scenario, Result<f64, _>)| InWorld {
         differs: world.described(),
         name: world.name,
         value: value.ok(),
     };
-    Ok(worlds.into_iter().zip(values).map(one).collect())
+    Ok((worlds.into_iter().zip(values).map(one).collect(), whole))
 }
 
 /// The worlds that a task is tested in at the end of a run.

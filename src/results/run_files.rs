@@ -8,6 +8,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::evals::Mark;
 use super::saved::{Grammar, hex};
 use super::whole::read;
 use super::{FileError, Unfit};
@@ -84,6 +85,9 @@ pub struct Finished {
     pub unstable: u64,
     /// Why it ended.
     pub end: String,
+    /// The table of its moves. Earlier versions did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evals: Option<Mark>,
 }
 
 /// The texts of a grammar as [`Asked`] lists them.

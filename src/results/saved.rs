@@ -118,6 +118,9 @@ pub struct SavedTask {
     /// What it comes to in worlds that the search never saw, where the task names scenarios.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tests: Vec<InWorld>,
+    /// Its value over those worlds and the nominal one, where the worlds one by one do not tell it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tested: Option<f64>,
     /// The varied quantities of the drive in SI units, with what they are.
     pub drive: Vec<(String, f64)>,
 }

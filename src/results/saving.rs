@@ -50,6 +50,7 @@ pub fn save(
             terms: Vec::new(),
             checks: Vec::new(),
             tests: Vec::new(),
+            tested: None,
             drive: drive
                 .labels(|id| names.get(id).unwrap_or_default().to_owned())
                 .into_iter()

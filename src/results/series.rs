@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::FileError;
 use super::describe;
-use super::elsewhere;
+use super::elsewhere::{self, Tested};
 use super::evals::quoted;
 use super::genuine;
 use super::leftovers;
@@ -18,7 +18,7 @@ use super::run_files::{self, finished};
 use super::saved::SavedDesign;
 use super::whole::{aside, lock, lock_again, make_folder, read, write_whole};
 
-const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks,nine_of_ten\n";
+const COLUMNS: &str = "seed,value,unit,evaluations,end,checks_kept,checks,nine_of_ten,over_worlds\n";
 
 /// What several runs were asked; the content of `runs.toml`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -55,6 +55,8 @@ pub struct Line {
     checks: Option<(usize, usize)>,
     /// What nine of ten worlds are at least as good as that the search never saw, where it was tested in some.
     tenth: Option<f64>,
+    /// What it comes to over all those worlds, where they do not tell it one by one.
+    whole: Option<f64>,
 }
 
 /// What several runs in a folder were asked.
@@ -178,9 +180,10 @@ impl SeriesFolder {
                     (all().filter(|(task, check)| confirmed(rules, task, check)).count(), all().count())
                 });
             let tested = design.as_ref().zip(rules.as_ref());
-            let tenth = tested.and_then(|(design, rules)| elsewhere::tested(rules, design)?.tenth);
+            let tested = tested.and_then(|(design, rules)| elsewhere::tested(rules, design));
             lines.push(Line {
-                tenth,
+                tenth: tested.as_ref().and_then(|tested| tested.each()?.tenth),
+                whole: tested.as_ref().and_then(Tested::whole),
                 seed,
                 value: design.as_ref().map(|d| d.value),
                 unit: design.map(|d| d.unit).unwrap_or_default(),
@@ -199,7 +202,7 @@ impl Line {
     fn row(&self) -> String {
         let or_empty = |text: Option<String>| text.unwrap_or_default();
         format!(
-            "{},{},{},{},{},{},{},{}\n",
+            "{},{},{},{},{},{},{},{},{}\n",
             self.seed,
             or_empty(self.value.map(|v| v.to_string())),
             quoted(&self.unit),
@@ -208,6 +211,7 @@ impl Line {
             or_empty(self.checks.map(|(kept, _)| kept.to_string())),
             or_empty(self.checks.map(|(_, all)| all.to_string())),
             or_empty(self.tenth.map(|tenth| tenth.to_string())),
+            or_empty(self.whole.map(|whole| whole.to_string())),
         )
     }
 }
@@ -220,14 +224,18 @@ pub fn table(lines: &[Line]) -> String {
         [
             line.seed.to_string(),
             or_dash(line.value.map(|value| describe::quantity(value, &line.unit))),
-            or_dash(line.tenth.map(|tenth| describe::quantity(tenth, &line.unit))),
+            or_dash(line.tenth.or(line.whole).map(|value| describe::quantity(value, &line.unit))),
             or_dash(line.evaluations.map(|n| n.to_string())),
             or_dash(line.checks.map(|(kept, all)| format!("{kept} of {all}"))),
             line.end.clone(),
         ]
     };
-    let head =
-        ["seed", "value", "nine of ten worlds", "evaluations", "checks kept", "end"].map(str::to_owned);
+    // All are runs of one grammar.
+    let elsewhere = match lines.iter().any(|line| line.whole.is_some()) {
+        true => "over other worlds",
+        false => "nine of ten worlds",
+    };
+    let head = ["seed", "value", elsewhere, "evaluations", "checks kept", "end"].map(str::to_owned);
     let rows: Vec<_> = std::iter::once(head).chain(lines.iter().map(cells)).collect();
     let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths = [0, 1, 2, 3, 4].map(width);

@@ -50,6 +50,13 @@ pub fn together(
     Some(said.join(", "))
 }
 
+/// What an objective is over several worlds, in words, before it is said what it is in each: where these do not tell it.
+#[must_use]
+pub fn whole(value: Option<f64>, unit: &str) -> String {
+    let value = value.map_or("no value".to_owned(), |value| describe::quantity(value, unit));
+    format!("{value} over all of them and the nominal one; in each alone: ")
+}
+
 /// What a task comes to in worlds that the search never saw, in words: a line, where it names scenarios.
 #[must_use]
 pub fn tests(rules: &RuleSet, saved: &SavedTask) -> Option<String> {
@@ -57,7 +64,11 @@ pub fn tests(rules: &RuleSet, saved: &SavedTask) -> Option<String> {
     let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value).collect();
     let world = |place: usize| saved.tests[place].differs.clone();
     let said = together(task.objective.direction, &values, &saved.unit, world)?;
-    Some(format!("in {} other worlds of `{}`: {said}", values.len(), task.scenarios.as_ref()?.name))
+    let whole = match task.objective.is_told_by_each_world() {
+        true => String::new(),
+        false => whole(saved.tested, &saved.unit),
+    };
+    Some(format!("in {} other worlds of `{}`: {whole}{said}", values.len(), task.scenarios.as_ref()?.name))
 }
 
 /// The value, tasks, terms and checks of a design in words.

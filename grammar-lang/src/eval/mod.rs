@@ -1,5 +1,6 @@
 //! Evaluates typed expressions. What a stage knows comes from a [`Scope`].
 
+mod allowance;
 mod call;
 mod curve;
 mod over;
@@ -8,6 +9,7 @@ mod valves;
 
 use std::sync::Arc;
 
+pub(crate) use allowance::Allowance;
 pub use curve::Curve;
 pub use over::evaluate_over;
 pub use value::{Domain, KindValue, PartId, Reference, Value};
@@ -546,7 +548,7 @@ impl Evaluation<'_> {
     }
 
     fn aggregate(&mut self, expr: &Expr) -> Result_ {
-        let ExprKind::Aggregate { how, share, binders, otherwise, .. } = &expr.kind else {
+        let ExprKind::Aggregate { how, share, binders, condition, otherwise, .. } = &expr.kind else {
             return Err(missing(expr));
         };
         if *how == Gather::Clusters {
@@ -563,7 +565,10 @@ impl Evaluation<'_> {
             any: false,
             sizes: vec![0; binders.len()],
         };
-        let ran = self.gather(expr, binders, &mut gathered);
+        let mut ran = self.gather(expr, binders, condition.as_deref(), &mut gathered);
+        if ran.is_ok() && gathered.count == 0 && self.is_of_one_world(expr) {
+            ran = self.gather(expr, binders, None, &mut gathered);
+        }
         self.locals.truncate(depth);
         if ran.is_err() && self.left == 0 {
             self.sizes.splice(..0, gathered.sizes);
@@ -598,6 +603,18 @@ impl Evaluation<'_> {
         })
     }
 
+    /// Whether an aggregate asks for a value over worlds where there is but one: a motion that is judged alone stands for all of
+    /// them, also for those that a condition picks.
+    fn is_of_one_world(&self, expr: &Expr) -> bool {
+        let ExprKind::Aggregate { how, binders, otherwise: None, .. } = &expr.kind else { return false };
+        let [binder] = binders.as_slice() else { return false };
+        let has_value_of_nothing =
+            matches!(how, Gather::Count | Gather::Sum | Gather::Forall | Gather::Exists | Gather::Clusters);
+        matches!(binder.over.kind, ExprKind::Scenarios(_))
+            && !has_value_of_nothing
+            && self.scope.worlds() == Some(1)
+    }
+
     fn clusters(&mut self, expr: &Expr) -> Result_ {
         let ExprKind::Aggregate { binders, condition, body, .. } = &expr.kind else {
             return Err(missing(expr));
@@ -627,9 +644,10 @@ impl Evaluation<'_> {
         &mut self,
         expr: &Expr,
         binders: &[crate::ir::Binder],
+        condition: Option<&Expr>,
         into: &mut Gathered,
     ) -> Result<(), EvalError> {
-        let ExprKind::Aggregate { how, condition, body, .. } = &expr.kind else { return Err(missing(expr)) };
+        let ExprKind::Aggregate { how, body, .. } = &expr.kind else { return Err(missing(expr)) };
         let Some((binder, rest)) = binders.split_first() else {
             self.spend(expr, OPERATIONS)?;
             if let Some(condition) = condition
@@ -673,12 +691,12 @@ impl Evaluation<'_> {
             let world = if let Value::Reference(Reference::World(place)) = item { Some(place) } else { None };
             self.put(binder.slot, item);
             match world {
-                None => self.gather(expr, rest, into)?,
+                None => self.gather(expr, rest, condition, into)?,
                 // All that follows is asked of the motion in that world.
                 Some(place) => {
                     let here = self.scope;
                     self.scope = here.world(place).ok_or_else(|| missing(&binder.over))?;
-                    let ran = self.gather(expr, rest, into);
+                    let ran = self.gather(expr, rest, condition, into);
                     self.scope = here;
                     ran?;
                 }

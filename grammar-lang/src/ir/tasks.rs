@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer};
-use super::{Binder, Expr, ExprKind, Gather, RuleSet};
+use super::{Expr, ExprKind, Gather, RuleSet};
 use crate::source::Span;
 use crate::syntax::Direction;
 use crate::units::{self, Dimension};
@@ -116,7 +116,7 @@ impl Task {
     /// Whether its value depends on other worlds than the nominal one: the objective runs over its scenarios.
     #[must_use]
     pub fn runs_over_worlds(&self) -> bool {
-        self.objective.value.any(&mut |e| matches!(e.kind, ExprKind::Scenarios(_)))
+        self.objective.runs_over_worlds()
     }
 
     /// Whether its value is the worst of a quantity over its worlds: no better than in the nominal one.
@@ -129,17 +129,37 @@ impl Task {
 impl Objective {
     /// Whether it is the worst of a quantity over worlds: it is no better than that quantity in any of them.
     fn is_worst_case(&self) -> bool {
-        let mut value = &self.value;
-        while let ExprKind::Convert(inner, _) = &value.kind {
-            value = inner;
-        }
-        let ExprKind::Aggregate { how, binders, condition: None, .. } = &value.kind else { return false };
         let worst = match self.direction {
             Direction::Maximize => Gather::Min,
             Direction::Minimize => Gather::Max,
         };
-        let worlds = |binder: &Binder| matches!(binder.over.kind, ExprKind::Scenarios(_));
-        *how == worst && matches!(binders.as_slice(), [one] if worlds(one))
+        self.gathered_over_worlds() == Some(worst)
+    }
+
+    /// Whether its value in each of several worlds alone tells what it is over all of them: it runs over none, or it is their
+    /// mean, a quantile, the least or the greatest. What it takes away for a deviation, say, no world alone can show.
+    #[must_use]
+    pub fn is_told_by_each_world(&self) -> bool {
+        match self.gathered_over_worlds() {
+            Some(how) => matches!(how, Gather::Mean | Gather::Quantile | Gather::Min | Gather::Max),
+            None => !self.runs_over_worlds(),
+        }
+    }
+
+    /// How it gathers a quantity over all worlds, if it does nothing else.
+    fn gathered_over_worlds(&self) -> Option<Gather> {
+        let mut value = &self.value;
+        while let ExprKind::Convert(inner, _) = &value.kind {
+            value = inner;
+        }
+        let ExprKind::Aggregate { how, binders, condition: None, .. } = &value.kind else { return None };
+        let [binder] = binders.as_slice() else { return None };
+        matches!(binder.over.kind, ExprKind::Scenarios(_)).then_some(*how)
+    }
+
+    /// Whether it depends on other worlds than the nominal one.
+    fn runs_over_worlds(&self) -> bool {
+        self.value.any(&mut |e| matches!(e.kind, ExprKind::Scenarios(_)))
     }
 }
 

@@ -2,8 +2,8 @@
 //! what certainly happens is told: the schedule is followed step by step.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Scope, Value, evaluate};
-use crate::ir::{Expr, ExprKind, Kernel, RuleSet, Schedule, SearchMethod, SearchWord, Spread, Word};
+use crate::eval::{Scope, Value};
+use crate::ir::{Expr, ExprKind, Kernel, Schedule, SearchMethod, SearchWord, Spread, Word};
 use crate::units;
 
 use super::known::Known;
@@ -13,15 +13,15 @@ const FOLLOWED: usize = 10_000;
 
 /// A place of the search: the iteration and its temperature.
 #[derive(Clone, Copy)]
-struct Moment<'r> {
-    ruleset: &'r RuleSet,
+struct Moment<'k> {
+    known: &'k Known<'k>,
     iteration: f64,
     temperature: f64,
 }
 
 impl Scope for Moment<'_> {
     fn outer(&self) -> Option<&dyn Scope> {
-        Some(self.ruleset)
+        Some(self.known.ruleset)
     }
     fn word(&self, word: Word) -> Option<Value> {
         match word {
@@ -35,13 +35,13 @@ impl Scope for Moment<'_> {
 impl Moment<'_> {
     /// The value of an expression, if it has one that is a number.
     fn number(&self, expr: &Expr) -> Option<f64> {
-        evaluate(expr, self, &mut Vec::new()).ok()?.as_number()
+        self.known.value_in(expr, self).ok()?.as_number()
     }
 }
 
 /// The moments that a search comes to: as far as it certainly goes.
-fn course<'r>(ruleset: &'r RuleSet, schedule: &Schedule, method: SearchMethod<'_>) -> Vec<Moment<'r>> {
-    let moment = |i: usize, temperature| Moment { ruleset, iteration: i as f64, temperature };
+fn course<'k>(known: &'k Known<'k>, schedule: &Schedule, method: SearchMethod<'_>) -> Vec<Moment<'k>> {
+    let moment = |i: usize, temperature| Moment { known, iteration: i as f64, temperature };
     let most = moment(0, 0.0).number(&schedule.iterations).unwrap_or(0.0).clamp(0.0, FOLLOWED as f64);
     let mut all = Vec::new();
     for i in 0..most as usize {
@@ -51,7 +51,7 @@ fn course<'r>(ruleset: &'r RuleSet, schedule: &Schedule, method: SearchMethod<'_
         // What cannot be known here may stop the search.
         let next = moment(i + 1, 0.0);
         all.push(moment(i, temperature));
-        if evaluate(&schedule.stop, &next, &mut Vec::new()) != Ok(Value::Bool(false)) {
+        if known.value_in(&schedule.stop, &next) != Ok(Value::Bool(false)) {
             break;
         }
     }
@@ -62,10 +62,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     let search = &ruleset.search;
     for (schedule, method) in search.loops() {
-        cold(ruleset, schedule, method, findings);
+        cold(known, schedule, method, findings);
     }
     // Where no bodies are searched for, no rule is applied.
-    let bodies = search.bodies.as_ref().map(|bodies| course(ruleset, &bodies.schedule, bodies.method()));
+    let bodies = search.bodies.as_ref().map(|bodies| course(known, &bodies.schedule, bodies.method()));
     let bodies = bodies.unwrap_or_default();
     for rule in &ruleset.rules {
         if let Some((moment, x)) = first(&bodies, &rule.weight, |x| x < 0.0) {
@@ -79,7 +79,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         }
     }
     // Curves are varied within their own loop, or else with the body.
-    let curves = search.curves.as_ref().map(|curves| course(ruleset, &curves.schedule, curves.method()));
+    let curves = search.curves.as_ref().map(|curves| course(known, &curves.schedule, curves.method()));
     let course = curves.as_ref().unwrap_or(&bodies);
     for mutation in ruleset.actuations.values().flat_map(|a| &a.variables).map(|v| &v.mutation) {
         let beyond = |x: f64| !(0.0..=1.0).contains(&x);
@@ -90,9 +90,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
 }
 
-fn cold(ruleset: &RuleSet, schedule: &Schedule, method: SearchMethod<'_>, findings: &mut Vec<Diagnostic>) {
+fn cold(known: &Known<'_>, schedule: &Schedule, method: SearchMethod<'_>, findings: &mut Vec<Diagnostic>) {
     let Some(temperature) = method.temperature() else { return };
-    let all = course(ruleset, schedule, method);
+    let all = course(known, schedule, method);
     if let Some(moment) = all.iter().find(|m| m.temperature < 0.0) {
         findings.push(
             Diagnostic::new(Code::COLD, temperature.span, "the temperature falls below zero")

@@ -1,14 +1,14 @@
 //! A requirement that is false whatever the design.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Value, evaluate};
+use crate::eval::Value;
 
 use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for requirement in &known.ruleset.requirements {
         // A condition that reads the design has no value here.
-        if evaluate(&requirement.condition, known.ruleset, &mut Vec::new()) == Ok(Value::Bool(false)) {
+        if known.value(&requirement.condition) == Ok(Value::Bool(false)) {
             findings.push(
                 Diagnostic::new(
                     Code::CONSTANT_REQUIRE,

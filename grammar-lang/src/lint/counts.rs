@@ -10,7 +10,7 @@ use indexmap::{IndexMap, IndexSet};
 
 use crate::bounds::linear::Row;
 use crate::bounds::{Interval, Kinds};
-use crate::eval::{Value, evaluate};
+use crate::eval::Value;
 use crate::ir::{Expr, ExprKind, Function, Gather, Group, Operator, Ty, without_spans};
 
 use super::known::Known;
@@ -209,11 +209,11 @@ impl<'k, 'r> Counts<'k, 'r> {
 
     fn sum(&mut self, expr: &Expr) -> Sum {
         // Parameters count with the values that they are set to.
-        if let Ok(Value::Number(x)) = evaluate(expr, self.known.ruleset, &mut Vec::new()) {
+        if let Ok(Value::Number(x)) = self.known.value(expr) {
             return Sum::constant(x);
         }
-        let ruleset = self.known.ruleset;
-        let number = |e: &Expr| evaluate(e, ruleset, &mut Vec::new()).ok().and_then(|v| v.as_number());
+        let known = self.known;
+        let number = |e: &Expr| known.value(e).ok().and_then(|v| v.as_number());
         match &expr.kind {
             ExprKind::Call(Function::Count, arguments) => match arguments.as_slice() {
                 [Expr { kind: ExprKind::Group(group), .. }] => self.group(group),

@@ -2,8 +2,8 @@
 
 use crate::bounds::Abstract;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Value, evaluate};
-use crate::ir::{Effect, ExprKind, Rule, RuleSet, Settable};
+use crate::eval::Value;
+use crate::ir::{Effect, ExprKind, Rule, Settable};
 use crate::units;
 
 use super::known::Known;
@@ -12,7 +12,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     for (rule, locals) in known.rules() {
         for choice in &rule.choices {
-            let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else {
+            let Ok(Value::Domain(domain)) = known.value(&choice.domain) else {
                 continue;
             };
             let whole = matches!(&*domain, crate::eval::Domain::Range { whole: true, .. });
@@ -34,8 +34,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     what.any(&mut |e| {
                         if let ExprKind::Kind(kind, params) = &e.kind {
                             let all = params.iter();
-                            findings
-                                .extend(all.filter_map(|(n, v)| out_of_domain(ruleset, rule, kind, n, v)));
+                            findings.extend(all.filter_map(|(n, v)| out_of_domain(known, rule, kind, n, v)));
                         }
                         false
                     });
@@ -50,7 +49,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     };
                     // A value that is beyond one actuator's domain may be meant for the others.
                     let beyond = kinds.into_iter().filter(has);
-                    let beyond = beyond.map(|kind| out_of_domain(ruleset, rule, kind, name, value));
+                    let beyond = beyond.map(|kind| out_of_domain(known, rule, kind, name, value));
                     let beyond: Option<Vec<Diagnostic>> = beyond.collect();
                     findings.extend(beyond.into_iter().flatten().next());
                 }
@@ -58,7 +57,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Effect::Cells(cells) => {
                     if let Some(ExprKind::Kind(kind, params)) = cells.with.as_ref().map(|with| &with.kind) {
                         let all = params.iter();
-                        findings.extend(all.filter_map(|(n, v)| out_of_domain(ruleset, rule, kind, n, v)));
+                        findings.extend(all.filter_map(|(n, v)| out_of_domain(known, rule, kind, n, v)));
                     }
                 }
                 Effect::Remove(_) | Effect::Revert(_) => {}
@@ -69,7 +68,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 
 /// `segments = n` where `n` is chosen from more than `segments` may be.
 fn out_of_domain(
-    ruleset: &RuleSet,
+    known: &Known<'_>,
     rule: &Rule,
     kind: &str,
     name: &str,
@@ -77,8 +76,8 @@ fn out_of_domain(
 ) -> Option<Diagnostic> {
     let ExprKind::Local(slot) = value.kind else { return None };
     let choice = rule.locals.get(slot).and_then(|n| rule.choices.iter().find(|c| c.name == *n))?;
-    let (low, high) = ruleset.params_of(kind)?.get(name)?.domain?;
-    let Ok(Value::Domain(domain)) = evaluate(&choice.domain, ruleset, &mut Vec::new()) else { return None };
+    let (low, high) = known.ruleset.params_of(kind)?.get(name)?.domain?;
+    let Ok(Value::Domain(domain)) = known.value(&choice.domain) else { return None };
     let beyond = match &*domain {
         crate::eval::Domain::Range { low, high, .. } => vec![*low, *high],
         crate::eval::Domain::Items(items) => items.iter().filter_map(Value::as_number).collect(),

@@ -1,8 +1,8 @@
 //! An example that gives a choice a value outside its domain, as after a variant has narrowed it.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Domain, Value, evaluate};
-use crate::ir::{Application, ExampleClause, Expr, ExprKind, RuleSet, Spread, Ty};
+use crate::eval::{Domain, Value};
+use crate::ir::{Application, ExampleClause, Expr, ExprKind, Spread, Ty};
 use crate::units;
 
 use super::known::Known;
@@ -11,7 +11,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (example, steps) in &known.ruleset.examples {
         for clause in &steps.clauses {
             if let ExampleClause::Step { name, application } = clause
-                && let Some((place, domain, why)) = outside(known.ruleset, application)
+                && let Some((place, domain, why)) = outside(known, application)
             {
                 let message = format!("the example `{example}` fails: `{name}` cannot be done");
                 findings.push(
@@ -29,13 +29,13 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 }
 
 /// The first value that certainly cannot be chosen, the domain that it is not in, and why.
-fn outside<'r>(ruleset: &'r RuleSet, application: &'r Application) -> Option<(&'r Expr, &'r Expr, String)> {
-    let rule = ruleset.rule(&application.rule)?;
+fn outside<'r>(all: &Known<'r>, application: &'r Application) -> Option<(&'r Expr, &'r Expr, String)> {
+    let rule = all.ruleset.rule(&application.rule)?;
     let first = rule.locals.len().checked_sub(rule.choices.len())?;
     // A domain that depends on a parameter holds the value for other settings of it.
     let known = |e: &Expr| {
         let fixed = !e.any(&mut |e| matches!(e.kind, ExprKind::Param(_)));
-        evaluate(e, ruleset, &mut Vec::new()).ok().filter(|_| fixed)
+        all.value(e).ok().filter(|_| fixed)
     };
     let given = rule.choices.iter().zip(application.values.iter().skip(first));
     given.filter(|(choice, _)| choice.spread != Spread::Fixed).find_map(|(choice, value)| {

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::bounds::{Abstract, Begun, Facts, Interval, Reasoning, locals_of, narrowed_locals_of};
+use crate::eval::{Allowance, EvalError, Scope, Value};
 use crate::ir::{Effect, Expr, ExprKind, Group, Rule, RuleSet};
 
 /// A rule set, and what holds of it whatever the design.
@@ -13,6 +14,7 @@ pub(super) struct Known<'r> {
     pub(super) possible: BTreeSet<Group>,
     /// What is known of the locals of each rule.
     locals: Vec<Locals>,
+    allowance: Allowance,
 }
 
 /// What is known of the locals of a rule.
@@ -29,7 +31,7 @@ impl<'r> Known<'r> {
         let locals =
             |rule| Locals { all: locals_of(&facts, rule), narrowed: narrowed_locals_of(&facts, rule) };
         let locals = ruleset.rules.iter().map(locals).collect();
-        Self { ruleset, possible: possible(&facts), locals, facts }
+        Self { ruleset, possible: possible(&facts), locals, facts, allowance: Allowance::of_check() }
     }
 
     /// The rules, with what is known of their locals.
@@ -40,6 +42,21 @@ impl<'r> Known<'r> {
     /// Reasons about several expressions that read the same locals.
     pub(super) fn reasoning(&self, locals: &[Abstract]) -> Reasoning<'_> {
         Reasoning::new(&self.facts, locals.to_vec())
+    }
+
+    /// The value of an expression that needs no design.
+    pub(super) fn value(&self, expr: &Expr) -> Result<Value, EvalError> {
+        self.value_in(expr, self.ruleset)
+    }
+
+    /// The same where more is known.
+    pub(super) fn value_in(&self, expr: &Expr, scope: &dyn Scope) -> Result<Value, EvalError> {
+        self.allowance.evaluate(expr, scope, &mut Vec::new())
+    }
+
+    /// The error of the value that was too much, if one was.
+    pub(super) fn spent(&self) -> Option<EvalError> {
+        self.allowance.spent()
     }
 
     /// The numbers that an expression without locals may have.

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{EvalError, UNKNOWN_HERE, evaluate};
+use crate::eval::{EvalError, UNKNOWN_HERE};
 use crate::source::Span;
 
 use super::known::Known;
@@ -14,11 +14,16 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let mut told: BTreeSet<Span> = BTreeSet::new();
     for expr in places(known).into_iter().flat_map(|place| place.exprs) {
         // What reads the design has no value here either, but for another reason.
-        if let Err(EvalError { span, reason }) = evaluate(expr, known.ruleset, &mut Vec::new())
+        if let Err(EvalError { span, reason }) = known.value(expr)
             && reason != UNKNOWN_HERE
+            && known.spent().is_none()
             && told.insert(span)
         {
             findings.push(Diagnostic::new(Code::BAD_VALUE, span, "this never has a value").label(reason));
         }
+    }
+    if let Some(EvalError { span, reason }) = known.spent() {
+        findings
+            .push(Diagnostic::new(Code::BAD_VALUE, span, "this is not worked out any more").label(reason));
     }
 }

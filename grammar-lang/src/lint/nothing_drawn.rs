@@ -1,7 +1,7 @@
 //! No rule has a weight above zero.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Value, evaluate};
+use crate::eval::Value;
 use crate::ir::Expr;
 
 use super::known::Known;
@@ -10,7 +10,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     // What the parameters are set to counts here: this search would do nothing.
     let none = |weight: &Expr| {
-        let now = evaluate(weight, ruleset, &mut Vec::new());
+        let now = known.value(weight);
         matches!(now, Ok(Value::Number(x)) if x <= 0.0) || known.numbers(weight).high <= 0.0
     };
     if let Some(first) = ruleset.rules.first()

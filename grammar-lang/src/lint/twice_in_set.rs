@@ -4,20 +4,19 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Value, evaluate};
-use crate::ir::{Expr, ExprKind, RuleSet};
+use crate::eval::Value;
+use crate::ir::{Expr, ExprKind};
 
 use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
-    let ruleset = known.ruleset;
-    for choice in ruleset.rules.iter().flat_map(|rule| &rule.choices) {
+    for choice in known.ruleset.rules.iter().flat_map(|rule| &rule.choices) {
         let ExprKind::Set(items) = &choice.domain.kind else { continue };
         // Numbers are looked up: an enumeration may have thousands of values.
         let mut numbers: BTreeMap<u64, &Expr> = BTreeMap::new();
         let mut others: Vec<(Value, &Expr)> = Vec::new();
         for item in items {
-            let first = match fixed(ruleset, item) {
+            let first = match fixed(known, item) {
                 None => continue,
                 // No minus before a zero.
                 Some(Value::Number(x)) => match numbers.entry((x + 0.0).to_bits()) {
@@ -54,7 +53,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 }
 
 /// What an item is, whatever the parameters are set to.
-fn fixed(ruleset: &RuleSet, item: &Expr) -> Option<Value> {
+fn fixed(known: &Known<'_>, item: &Expr) -> Option<Value> {
     let reads = item.any(&mut |e| matches!(e.kind, ExprKind::Param(_)));
-    if reads { None } else { evaluate(item, ruleset, &mut Vec::new()).ok() }
+    if reads { None } else { known.value(item).ok() }
 }

@@ -5,6 +5,7 @@
 //! edit keep the meaning that they have in the text that it stands in.
 
 mod change;
+mod heads;
 mod observe;
 mod scenarios;
 mod values;
@@ -13,11 +14,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::mem::discriminant;
 
 use self::change::Change;
+use self::heads::Heads;
 use super::{Declaration, Loading, declared};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::source::Span;
 use crate::syntax::ast::{Edit, EditKind, Item, ItemKind, Name, Variant};
 use crate::syntax::declarations::BlockKind;
+
+/// How many variants may build on each other.
+const DEEPEST: usize = 100;
 
 /// Finds what is compiled: a grammar of the first text, or a variant of it. Then
 /// applies the edits of the variants, from the one nearest to the grammar outwards.
@@ -40,6 +45,18 @@ pub(super) fn resolve(loading: &mut Loading<'_>, wanted: Option<&str>) {
                         )
                         .label("this base leads back to it")
                         .help("let one of the variants start from a grammar"),
+                    );
+                    return;
+                }
+                if chain.len() == DEEPEST {
+                    loading.errors.push(
+                        Diagnostic::new(
+                            Code::TOO_DEEP,
+                            variant.base.span,
+                            format!("more than {DEEPEST} variants build on each other"),
+                        )
+                        .label("one more")
+                        .help("write what several of them say into one"),
                     );
                     return;
                 }
@@ -237,6 +254,7 @@ fn inherit(loading: &mut Loading<'_>, module: usize, base: usize) {
 /// Applies the edits of one variant: each to its base as it was, at most one for each target.
 fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
     let mut seen: BTreeMap<String, (Span, &EditKind)> = BTreeMap::new();
+    let mut heads = Heads::default();
     let taking_part: BTreeSet<Declaration> = loading.program.taking_part.iter().copied().collect();
     let mut dropped: BTreeSet<Declaration> = BTreeSet::new();
     for edit in &variant.edits {
@@ -254,6 +272,10 @@ fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
                     .also(first, "first changed here")
                     .help(help),
             );
+            continue;
+        }
+        if let Some(error) = heads.clash(edit, span) {
+            loading.errors.push(error);
             continue;
         }
         note(loading, module, variant, edit, span);
@@ -340,8 +362,19 @@ fn word_of(kind: &ItemKind) -> &'static str {
 /// Finds the declaration that the first word of a path names.
 fn find(loading: &mut Loading<'_>, module: usize, name: &Name) -> Option<Declaration> {
     let loaded = loading.program.modules.get(module)?;
-    if let Some(found) = loaded.scope.get(&name.text) {
-        return Some(*found);
+    if let Some(found) = loaded.scope.get(&name.text).copied() {
+        let Some(place) = loading.program.dropped.get(&found).copied() else { return Some(found) };
+        loading.errors.push(
+            Diagnostic::new(
+                Code::NOTHING_TO_CHANGE,
+                name.span,
+                format!("the base has no `{}` any more", name.text),
+            )
+            .label("nothing to change")
+            .also(place, "dropped here")
+            .help("`add` it again as it should be, or do not drop it there"),
+        );
+        return None;
     }
     if !loading.program.is_lost(module, &name.text) {
         let help = did_you_mean(&name.text, loaded.scope.keys().map(String::as_str));
@@ -487,7 +520,8 @@ fn add(loading: &mut Loading<'_>, module: usize, item: &Item) {
     let declaration = Declaration { module, item: loaded.tree.items.len() };
     loaded.tree.items.push(item.clone());
     if let Some(name) = declared(item).cloned() {
-        if let Some(first) = loaded.scope.get(&name.text).copied() {
+        let first = loaded.scope.get(&name.text).copied();
+        if let Some(first) = first.filter(|first| !loading.program.dropped.contains_key(first)) {
             let place = loading.program.item(first).and_then(declared).map(|n| n.span);
             let mut error = Diagnostic::new(
                 Code::DUPLICATE,

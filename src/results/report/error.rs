@@ -112,6 +112,18 @@ pub enum BadMoves {
         /// The column's name.
         column: &'static str,
     },
+    /// Moves and evaluations are counted upwards.
+    #[error(
+        "line {line} tells of move {number} after move {before}, out of their order or with fewer evaluations"
+    )]
+    Order {
+        /// Which, from 1.
+        line: u64,
+        /// Its move.
+        number: u64,
+        /// That of the line before.
+        before: u64,
+    },
     /// It is no table at all.
     #[error(transparent)]
     Csv(csv::Error),

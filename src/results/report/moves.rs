@@ -74,7 +74,15 @@ fn parse(text: &str, may_be_cut: bool) -> Result<Vec<Move>, BadMoves> {
     let mut moves = Vec::new();
     for record in reader.records() {
         let record = record.map_err(unread)?;
-        moves.push(columns.read(&record)?);
+        let made = columns.read(&record)?;
+        if let Some(before) = moves
+            .last()
+            .filter(|before: &&Move| made.number <= before.number || made.evaluations < before.evaluations)
+        {
+            let line = record.position().map_or(0, csv::Position::line);
+            return Err(BadMoves::Order { line, number: made.number, before: before.number });
+        }
+        moves.push(made);
     }
     start(&mut moves);
     Ok(moves)
@@ -296,6 +304,8 @@ pub(crate) mod tests {
             (good.replace(",1,true", ",NaN,true"), "line 2 has `NaN` in the column `value`"),
             (good.replace("true", "yes"), "line 2 has `yes` in the column `accepted`"),
             (good.replace("1,0,0,\n", "1,0,0,many\n"), "`many` in the column `why_invalid`"),
+            (format!("{good}0,0,add,,2,0,2,true,2,9,2,0,0,\n"), "line 3 tells of move 0 after move 0"),
+            (format!("{good}1,0,add,,2,0,2,true,2,9,0,0,0,\n"), "line 3 tells of move 1 after move 0"),
         ] {
             let told = parse(&text, false).unwrap_err().to_string();
             assert!(told.contains(says), "{told} / {says}");

@@ -10,7 +10,7 @@ use grammar_lang::source::SourceMap;
 use super::error::{Lost, ReportError};
 use super::moves::{Move, lineage, moves};
 use crate::results::DesignError;
-use crate::results::elsewhere::{Together, tested};
+use crate::results::elsewhere::{Tested, tested};
 use crate::results::genuine;
 use crate::results::place::{RUNS, is_series};
 use crate::results::robustness::confirmed;
@@ -121,7 +121,7 @@ impl Run {
 
 impl Run {
     /// What its best is in worlds that the search never saw, once that was tested.
-    pub(crate) fn tested(&self) -> Option<Together> {
+    pub(crate) fn tested(&self) -> Option<Tested> {
         let Some(Ok(Found { design, rules: Ok(rules) })) = &self.design else { return None };
         tested(&rules.0, design)
     }
@@ -256,6 +256,9 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
     let finished = run_files::finished(path)?;
     let rules = compiled.get(&run_files::frozen(path, &asked)?);
     let moves = moves(&path.join(EVALS), finished.is_none())?;
+    if let Some(finished) = &finished {
+        genuine::check_finished(path, &asked, finished)?;
+    }
     let standing = match (finished, asker) {
         (Some(finished), _) => Standing::Complete(Box::new(finished)),
         (None, Asker::Going) if moves.is_empty() => Standing::Waiting,

@@ -97,6 +97,18 @@ impl Lowering<'_> {
                     );
                     return None;
                 }
+                if is_rounded(number.as_str(), value) {
+                    self.errors.push(
+                        Diagnostic::new(
+                            Code::BAD_NUMBER,
+                            self.span(&number),
+                            "this whole number has more digits than are kept",
+                        )
+                        .label(format!("would be {value}"))
+                        .help("whole numbers up to 9007199254740992 are exact; write a larger one as `1e20`"),
+                    );
+                    return None;
+                }
                 let unit = inner.next().map(|u| self.name(&u));
                 at(ExprKind::Quantity(value, unit))
             }
@@ -306,4 +318,11 @@ fn operator_of(text: &str) -> Option<Operator> {
         text if text.starts_with("is") => Operator::IsNot,
         _ => return None,
     })
+}
+
+/// Whether a whole number was written of which the last digits are lost.
+fn is_rounded(text: &str, value: f64) -> bool {
+    const EXACT: f64 = 9_007_199_254_740_992.0;
+    let is_whole = text.bytes().all(|digit| digit.is_ascii_digit());
+    is_whole && value >= EXACT && format!("{value}") != text.trim_start_matches('0')
 }

@@ -248,7 +248,7 @@ impl Expressions<'_> {
         if new.any(&mut |e| e.ty == Ty::Unknown) || old.any(&mut |e| e.ty == Ty::Unknown) {
             return new;
         }
-        let value = |e: &Expr| crate::eval::evaluate(e, &self.constants, &mut Vec::new()).ok();
+        let value = |e: &Expr| self.working.value(e, &mut Vec::new()).ok();
         let wider = match (value(&new), value(&old)) {
             (Some(Value::Domain(new)), Some(Value::Domain(old))) => !old.holds_all(&new),
             _ => false,

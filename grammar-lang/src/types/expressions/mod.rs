@@ -26,7 +26,7 @@ use indexmap::{IndexMap, IndexSet};
 use super::environment::Environment;
 use super::found::Found;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::eval::{self, Scope, Value};
+use crate::eval::{Allowance, EvalError, Scope, Value};
 use crate::ir::{self, Expr, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
@@ -59,6 +59,20 @@ fn nodes(expr: &Expr) -> usize {
 #[derive(Default)]
 struct Constants {
     params: IndexMap<String, Value>,
+}
+
+/// What is worked out before anything runs, with its bound.
+struct Working {
+    constants: Constants,
+    allowance: Allowance,
+    /// Whether it was told that nothing more is worked out.
+    is_told: bool,
+}
+
+impl Working {
+    fn value(&self, expr: &Expr, locals: &mut Vec<Value>) -> Result<Value, EvalError> {
+        self.allowance.evaluate(expr, &self.constants, locals)
+    }
 }
 
 impl Scope for Constants {
@@ -106,7 +120,7 @@ pub(super) struct Expressions<'a> {
     open_functions: Vec<Declaration>,
     /// How many calls have been written out within the outermost one.
     calls: usize,
-    constants: Constants,
+    working: Working,
     /// How many more names misspelt ones may be compared with.
     guesses: Cell<usize>,
 }
@@ -131,7 +145,11 @@ impl<'a> Expressions<'a> {
             open_constants: 0,
             open_functions: Vec::new(),
             calls: 0,
-            constants: Constants::default(),
+            working: Working {
+                constants: Constants::default(),
+                allowance: Allowance::of_check(),
+                is_told: false,
+            },
             guesses: Cell::new(GUESSES),
         }
     }
@@ -175,9 +193,12 @@ impl<'a> Expressions<'a> {
         if expr.any(&mut |e| e.ty == Ty::Unknown) {
             return None;
         }
-        match eval::evaluate(expr, &self.constants, locals) {
+        match self.working.value(expr, locals) {
             Ok(value) => Some(value),
+            // Once is enough.
+            Err(_) if self.working.is_told => None,
             Err(error) => {
+                self.working.is_told = self.working.allowance.spent().is_some();
                 self.report(
                     Diagnostic::new(Code::BAD_VALUE, error.span, "this has no usable value")
                         .label(error.reason)
@@ -197,7 +218,7 @@ impl<'a> Expressions<'a> {
         if expr.any(&mut |e| e.ty == Ty::Unknown) {
             return None;
         }
-        eval::evaluate(expr, &self.constants, &mut Vec::new()).ok()?.as_number()
+        self.working.value(expr, &mut Vec::new()).ok()?.as_number()
     }
 
     /// The ends of a constant domain, low before high.
@@ -300,7 +321,7 @@ impl<'a> Expressions<'a> {
         self.inside = inside;
         let state = match &checked {
             Some(checked) => {
-                self.constants.params.insert(param.name.text.clone(), value_of(checked));
+                self.working.constants.params.insert(param.name.text.clone(), value_of(checked));
                 CheckedParam::Right(checked.clone())
             }
             None => CheckedParam::Wrong,

@@ -2,6 +2,7 @@
 
 use super::spread::Spread;
 use super::{or_empty, table};
+use crate::results::elsewhere::Tested;
 use crate::results::report::read::{Group, Run};
 
 /// How long a run took, as far as it was written down.
@@ -71,6 +72,7 @@ pub(crate) fn csv(groups: &[Group]) -> String {
         "checks",
         "nine_of_ten",
         "mean_of_worlds",
+        "over_worlds",
         "seconds",
         "evaluations_per_second",
         "folder",
@@ -95,8 +97,9 @@ pub(crate) fn csv(groups: &[Group]) -> String {
                 run.standing.text().to_owned(),
                 or_empty(checks.map(|(kept, _)| kept)),
                 or_empty(checks.map(|(_, all)| all)),
-                or_empty(tested.as_ref().and_then(|tested| tested.tenth)),
-                or_empty(tested.as_ref().and_then(|tested| tested.mean)),
+                or_empty(tested.as_ref().and_then(|tested| tested.each()?.tenth)),
+                or_empty(tested.as_ref().and_then(|tested| tested.each()?.mean)),
+                or_empty(tested.as_ref().and_then(Tested::whole)),
                 or_empty(time.map(|time| format!("{:.1}", time.seconds))),
                 or_empty(time.and_then(|time| time.rate()).map(|rate| format!("{rate:.1}"))),
                 run.path.display().to_string(),

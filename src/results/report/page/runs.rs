@@ -6,6 +6,7 @@ use grammar_lang::source::SourceMap;
 use super::words::{count, counted, number, or_dash, paragraph, percent, table, value};
 use super::{Link, heading, told};
 use crate::markup::escape;
+use crate::results::elsewhere::Tested;
 use crate::results::report::gather::runs::{better, spread};
 use crate::results::report::read::{Group, Run};
 
@@ -46,8 +47,11 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
         .map(|(group, run)| {
             let mut cells = cells(group, run, link);
             if is_tested {
-                let tenth = run.tested().and_then(|tested| tested.tenth);
-                cells.insert(TESTED, or_dash(tenth.map(|tenth| value(tenth, &group.unit))));
+                let shown = run.tested().and_then(|tested| match tested {
+                    Tested::Each(each) => Some(value(each.tenth?, &group.unit)),
+                    Tested::Whole(whole) => Some(format!("{} over all", value(whole?, &group.unit))),
+                });
+                cells.insert(TESTED, or_dash(shown));
             }
             if several {
                 cells.insert(0, escape(&group.name));
