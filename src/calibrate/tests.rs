@@ -125,6 +125,17 @@ fn bad_measurements_are_told_all_at_once_with_their_places() {
     let mut tell = |what: &str, name: &str, text: &str, csv: &str| {
         let _ = writeln!(told, "# {what}\n{}", wrong(name, text, csv));
     };
+    bad_columns(&mut tell);
+    bad_points(&mut tell);
+    bad_subjects(&mut tell);
+    insta::assert_snapshot!(told);
+}
+
+/// Takes what is wrong, the name of a file, its text, and that of the table beside it.
+type Tell<'a> = &'a mut dyn FnMut(&str, &str, &str, &str);
+
+/// Sections and columns that cannot be read.
+fn bad_columns(tell: Tell<'_>) {
     let toml = "bench.toml";
     tell("nothing", toml, "", "");
     tell("no TOML", toml, "[a\n", "");
@@ -167,6 +178,11 @@ fn bad_measurements_are_told_all_at_once_with_their_places() {
         "[a]\nkind = \"tip\"\n\"force [N]\" = [1, 2]\n\"arm [mm]\" = [1, 2, 3]\n",
         "",
     );
+}
+
+/// Points that make no curve.
+fn bad_points(tell: Tell<'_>) {
+    let toml = "bench.toml";
     tell("no points", toml, &format!("{THREAD}\"angle [deg]\" = []\n\"thread [mm]\" = []\n"), "");
     tell(
         "one point",
@@ -194,6 +210,11 @@ fn bad_measurements_are_told_all_at_once_with_their_places() {
         &format!("{THREAD}tolerance = \"2 deg\"\n\"angle [deg]\" = [0, 90]\n\"thread [mm]\" = [0, 20]\n"),
         "",
     );
+}
+
+/// Measurements of what is not there, or cannot have been measured.
+fn bad_subjects(tell: Tell<'_>) {
+    let toml = "bench.toml";
     tell(
         "unknown declarations",
         toml,
@@ -259,7 +280,6 @@ fn bad_measurements_are_told_all_at_once_with_their_places() {
     tell("a CSV file that lacks a column", "bench.csv", "angle [deg], thred [mm]\n0, 0\n", "");
     tell("an empty CSV file", "bench.csv", "", "");
     tell("a CSV file of masses without parts", "weighed.csv", "mass [g]\n8\n", "");
-    insta::assert_snapshot!(told);
 }
 
 #[test]

@@ -647,8 +647,8 @@ impl Evaluation<'_> {
         condition: Option<&Expr>,
         into: &mut Gathered,
     ) -> Result<(), EvalError> {
-        let ExprKind::Aggregate { how, body, .. } = &expr.kind else { return Err(missing(expr)) };
         let Some((binder, rest)) = binders.split_first() else {
+            let ExprKind::Aggregate { how, body, .. } = &expr.kind else { return Err(missing(expr)) };
             self.spend(expr, OPERATIONS)?;
             if let Some(condition) = condition
                 && !self.bool(condition)?
@@ -663,15 +663,7 @@ impl Evaluation<'_> {
                     into.all &= holds;
                     into.any |= holds;
                 }
-                (_, Some(body)) => {
-                    let x = self.number(body)?;
-                    into.sum += x;
-                    into.least = into.least.min(x);
-                    into.greatest = into.greatest.max(x);
-                    if matches!(how, Gather::Deviation | Gather::Quantile) {
-                        into.values.push(x);
-                    }
-                }
+                (how, Some(body)) => into.take(*how, self.number(body)?),
             }
             return Ok(());
         };
@@ -717,6 +709,17 @@ struct Gathered {
     any: bool,
     /// Over how many values each binder ran last.
     sizes: Vec<usize>,
+}
+
+impl Gathered {
+    fn take(&mut self, how: Gather, x: f64) {
+        self.sum += x;
+        self.least = self.least.min(x);
+        self.greatest = self.greatest.max(x);
+        if matches!(how, Gather::Deviation | Gather::Quantile) {
+            self.values.push(x);
+        }
+    }
 }
 
 /// The standard deviation of values that are all there are.

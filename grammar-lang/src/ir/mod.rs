@@ -23,33 +23,24 @@ mod words;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
-pub use actuation::{Actuation, Bound, Kernel, Mutation, Owner, Variable};
-pub use examples::{Application, Example, ExampleClause};
-pub use expr::{Binder, Expr, ExprKind, Gather, Group, Operator, Painting};
-pub use form::{Form, Solid};
-pub use hardware::{Backend, PINS, Pneumatic, Prototype, Supply, Target, Tendon};
-pub use kind::Kind;
-pub use lattice::{Cell, Cells, Fallback, JOINED, Lattice};
-pub use novelty::{Feature, Novelty};
-pub use parts::{ACTUATOR_PORTS, Actuator, BLOCK_PORTS, InstanceParam, Part, Port, Speed};
-pub use rules::{
-    Choice, Effect, Guard, Holding, Match, Matched, Placed, Preference, Requirement, Rule, Settable, Spread,
-    Symmetry,
-};
-pub use scenarios::{Difference, Scenarios};
-pub use search::{
-    Annealing, Archive, BodyLoop, BodyMethod, CmaEs, CurveLoop, CurveMethod, Descriptor, Judge, Population,
-    Schedule, Search, SearchMethod,
-};
-pub use spans::without_spans;
-pub use table::Table;
-pub use tasks::{Filling, Method, Model, Objective, Task, Within};
-pub use terms::{Lacking, Term, builds_on, lacking};
-pub use ty::Ty;
-pub use words::{
-    Attribute, Axis, CellAttribute, DesignFunction, DesignWord, ElementAttribute, Function, JointAttribute,
-    MotionWord, PartAttribute, PortAttribute, SearchWord, StepAttribute, Track, Word,
-};
+pub use actuation::*;
+pub use examples::*;
+pub use expr::*;
+pub use form::*;
+pub use hardware::*;
+pub use kind::*;
+pub use lattice::*;
+pub use novelty::*;
+pub use parts::*;
+pub use rules::*;
+pub use scenarios::*;
+pub use search::*;
+pub use spans::*;
+pub use table::*;
+pub use tasks::*;
+pub use terms::*;
+pub use ty::*;
+pub use words::*;
 
 pub use crate::syntax::Direction;
 

@@ -392,14 +392,13 @@ impl Bodies<'_> {
         let drawn = random.unit();
         let Parent { place, further } = self.parent(chain, &mut random);
         let Place { number: parent, derivation, tunes, .. } = place;
-        if let Some(further) = further {
+        if further.is_some() {
             self.made_move(number);
             // It is of use if it finds something.
             self.state.idle_moves += 1;
             let is_stuck = self.state.idle_moves >= MOST_IDLE_MOVES;
             let origin = Origin { parent: Some(parent), chain, rule: None, blocked: Vec::new() };
             let (warm, body) = (Vec::new(), Body::default());
-            let further = Some(further);
             self.state.trial = Some(Trial { derivation, origin, drawn, warm, further, body });
             return Ok(is_stuck.then_some(End::Stuck));
         }
@@ -420,13 +419,8 @@ impl Bodies<'_> {
                 *state.tally.refused.entry(error.clone()).or_default() += 1;
             }
         }
-        let blocked = step
-            .blocked
-            .iter()
-            .map(|(rule, why)| {
-                (rules.rules.get(*rule).map_or(String::new(), |r| r.name.clone()), why.text(rules))
-            })
-            .collect();
+        let called = |rule: usize| rules.rules.get(rule).map_or(String::new(), |rule| rule.name.clone());
+        let blocked = step.blocked.iter().map(|(rule, why)| (called(*rule), why.text(rules))).collect();
         self.made_move(number);
         let state = &mut self.state;
         let Some(next) = step.result else {

@@ -90,13 +90,18 @@ impl Tuner<'_> {
             return Ok(Pace::Done);
         }
         if !is_sound || self.plan_of(schedule, state).restarts(cma_es)? {
-            let restarts = state.restarts + 1;
-            let mean = self.evaluator.drive.draw(&mut self.stream(&format!("restart {restarts}")));
-            let mean = self.evaluator.drive.shares(&mean);
-            let course = std::mem::take(&mut state.course);
-            *state = Distribution { course, restarts, ..Distribution::around(mean, cma_es.spread) };
+            self.restart(cma_es, state);
         }
         Ok(Pace::More)
+    }
+
+    /// Begins anew elsewhere, with the course of the search as it is.
+    fn restart(&self, cma_es: &CmaEs, state: &mut Distribution) {
+        let restarts = state.restarts + 1;
+        let mean = self.evaluator.drive.draw(&mut self.stream(&format!("restart {restarts}")));
+        let mean = self.evaluator.drive.shares(&mean);
+        let course = std::mem::take(&mut state.course);
+        *state = Distribution { course, restarts, ..Distribution::around(mean, cma_es.spread) };
     }
 
     fn plan_of<'p>(&'p self, schedule: &'p Schedule, state: &'p Distribution) -> Plan<'p> {

@@ -205,6 +205,38 @@ impl Tuner<'_> {
         Ok(true)
     }
 
+    /// What curves come to in all worlds, or what is counted where that need not be known, or was stopped.
+    fn everywhere(
+        &mut self,
+        tuning: &mut Tuning,
+        candidate: &Parameters,
+        nominal: f64,
+        spent: &mut u64,
+    ) -> Result<Evaluated, Counted> {
+        let stop = self.bounds.stop;
+        if !self.races() {
+            let evaluated = self.evaluator.in_worlds(stop, candidate, false).ok_or(Counted::Stopped)?;
+            *spent += self.evaluator.worlds().unwrap_or(0);
+            return Ok(evaluated);
+        }
+        let known = best(tuning).map_or(f64::NEG_INFINITY, |best| self.fitness(best));
+        let needed = known.max(self.known.kept);
+        let order = if tuning.hardest.is_empty() { &self.known.hardest } else { &tuning.hardest };
+        let worst = self.evaluator.worst_case(stop, candidate, (nominal, needed), order);
+        let (worst, simulated) = worst.ok_or(Counted::Stopped)?;
+        *spent += simulated;
+        match worst {
+            WorstCase::Excluded { by, value } => {
+                tuning.hardest = in_front(by, order);
+                Err(Counted::Sound(value))
+            }
+            WorstCase::Known { evaluated, hardest } => {
+                tuning.hardest = hardest;
+                Ok(evaluated)
+            }
+        }
+    }
+
     /// Judges curves in all worlds, and keeps them if they are the best there.
     fn judged(
         &mut self,
@@ -213,31 +245,10 @@ impl Tuner<'_> {
         nominal: f64,
         spent: &mut u64,
     ) -> Result<Counted, Failure> {
-        let worlds = self.evaluator.worlds().unwrap_or(0);
         let is_first = *spent == 0;
-        let evaluated = if self.races() {
-            let known = best(tuning).map_or(f64::NEG_INFINITY, |best| self.fitness(best));
-            let needed = known.max(self.known.kept);
-            let order = if tuning.hardest.is_empty() { &self.known.hardest } else { &tuning.hardest };
-            let worst = self.evaluator.worst_case(self.bounds.stop, candidate, (nominal, needed), order);
-            let Some((worst, simulated)) = worst else { return Ok(Counted::Stopped) };
-            *spent += simulated;
-            match worst {
-                WorstCase::Excluded { by, value } => {
-                    tuning.hardest = in_front(by, order);
-                    return Ok(Counted::Sound(value));
-                }
-                WorstCase::Known { evaluated, hardest } => {
-                    tuning.hardest = hardest;
-                    evaluated
-                }
-            }
-        } else {
-            let Some(evaluated) = self.evaluator.in_worlds(self.bounds.stop, candidate, false) else {
-                return Ok(Counted::Stopped);
-            };
-            *spent += worlds;
-            evaluated
+        let evaluated = match self.everywhere(tuning, candidate, nominal, spent) {
+            Ok(evaluated) => evaluated,
+            Err(counted) => return Ok(counted),
         };
         let value = match evaluated.value {
             Ok(value) => value,
@@ -263,7 +274,7 @@ impl Tuner<'_> {
             let Some(half) = self.evaluator.in_worlds(self.bounds.stop, candidate, true) else {
                 return Ok(Counted::Stopped);
             };
-            *spent += worlds;
+            *spent += self.evaluator.worlds().unwrap_or(0);
             let Candidate { rules, .. } = self.candidate();
             if !half.value.is_ok_and(|half| keeps(rules, self.task(), value, half)) {
                 tuning.tally.unstable += 1;

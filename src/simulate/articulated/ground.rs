@@ -166,38 +166,7 @@ impl<S: Scalar> Foot<S> {
                 }
             }
             Sole::Cylinder { axis, half_length, radius, fan } => {
-                let k = |value: f64| height.like(value);
-                let axis = frame.rotation * *axis;
-                let level = (k(1.0) - axis[1] * axis[1]).max(k(0.0));
-                let across = level.sqrt();
-                let low = low & (height - axis[1].abs() * *half_length - *radius * across).less(margin);
-                if !low.any() {
-                    return;
-                }
-                // Upright, the lowest point is nowhere in particular, and the
-                // fixed ones carry.
-                let tilted = low & k(1e-3).less(across);
-                let upright = low & k(0.9).less(axis[1].abs());
-                for end in 0..2 {
-                    let side = if end == 0 { *half_length } else { -*half_length };
-                    let middle = axis * side;
-                    if tilted.any() {
-                        let k = *radius / across;
-                        let down = V3([axis[1] * axis[0] * k, -(level * k), axis[1] * axis[2] * k]);
-                        // The point follows the axis, not the rim.
-                        let nods = frame.spin.cross(axis);
-                        let swing = axis * nods[1] + nods * axis[1];
-                        let sinks = down * (axis[1] * nods[1] / level);
-                        let moving = nods * side + (swing * k + sinks);
-                        offers.add(end, (middle + down, moving), tilted);
-                    }
-                    if upright.any() {
-                        for (place, &rim) in fan.iter().enumerate() {
-                            let slot = 2 + end * FAN + place;
-                            offers.add(slot, fixed(middle + frame.rotation * rim), upright);
-                        }
-                    }
-                }
+                offers.cylinder(frame, frame.rotation * *axis, *half_length, *radius, fan, low);
             }
         }
     }
@@ -215,6 +184,51 @@ struct Offers<'a, S, F> {
 }
 
 impl<S: Scalar, F: FnMut(Candidate<S>)> Offers<'_, S, F> {
+    /// The lowest points of a cylinder, by its axis, half its length and its radius; and those of its rims, by the way to each from
+    /// the middle of its end, where it stands.
+    #[inline(always)]
+    fn cylinder(
+        &mut self,
+        frame: &Frame<S>,
+        axis: V3<S>,
+        half_length: S,
+        radius: S,
+        fan: &[V3<S>],
+        low: S::Mask,
+    ) {
+        let k = |value: f64| radius.like(value);
+        let level = (k(1.0) - axis[1] * axis[1]).max(k(0.0));
+        let across = level.sqrt();
+        let low = low & (self.height - axis[1].abs() * half_length - radius * across).less(self.margin);
+        if !low.any() {
+            return;
+        }
+        // Upright, the lowest point is nowhere in particular, and the
+        // fixed ones carry.
+        let tilted = low & k(1e-3).less(across);
+        let upright = low & k(0.9).less(axis[1].abs());
+        for end in 0..2 {
+            let side = if end == 0 { half_length } else { -half_length };
+            let middle = axis * side;
+            if tilted.any() {
+                let k = radius / across;
+                let down = V3([axis[1] * axis[0] * k, -(level * k), axis[1] * axis[2] * k]);
+                // The point follows the axis, not the rim.
+                let nods = frame.spin.cross(axis);
+                let swing = axis * nods[1] + nods * axis[1];
+                let sinks = down * (axis[1] * nods[1] / level);
+                let moving = nods * side + (swing * k + sinks);
+                self.add(end, (middle + down, moving), tilted);
+            }
+            if upright.any() {
+                for (place, &rim) in fan.iter().enumerate() {
+                    let way = middle + frame.rotation * rim;
+                    self.add(2 + end * FAN + place, (way, frame.spin.cross(way)), upright);
+                }
+            }
+        }
+    }
+
     /// A point that lies some way from the centre, against which it moves, if it is low enough in
     /// some of the lanes.
     #[inline(always)]

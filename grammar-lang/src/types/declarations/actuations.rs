@@ -19,24 +19,7 @@ impl Declarations<'_> {
     ) -> Option<ir::Actuation> {
         let found = self.expressions.errors.len();
         let mut cx = Context::new(Stage::Drive, damaged);
-        let group = self.group_named(kind, &mut cx);
-        let fine = match &group {
-            Some(Group::Actuator) | None => true,
-            Some(Group::Cell) => true,
-            Some(Group::Kind(name)) => {
-                self.expressions.is_actuator(name, kind.span) || self.expressions.is_cell(name, kind.span)
-            }
-            _ => false,
-        };
-        if !fine {
-            self.report(
-                Diagnostic::new(Code::WRONG_TYPE, kind.span, format!("`{}` cannot be driven", kind.text))
-                    .label("not an actuator")
-                    .help("write `for a : actuator`"),
-            );
-        }
-        let driven =
-            group.as_ref().map_or(Ty::Actuator, |group| self.expressions.member_of(group, kind.span));
+        let driven = self.actuated(kind, &mut cx);
         let of_cells = driven == Ty::Cell;
         self.expressions.bind(binder, driven, &mut cx);
         let mut variables = Vec::new();
@@ -67,23 +50,7 @@ impl Declarations<'_> {
                     }
                 }
                 ActuationClause::Drive(what, value) => {
-                    let valves = what.text == "valves" && !of_cells;
-                    self.check_driven(what, of_cells);
-                    let value = if of_cells {
-                        self.expressions.expect(value, &mut cx, &Ty::NUMBER, "the driven strain")
-                    } else if valves {
-                        self.expressions.expect(value, &mut cx, &Ty::Valves, "what drives the valves")
-                    } else {
-                        self.expressions.expect(
-                            value,
-                            &mut cx,
-                            &Ty::Quantity(Dimension::ANGLE),
-                            "the driven angle",
-                        )
-                    };
-                    if valves {
-                        self.check_valves(&value, &variables);
-                    }
+                    let value = self.drive(what, value, of_cells, &variables, &mut cx);
                     if let Some(first) = drive.replace(value) {
                         self.report(
                             Diagnostic::new(Code::DUPLICATE, what.span, "an actuation has one `drive`")
@@ -114,6 +81,48 @@ impl Declarations<'_> {
             return None;
         }
         Some(ir::Actuation { variables, lets, moving, drive: drive?, span: name.span })
+    }
+
+    /// The type of what an actuation is for.
+    fn actuated(&mut self, kind: &Name, cx: &mut Context) -> Ty {
+        let group = self.group_named(kind, cx);
+        let is_fine = match &group {
+            Some(Group::Actuator | Group::Cell) | None => true,
+            Some(Group::Kind(name)) => {
+                self.expressions.is_actuator(name, kind.span) || self.expressions.is_cell(name, kind.span)
+            }
+            _ => false,
+        };
+        if !is_fine {
+            self.report(
+                Diagnostic::new(Code::WRONG_TYPE, kind.span, format!("`{}` cannot be driven", kind.text))
+                    .label("not an actuator")
+                    .help("write `for a : actuator`"),
+            );
+        }
+        group.as_ref().map_or(Ty::Actuator, |group| self.expressions.member_of(group, kind.span))
+    }
+
+    /// What an actuation drives: a strain of cells, valves, or an angle.
+    fn drive(
+        &mut self,
+        what: &Name,
+        value: &ast::Expr,
+        of_cells: bool,
+        variables: &[ir::Variable],
+        cx: &mut Context,
+    ) -> Expr {
+        self.check_driven(what, of_cells);
+        let (ty, said) = match what.text.as_str() {
+            _ if of_cells => (Ty::NUMBER, "the driven strain"),
+            "valves" => (Ty::Valves, "what drives the valves"),
+            _ => (Ty::Quantity(Dimension::ANGLE), "the driven angle"),
+        };
+        let value = self.expressions.expect(value, cx, &ty, said);
+        if ty == Ty::Valves {
+            self.check_valves(&value, variables);
+        }
+        value
     }
 
     /// An actuator has an angle or valves to drive, a cell a strain.

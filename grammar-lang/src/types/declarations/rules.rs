@@ -31,36 +31,7 @@ impl Declarations<'_> {
     ) -> Option<ir::Rule> {
         let mut cx = Context::new(Stage::Derivation, damaged);
         let found = self.expressions.errors.len();
-        let mut matches = Some(Vec::new());
-        let mut nothing: Option<Span> = None;
-        for clause in clauses {
-            let more = match &clause.kind {
-                RuleClauseKind::MatchNothing => {
-                    nothing = Some(clause.span);
-                    continue;
-                }
-                RuleClauseKind::Match { links, condition } => {
-                    self.matches(links, condition.as_ref(), &mut cx)
-                }
-                _ => continue,
-            };
-            if let Some(nothing) = nothing {
-                self.report(
-                    Diagnostic::new(
-                        Code::DUPLICATE,
-                        clause.span,
-                        "a rule that matches nothing matches nothing",
-                    )
-                    .label("another match")
-                    .also(nothing, "nothing is matched here")
-                    .help("remove one of them"),
-                );
-            }
-            matches = matches.zip(more).map(|(mut all, more)| {
-                all.extend(more);
-                all
-            });
-        }
+        let matches = self.all_matches(clauses, &mut cx);
         let choices = self.choices(clauses, &mut cx);
         let bound = cx.locals.len();
         let mut guards = Vec::new();
@@ -126,6 +97,39 @@ impl Declarations<'_> {
             locals: cx.locals.into_iter().take(bound).map(|l| l.name).collect(),
             span: name.span,
         })
+    }
+
+    /// What the clauses of a rule match.
+    fn all_matches(&mut self, clauses: &[RuleClause], cx: &mut Context) -> Option<Vec<ir::Match>> {
+        let mut matches = Some(Vec::new());
+        let mut nothing: Option<Span> = None;
+        for clause in clauses {
+            let more = match &clause.kind {
+                RuleClauseKind::MatchNothing => {
+                    nothing = Some(clause.span);
+                    continue;
+                }
+                RuleClauseKind::Match { links, condition } => self.matches(links, condition.as_ref(), cx),
+                _ => continue,
+            };
+            if let Some(nothing) = nothing {
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        clause.span,
+                        "a rule that matches nothing matches nothing",
+                    )
+                    .label("another match")
+                    .also(nothing, "nothing is matched here")
+                    .help("remove one of them"),
+                );
+            }
+            matches = matches.zip(more).map(|(mut all, more)| {
+                all.extend(more);
+                all
+            });
+        }
+        matches
     }
 
     /// The choices of a rule, and its `let`s: choices with one value.

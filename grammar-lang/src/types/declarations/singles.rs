@@ -118,31 +118,27 @@ impl<'a> Declarations<'a> {
                 }
             }
             ItemKind::Task(name, items) => singles.tasks.push((name, items)),
-            ItemKind::Actuate(kind, with) => {
-                let kind_ok = self
-                    .named(kind, "actuator", |k| {
-                        matches!(k, ItemKind::Block(BlockKind::Actuator | BlockKind::Cell, _))
-                    })
-                    .is_some();
-                let with_ok =
-                    self.named(with, "actuation", |k| matches!(k, ItemKind::Actuation { .. })).is_some();
-                if kind_ok && with_ok {
-                    let entry = (with.text.clone(), with.span);
-                    if let Some((_, first)) = singles.actuated.insert(kind.text.clone(), entry) {
-                        self.report(
-                            Diagnostic::new(
-                                Code::DUPLICATE,
-                                kind.span,
-                                format!("`{}` is actuated twice", kind.text),
-                            )
-                            .label("again")
-                            .also(first, "by this actuation already")
-                            .help("an actuator follows one actuation: keep one of the two lines"),
-                        );
-                    }
-                }
-            }
+            ItemKind::Actuate(kind, with) => self.actuate(kind, with, singles),
             _ => {}
+        }
+    }
+
+    /// Takes in by which actuation a kind is driven.
+    fn actuate(&mut self, kind: &Name, with: &Name, singles: &mut Singles<'a>) {
+        let is_driven = |k: &ItemKind| matches!(k, ItemKind::Block(BlockKind::Actuator | BlockKind::Cell, _));
+        let kind_ok = self.named(kind, "actuator", is_driven).is_some();
+        let with_ok = self.named(with, "actuation", |k| matches!(k, ItemKind::Actuation { .. })).is_some();
+        if !(kind_ok && with_ok) {
+            return;
+        }
+        let entry = (with.text.clone(), with.span);
+        if let Some((_, first)) = singles.actuated.insert(kind.text.clone(), entry) {
+            self.report(
+                Diagnostic::new(Code::DUPLICATE, kind.span, format!("`{}` is actuated twice", kind.text))
+                    .label("again")
+                    .also(first, "by this actuation already")
+                    .help("an actuator follows one actuation: keep one of the two lines"),
+            );
         }
     }
 

@@ -5,9 +5,10 @@ use super::stage::{Stage, stages_of};
 use super::{Expressions, signature, task};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{DesignWord, Expr, ExprKind, Function, Group, Operator, Ty, Word};
+use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast;
-use crate::syntax::ast::{ItemKind, Name};
+use crate::syntax::ast::{Item, ItemKind, Name};
 use crate::syntax::declarations::BlockKind;
 use crate::units::{self, Unit};
 
@@ -63,6 +64,19 @@ impl Expressions<'_> {
             return self.unknown_name(name, span, cx);
         };
         self.touched.insert(declaration);
+        self.declared_name(name, declaration, item, span, cx)
+    }
+
+    /// What a name means that a text declares.
+    fn declared_name(
+        &mut self,
+        name: &str,
+        declaration: Declaration,
+        item: &Item,
+        span: Span,
+        cx: &Context,
+    ) -> Expr {
+        let make = |kind, ty| Expr { kind, ty, span };
         let what = match &item.kind {
             ItemKind::Param(_) => {
                 let ty = self.param(declaration).map_or(Ty::Unknown, |p| p.ty);
