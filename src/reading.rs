@@ -1,11 +1,23 @@
 //! Reading of what others wrote: never without bound, and never from a device.
 
+use std::collections::BTreeSet;
 use std::fs::{self, FileType};
 use std::io::{Error, ErrorKind, Read, Result};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 /// So many bytes are read of anything.
 pub const LONGEST: u64 = 64 << 20;
+
+/// The files that this process has read, links followed: a command writes over none of them.
+static READ: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
+
+/// Whether this process has read a file, by whatever name.
+#[must_use]
+pub fn was_read(path: &Path) -> bool {
+    let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    fs::canonicalize(path).is_ok_and(|path| read.contains(&path))
+}
 
 /// What is no file to be read, in words.
 fn oddity(kind: FileType, may_be_pipe: bool) -> Option<&'static str> {
@@ -47,7 +59,11 @@ fn open(path: &Path, may_be_pipe: bool) -> Result<fs::File> {
     if let Some(oddity) = oddity(fs::metadata(path)?.file_type(), may_be_pipe) {
         return Err(Error::new(ErrorKind::InvalidInput, oddity));
     }
-    fs::File::open(path)
+    let file = fs::File::open(path)?;
+    if let Ok(path) = fs::canonicalize(path) {
+        READ.lock().unwrap_or_else(PoisonError::into_inner).insert(path);
+    }
+    Ok(file)
 }
 
 /// What a path holds that somebody named: a file, or a pipe that another program writes to.
@@ -66,6 +82,18 @@ pub fn named(path: &Path) -> Result<Vec<u8>> {
 /// The system's; or it is no regular file, or larger than [`LONGEST`].
 pub fn imported(path: &Path) -> Result<Vec<u8>> {
     bounded(open(path, false)?)
+}
+
+/// What stands where a command is going to write: it may be written over.
+///
+/// # Errors
+///
+/// The system's; or it is no regular file.
+pub fn to_replace(path: &Path) -> Result<Vec<u8>> {
+    if let Some(oddity) = oddity(fs::metadata(path)?.file_type(), false) {
+        return Err(Error::new(ErrorKind::InvalidInput, oddity));
+    }
+    fs::read(path)
 }
 
 /// What a file of a run's folder holds, however long it has become.
@@ -89,6 +117,15 @@ mod tests {
         assert_eq!(bounded(std::io::repeat(0)).unwrap_err().kind(), ErrorKind::FileTooLarge);
         let most = bounded(std::io::repeat(0).take(LONGEST)).unwrap();
         assert_eq!(most.len() as u64, LONGEST);
+    }
+
+    #[test]
+    fn what_was_read_is_known_by_any_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        ["a", "b"].iter().for_each(|name| fs::write(at(name), name).unwrap());
+        assert_eq!((named(&at("a")).unwrap(), to_replace(&at("b")).unwrap()), (b"a".into(), b"b".into()));
+        assert!(was_read(&at("a")) && was_read(&folder.path().join("./a")) && !was_read(&at("b")));
     }
 
     #[cfg(unix)]

@@ -51,7 +51,8 @@ impl Scenario {
             ground_friction: self.differences.get(&Difference::GroundFriction).copied(),
             mass: self.factor(Difference::Mass),
             torque: self.factor(Difference::Torque),
-            speed: self.factor(Difference::Speed),
+            // What is filled at a higher pressure bends faster, and its angles follow.
+            speed: self.factor(Difference::Speed) * self.factor(Difference::Pressure).max(1.0),
             slope: angle(Difference::Slope),
             tilt: angle(Difference::Tilt),
             heading: self.heading,

@@ -599,6 +599,27 @@ fn a_command_does_not_write_over_what_it_reads() {
         assert!(errors(&output).contains("which this command reads"), "{}", errors(&output));
         assert_eq!(std::fs::read(&design).unwrap(), before, "{command:?}");
     }
+    // Nor over what that imports, by any name.
+    let (base, own) = (folder.path().join("base.sgr"), folder.path().join("own.sgr"));
+    let text = std::fs::read_to_string(root().join("tests/cases/bases/worm.sgr")).unwrap();
+    std::fs::write(&base, &text).unwrap();
+    std::fs::write(&own, "variant own of \"./base.sgr\" {\n  set longest = 4\n}\n").unwrap();
+    let output = sgc(&[
+        "doc",
+        &own.to_string_lossy(),
+        "--force",
+        "--out",
+        &base.with_extension("html").to_string_lossy(),
+    ]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    #[cfg(unix)]
+    {
+        let page = folder.path().join("page.html");
+        std::os::unix::fs::symlink(&base, &page).unwrap();
+        let output = sgc(&["doc", &own.to_string_lossy(), "--force", "--out", &page.to_string_lossy()]);
+        assert_eq!(code(&output), 2, "{}", errors(&output));
+        assert_eq!(std::fs::read_to_string(&base).unwrap(), text);
+    }
 }
 
 #[cfg(unix)]

@@ -320,7 +320,7 @@ fn mending_leads_to_no_more_errors_whatever_the_text() {
     let errors =
         |text: &str| sgc_check(&["--format", "json"], text).matches("\"severity\":\"error\"").count();
     let mut mended_any = 0;
-    for seed in 0..if is_long() { 1000 } else { 40 } {
+    for seed in 0..if is_long() { 1000 } else { 60 } {
         let mut random = Random(seed);
         let text = mutated(random.pick::<String>(&corpus), &corpus, &mut random);
         let mended = sgc_check(&["--fix"], &text);

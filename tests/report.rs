@@ -179,17 +179,41 @@ fn groups_are_compared_and_damage_is_told() {
     says(&[&one], "are no runs of one grammar");
     std::fs::write(&asked, text).unwrap();
 
+    // Nor are runs that were copied over each other, and what a report reads it does not write over.
+    let (kept, own) = (folder.path().join("kept"), one.join("seed-5"));
+    std::fs::rename(&own, &kept).unwrap();
+    std::fs::rename(one.join("seed-4"), &own).unwrap();
+    std::fs::rename(&kept, one.join("seed-4")).unwrap();
+    says(&[&one], "holds a run of seed 5");
+    std::fs::rename(one.join("seed-4"), &kept).unwrap();
+    std::fs::rename(&own, one.join("seed-4")).unwrap();
+    std::fs::rename(&kept, &own).unwrap();
+    #[cfg(unix)]
+    {
+        let (table, before) = (own.join("evals.csv"), read(own.join("evals.csv")));
+        std::fs::remove_file(out.join("runs.csv")).unwrap();
+        std::os::unix::fs::symlink(&table, out.join("runs.csv")).unwrap();
+        says(&[&one], "is a file that this report is made of");
+        assert_eq!(read(table), before);
+        std::fs::remove_file(out.join("runs.csv")).unwrap();
+    }
+
     // The table and the result must agree.
     let result = one.join("seed-5/result.json");
     let text = read(result.clone());
     let mut changed: serde_json::Value = serde_json::from_str(&text).unwrap();
     changed["value"] = serde_json::json!(1000.0);
     std::fs::write(&result, changed.to_string()).unwrap();
+    says(&[&one], "result.json is damaged: its contents do not fit its checksum");
+    // Earlier versions wrote none.
+    changed.as_object_mut().unwrap().remove("sum");
+    std::fs::write(&result, changed.to_string()).unwrap();
     says(&[&one], "evals.csv and result.json name different bests");
     std::fs::write(&result, text).unwrap();
 
     let mut changed: serde_json::Value = serde_json::from_str(&read(result.clone())).unwrap();
     changed["seed"] = serde_json::json!(50);
+    changed.as_object_mut().unwrap().remove("sum");
     let text = read(result.clone());
     std::fs::write(&result, changed.to_string()).unwrap();
     says(&[&one], "result.json is of grammar codesign and seed 50, and run.toml beside it of others");

@@ -204,7 +204,7 @@ fn a_deviation_is_told_over_all_worlds_of_the_test() {
         let task = &design.tasks[0];
         let each: Vec<f64> = task.tests.iter().map(|world| world.value.unwrap()).collect();
         assert_eq!(each.len(), 64);
-        let said = summary::tests(&rules, task).unwrap();
+        let said = summary::tests(&rules, &design, task).unwrap();
         if is_told_by_each {
             assert_eq!(task.tested, None);
             assert!(matches!(tested(&rules, &design), Some(Tested::Each(_))));

@@ -57,15 +57,15 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
     let Some((first, others)) = slips.split_first() else { return Ok(Vec::new()) };
     let own = declared::part(rules, &first.name, &section.place).map_err(|p| vec![p])?.friction();
     let mut findings = Vec::new();
-    let mut ground = 0.0;
+    let mut ground = None;
     for model in models(rules) {
         let (finding, value) = on_ground(section, first, own, model);
-        ground = value;
+        ground = Some(value);
         findings.push(finding);
     }
     for slip in others {
         let old = declared::part(rules, &slip.name, &section.place).map_err(|p| vec![p])?.friction();
-        findings.push(on_part(section, slip, old, ground));
+        findings.extend(ground.as_ref().map(|ground| on_part(section, slip, old, ground)));
     }
     Ok(findings)
 }
@@ -114,7 +114,7 @@ fn coefficients(section: &Section, model: &Model) -> Result<Vec<f64>, Problem> {
 }
 
 /// What the ground of a model is to be for the first part.
-fn on_ground(section: &Section, slip: &Slip, own: f64, model: &Model) -> (Finding, f64) {
+fn on_ground(section: &Section, slip: &Slip, own: f64, model: &Model) -> (Finding, Centre) {
     let centre = slip.centre(section);
     let coefficient = Figure::of(centre.value, centre.error(), "");
     let ground = centre.map(|slips| slips * slips / own);
@@ -123,13 +123,13 @@ fn on_ground(section: &Section, slip: &Slip, own: f64, model: &Model) -> (Findin
         "`{}` slips at {coefficient}; a contact takes the geometric mean of its own {own} and the ground's: {coefficient}^2 / {own}.",
         slip.name,
     );
-    (finding(section, slip, path, model.ground_friction, &ground, note), ground.value)
+    (finding(section, slip, path, model.ground_friction, &ground, note), ground)
 }
 
 /// What the surface of another part is to be on that ground.
-fn on_part(section: &Section, slip: &Slip, old: f64, ground: f64) -> Finding {
+fn on_part(section: &Section, slip: &Slip, old: f64, ground: &Centre) -> Finding {
     let centre = slip.centre(section);
-    let value = centre.map(|slips| slips * slips / ground);
+    let value = centre.map(|slips| slips * slips).over(ground);
     let note = format!(
         "`{}` slips at {} on this ground; contacts with other parts change, too.",
         slip.name,

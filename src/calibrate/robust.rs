@@ -58,6 +58,15 @@ impl Centre {
         vec![format!("`{section}`: {} {verb} not count. Measure again.", all.join(", "))]
     }
 
+    /// Of a quotient of two that are positive, and known apart from each other: what is not known of either is not known of it.
+    pub(super) fn over(&self, other: &Self) -> Self {
+        let value = self.value / other.value;
+        let share = |centre: &Self| Some(centre.error()? / centre.value);
+        let error = share(self).zip(share(other)).map(|(own, others)| value * libm::hypot(own, others));
+        let interval = error.map(|error| (value - error, value + error));
+        Self { value, interval, far: self.far.clone() }
+    }
+
     /// Of values whose middle another quantity follows from, which grows with it.
     pub(super) fn map(&self, of: impl Fn(f64) -> f64) -> Self {
         let interval = self.interval.map(|(low, high)| (of(low), of(high)));
@@ -180,5 +189,21 @@ mod tests {
             let share = held.count() as f64 / f64::from(tries);
             assert!((least..=0.96).contains(&share), "{many} values, {wrong} wrong: {share}");
         }
+    }
+
+    #[test]
+    fn a_quotient_is_as_uncertain_as_both() {
+        let centre = |value: f64, error: f64| Centre {
+            value,
+            interval: Some((value - error, value + error)),
+            far: vec![],
+        };
+        let over = centre(6.0, 0.9).over(&centre(2.0, 0.4));
+        let (low, high) = over.interval.unwrap();
+        // 15 % and 20 % make 25 %.
+        assert!(
+            (over.value - 3.0).abs() < 1e-12 && (low - 2.25).abs() < 1e-12 && (high - 3.75).abs() < 1e-12
+        );
+        assert_eq!(centre(6.0, 0.9).over(&Centre { interval: None, ..centre(2.0, 0.0) }).interval, None);
     }
 }

@@ -67,7 +67,8 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         measured.reverse();
     }
     measured.dedup_by(|b, a| a.0.digits(true) == b.0.digits(true));
-    let within: Vec<_> = measured.iter().map(|(.., within)| Some(within.clone())).collect();
+    let known = |within: &(Figure, Figure)| (!found.is_thin).then(|| within.clone());
+    let within: Vec<_> = measured.iter().map(|(.., within)| known(within)).collect();
     let rows: Vec<(Figure, Figure)> = measured.into_iter().map(|(bend, speed, _)| (bend, speed)).collect();
     let mut interval = None;
     let mut notes = Vec::new();
@@ -118,6 +119,14 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: (f64, f64)) 
             "`{}`: {} of {all} points are far from the fit and hardly count{first}. Look at the page.",
             section.name,
             found.far.len()
+        ));
+    }
+    if found.is_thin {
+        out.push(format!(
+            "`{}`: {all} points of {} are too few to say how well the speed is known, or whether one of them is wrong. Read \
+             more pictures of the film while it moves: ten or more of each run.",
+            section.name,
+            if curves.len() == 1 { "one run".to_owned() } else { format!("{} runs", curves.len()) }
         ));
     }
     let (least, fastest) =

@@ -21,6 +21,10 @@ const SIZES: [usize; 8] = [1, 2, 3, 4, 5, 6, 8, 10];
 const GAIN: f64 = 0.01;
 /// Where a residual begins to count less, in standard deviations (Huber).
 const HUBER: f64 = 1.345;
+/// With fewer points for each number that is fitted, nobody can tell a wrong one, or how well the numbers are known.
+const LEAST_POINTS: usize = 3;
+/// From how many times the speed on its way a fit to few points begins anew.
+const GUESSES: [f64; 4] = [0.5, 0.7, 1.4, 2.0];
 /// A residual of more deviations is no scatter.
 const FAR: f64 = 6.0;
 /// Intervals go no further than to this power of e from their speed: two runs that have nothing in common say nothing.
@@ -49,6 +53,8 @@ pub(super) struct Fit {
     pub(super) motions: Vec<Motion>,
     /// How fast each run is by itself, as a share of the speed of all; nothing of a single one.
     pub(super) alone: Vec<f64>,
+    /// Whether there are too few points to tell how well anything is known.
+    pub(super) is_thin: bool,
 }
 
 /// What a run has of its own.
@@ -179,6 +185,16 @@ fn chosen(runs: &[Run]) -> Option<Trial> {
         }
         trial = trial.with_rows(size, (low, high));
         trial.improve(runs);
+        if size == 1 && points < LEAST_POINTS * trial.numbers.len() {
+            // Of few points the way between two of them is no good guess of the speed.
+            for guess in GUESSES {
+                let mut other = Trial::begin(runs, &rests, low, guess * speed);
+                other.improve(runs);
+                if other.judge(runs).0 < trial.judge(runs).0 {
+                    trial = other;
+                }
+            }
+        }
         let (rms, score) = trial.judge(runs);
         tried.push((rms, score, trial.clone()));
     }
@@ -280,11 +296,20 @@ impl Trial {
         out
     }
 
+    /// Whether there are too few points for each number that is fitted to them.
+    fn is_thin(&self, residuals: &DVector<f64>) -> bool {
+        residuals.len() < LEAST_POINTS * self.numbers.len()
+    }
+
     fn improve(&mut self, runs: &[Run]) {
         for _ in 0..TURNS.0 {
             let residuals = self.residuals(&self.numbers, runs);
             let scale = scale(&residuals);
-            let weights = residuals.map(|r| weight(r, scale));
+            // Few points say nothing of which of them is wrong.
+            let weights = match self.is_thin(&residuals) {
+                true => residuals.map(|_| 1.0),
+                false => residuals.map(|r| weight(r, scale)),
+            };
             let before = self.numbers.clone();
             self.descend(runs, &weights);
             if (&self.numbers - before).amax() < 1e-6 {
@@ -394,17 +419,19 @@ impl Trial {
     fn finish(&self, runs: &[Run]) -> Fit {
         let residuals = self.residuals(&self.numbers, runs);
         let scale = scale(&residuals);
+        let is_thin = self.is_thin(&residuals);
         let places = runs.iter().enumerate().flat_map(|(i, run)| (0..run.points.len()).map(move |k| (i, k)));
         Fit {
             rows: self.rows(&self.numbers),
             within: Vec::new(),
             far: places
                 .zip(residuals.iter())
-                .filter(|(_, r)| r.abs() > FAR * scale)
+                .filter(|(_, r)| !is_thin && r.abs() > FAR * scale)
                 .map(|(at, _)| at)
                 .collect(),
             motions: (0..runs.len()).map(|i| self.motion(&self.numbers, i)).collect(),
             alone: Vec::new(),
+            is_thin,
         }
     }
 }
@@ -575,5 +602,16 @@ mod tests {
             let speed = super::super::lines::at(&rows, a);
             assert!(((b - a) / 1e-6 - speed).abs() < 1e-2, "{time}: {} is not {speed}", (b - a) / 1e-6);
         }
+    }
+
+    #[test]
+    fn few_points_are_all_believed_and_say_nothing_of_themselves() {
+        // 80 deg/s from 0.3 s on, up to 90 deg.
+        let points = [(0.0, 0.0), (0.5, 16.0), (1.0, 56.0), (1.5, 90.0), (2.0, 90.0)];
+        let run = Run { points: points.iter().map(|(t, b): &(f64, f64)| (*t, b.to_radians())).collect() };
+        let found = fit(&[run], "few").unwrap();
+        let [(_, speed)] = found.rows.as_slice() else { panic!("{:?}", found.rows) };
+        assert!((speed.to_degrees() - 80.0).abs() < 0.5, "{}", speed.to_degrees());
+        assert!(found.is_thin && found.far.is_empty());
     }
 }

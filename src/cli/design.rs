@@ -29,6 +29,15 @@ pub(super) fn read(path: &Path) -> Result<SavedDesign, Fault> {
                 seeds.display()
             )));
         }
+        if let Ok(Some(finished)) = run_files::finished(folder) {
+            return Err(Fault::usage(match finished.value {
+                Some(_) => format!(
+                    "the run in {typed} is complete, but its best design is not there: {} was moved or removed",
+                    path.display()
+                ),
+                None => format!("the run in {typed} is complete, and has found no design"),
+            }));
+        }
         if run_files::is_run(folder) {
             return Err(Fault::usage(format!(
                 "the run in {typed} has found no design yet; it goes on with: sgc resume {typed}"

@@ -117,7 +117,7 @@ impl Drive {
         output::note(&told);
         let out = design.with_file_name("difference.svg");
         let drawing = compared::svg("Bends, simulated and played", &gait.changed);
-        self.replace.write_sealed(&out, &drawing, &[design])?;
+        self.replace.write_sealed(&out, &drawing)?;
         output::note(&format!("drawn in {}", out.display()));
         Ok(())
     }
@@ -125,7 +125,7 @@ impl Drive {
     fn show(&self, schedule: &Schedule, design: &Path) -> Result<u8, Fault> {
         output::data(&dry_run::text(schedule, 100, Marks::Blocks))?;
         let out = self.out.clone().unwrap_or_else(|| design.with_file_name("schedule.svg"));
-        self.replace.write_sealed(&out, &picture::svg(schedule), &[design])?;
+        self.replace.write_sealed(&out, &picture::svg(schedule))?;
         output::note(&format!("drawn in {}", out.display()));
         Ok(exit::DONE)
     }

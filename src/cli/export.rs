@@ -1,6 +1,6 @@
 //! `sgc export`: a saved design for other simulators, and as text of a grammar.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use grammar_lang::ir::RuleSet;
@@ -62,7 +62,7 @@ impl Export {
         let Candidate { derivation, body, .. } = replay::candidate(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         if matches!(self.to, Format::Begin) {
-            return self.write(&beginning(&rules, &names, &derivation.design), &path);
+            return self.write(&beginning(&rules, &names, &derivation.design));
         }
         let precision = self.precision.asked();
         let setup = replay::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
@@ -79,17 +79,17 @@ impl Export {
             }
         };
         let text = text.map_err(|unfit| fault(unfit.into()))?;
-        self.write(&text, &path)
+        self.write(&text)
     }
 
     /// Writes what was made of a saved design.
-    fn write(&self, text: &str, design: &Path) -> Result<u8, Fault> {
+    fn write(&self, text: &str) -> Result<u8, Fault> {
         match &self.out {
             Some(out) => {
                 match self.to {
-                    Format::Mjcf => self.replace.write_sealed(out, text, &[design])?,
+                    Format::Mjcf => self.replace.write_sealed(out, text)?,
                     Format::Drive | Format::Begin | Format::Motion => {
-                        self.replace.write(out, text, &[design])?;
+                        self.replace.write(out, text)?;
                     }
                 }
                 output::data(&format!("{}\n", out.display()))?;

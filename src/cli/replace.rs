@@ -20,15 +20,15 @@ pub(super) struct Replace {
 
 impl Replace {
     /// Writes a text that cannot tell who wrote it: data, or a grammar. What is there is only replaced
-    /// where that is asked for. `read` are the files that the command has read.
+    /// where that is asked for.
     ///
     /// # Errors
     ///
-    /// [`Fault`] if something else is there, if it is one of the files that were read, or if the file
+    /// [`Fault`] if something else is there, if it is one of the files that this command has read, or if the file
     /// cannot be written.
-    pub(super) fn write(self, out: &Path, text: &str, read: &[&Path]) -> Result<(), Fault> {
-        is_not_read(out, read)?;
-        let is_the_same = || reading::own(out).is_ok_and(|there| there == text.as_bytes());
+    pub(super) fn write(self, out: &Path, text: &str) -> Result<(), Fault> {
+        is_not_read(out)?;
+        let is_the_same = || reading::to_replace(out).is_ok_and(|there| there == text.as_bytes());
         if !self.force && is_there(out) && !is_the_same() {
             return Err(refused(out, "nothing in it tells that this command wrote it"));
         }
@@ -41,14 +41,14 @@ impl Replace {
     /// # Errors
     ///
     /// As of [`Replace::write`].
-    pub(super) fn write_sealed(self, out: &Path, text: &str, read: &[&Path]) -> Result<(), Fault> {
-        self.may_write_sealed(out, read)?;
+    pub(super) fn write_sealed(self, out: &Path, text: &str) -> Result<(), Fault> {
+        self.may_write_sealed(out)?;
         write_whole(out, &sealed(text)).map_err(Fault::usage)
     }
 
     /// Refuses to replace a page, a drawing or a model that is not as sgc wrote it.
-    pub(super) fn may_write_sealed(self, out: &Path, read: &[&Path]) -> Result<(), Fault> {
-        is_not_read(out, read)?;
+    pub(super) fn may_write_sealed(self, out: &Path) -> Result<(), Fault> {
+        is_not_read(out)?;
         if self.force || !is_there(out) || is_as_written(out) {
             return Ok(());
         }
@@ -63,17 +63,16 @@ fn is_there(out: &Path) -> bool {
 }
 
 /// Refuses to write over what the command has read: nothing else holds it.
-pub(super) fn is_not_read(out: &Path, read: &[&Path]) -> Result<(), Fault> {
-    let Ok(place) = fs::canonicalize(out) else { return Ok(()) };
-    let is_same = |path: &&&Path| fs::canonicalize(path).is_ok_and(|path| path == place);
-    match read.iter().find(is_same) {
-        Some(path) => Err(Fault::usage(format!(
-            "{} is {}, which this command reads; choose another name with --out",
-            out.display(),
-            path.display()
-        ))),
-        None => Ok(()),
+pub(super) fn is_not_read(out: &Path) -> Result<(), Fault> {
+    if !reading::was_read(out) {
+        return Ok(());
     }
+    let place = fs::canonicalize(out).unwrap_or_else(|_| out.to_owned());
+    let also = if place == out { String::new() } else { format!("{}, ", place.display()) };
+    Err(Fault::usage(format!(
+        "{} is {also}which this command reads; choose another name with --out",
+        out.display()
+    )))
 }
 
 fn refused(out: &Path, why: &str) -> Fault {

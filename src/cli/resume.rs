@@ -49,7 +49,8 @@ impl Resume {
                 )));
             }
             folder::clear(path);
-            leftovers::clear(path);
+            let asked = run_files::asked(path).map_err(Fault::usage)?;
+            leftovers::clear(path, leftovers::replaces(&asked.command));
             output::note(&format!("{complete}: there is nothing to go on with"));
             return Ok(exit::DONE);
         }

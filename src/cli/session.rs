@@ -228,7 +228,9 @@ impl Keeper<'_> {
     fn failed(&self, failure: Failure, sources: &SourceMap) -> Fault {
         let path = self.folder.path();
         let lost = matches!(failure, Failure::Output(_));
-        if lost && !self.folder.is_replacing() {
+        if lost && self.folder.check_here().is_err() {
+            // Nobody knows where it is now: the failure itself tells.
+        } else if lost && !self.folder.is_replacing() {
             let path = output::typed(path);
             output::note(&format!(
                 "what was saved last is intact; once it can be written again, go on with: sgc resume {path}"

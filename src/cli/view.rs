@@ -36,7 +36,7 @@ impl View {
         let page = view::page(&scene);
         let out = match self.out {
             Some(out) => {
-                self.replace.write_sealed(&out, &page, &[&path])?;
+                self.replace.write_sealed(&out, &page)?;
                 out
             }
             None => {
@@ -53,11 +53,11 @@ impl View {
 /// Writes the page beside the design; where nothing can be written, into the current folder.
 fn beside(design: &Path, name: &str, page: &str, replace: Replace) -> Result<PathBuf, Fault> {
     let out = design.with_file_name("view.html");
-    replace.may_write_sealed(&out, &[design])?;
-    let Err(Fault { code, message }) = replace.write_sealed(&out, page, &[design]) else { return Ok(out) };
+    replace.may_write_sealed(&out)?;
+    let Err(Fault { code, message }) = replace.write_sealed(&out, page) else { return Ok(out) };
     let here = PathBuf::from(format!("{name}.view.html"));
     replace
-        .write_sealed(&here, page, &[design])
+        .write_sealed(&here, page)
         .map_err(|_| Fault { code, message: format!("{message}; choose another place with --out") })?;
     output::note(&format!("{message}; the page is in the current folder instead"));
     Ok(here)

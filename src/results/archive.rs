@@ -22,6 +22,12 @@ fn file(cell: &[usize]) -> String {
     format!("{}.design.json", cells.join("-"))
 }
 
+/// Whether a file can be that of a kind.
+pub(super) fn is_kind(name: &str) -> bool {
+    let is_number = |cell: &str| !cell.is_empty() && cell.bytes().all(|digit| digit.is_ascii_digit());
+    name.strip_suffix(".design.json").is_some_and(|cells| cells.split('-').all(is_number))
+}
+
 /// Where a cell of a descriptor begins and ends.
 fn ends(descriptor: &Descriptor, cell: usize) -> (f64, f64) {
     let end = |n: usize| {
@@ -94,5 +100,7 @@ mod tests {
         assert_eq!(ends(&descriptor, 0), (1.0, 3.0));
         assert_eq!(ends(&descriptor, 9), (19.0, 21.0));
         assert_eq!(file(&[3, 0]), "3-0.design.json");
+        assert!(is_kind(&file(&[3, 0])) && is_kind("12.design.json"));
+        assert!(!is_kind("mine.design.json") && !is_kind("3-.design.json") && !is_kind("3-0.json"));
     }
 }

@@ -158,10 +158,11 @@ impl Tested {
 pub fn tested(rules: &RuleSet, design: &SavedDesign) -> Option<Tested> {
     let saved = design.tasks.iter().find(|saved| !saved.tests.is_empty())?;
     let objective = &rules.tasks.get(&saved.name)?.objective;
+    let less = |value: f64| design.less_penalties(objective.direction, value);
     if !objective.is_told_by_each_world() {
-        return Some(Tested::Whole(saved.tested));
+        return Some(Tested::Whole(saved.tested.map(less)));
     }
-    let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value).collect();
+    let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value.map(less)).collect();
     together(objective.direction, &values).map(Tested::Each)
 }
 

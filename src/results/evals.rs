@@ -41,6 +41,17 @@ impl Mark {
         (hex(&Sha256::digest(counted)) == self.sha256).then_some(counted)
     }
 
+    /// How many lines of a table were counted.
+    ///
+    /// # Errors
+    ///
+    /// A sentence: they were changed.
+    pub(super) fn rows(&self, table: &Path) -> Result<usize, FileError> {
+        let bytes = reading::own(table).map_err(FileError::read(table))?;
+        let counted = self.counted(&bytes).ok_or_else(|| FileError::unfit(table, Unfit::OtherRows))?;
+        Ok(counted.iter().filter(|byte| **byte == b'\n').count())
+    }
+
     /// Whether a table is all that was counted, and nothing else.
     pub(super) fn is_of(&self, table: &[u8]) -> bool {
         self.counted(table).is_some_and(|counted| counted.len() == table.len())

@@ -188,6 +188,12 @@ pub enum Unfit {
         /// What is wrong with it.
         why: String,
     },
+    /// A run in the folder of another seed.
+    #[error("holds a run of seed {seed}: the folder was copied or renamed; restore it")]
+    OtherSeed {
+        /// That of the run.
+        seed: u64,
+    },
     /// A result that is not of what was asked.
     #[error(
         "is of grammar {grammar} and seed {seed}, and run.toml beside it of others: one of them was changed; restore it, or leave this run out of the report"

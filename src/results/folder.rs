@@ -144,17 +144,18 @@ impl RunFolder {
         if best.exists() {
             // The run would write its own over it.
             let of_run = |design: &SavedDesign| genuine::check_run(design, &asked, None);
-            let own =
-                SavedDesign::read(&best).and_then(|design| of_run(&design).map_err(FileError::inside(&best)));
+            let own = SavedDesign::read_own(&best)
+                .and_then(|design| of_run(&design).map_err(FileError::inside(&best)));
             own.map_err(|why| FileError::unfit(&best, Unfit::NotOwn { why: why.to_string() }))?;
         }
         let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, &rules.observed)?;
         leftovers::clear_within(path);
         // A process that was killed before its first best leaves the run that it was to replace: it goes
         // on waiting until there is a best.
-        let replaced = if path.join(BEST).exists() { None } else { leftovers::older(path) };
+        let waits = !best.exists() && leftovers::replaces(&asked.command);
+        let replaced = if waits { leftovers::older(path) } else { None };
         if replaced.is_none() {
-            leftovers::clear(path);
+            leftovers::clear(path, leftovers::replaces(&asked.command));
         }
         let replaced = RefCell::new(replaced);
         let folder = Self { path: path.to_owned(), evals, run, lock, replaced };
@@ -247,7 +248,7 @@ impl RunFolder {
         self.write_here(|| write_whole(&self.best_path(), &design.text()))?;
         if let Some(old) = self.replaced.borrow_mut().take() {
             fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
-            leftovers::clear(&self.path);
+            leftovers::clear(&self.path, true);
         }
         Ok(())
     }
@@ -261,6 +262,7 @@ impl RunFolder {
         let observed = outcome.best.as_ref().map(|best| best.observed());
         self.check_here()?;
         let finished = Finished {
+            sum: None,
             evals: Some(self.evals.mark()?),
             grammar: asked.grammar.clone(),
             seed: asked.seed,
@@ -279,10 +281,24 @@ impl RunFolder {
             end: outcome.end.text().to_owned(),
         };
         let path = self.path.join(RESULT);
-        let text = serde_json::to_string_pretty(&finished).map_err(FileError::write(&path))? + "\n";
+        let text = finished.text().map_err(FileError::write(&path))?;
         self.write_here(|| write_whole(&path, &text))?;
         clear(&self.path);
         Ok(())
+    }
+}
+
+/// How many rows of moves the checkpoint of a stopped run counts; none where there is no checkpoint that this program can read.
+///
+/// # Errors
+///
+/// A sentence: the rows that it counts were changed.
+pub(super) fn counted_rows(path: &Path) -> Result<Option<usize>, FileError> {
+    let run = hex(&Sha256::digest(read(&path.join(RUN))?));
+    match Checkpoint::read(&path.join(CHECKPOINT), &run) {
+        // Its first line names the columns.
+        Ok(checkpoint) => Ok(Some(checkpoint.evals.rows(&path.join(EVALS))?.saturating_sub(1))),
+        Err(_) => Ok(None),
     }
 }
 

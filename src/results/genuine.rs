@@ -97,6 +97,18 @@ pub(super) fn check_run(
     Ok(())
 }
 
+/// Checks that a run among several is of the seed that its folder is named by.
+///
+/// # Errors
+///
+/// A sentence: it is not.
+pub(super) fn check_seed(folder: &Path, asked: &Asked, seed: u64) -> Result<(), FileError> {
+    match asked.seed == seed {
+        true => Ok(()),
+        false => Err(FileError::unfit(folder, Unfit::OtherSeed { seed: asked.seed })),
+    }
+}
+
 /// Checks that the result of a complete run fits to what it was asked, and to its table of moves.
 ///
 /// # Errors

@@ -19,13 +19,21 @@ pub(super) fn older(path: &Path) -> Option<PathBuf> {
     found.into_iter().max_by_key(|folder| changed(folder))
 }
 
-/// Removes what is of no use once the run has a best design: older runs and unfinished folders, but
+/// Removes what is of no use once the run has a best design: unfinished folders, and older runs if it was to replace them; but
 /// nothing that a process holds or in which there is anything that no run writes.
-pub fn clear(path: &Path) {
-    for folder in beside(path, &replaced(path), true) {
-        remove(&folder);
+pub fn clear(path: &Path, replaces: bool) {
+    if replaces {
+        for folder in beside(path, &replaced(path), true) {
+            remove(&folder);
+        }
     }
     clear_unfinished(path);
+}
+
+/// Whether a command was to replace the run that was there.
+#[must_use]
+pub fn replaces(command: &str) -> bool {
+    command.split_whitespace().any(|word| word == "--force")
 }
 
 /// Removes folders that were to become this one and were not filled to their end.

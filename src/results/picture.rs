@@ -112,10 +112,12 @@ fn worlds(
     design: &SavedDesign,
     saved: &SavedTask,
 ) -> Result<Option<Worlds>, DesignError> {
-    let (Some(text), Some(task)) = (summary::tests(rules, saved), rules.tasks.get(&saved.name)) else {
+    let (Some(text), Some(task)) = (summary::tests(rules, design, saved), rules.tasks.get(&saved.name))
+    else {
         return Ok(None);
     };
-    let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value).collect();
+    let less = |value: f64| design.less_penalties(task.objective.direction, value);
+    let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value.map(less)).collect();
     let worst = elsewhere::together(task.objective.direction, &values).map(|found| found.worst);
     let scenario = worst.and_then(|worst| robustness::tested(rules, saved).into_iter().nth(worst));
     let worst = match scenario {
@@ -127,7 +129,7 @@ fn worlds(
     };
     // A page is no terminal: no quotes around names, and a sentence begins with a capital.
     let text = text.replace('`', "").replacen("in ", "In ", 1);
-    Ok(Some(Worlds { values, unit: saved.unit.clone(), nominal: saved.in_nominal(), text, worst }))
+    Ok(Some(Worlds { values, unit: saved.unit.clone(), nominal: less(saved.in_nominal()), text, worst }))
 }
 
 /// What is told beside the value: those of the tasks, where there are several, and what it gives up; the terms of one

@@ -59,7 +59,7 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
 fn foreign_within(path: &Path) -> Option<String> {
     let sources = asked(path).map(|asked| asked.sources).unwrap_or_default();
     let is_source = |name: &str| sources.iter().any(|source| source.file == name);
-    let is_kept = |name: &str| name.ends_with(".design.json") && path.join(archive::TABLE).exists();
+    let is_kept = |name: &str| archive::is_kind(name) && path.join(archive::TABLE).exists();
     let within = |folder: &str, is_own: &dyn Fn(&str) -> bool| {
         let names = entries(&path.join(folder)).unwrap_or_default();
         let foreign = names.into_iter().find(|name| !is_own(name) && !is_unfinished(name))?;

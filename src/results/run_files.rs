@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use super::evals::Mark;
 use super::saved::{Grammar, hex};
 use super::whole::read;
-use super::{FileError, Unfit};
+use super::{Damage, FileError, Unfit};
 use crate::reading;
 
 pub(super) const RUN: &str = "run.toml";
@@ -85,9 +85,30 @@ pub struct Finished {
     pub unstable: u64,
     /// Why it ended.
     pub end: String,
+    /// Hash of all else that it says. Earlier versions did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sum: Option<String>,
     /// The table of its moves. Earlier versions did not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evals: Option<Mark>,
+}
+
+impl Finished {
+    /// The hash of all that it says but for the hash itself.
+    fn checksum(&self) -> Result<String, serde_json::Error> {
+        let text = serde_json::to_string(&Self { sum: None, ..self.clone() })?;
+        Ok(hex(&Sha256::digest(text)))
+    }
+
+    /// The text of the file.
+    ///
+    /// # Errors
+    ///
+    /// It cannot be written down.
+    pub(super) fn text(&self) -> Result<String, serde_json::Error> {
+        let whole = Self { sum: Some(self.checksum()?), ..self.clone() };
+        Ok(serde_json::to_string_pretty(&whole)? + "\n")
+    }
 }
 
 /// The texts of a grammar as [`Asked`] lists them.
@@ -124,7 +145,14 @@ pub fn best(path: &Path) -> PathBuf {
 pub fn finished(path: &Path) -> Result<Option<Finished>, FileError> {
     let path = path.join(RESULT);
     match reading::own(&path) {
-        Ok(bytes) => serde_json::from_slice(&bytes).map(Some).map_err(FileError::damaged(&path)),
+        Ok(bytes) => {
+            let finished: Finished = serde_json::from_slice(&bytes).map_err(FileError::damaged(&path))?;
+            let sum = finished.checksum().map_err(FileError::damaged(&path))?;
+            match finished.sum.as_ref().is_none_or(|own| *own == sum) {
+                true => Ok(Some(finished)),
+                false => Err(FileError::damaged(&path)(Damage::Sum)),
+            }
+        }
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(e) => Err(FileError::read(&path)(e)),
     }

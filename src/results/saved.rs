@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use grammar_lang::ir::{RuleSet, without_spans};
+use grammar_lang::ir::{Direction, RuleSet, without_spans};
 use grammar_lang::source::SourceMap;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -134,6 +134,18 @@ pub struct InWorld {
     pub differs: String,
     /// The value there; none if the motion is not valid.
     pub value: Option<f64>,
+}
+
+impl SavedDesign {
+    /// A value of its only task as the whole objective has it: less what the design gives up by preferences that it does not
+    /// fulfil. Where there are several tasks, as it is: what they come to together is the grammar's to say.
+    #[must_use]
+    pub fn less_penalties(&self, direction: Direction, value: f64) -> f64 {
+        match self.tasks.as_slice() {
+            [_] => self.penalties.iter().fold(value, |value, (_, weight)| direction.worse_by(value, *weight)),
+            _ => value,
+        }
+    }
 }
 
 impl SavedTask {
@@ -294,12 +306,24 @@ impl SavedDesign {
     ///
     /// A sentence that says what is wrong with it.
     pub fn read(path: &Path) -> Result<Self, FileError> {
+        Self::of_bytes(path, &reading::named(path).map_err(FileError::read(path))?)
+    }
+
+    /// Reads a file of a run's folder.
+    ///
+    /// # Errors
+    ///
+    /// A sentence that says what is wrong with it.
+    pub fn read_own(path: &Path) -> Result<Self, FileError> {
+        Self::of_bytes(path, &reading::own(path).map_err(FileError::read(path))?)
+    }
+
+    fn of_bytes(path: &Path, bytes: &[u8]) -> Result<Self, FileError> {
         let unfit = |why| Err(FileError::unfit(path, why));
-        let bytes = reading::named(path).map_err(FileError::read(path))?;
         if path.extension().is_some_and(|extension| extension == "sgr") {
             return unfit(Unfit::Grammar);
         }
-        let value = serde_json::from_slice(&bytes);
+        let value = serde_json::from_slice(bytes);
         let mut value: serde_json::Value = value.map_err(|e| FileError::unfit(path, Unfit::NotJson(e)))?;
         if value.get("format").and_then(|f| f.as_str()) != Some(FORMAT) {
             return unfit(Unfit::NoDesign { format: FORMAT });

@@ -26,7 +26,7 @@ pub fn sealed(text: &str) -> String {
 /// Whether a file is as sgc wrote it: its last line holds the checksum of what stands above.
 #[must_use]
 pub fn is_as_written(path: &Path) -> bool {
-    let text = reading::own(path).ok().and_then(|bytes| String::from_utf8(bytes).ok());
+    let text = reading::to_replace(path).ok().and_then(|bytes| String::from_utf8(bytes).ok());
     text.is_some_and(|text| holds(&text))
 }
 

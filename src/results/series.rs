@@ -113,7 +113,7 @@ impl SeriesFolder {
             fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
         }
         if force {
-            leftovers::clear(path);
+            leftovers::clear(path, true);
         }
         Ok(Self { path: path.to_owned(), series, _lock: lock })
     }
@@ -127,7 +127,7 @@ impl SeriesFolder {
         let file = path.join(RUNS);
         let lock = lock_again(&file)?;
         let series = series(path)?;
-        leftovers::clear(path);
+        leftovers::clear(path, leftovers::replaces(&series.command));
         Ok(Self { path: path.to_owned(), series, _lock: lock })
     }
 
@@ -163,8 +163,9 @@ impl SeriesFolder {
             .collect::<Result<_, _>>()?;
         genuine::check_one_grammar(runs.iter().map(|(path, asked)| (path.as_path(), asked)))?;
         for (&seed, (path, asked)) in self.series.seeds.iter().zip(&runs) {
+            genuine::check_seed(path, asked, seed)?;
             let best = run_files::best(path);
-            let design = if best.exists() { Some(SavedDesign::read(&best)?) } else { None };
+            let design = if best.exists() { Some(SavedDesign::read_own(&best)?) } else { None };
             if let (None, Some(design)) = (&rules, &design) {
                 rules = Some(design.grammar.compile().map_err(FileError::inside(&best))?);
             }

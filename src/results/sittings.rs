@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::FileError;
-use super::whole::write_whole;
+use super::whole::{self, write_whole};
 
 /// Its name in the run folder.
 pub(super) const SITTINGS: &str = "sittings.csv";
@@ -42,7 +42,7 @@ impl Sittings {
     #[must_use]
     pub fn begin(folder: &Path, spent: u64, threads: usize) -> Self {
         let path = folder.join(SITTINGS);
-        let before = std::fs::read_to_string(&path).unwrap_or_default();
+        let before = whole::read(&path).unwrap_or_default();
         // Nothing else depends on this file: one that makes no sense is begun anew.
         let before =
             if before.starts_with(COLUMNS) && before.ends_with('\n') { before } else { COLUMNS.to_owned() };
@@ -64,7 +64,8 @@ impl Sittings {
 /// The sittings of a run; none if it has no such file, or one that makes no sense.
 #[must_use]
 pub fn read(folder: &Path) -> Option<Vec<Sitting>> {
-    let mut reader = csv::Reader::from_path(folder.join(SITTINGS)).ok()?;
+    let text = whole::read(&folder.join(SITTINGS)).ok()?;
+    let mut reader = csv::Reader::from_reader(text.as_bytes());
     let sittings: Vec<Sitting> = reader.deserialize().collect::<Result<_, _>>().ok()?;
     let sound = |s: &Sitting| s.end >= s.begin && s.seconds >= 0.0 && s.seconds.is_finite();
     (!sittings.is_empty() && sittings.iter().all(sound)).then_some(sittings)

@@ -59,14 +59,15 @@ pub fn whole(value: Option<f64>, unit: &str) -> String {
 
 /// What a task comes to in worlds that the search never saw, in words: a line, where it names scenarios.
 #[must_use]
-pub fn tests(rules: &RuleSet, saved: &SavedTask) -> Option<String> {
+pub fn tests(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask) -> Option<String> {
     let task = rules.tasks.get(&saved.name)?;
-    let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value).collect();
+    let less = |value: f64| design.less_penalties(task.objective.direction, value);
+    let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value.map(less)).collect();
     let world = |place: usize| saved.tests[place].differs.clone();
     let said = together(task.objective.direction, &values, &saved.unit, world)?;
     let whole = match task.objective.is_told_by_each_world() {
         true => String::new(),
-        false => whole(saved.tested, &saved.unit),
+        false => whole(saved.tested.map(less), &saved.unit),
     };
     Some(format!("in {} other worlds of `{}`: {whole}{said}", values.len(), task.scenarios.as_ref()?.name))
 }
@@ -90,6 +91,7 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
             out.push_str(&format!("task {} {value}\n", saved.name));
         }
         if let Some(nominal) = saved.nominal {
+            let nominal = design.less_penalties(rules.objective.direction, nominal);
             out.push_str(&format!("  in the nominal world {}\n", describe::quantity(nominal, &saved.unit)));
         }
         for (name, value) in &saved.terms {
@@ -100,7 +102,7 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
             let remark = verdict(rules, saved, check).remark();
             out.push_str(&format!("  with {}: {text}{remark}\n", check.name));
         }
-        out.extend(tests(rules, saved).map(|line| format!("{line}\n")));
+        out.extend(tests(rules, design, saved).map(|line| format!("{line}\n")));
     }
     out
 }

@@ -6,11 +6,16 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Function, Word};
 use crate::names::{Program, declared};
 use crate::syntax::ast::{ItemKind, Name};
+use crate::syntax::declarations::BlockKind;
+use crate::types::expressions::is_type;
 
 /// The first part of the body, wherever no declaration says otherwise.
 const CORE: &str = "core";
 /// Groups of parts that are no reserved words.
 const GROUPS: [&str; 1] = ["block"];
+
+/// What a rule can match or a term read, which no kind of part can be called.
+const MATCHED: [&str; 4] = ["joint", "step", "element", "nothing"];
 
 /// Reports declarations whose names are built in.
 pub(super) fn check(program: &Program, found: &mut Found) {
@@ -19,7 +24,14 @@ pub(super) fn check(program: &Program, found: &mut Found) {
         if matches!(item.kind, ItemKind::Require { .. } | ItemKind::Prefer { .. }) {
             continue;
         }
-        if let Some(name) = declared(item).filter(|name| is_built_in(&name.text)) {
+        let is_built_in = |name: &&Name| match &item.kind {
+            ItemKind::Enum(..) => is_built_in(&name.text) || is_type(&name.text),
+            ItemKind::Block(BlockKind::Part | BlockKind::Actuator | BlockKind::Cell, _) => {
+                is_built_in(&name.text) || MATCHED.contains(&name.text.as_str())
+            }
+            _ => is_built_in(&name.text),
+        };
+        if let Some(name) = declared(item).filter(is_built_in) {
             found.add(built_in(name));
         }
     }
@@ -29,7 +41,8 @@ fn is_built_in(name: &str) -> bool {
     Word::named(name).is_some() || Function::named(name).is_some() || name == CORE || GROUPS.contains(&name)
 }
 
-fn built_in(name: &Name) -> Diagnostic {
+/// The error of a name that the language has a meaning for already.
+pub(super) fn built_in(name: &Name) -> Diagnostic {
     let text = &name.text;
     Diagnostic::new(Code::BUILT_IN, name.span, format!("`{text}` means something in the language already"))
         .label("this name is built in")

@@ -58,6 +58,9 @@ pub enum ReportError {
         /// Another.
         other: (PathBuf, String),
     },
+    /// What is told would be written over.
+    #[error("{} is a file that this report is made of: choose another folder with --out", .0.display())]
+    Read(PathBuf),
     /// There is something where the report should be.
     #[error(
         "{} holds \"{name}\", which no report wrote there, or which was edited since: take it away, choose another \

@@ -24,6 +24,7 @@ use read::Group;
 use super::FileError;
 use super::seal::{is_as_written, sealed};
 use super::whole::{entries, is_unfinished, write_whole};
+use crate::reading;
 
 /// What the folder of a report is called in the folder of its runs.
 pub const FOLDER: &str = "report";
@@ -79,6 +80,10 @@ impl Report {
     pub fn write(&self, out: &Path, force: bool) -> Result<PathBuf, ReportError> {
         // The page is first: what it is written beside is known to be of a report.
         let page = self.write_page(out, Reload::Never, force)?;
+        let files = || TABLES.iter().map(|(name, _)| out.join(name));
+        if let Some(read) = files().find(|file| reading::was_read(file)) {
+            return Err(ReportError::Read(read));
+        }
         for (name, table) in TABLES {
             write_whole(&out.join(name), &table(&self.groups))?;
         }
@@ -100,6 +105,9 @@ impl Report {
         }
         fs::create_dir_all(out).map_err(FileError::write(out))?;
         let page = out.join(PAGE);
+        if reading::was_read(&page) {
+            return Err(ReportError::Read(page));
+        }
         write_whole(&page, &sealed(&page::page(&self.groups, &|run| link(out, run), reload)))?;
         Ok(page)
     }

@@ -11,6 +11,7 @@ use super::error::{Lost, ReportError};
 use super::moves::{Move, lineage, moves};
 use crate::results::DesignError;
 use crate::results::elsewhere::{Tested, tested};
+use crate::results::folder;
 use crate::results::genuine;
 use crate::results::place::{RUNS, is_series};
 use crate::results::robustness::confirmed;
@@ -218,8 +219,13 @@ fn group(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Group, Re
         let series = series::series(path)?;
         // Its runs are not asked one by one: one may be about to begin.
         let asker = if asker == Asker::Anybody && is_locked(&path.join(RUNS)) { Asker::Going } else { asker };
-        let folders = series.seeds.iter().map(|seed| run_folder(path, *seed));
-        folders.map(|folder| run(&folder, asker, compiled)).collect::<Result<_, _>>()?
+        let mut runs = Vec::with_capacity(series.seeds.len());
+        for &seed in &series.seeds {
+            let run = run(&run_folder(path, seed), asker, compiled)?;
+            genuine::check_seed(&run.path, &run.asked, seed)?;
+            runs.push(run);
+        }
+        runs
     } else if run_files::is_run(path) {
         vec![run(path, asker, compiled)?]
     } else if path.is_dir() {
@@ -255,7 +261,7 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
     let asked = run_files::asked(path)?;
     let finished = run_files::finished(path)?;
     let rules = compiled.get(&run_files::frozen(path, &asked)?);
-    let moves = moves(&path.join(EVALS), finished.is_none())?;
+    let mut moves = moves(&path.join(EVALS), finished.is_none())?;
     if let Some(finished) = &finished {
         genuine::check_finished(path, &asked, finished)?;
     }
@@ -266,6 +272,12 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
         (None, Asker::Anybody) if is_locked(&path.join(RUN)) => Standing::UnderWay,
         (None, Asker::Anybody | Asker::Gone) => Standing::Stopped,
     };
+    if let Standing::Stopped = &standing
+        && let Some(rows) = folder::counted_rows(path)?
+    {
+        // What was written after the checkpoint is made again.
+        moves.truncate(rows);
+    }
     if let Standing::Complete(finished) = &standing
         && let Some(last) = moves.last()
         && last.best.map(f64::to_bits) != finished.value.map(f64::to_bits)
@@ -274,7 +286,7 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
     }
     let best = path.join(BEST);
     let found = || -> Result<Found, Lost> {
-        let design = SavedDesign::read(&best)?;
+        let design = SavedDesign::read_own(&best)?;
         let finished = match &standing {
             Standing::Complete(finished) => Some(&**finished),
             Standing::UnderWay | Standing::Stopped | Standing::Waiting => None,

@@ -266,7 +266,16 @@ impl Declarations<'_> {
         let name = &variable.name;
         let error = match (ty, &variable.domain) {
             (Ty::Unknown, _) => return None,
-            (Ty::Bool, _) => return Some((0.0, 1.0)),
+            (Ty::Bool, None) => return Some((0.0, 1.0)),
+            (Ty::Bool, Some(domain)) => {
+                let message = format!("`{}` is a Bool, which has no domain", name.text);
+                Diagnostic::new(Code::WRONG_TYPE, domain.span, message).label("it would change nothing").help(
+                    format!(
+                        "a value that stays is no variable: write `let {} = false` in its place",
+                        name.text
+                    ),
+                )
+            }
             (Ty::Quantity(_) | Ty::Count, Some(domain)) => {
                 let mut constant = Context::new(Stage::Declaration, cx.damaged);
                 let what = format!("the domain of `{}`", name.text);

@@ -5,8 +5,9 @@ use indexmap::IndexMap;
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{self, Ty};
+use crate::ir::{self, PartAttribute, Ty};
 use crate::syntax::ast::{Block, Field};
+use crate::types::built_in::built_in;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
@@ -90,20 +91,26 @@ impl Declarations<'_> {
     }
 
     fn actuator_params(&mut self, block: &Block, damaged: bool) -> IndexMap<String, ir::InstanceParam> {
-        let params = self.instance_params_of(block, damaged);
+        let is_taken = |name: &str| PartAttribute::named(name).is_some() || ACTUATOR.all.contains(&name);
+        let params = self.instance_params_of(block, &is_taken, damaged);
         self.check_segments(block, params.get("segments"), damaged);
         params
     }
 
-    /// The parameters that each instance of a kind has for itself.
+    /// The parameters that each instance of a kind has for itself. `is_taken` says which names are those of fields, or of what
+    /// all instances have.
     pub(super) fn instance_params_of(
         &mut self,
         block: &Block,
+        is_taken: &dyn Fn(&str) -> bool,
         damaged: bool,
     ) -> IndexMap<String, ir::InstanceParam> {
         let mut params = IndexMap::new();
         for field in &block.fields {
             let Field::Param(param) = field else { continue };
+            if is_taken(&param.name.text) {
+                self.report(built_in(&param.name));
+            }
             let mut cx = Context::new(Stage::Declaration, damaged);
             let ty = self.expressions.type_named(&param.ty);
             let domain = param.domain.as_ref().and_then(|d| {

@@ -4,7 +4,7 @@ use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::singles::Singles;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
-use crate::ir::{self, Effect, Expr, ExprKind, Painting, Symmetry, Ty};
+use crate::ir::{self, CellAttribute, Effect, Expr, ExprKind, Painting, Symmetry, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, Field, ItemKind, Link, Name, RuleClause, RuleClauseKind};
 use crate::syntax::declarations::BlockKind;
@@ -23,7 +23,8 @@ impl Declarations<'_> {
         let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a cell", CELL);
         let spacing = self.number(&from, "spacing", Dimension::LENGTH, Sign::Positive, "1 cm", &cx);
-        let params = self.instance_params_of(block, damaged);
+        let is_taken = |name: &str| CellAttribute::named(name).is_some() || CELL.all.contains(&name);
+        let params = self.instance_params_of(block, &is_taken, damaged);
         // What a cell is made of may depend on its parameters.
         let mut cx = cx;
         for field in &block.fields {

@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 
 use super::Declarations;
-use super::fields::Fields;
+use super::fields::{Fields, Values};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Difference, Scenarios, Ty};
 use crate::source::Span;
@@ -47,7 +47,7 @@ impl Declarations<'_> {
         }
         let plain = block.fields.iter().filter(|field| !is_case(field));
         let from = self.values_among(block, plain, "a set of worlds", allowed);
-        let cases = self.cases(block.fields.iter().filter(is_case), damaged);
+        let cases = self.cases(block.fields.iter().filter(is_case), &from, damaged);
         let mut ranges = IndexMap::new();
         let mut is_sound = true;
         for difference in Difference::ALL {
@@ -94,7 +94,7 @@ impl Declarations<'_> {
     }
 
     /// How many worlds are drawn.
-    fn drawn(&mut self, from: &super::fields::Values<'_>, place: Span, damaged: bool) -> Option<usize> {
+    fn drawn(&mut self, from: &Values<'_>, place: Span, damaged: bool) -> Option<usize> {
         let cx = Context::new(Stage::Declaration, damaged);
         let drawn = self.number(from, "drawn", Ty::Count, super::fields::Sign::Positive, "13", &cx)?;
         if drawn > Scenarios::MOST as f64 {
@@ -135,6 +135,7 @@ impl Declarations<'_> {
     fn cases<'b>(
         &mut self,
         blocks: impl Iterator<Item = &'b Field>,
+        from: &Values<'_>,
         damaged: bool,
     ) -> Option<IndexMap<String, IndexMap<Difference, f64>>> {
         let mut cases = IndexMap::new();
@@ -157,6 +158,18 @@ impl Declarations<'_> {
                     Diagnostic::new(Code::DUPLICATE, name.span, "every set has a world `nominal` already")
                         .label("this name is taken")
                         .help("choose another name: in the nominal world all is as the grammar says"),
+                );
+            }
+            if from.values.contains_key(name.text.as_str()) {
+                is_sound = false;
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        name.span,
+                        format!("`{}` is what drawn worlds of this set differ in", name.text),
+                    )
+                    .label("this name is taken")
+                    .help("choose another name: a variant changes fields and cases by their names"),
                 );
             }
             names.push(name);

@@ -3,7 +3,7 @@
 use super::Expressions;
 use super::context::Context;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
-use crate::ir::{Expr, ExprKind, Function, Ty};
+use crate::ir::{Attribute, Expr, ExprKind, Function, PartAttribute, Ty, Word};
 use crate::names::Declaration;
 use crate::source::Span;
 use crate::syntax::ast;
@@ -317,6 +317,20 @@ impl Expressions<'_> {
         if self.open_functions.is_empty() {
             self.blame_the_call(known, &function.name.text, span);
         }
+        if let Some((_, value)) = bound.iter().find(|(_, value)| reads_motion(value))
+            && body.any(&mut |e| matches!(e.kind, ExprKind::Scenarios(_)))
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::OTHER_WORLDS,
+                    value.span,
+                    format!("`{}` runs over worlds, and this is of the nominal one", function.name.text),
+                )
+                .label("would be the same in each world")
+                .help("write out here what the function says, or let it name the term itself"),
+            );
+            return unknown;
+        }
         let size = super::nodes(&body);
         if size > super::LARGEST {
             // Told once: whoever calls this is too large, too.
@@ -445,4 +459,16 @@ impl Expressions<'_> {
         });
         numbers.map(|(a, b)| format!("a decimal number is written with a point: `{a}.{b}`"))
     }
+}
+
+/// Whether an expression reads a motion: in another world it may have another value.
+fn reads_motion(expr: &Expr) -> bool {
+    expr.any(&mut |e| match &e.kind {
+        ExprKind::Term(_) | ExprKind::At(..) | ExprKind::Word(Word::Motion(_)) => true,
+        ExprKind::Attribute(_, attribute) => matches!(
+            attribute,
+            Attribute::Element(_) | Attribute::Track(_) | Attribute::Part(PartAttribute::Work)
+        ),
+        _ => false,
+    })
 }

@@ -213,6 +213,14 @@ impl Expressions<'_> {
         let mut checked: Vec<Expr> = Vec::new();
         for item in items {
             let item = self.infer(item, cx);
+            if item.ty == Ty::List(Box::new(Ty::World)) {
+                self.report(
+                    Diagnostic::new(Code::WRONG_TYPE, item.span, "this is a set of worlds already")
+                        .label("no single world")
+                        .help("leave the brackets out: `over w in NAME`"),
+                );
+                return None;
+            }
             // What all have in common is that of an item that is no zero, which fits any.
             match checked.iter().find(|item| !is_zero(item)).or(checked.first()).cloned() {
                 Some(first) => {

@@ -55,6 +55,34 @@ fn nodes(expr: &Expr) -> usize {
     count
 }
 
+/// Types of the language that are no quantities.
+const OTHERS: &[(&str, Ty)] = &[
+    ("Count", Ty::Count),
+    ("Bool", Ty::Bool),
+    ("Text", Ty::Text),
+    ("Pattern", Ty::Pattern),
+    ("Position", Ty::Vector(Dimension::LENGTH)),
+    ("Rotation", Ty::Rotation),
+    ("part", Ty::Part),
+    ("block", Ty::Part),
+    ("actuator", Ty::Actuator),
+    ("cell", Ty::Cell),
+    ("element", Ty::Element),
+    ("port", Ty::Port),
+    ("step", Ty::Step),
+];
+
+/// The type of the language that has a name; none if a grammar may declare it.
+fn built_in_type(name: &str) -> Option<Ty> {
+    let other = OTHERS.iter().find(|(own, _)| *own == name).map(|(_, ty)| ty.clone());
+    other.or_else(|| Dimension::named(name).map(Ty::Quantity))
+}
+
+/// Whether a name is that of a type of the language.
+pub(super) fn is_type(name: &str) -> bool {
+    built_in_type(name).is_some()
+}
+
 /// What constant expressions can read: the parameters of the grammar.
 #[derive(Default)]
 struct Constants {
@@ -321,6 +349,7 @@ impl<'a> Expressions<'a> {
         self.inside = inside;
         let state = match &checked {
             Some(checked) => {
+                self.alone(declaration, &param.name);
                 self.working.constants.params.insert(param.name.text.clone(), value_of(checked));
                 CheckedParam::Right(checked.clone())
             }
@@ -328,6 +357,31 @@ impl<'a> Expressions<'a> {
         };
         self.params.insert(declaration, state);
         checked
+    }
+
+    /// Reports a parameter where another has its name, in a text that is read only through what it says of others: both would be one.
+    fn alone(&mut self, declaration: Declaration, name: &Name) {
+        if !self.working.constants.params.contains_key(&name.text) {
+            return;
+        }
+        let program = self.environment.program;
+        // Two in one text are told anyway.
+        let others = self.params.keys().filter(|other| other.module != declaration.module);
+        let names = others.filter_map(|other| declared(program.item(*other)?));
+        let Some(other) = names.into_iter().find(|other| other.text == name.text).map(|other| other.span)
+        else {
+            return;
+        };
+        self.report(
+            Diagnostic::new(
+                Code::DUPLICATE,
+                name.span,
+                format!("two parameters of this grammar are called `{}`", name.text),
+            )
+            .label("one")
+            .also(other, "the other")
+            .help("give one of them another name: a parameter is set and shown by its name alone"),
+        );
     }
 
     fn check_param(&mut self, param: &ast::Param) -> Option<ir::Param> {
@@ -454,26 +508,8 @@ impl<'a> Expressions<'a> {
 
     /// The type that a declaration names.
     pub(super) fn type_named(&mut self, name: &Name) -> Ty {
-        const OTHERS: &[(&str, Ty)] = &[
-            ("Count", Ty::Count),
-            ("Bool", Ty::Bool),
-            ("Text", Ty::Text),
-            ("Pattern", Ty::Pattern),
-            ("Position", Ty::Vector(Dimension::LENGTH)),
-            ("Rotation", Ty::Rotation),
-            ("part", Ty::Part),
-            ("block", Ty::Part),
-            ("actuator", Ty::Actuator),
-            ("cell", Ty::Cell),
-            ("element", Ty::Element),
-            ("port", Ty::Port),
-            ("step", Ty::Step),
-        ];
-        if let Some((_, ty)) = OTHERS.iter().find(|(n, _)| *n == name.text) {
-            return ty.clone();
-        }
-        if let Some(dimension) = Dimension::named(&name.text) {
-            return Ty::Quantity(dimension);
+        if let Some(ty) = built_in_type(&name.text) {
+            return ty;
         }
         let program = self.environment.program;
         match program.lookup(name.span, &name.text) {
