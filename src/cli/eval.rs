@@ -15,6 +15,7 @@ use crate::calibrate::reality::{self, Built, Estimate, Prediction};
 use crate::results::replay::{Replayed, ReplayedTask};
 use crate::results::saved::SavedDesign;
 use crate::results::{describe, genuine, replay, summary};
+use crate::score;
 use crate::simulate::SolverName;
 
 /// Simulate a saved design again and print its terms and value
@@ -138,7 +139,7 @@ impl Eval {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design::file(&self.design);
         let opened = design::open_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
-        let Opened { design, rules, sources } = opened;
+        let Opened { mut design, rules, sources } = opened;
         let other = (rules.name != design.grammar.name).then(|| {
             format!("; it was made by the grammar `{}`, not by `{}`", design.grammar.name, rules.name)
         });
@@ -156,6 +157,12 @@ impl Eval {
             return Err(Fault::input(invalid(&replayed)));
         };
         output::data(&format!("value {}\n", describe::quantity(value, &rules.objective.unit)))?;
+        let penalties = score::penalties(&rules, &replayed.candidate.derivation)
+            .map_err(|e| Fault::input(format!("{}: {}", path.display(), e.reason)))?;
+        for (name, weight) in &penalties {
+            output::data(&summary::not_fulfilled(&rules, name, *weight))?;
+        }
+        design.penalties = penalties;
         for (name, value) in &replayed.observed {
             output::data(&summary::observed(&rules, name, value.as_ref()))?;
         }
@@ -166,6 +173,7 @@ impl Eval {
                 output::data(&format!("task {} {value}\n", task.name))?;
             }
             if let Some(nominal) = task.nominal {
+                let nominal = design.less_penalties(rules.objective.direction, nominal);
                 let value = describe::quantity(nominal, &saved.unit);
                 output::data(&format!("  in the nominal world {value}\n"))?;
             }

@@ -14,6 +14,13 @@ pub fn signed(rules: &RuleSet, weight: f64) -> f64 {
     rules.objective.direction.worse_by(0.0, weight)
 }
 
+/// A preference that a design does not fulfil, with what that takes away: a line.
+#[must_use]
+pub fn not_fulfilled(rules: &RuleSet, name: &str, weight: f64) -> String {
+    let lost = describe::quantity(signed(rules, weight), &rules.objective.unit);
+    format!("  not fulfilled: {name} ({lost})\n")
+}
+
 /// What was observed, in words: a line.
 #[must_use]
 pub fn observed(rules: &RuleSet, name: &str, value: Option<&Observed>) -> String {
@@ -77,10 +84,7 @@ pub fn tests(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask) -> Option
 pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
     let mut out = format!("value {}\n", describe::quantity(design.value, &design.unit));
     for (name, weight) in &design.penalties {
-        out.push_str(&format!(
-            "  not fulfilled: {name} ({})\n",
-            describe::quantity(signed(rules, *weight), &design.unit)
-        ));
+        out.push_str(&not_fulfilled(rules, name, *weight));
     }
     for (name, value) in &design.observed {
         out.push_str(&observed(rules, name, value.as_ref()));
