@@ -230,4 +230,14 @@ mod tests {
         // A body with more actuators has the same lateness of those that both have.
         assert_eq!(worlds[3].conditions(4).late, worlds[3].conditions(9).late[..4]);
     }
+
+    /// What is filled at a higher pressure bends faster than it does in the nominal world; at a lower one the flow alone is less.
+    #[test]
+    fn actuators_follow_a_higher_pressure() {
+        let speed = |pressure: f64| {
+            let differences = IndexMap::from([(Difference::Pressure, pressure), (Difference::Speed, 0.9)]);
+            Scenario { differences, ..Scenario::nominal() }.world().speed
+        };
+        assert_eq!((speed(0.8), speed(1.0), speed(1.2)), (0.9, 0.9, 0.9 * 1.2));
+    }
 }
