@@ -3,6 +3,9 @@
 use super::Fix;
 use crate::source::Span;
 
+/// Nobody misspells a word that is longer, in bytes: comparing two takes as long as both lengths multiplied.
+const LONGEST: usize = 64;
+
 /// How many slips of the finger lie between two words, whatever their capitals.
 fn distance(word: &str, candidate: &str) -> usize {
     strsim::damerau_levenshtein(&word.to_lowercase(), &candidate.to_lowercase())
@@ -11,13 +14,16 @@ fn distance(word: &str, candidate: &str) -> usize {
 /// Whether so few slips can lie between two words, as far as their lengths and letters say: nearly all
 /// words are told apart by these, and [`distance`] takes long.
 fn may_be_within(word: &str, candidate: &str, most: usize) -> bool {
-    if !word.is_ascii() || !candidate.is_ascii() {
-        return true;
-    }
     // One bit for each letter, small or capital. A slip takes one away, adds one, or both.
-    let letters = |text: &str| text.bytes().fold(0u32, |all, b| all | 1 << (b & 31));
-    let others = (letters(word) ^ letters(candidate)).count_ones() as usize;
-    word.len().abs_diff(candidate.len()) <= most && others <= 2 * most
+    let letters = |text: &str| match text.is_ascii() {
+        true => (text.bytes().fold(0u32, |all, b| all | 1 << (b & 31)), text.len()),
+        false => text
+            .chars()
+            .flat_map(char::to_lowercase)
+            .fold((0, 0), |(all, length), c| (all | 1 << (u32::from(c) & 31), length + 1)),
+    };
+    let ((word, length), (candidate, other)) = (letters(word), letters(candidate));
+    length.abs_diff(other) <= most && (word ^ candidate).count_ones() as usize <= 2 * most
 }
 
 /// How many slips of the finger are likely in words of this length.
@@ -32,7 +38,7 @@ fn likely(word: &str, candidate: &str) -> usize {
 pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     candidates
         .into_iter()
-        .filter(|c| may_be_within(word, c, likely(word, c)))
+        .filter(|c| word.len().max(c.len()) <= LONGEST && may_be_within(word, c, likely(word, c)))
         .map(|c| (distance(word, c), c))
         .filter(|(distance, c)| *distance <= likely(word, c))
         .min_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(b.1)))
@@ -53,7 +59,7 @@ pub fn sure<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Op
     let candidates: Vec<&str> = candidates.into_iter().collect();
     let found = nearest(word, candidates.iter().copied())?;
     let near = distance(word, found);
-    let farther = |c: &str| !may_be_within(word, c, near) || distance(word, c) > near;
+    let farther = |c: &str| !may_be_within(word, c, near) || c.len() <= LONGEST && distance(word, c) > near;
     let alone = candidates.iter().all(|c| *c == found || farther(c));
     let (length, other) = (word.chars().count(), found.chars().count());
     let likely = match length.min(other) {
@@ -125,6 +131,8 @@ mod tests {
         assert_eq!(sure("leg_l", ["leg_r"]), None, "another initial is no slip");
         assert_eq!(sure("leg_lenght", ["leg_length"]), Some("leg_length"));
         assert_eq!(sure("p", ["q"]), None, "too short to be recognised");
+        let long = "leg".repeat(1_000_000);
+        assert_eq!(nearest(&format!("{long}s"), [long.as_str()]), None, "too long to be compared");
         assert_eq!(sure("brick", ["cube"]), None);
         assert_eq!(sure("len", ["ln", "abs"]), None, "another function");
         assert_eq!(sure("bell", ["ball"]), None, "another word");

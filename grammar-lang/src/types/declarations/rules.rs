@@ -479,11 +479,12 @@ impl Declarations<'_> {
                     format!("`{}` is no part that this rule has matched", owner.text),
                 )
                 .label("not matched before")
-                .help(
-                    did_you_mean(&owner.text, parts).unwrap_or_else(|| {
-                        format!("match the part before it: `match {} : part`", owner.text)
-                    }),
-                ),
+                .help(did_you_mean(&owner.text, parts).unwrap_or_else(|| {
+                    let name = Some(owner.text.as_str()).filter(|name| *name != "core");
+                    let core = if name.is_none() { " where p is core" } else { "" };
+                    let name = name.unwrap_or("p");
+                    format!("match the part before it: `match {name} : part{core}`")
+                })),
             );
             return None;
         }

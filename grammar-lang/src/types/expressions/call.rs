@@ -282,17 +282,6 @@ impl Expressions<'_> {
             self.circle(function.declaration, span);
             return unknown;
         }
-        if self.open_functions.is_empty() {
-            self.calls = 0;
-        }
-        self.calls += 1;
-        // Each call within a call is written out: two of them in each of a row of functions double with every one.
-        if self.open_functions.len() >= super::DEEPEST || self.calls == super::MOST_CALLS {
-            self.too_large(&function.name.text, span);
-        }
-        if self.open_functions.len() >= super::DEEPEST || self.calls >= super::MOST_CALLS {
-            return unknown;
-        }
         // The body sees its parameters and the names of its own text, not the locals of the caller.
         let mut inner = Context::new(cx.stage, cx.damaged);
         let hidden = |l: &super::context::Local| super::context::Local { name: String::new(), ..l.clone() };
@@ -308,14 +297,27 @@ impl Expressions<'_> {
             bound.push((inner.locals.len(), value));
             self.bind_parameter(&parameter.name, ty, &mut inner);
         }
+        // After its arguments: what is called in these is no part of it.
+        if self.open_functions.is_empty() {
+            self.written.begin(None);
+        }
+        if !self.written.call(function.declaration, &function.name.text, span) {
+            self.tell_too_large();
+            return unknown;
+        }
         let known = self.errors.len();
         self.open_functions.push(function.declaration);
         self.open.push(function.declaration);
         let body = self.infer(function.body, &mut inner);
         self.open.pop();
         self.open_functions.pop();
+        let fits = self.written.end(&function.name.text, span, super::nodes(&body));
         if self.open_functions.is_empty() {
             self.blame_the_call(known, &function.name.text, span);
+            self.tell_too_large();
+        }
+        if !fits {
+            return unknown;
         }
         if let Some((_, value)) = bound.iter().find(|(_, value)| reads_motion(value))
             && body.any(&mut |e| matches!(e.kind, ExprKind::Scenarios(_)))
@@ -329,15 +331,6 @@ impl Expressions<'_> {
                 .label("would be the same in each world")
                 .help("write out here what the function says, or let it name the term itself"),
             );
-            return unknown;
-        }
-        let size = super::nodes(&body);
-        if size > super::LARGEST {
-            // Told once: whoever calls this is too large, too.
-            if self.calls < super::MOST_CALLS {
-                self.too_large(&function.name.text, span);
-                self.calls = super::MOST_CALLS;
-            }
             return unknown;
         }
         let ty = body.ty.clone();
@@ -365,19 +358,13 @@ impl Expressions<'_> {
         }
     }
 
-    fn too_large(&mut self, function: &str, span: Span) {
-        let message = format!(
-            "`{function}` is too large when all functions in it are written out: more than {} calls or {} operations, or {} \
-             functions deep",
-            super::MOST_CALLS,
-            super::LARGEST,
-            super::DEEPEST
-        );
-        self.report(
-            Diagnostic::new(Code::TOO_DEEP, span, message)
-                .label("too many functions within functions")
-                .help("call a function once, and give what it gives as an argument to another"),
-        );
+    /// Reports what is too large, unless a function's body is only tried in a stage: see [`Self::own_body`].
+    pub(super) fn tell_too_large(&mut self) {
+        if self.open_functions.is_empty() {
+            for found in self.written.found() {
+                self.report(found);
+            }
+        }
     }
 
     /// `grip(force = 2 N, width = 3 mm)`: a record with a value for each field.

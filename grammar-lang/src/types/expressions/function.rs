@@ -37,7 +37,7 @@ impl Expressions<'_> {
             }
             self.open_functions.push(declaration);
             self.open.push(declaration);
-            self.calls = 0;
+            self.written.begin(Some(declaration));
             self.infer(value, &mut cx);
             self.open.pop();
             self.open_functions.pop();
@@ -50,6 +50,8 @@ impl Expressions<'_> {
         for error in fewest.unwrap_or_default().into_vec() {
             self.report(error);
         }
+        // Whatever stage found it: the others no longer look.
+        self.tell_too_large();
     }
 
     pub(super) fn function(

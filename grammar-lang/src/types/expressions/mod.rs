@@ -12,11 +12,13 @@ pub(super) mod fit;
 mod function;
 mod members;
 mod mend;
+mod named_types;
 pub(super) mod names;
 mod signature;
 pub(super) mod stage;
 mod table;
 pub(super) mod task;
+mod written_out;
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -25,7 +27,7 @@ use indexmap::{IndexMap, IndexSet};
 
 use super::environment::Environment;
 use super::found::Found;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
+use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Allowance, EvalError, Scope, Value};
 use crate::ir::{self, Expr, Ty};
 use crate::names::{Declaration, declared};
@@ -35,15 +37,15 @@ use crate::syntax::ast::{Item, ItemKind, Name};
 use crate::syntax::declarations::BlockKind;
 use crate::units::Dimension;
 use context::Context;
+pub(in crate::types) use named_types::is_type;
 use stage::Stage;
+use written_out::WrittenOut;
 
 /// How many constants may build on each other.
 const DEEPEST: usize = 100;
 
-/// How many pieces a constant that is no number may have.
+/// How many operations a function, or a constant that is no number, may have when it is written out.
 const LARGEST: usize = 10_000;
-/// How many calls of functions may be written out within one.
-const MOST_CALLS: usize = 10_000;
 
 /// Of how many pieces an expression is made.
 fn nodes(expr: &Expr) -> usize {
@@ -53,34 +55,6 @@ fn nodes(expr: &Expr) -> usize {
         false
     });
     count
-}
-
-/// Types of the language that are no quantities.
-const OTHERS: &[(&str, Ty)] = &[
-    ("Count", Ty::Count),
-    ("Bool", Ty::Bool),
-    ("Text", Ty::Text),
-    ("Pattern", Ty::Pattern),
-    ("Position", Ty::Vector(Dimension::LENGTH)),
-    ("Rotation", Ty::Rotation),
-    ("part", Ty::Part),
-    ("block", Ty::Part),
-    ("actuator", Ty::Actuator),
-    ("cell", Ty::Cell),
-    ("element", Ty::Element),
-    ("port", Ty::Port),
-    ("step", Ty::Step),
-];
-
-/// The type of the language that has a name; none if a grammar may declare it.
-fn built_in_type(name: &str) -> Option<Ty> {
-    let other = OTHERS.iter().find(|(own, _)| *own == name).map(|(_, ty)| ty.clone());
-    other.or_else(|| Dimension::named(name).map(Ty::Quantity))
-}
-
-/// Whether a name is that of a type of the language.
-pub(super) fn is_type(name: &str) -> bool {
-    built_in_type(name).is_some()
 }
 
 /// What constant expressions can read: the parameters of the grammar.
@@ -130,6 +104,8 @@ pub(super) struct Expressions<'a> {
     pub(super) errors: Found,
     /// Every parameter that some actuator of the program has, once that was asked.
     instance_params: Option<IndexMap<String, Ty>>,
+    /// Records whose types are known.
+    records: BTreeMap<Declaration, Ty>,
     /// Declarations that something reads, in the order of reading.
     pub(super) touched: IndexSet<Declaration>,
     /// Parameters that are being checked or have been.
@@ -146,14 +122,13 @@ pub(super) struct Expressions<'a> {
     open_constants: usize,
     /// Functions whose bodies are being checked, outermost first.
     open_functions: Vec<Declaration>,
-    /// How many calls have been written out within the outermost one.
-    calls: usize,
+    written: WrittenOut,
     working: Working,
     /// How many more names misspelt ones may be compared with.
     guesses: Cell<usize>,
 }
 
-/// With how many names misspelt ones are compared in one check. Guessing takes as long as there are
+/// With how many names of some eight letters misspelt ones are compared in one check. Guessing takes as long as there are
 /// names, for every error anew: a text that is wrong throughout gets no guesses at its end.
 const GUESSES: usize = 1_000_000;
 
@@ -164,6 +139,7 @@ impl<'a> Expressions<'a> {
             environment,
             errors,
             instance_params: None,
+            records: BTreeMap::new(),
             touched: IndexSet::new(),
             params: BTreeMap::new(),
             inlined: BTreeMap::new(),
@@ -172,7 +148,7 @@ impl<'a> Expressions<'a> {
             open: Vec::new(),
             open_constants: 0,
             open_functions: Vec::new(),
-            calls: 0,
+            written: WrittenOut::default(),
             working: Working {
                 constants: Constants::default(),
                 allowance: Allowance::of_check(),
@@ -205,9 +181,12 @@ impl<'a> Expressions<'a> {
 
     /// The names at a place that a misspelt one may have been meant to be.
     pub(super) fn guessable(&self, place: Span) -> impl Iterator<Item = (&str, &Item)> {
-        let all = self.environment.program.known_at(place);
+        // Comparing takes as long as the length of both words multiplied.
+        let length = place.range().len() / 8;
+        let each = (length * length).max(1);
+        let all = self.environment.program.known_at(place).saturating_mul(each);
         let left = self.guesses.get().checked_sub(all);
-        self.guesses.set(left.unwrap_or(0));
+        self.guesses.set(left.unwrap_or(self.guesses.get()));
         self.environment.program.scope_at(place).filter(move |_| left.is_some())
     }
 
@@ -504,51 +483,6 @@ impl<'a> Expressions<'a> {
             );
         }
         value
-    }
-
-    /// The type that a declaration names.
-    pub(super) fn type_named(&mut self, name: &Name) -> Ty {
-        if let Some(ty) = built_in_type(&name.text) {
-            return ty;
-        }
-        let program = self.environment.program;
-        match program.lookup(name.span, &name.text) {
-            Some((declaration, Item { kind: ItemKind::Enum(..), .. })) => {
-                self.touched.insert(declaration);
-                return Ty::Enum(name.text.clone());
-            }
-            Some((declaration, Item { kind: ItemKind::Record(_, fields), .. })) => {
-                self.touched.insert(declaration);
-                if self.open_functions.contains(&declaration) {
-                    self.circle(declaration, name.span);
-                    return Ty::Unknown;
-                }
-                self.open_functions.push(declaration);
-                self.open.push(declaration);
-                let fields = fields.iter().map(|f| (f.name.text.clone(), self.type_named(&f.ty))).collect();
-                self.open.pop();
-                self.open_functions.pop();
-                return Ty::Record(name.text.clone(), fields);
-            }
-            None if program.is_lost(program.module_at(name.span), &name.text) => return Ty::Unknown,
-            _ => {}
-        }
-        let own = self
-            .guessable(name.span)
-            .filter(|(_, i)| matches!(i.kind, ItemKind::Enum(..) | ItemKind::Record(..)))
-            .map(|(n, _)| n);
-        let mut names: Vec<&str> = Dimension::names().collect();
-        names.extend(OTHERS.iter().map(|(n, _)| *n));
-        names.extend(own);
-        let help = did_you_mean(&name.text, names.iter().copied())
-            .unwrap_or_else(|| format!("types are: {}", names.join(", ")));
-        self.report(
-            Diagnostic::new(Code::UNKNOWN_TYPE, name.span, format!("unknown type `{}`", name.text))
-                .label("no type of this name")
-                .help(help)
-                .fix_if(respell(name.span, &name.text, names)),
-        );
-        Ty::Unknown
     }
 
     /// The values of an enumeration that is known at a place.
