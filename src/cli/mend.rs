@@ -1,8 +1,8 @@
 //! `sgc check --fix`: mends what can be mended for certain.
 //!
 //! All is tried on copies first. A round applies every fix that is offered and checks again; if that
-//! gives more errors, or a line that was mended still cannot be read, each fix is tried alone, and those that do harm are
-//! left out for good. Only then is each file written, once and whole.
+//! gives more errors, or a line that was mended still cannot be read, half of the fixes is tried, and so on, and those that do
+//! harm are left out for good. Only then is each file written, once and whole.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -21,8 +21,8 @@ use crate::results::{FileError, Unwritable};
 
 /// How often the texts are mended and checked again: one fix may uncover the next.
 const ROUNDS: usize = 100;
-/// So many fixes are tried one by one, where all together do harm: each is a check of all texts.
-const ALONE: usize = 500;
+/// So often some of the fixes are tried, where all together do harm: each trial is a check of all texts.
+const TRIALS: usize = 100;
 
 /// The texts that a check has read, each once: many fixes may be of one of them.
 type Read = BTreeMap<FileId, Rc<str>>;
@@ -80,7 +80,7 @@ struct Session<'a> {
     done: Vec<(PathBuf, String)>,
     /// The marks of fixes that do harm.
     refused: BTreeSet<String>,
-    /// How many fixes may still be tried one by one.
+    /// How often some of the fixes may still be tried.
     left: usize,
 }
 
@@ -106,7 +106,7 @@ pub(super) fn mend(
         originals: BTreeMap::new(),
         done: Vec::new(),
         refused: BTreeSet::new(),
-        left: ALONE,
+        left: TRIALS,
     };
     let mut state = session.look(&session.loader);
     for _ in 0..ROUNDS {
@@ -170,22 +170,47 @@ impl Session<'_> {
             return Some(next);
         }
         if self.left == 0 {
-            output::note(&format!("the rest is left as it is: {ALONE} fixes have been tried one by one"));
+            output::note(&format!("the rest is left as it is: fixes have been tried {TRIALS} times"));
             return None;
         }
-        let together = &together[..together.len().min(self.left)];
-        self.left -= together.len();
-        let (good, bad): (Vec<&Offer>, Vec<&Offer>) =
-            together.iter().partition(|o| self.trial(&[*o]).1.is_sound(state.errors, &[*o]));
+        let (mut good, mut bad) = (Vec::new(), Vec::new());
+        self.sort_out(&together, state.errors, &mut good, &mut bad);
         for offer in bad {
             let why = "more errors would be found afterwards, or the line could still not be read";
             output::note(&format!("not mended {}: {why}", offer.told));
             self.refused.insert(offer.mark.clone());
         }
-        // Those that do no harm alone may do so together: then the first goes first.
-        self.attempt(&good, state.errors)
-            .or_else(|| self.attempt(good.get(..1)?, state.errors))
-            .or_else(|| Some(self.look(&self.loader)))
+        self.attempt(&good, state.errors).or_else(|| Some(self.look(&self.loader)))
+    }
+
+    /// Sorts fixes that do harm together: into those that do none with those before them, and others. Halves are tried, and
+    /// halves of these, as most fixes do no harm. Gives how many errors are left with the good ones.
+    fn sort_out<'o>(
+        &mut self,
+        offers: &[&'o Offer],
+        errors: usize,
+        good: &mut Vec<&'o Offer>,
+        bad: &mut Vec<&'o Offer>,
+    ) -> usize {
+        let mut errors = errors;
+        let halves = offers.split_at(offers.len().div_ceil(2));
+        for half in [halves.0, halves.1] {
+            if half.is_empty() || self.left == 0 {
+                continue;
+            }
+            self.left -= 1;
+            let with: Vec<&Offer> = good.iter().chain(half).copied().collect();
+            let state = self.trial(&with).1;
+            match half {
+                _ if state.is_sound(errors, &with) => {
+                    errors = state.errors;
+                    good.extend(half);
+                }
+                [alone] => bad.push(alone),
+                _ => errors = self.sort_out(half, errors, good, bad),
+            }
+        }
+        errors
     }
 
     /// The files after some fixes, and what a check of it gives.
