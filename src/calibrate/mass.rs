@@ -89,7 +89,7 @@ fn finding(section: &Section, rules: &RuleSet, name: &str, masses: &[f64]) -> Re
         residual: Residual::of(&residuals, "g").filter(|_| many > 1),
         points: many,
         notes,
-        warnings: centre.warnings(&section.name, "weighing", |i| {
+        warnings: centre.warnings(&section.name, &format!("{name}, weighing"), |i| {
             shown(masses.get(i).copied().unwrap_or(0.0), Dimension::MASS)
         }),
         plots: if many > 1 { vec![plot] } else { Vec::new() },

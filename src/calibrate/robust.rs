@@ -8,6 +8,8 @@ use crate::derive::random::Stream;
 /// Beyond so many deviations a value does not count at all (Tukey's biweight, 95 % as efficient as the mean for
 /// many values). Of a few values the deviation itself is little known: see [`reach`].
 const BIWEIGHT: f64 = 4.685;
+/// What is this share off the middle counts, however near the others are: readings that are rounded may all be the same.
+const NEAR: f64 = 0.02;
 /// How often values are drawn again.
 const DRAWS: usize = 2000;
 
@@ -87,7 +89,10 @@ fn reach(values: &[f64], middle: f64) -> f64 {
         0.0 => 1.2533 * off().sum::<f64>() / many as f64,
         deviation => deviation,
     };
-    if deviation == 0.0 { f64::INFINITY } else { BIWEIGHT * (1.0 + 4.0 / (many as f64 - 2.0)) * deviation }
+    match BIWEIGHT * (1.0 + 4.0 / (many as f64 - 2.0)) * deviation {
+        0.0 => f64::INFINITY,
+        reach => reach.max(NEAR * middle.abs()),
+    }
 }
 
 /// The middle from which values count the less the farther they are, found from one that is near it.
@@ -165,6 +170,9 @@ mod tests {
         assert_eq!(Centre::of(&[5.0, 5.0, 5.0], "c"), Centre { value: 5.0, interval: None, far: vec![] });
         assert_eq!(Centre::of(&[5.0; 9].map(|x| x), "c").interval, None);
         assert_eq!(Centre::of(&[7.0], "c").interval, None);
+        // A scale of a tenth of a gram: the last reading is as good as the others.
+        let rounded = Centre::of(&[&[10.0; 9][..], &[10.1]].concat(), "c");
+        assert!(rounded.far.is_empty() && (rounded.value - 10.01).abs() < 0.005, "{rounded:?}");
     }
 
     #[test]
