@@ -176,8 +176,18 @@ fn groups_are_compared_and_damage_is_told() {
     let text = read(asked.clone());
     let rules = text.split("rules = \"").nth(1).expect("a hash of the rules").get(..4).unwrap().to_owned();
     std::fs::write(&asked, text.replacen(&format!("rules = \"{rules}"), "rules = \"0000", 1)).unwrap();
+    says(&[&one], "run.toml was changed after the run had ended");
+    // Results of earlier versions do not say what they are of.
+    let result = one.join("seed-5/result.json");
+    let complete = read(result.clone());
+    let mut earlier: serde_json::Value = serde_json::from_str(&complete).unwrap();
+    for field in ["asked", "sum"] {
+        earlier.as_object_mut().unwrap().remove(field).unwrap();
+    }
+    std::fs::write(&result, earlier.to_string()).unwrap();
     says(&[&one], "are no runs of one grammar");
     std::fs::write(&asked, text).unwrap();
+    std::fs::write(&result, complete).unwrap();
 
     // Nor are runs that were copied over each other, and what a report reads it does not write over.
     let (kept, own) = (folder.path().join("kept"), one.join("seed-5"));
@@ -218,6 +228,13 @@ fn groups_are_compared_and_damage_is_told() {
     std::fs::write(&result, changed.to_string()).unwrap();
     says(&[&one], "result.json is of grammar codesign and seed 50, and run.toml beside it of others");
     std::fs::write(&result, text).unwrap();
+
+    // What a complete run was asked decides what its result means.
+    let run = one.join("seed-5/run.toml");
+    let text = read(run.clone());
+    std::fs::write(&run, text.replace("\"articulated\"", "\"impulses\"")).unwrap();
+    says(&[&one], "run.toml was changed after the run had ended");
+    std::fs::write(&run, text).unwrap();
 
     // What a complete run has counted is not changed afterwards, though each row by itself could be one.
     let evals = one.join("seed-5/evals.csv");

@@ -387,6 +387,28 @@ fn a_run_goes_on_only_as_it_began() {
         assert_eq!(std::fs::read_to_string(damaged.join(file)).unwrap(), changed, "nothing was written");
         std::fs::remove_dir_all(&damaged).unwrap();
     }
+    // What was moved away to be kept, with a link in its place, is not the run's any more.
+    #[cfg(unix)]
+    for own in ["archive", "best.design.json", "evals.csv"] {
+        let (damaged, kept) = (folder.path().join("damaged"), folder.path().join("kept"));
+        copy(&out, &damaged);
+        std::fs::create_dir(&kept).unwrap();
+        let (own, moved) = (damaged.join(own), kept.join(own));
+        if own.exists() {
+            std::fs::rename(&own, &moved).unwrap();
+        } else {
+            std::fs::create_dir(&moved).unwrap();
+        }
+        let before = std::fs::read(&moved).ok();
+        std::os::unix::fs::symlink(&moved, &own).unwrap();
+        let output = sgc(&["resume", path(&damaged)]);
+        assert_code(&output, 2);
+        assert!(errors(&output).contains("is a link"), "{}", errors(&output));
+        assert_eq!(std::fs::read(&moved).ok(), before);
+        std::fs::remove_file(&own).unwrap();
+        std::fs::remove_dir_all(&damaged).unwrap();
+        std::fs::remove_dir_all(&kept).unwrap();
+    }
     for (file, says) in
         [("checkpoint", "has no checkpoint"), ("evals.csv", "cannot read"), ("run.toml", "not a run folder")]
     {

@@ -8,7 +8,7 @@ use grammar_lang::ir::{Descriptor, RuleSet};
 
 use super::FileError;
 use super::saved::SavedDesign;
-use super::whole::{read, write_whole};
+use super::whole::{check_no_link, read, write_own};
 use crate::search::Best;
 
 /// The folder of the designs within a run folder.
@@ -45,9 +45,10 @@ pub(super) fn write(
     design: &SavedDesign,
 ) -> Result<(), FileError> {
     let folder = run.join(FOLDER);
+    check_no_link(&folder)?;
     fs::create_dir_all(&folder).map_err(FileError::write(&folder))?;
-    write_whole(&folder.join(file(cell)), &design.text())?;
-    write_whole(&run.join(TABLE), &table(rules, archive))
+    write_own(&folder.join(file(cell)), &design.text())?;
+    write_own(&run.join(TABLE), &table(rules, archive))
 }
 
 fn table(rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> String {

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::saved::hex;
+use super::whole::{check_no_link, is_same};
 use super::{FileError, Unfit};
 use crate::search::Row;
 
@@ -130,6 +131,10 @@ impl Evals {
     /// How far it is written; all of that is on the disk when this returns.
     pub(super) fn mark(&self) -> Result<Mark, FileError> {
         self.file.sync_data().map_err(FileError::write(&self.path))?;
+        check_no_link(&self.path)?;
+        if !is_same(&self.path, &self.file) {
+            return Err(FileError::unfit(&self.path, Unfit::TakenAway));
+        }
         Ok(Mark { bytes: self.length, sha256: hex(&self.sum.clone().finalize()) })
     }
 }
@@ -169,5 +174,16 @@ mod tests {
         fs::write(&path, "move").unwrap();
         assert!(Evals::reopen(&path, &mark, &[]).unwrap_err().to_string().contains("was changed"));
         assert_eq!(fs::read_to_string(&path).unwrap(), "move", "what is refused stays as it is");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_table_that_was_taken_away_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("evals.csv");
+        let evals = Evals::create(&path, &[]).unwrap();
+        fs::rename(&path, folder.path().join("aside")).unwrap();
+        fs::write(&path, COLUMNS).unwrap();
+        assert!(evals.mark().unwrap_err().to_string().contains("removed or replaced"));
     }
 }

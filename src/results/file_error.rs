@@ -204,6 +204,17 @@ pub enum Unfit {
         /// Its seed.
         seed: u64,
     },
+    /// Somebody removed or replaced the table while its run went on.
+    #[error("was removed or replaced while the run went on, and its rows are lost: begin anew")]
+    TakenAway,
+    /// What the run was asked was changed after it had ended.
+    #[error("was changed after the run had ended: restore it, or leave this run out of the report")]
+    OtherRun,
+    /// A link where a run keeps a folder of its own: what it leads to is not the run's.
+    #[error(
+        "is a link, and a run does not write into what it leads to: remove the link, or put a folder there"
+    )]
+    Link,
     /// The table of moves was changed after the run had ended.
     #[error(
         "was changed after the run ended: it is not the table that result.json counts; restore it, or leave this run out of the report"

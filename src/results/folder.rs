@@ -18,7 +18,9 @@ use super::run_files::{
     Asked, BEST, CHECKPOINT, EVALS, Finished, RESULT, RUN, SOURCES, asked, finished, frozen, is_run,
 };
 use super::saved::{Grammar, SavedDesign, hex};
-use super::whole::{aside, is_same, lock, lock_again, make_folder, read, write_whole};
+use super::whole::{
+    aside, check_no_link, is_same, lock, lock_again, make_folder, read, write_own, write_whole,
+};
 use super::{DesignError, FileError, Unfit};
 use crate::search::{Best, Outcome, Row, State};
 
@@ -129,6 +131,9 @@ impl RunFolder {
         if finished(path)?.is_some() {
             return Err(FileError::Complete { folder: path.to_owned() });
         }
+        for own in [archive::FOLDER, archive::TABLE, BEST, EVALS, CHECKPOINT] {
+            check_no_link(&path.join(own))?;
+        }
         let text = read(&path.join(RUN))?;
         let run = hex(&Sha256::digest(&text));
         if !path.join(CHECKPOINT).exists() {
@@ -220,7 +225,7 @@ impl RunFolder {
             let checkpoint = Checkpoint::new(&self.run, max_evals, self.evals.mark()?, state);
             let text =
                 checkpoint.and_then(|checkpoint| checkpoint.text()).map_err(FileError::write(&path))?;
-            write_whole(&path, &text)
+            write_own(&path, &text)
         })
     }
 
@@ -245,7 +250,7 @@ impl RunFolder {
     ///
     /// A sentence with the system's reason.
     pub fn best(&self, design: &SavedDesign) -> Result<(), FileError> {
-        self.write_here(|| write_whole(&self.best_path(), &design.text()))?;
+        self.write_here(|| write_own(&self.best_path(), &design.text()))?;
         if let Some(old) = self.replaced.borrow_mut().take() {
             fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
             leftovers::clear(&self.path, true);
@@ -264,6 +269,7 @@ impl RunFolder {
         let finished = Finished {
             sum: None,
             evals: Some(self.evals.mark()?),
+            asked: Some(asked.identity()),
             grammar: asked.grammar.clone(),
             seed: asked.seed,
             value: outcome.best.as_ref().map(|b| b.value),
@@ -282,7 +288,7 @@ impl RunFolder {
         };
         let path = self.path.join(RESULT);
         let text = finished.text().map_err(FileError::write(&path))?;
-        self.write_here(|| write_whole(&path, &text))?;
+        self.write_here(|| write_own(&path, &text))?;
         clear(&self.path);
         Ok(())
     }

@@ -6,7 +6,7 @@ use grammar_lang::ir::RuleSet;
 
 use super::evals::Mark;
 use super::replay::{Replayed, candidate, drive_of};
-use super::run_files::{Asked, EVALS, Finished, RESULT};
+use super::run_files::{Asked, EVALS, Finished, RESULT, RUN};
 use super::saved::SavedDesign;
 use super::{DesignError, FileError, Unfit};
 use crate::reading;
@@ -118,6 +118,9 @@ pub(super) fn check_finished(folder: &Path, asked: &Asked, finished: &Finished) 
     if (finished.seed, &finished.grammar) != (asked.seed, &asked.grammar) {
         let Finished { grammar, seed, .. } = finished.clone();
         return Err(FileError::unfit(&folder.join(RESULT), Unfit::OtherAsked { grammar, seed }));
+    }
+    if finished.asked.as_ref().is_some_and(|own| *own != asked.identity()) {
+        return Err(FileError::unfit(&folder.join(RUN), Unfit::OtherRun));
     }
     let table = folder.join(EVALS);
     let is_own = |mark: &Mark| Ok(mark.is_of(&reading::own(&table).map_err(FileError::read(&table))?));

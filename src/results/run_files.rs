@@ -50,6 +50,15 @@ pub struct Asked {
     pub sources: Vec<Source>,
 }
 
+impl Asked {
+    /// Hash of all that decides what comes of a run: the same for any command line that asks for it, and for any bound, as a
+    /// run that was stopped goes on with another one.
+    pub(super) fn identity(&self) -> String {
+        let decisive = Self { command: String::new(), max_evals: None, time: None, ..self.clone() };
+        hex(&Sha256::digest(serde_json::to_string(&decisive).unwrap_or_default()))
+    }
+}
+
 /// A text of the grammar, frozen in `sources/`.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Source {
@@ -91,6 +100,9 @@ pub struct Finished {
     /// The table of its moves. Earlier versions did not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evals: Option<Mark>,
+    /// What it is the result of: see [`Asked::identity`]. Earlier versions did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub asked: Option<String>,
 }
 
 impl Finished {

@@ -8,7 +8,7 @@ use std::time::Instant;
 use serde::{Deserialize, Serialize};
 
 use super::FileError;
-use super::whole::{self, write_whole};
+use super::whole::{self, write_own};
 
 /// Its name in the run folder.
 pub(super) const SITTINGS: &str = "sittings.csv";
@@ -57,7 +57,7 @@ impl Sittings {
     pub fn note(&self, spent: u64) -> Result<(), FileError> {
         let seconds = self.started.elapsed().as_secs_f64();
         let Self { path, before, begin, threads, .. } = self;
-        write_whole(path, &format!("{before}{begin},{spent},{seconds:.3},{threads}\n"))
+        write_own(path, &format!("{before}{begin},{spent},{seconds:.3},{threads}\n"))
     }
 }
 

@@ -30,6 +30,26 @@ pub fn write_whole(path: &Path, text: &str) -> Result<(), FileError> {
     write_with(path, text, None)
 }
 
+/// Writes a file of a run, as [`write_whole`] does, but not into what a link leads to: somebody may have moved the file away to
+/// keep it.
+///
+/// # Errors
+///
+/// A sentence with the path and the reason.
+pub(super) fn write_own(path: &Path, text: &str) -> Result<(), FileError> {
+    check_no_link(path)?;
+    write_whole(path, text)
+}
+
+/// Checks that a file or folder of a run is no link.
+///
+/// # Errors
+///
+/// It is one.
+pub(super) fn check_no_link(path: &Path) -> Result<(), FileError> {
+    if path.is_symlink() { Err(FileError::unfit(path, Unfit::Link)) } else { Ok(()) }
+}
+
 /// Replaces the text of a file that exists, as [`write_whole`] does; who may read
 /// and write it stays as it is.
 ///

@@ -72,6 +72,7 @@ pub(crate) mod tests {
                 end: "the evaluations are spent".to_owned(),
                 sum: None,
                 evals: None,
+                asked: None,
             })),
             moves,
             design: None,
