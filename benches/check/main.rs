@@ -1,7 +1,7 @@
 //! How long checking takes, by the length of a grammar: it should be linear.
 //!
 //! `cargo bench --bench check` prints the milliseconds of each layer, the least of several runs;
-//! the second line of each length is what a thousand lines cost.
+//! the second line of each length is what a thousand lines cost. Add `-- 5000` for one length alone.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
 
@@ -20,19 +20,21 @@ const LENGTHS: [usize; 5] = [1_000, 2_000, 5_000, 10_000, 20_000];
 const COLUMNS: [&str; 7] = ["parse", "load", "types", "lint", "whole", "format", "variant"];
 
 fn main() {
+    let asked: Vec<usize> = std::env::args().filter_map(|a| a.parse().ok()).collect();
+    let lengths = if asked.is_empty() { &LENGTHS } else { asked.as_slice() };
     println!("a grammar without an error");
-    table(Flaw::None);
+    table(Flaw::None, lengths);
     println!("\nan error in every rule: found by the parser");
-    table(Flaw::Form);
+    table(Flaw::Form, lengths);
     println!("\nan error in every rule: found by the checker");
-    table(Flaw::Meaning);
+    table(Flaw::Meaning, lengths);
 }
 
-fn table(flaw: Flaw) {
+fn table(flaw: Flaw, lengths: &[usize]) {
     let heads: String = COLUMNS.iter().map(|c| format!("{c:>9}")).collect();
     println!("{:>7}{heads}  findings", "lines");
     let mut before: Option<(usize, Vec<f64>)> = None;
-    for length in LENGTHS {
+    for &length in lengths {
         let text = grammar(length, flaw);
         let lines = text.lines().count();
         let (times, findings) = measure(&text, flaw);
