@@ -449,3 +449,19 @@ fn a_chain_of_imports_has_an_end() {
     let said = testing::findings(&Endless, "c0.sgr", "use \"./c1.sgr\"\n");
     assert!(said.contains("E0106") && said.contains("more than 100 deep"), "{said}");
 }
+
+/// A row of patterns takes as long as all that they match together, multiplied: that comes to its end, and is told.
+#[test]
+fn patterns_that_match_too_much_together_are_told() {
+    let patterns: String = (0..9).map(|n| format!("match p{n} : part  ")).collect();
+    let rule =
+        format!("rule many {{ {patterns} match z : part where z.mass > 1 kg  attach cube to z.front }}\n");
+    let text = codesign().replace("rule add_block", &format!("{rule}\nrule add_block"));
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("many.sgr");
+    std::fs::write(&file, text).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_sgc"));
+    let output = command.args(["derive", "--steps", "30"]).arg(&file).output().unwrap();
+    let printed = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success() && printed.contains("more than 300000 combinations"), "{printed}");
+}

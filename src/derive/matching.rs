@@ -9,14 +9,18 @@ use crate::design::PartId;
 /// So many matches of one rule are listed at most: whatever lies beyond is not drawn.
 const MOST: usize = 200_000;
 
+/// So many things are tried for one rule at most. What a pattern matches takes as long as all that those before it match
+/// together: some seconds for five patterns that match each of thirty parts.
+const TRIED: usize = 300_000;
+
 impl Derivation {
     /// Everything that a rule's patterns match together, as values of its first locals.
     ///
     /// # Errors
     ///
-    /// [`EvalError`] when a condition has no value.
+    /// [`EvalError`] when a condition has no value, or too much would have to be tried.
     pub fn matches(&self, rules: &RuleSet, rule: &Rule) -> Result<Vec<Vec<Value>>, EvalError> {
-        let mut search = Search { derivation: self, rules, rule, found: Vec::new() };
+        let mut search = Search { derivation: self, rules, rule, tried: 0, found: Vec::new() };
         let mut bound = Vec::new();
         if search.holds(None, 0, 0, &mut bound)? {
             search.extend(&rule.matches, &mut bound)?;
@@ -29,6 +33,8 @@ struct Search<'a> {
     derivation: &'a Derivation,
     rules: &'a RuleSet,
     rule: &'a Rule,
+    /// How often a pattern was bound.
+    tried: usize,
     found: Vec<Vec<Value>>,
 }
 
@@ -44,6 +50,14 @@ impl Search<'_> {
             let twice = candidate.iter().any(|c| bound.contains(c));
             if twice || self.found.len() >= MOST {
                 continue;
+            }
+            self.tried += 1;
+            if self.tried > TRIED {
+                let span = next.condition.as_ref().map_or(self.rule.weight.span, |condition| condition.span);
+                let reason = format!(
+                    "its patterns would be tried on more than {TRIED} combinations; match fewer things, or put the pattern with the narrowest condition first"
+                );
+                return Err(EvalError { span, reason });
             }
             bound.extend(candidate);
             if self.holds(Some(next), before + 1, bound.len(), bound)? {

@@ -100,7 +100,7 @@ pub struct Finished {
     /// The table of its moves. Earlier versions did not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evals: Option<Mark>,
-    /// What it is the result of: see [`Asked::identity`]. Earlier versions did not say.
+    /// What it is the result of: a hash of it. Earlier versions did not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub asked: Option<String>,
 }
