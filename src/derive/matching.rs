@@ -9,8 +9,8 @@ use crate::design::PartId;
 /// So many matches of one rule are listed at most: whatever lies beyond is not drawn.
 const MOST: usize = 200_000;
 
-/// So many things are tried for one rule at most. What a pattern matches takes as long as all that those before it match
-/// together: some seconds for five patterns that match each of thirty parts.
+/// So many combinations are tried for one rule at most: a fifth of a second. Five patterns, each of which matches thirty parts,
+/// make 24 million of them.
 const TRIED: usize = 300_000;
 
 impl Derivation {

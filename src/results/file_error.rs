@@ -210,9 +210,9 @@ pub enum Unfit {
     /// What the run was asked was changed after it had ended.
     #[error("was changed after the run had ended: restore it, or leave this run out of the report")]
     OtherRun,
-    /// A link where a run keeps a folder of its own: what it leads to is not the run's.
+    /// A link where a run keeps a file or folder of its own: what it leads to is not the run's.
     #[error(
-        "is a link, and a run does not write into what it leads to: remove the link, or put a folder there"
+        "is a link, and a run does not write into what it leads to: put the file or folder itself in its place"
     )]
     Link,
     /// The table of moves was changed after the run had ended.
