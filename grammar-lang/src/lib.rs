@@ -20,6 +20,7 @@ pub mod units;
 use diagnostics::Diagnostic;
 use ir::RuleSet;
 use source::{FileId, Loader, SourceMap};
+use syntax::Trees;
 
 /// What a compilation gives: always all findings, and the rule set if there is no error.
 #[derive(Debug)]
@@ -73,19 +74,46 @@ pub fn compile(
     overrides: &[(String, String)],
     wanted: Option<&str>,
 ) -> Compiled {
-    let (program, mut diagnostics) = names::load(loader, sources, entry, wanted);
-    let offers = program.modules.first().map_or(Vec::new(), |m| names::offers(&m.tree));
-    let is_grammar = !offers.is_empty();
-    let types::Checked { ruleset, found, idle } = types::check(&program, sources, overrides);
-    diagnostics.extend(found);
-    let clean = !diagnostics.iter().any(Diagnostic::is_error);
-    if let Some(ruleset) = ruleset.as_ref().filter(|_| clean) {
-        lint::run(ruleset, entry, is_varied(&offers, ruleset), &mut diagnostics);
+    Compiler::new(loader).compile(sources, entry, overrides, wanted)
+}
+
+/// Compiles several grammars and variants of the same texts: each text is parsed once.
+pub struct Compiler<'l> {
+    loader: &'l dyn Loader,
+    trees: Trees,
+}
+
+impl<'l> Compiler<'l> {
+    /// A compiler that has read nothing yet.
+    #[must_use]
+    pub fn new(loader: &'l dyn Loader) -> Self {
+        Self { loader, trees: Trees::default() }
     }
-    let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
-    names::with_imports(&mut diagnostics, loader, sources);
-    names::told_once(&mut diagnostics);
-    let changes = program.changes;
-    let diagnostics = diagnostics.into_iter().map(|d| names::with_changes(d, &changes, sources)).collect();
-    Compiled { ruleset, is_grammar, offers, diagnostics, idle, changes }
+
+    /// See [`compile`].
+    pub fn compile(
+        &mut self,
+        sources: &mut SourceMap,
+        entry: FileId,
+        overrides: &[(String, String)],
+        wanted: Option<&str>,
+    ) -> Compiled {
+        let Self { loader, trees } = self;
+        let (program, mut diagnostics) = names::load_with(trees, *loader, sources, entry, wanted);
+        let offers = program.modules.first().map_or(Vec::new(), |m| names::offers(&m.tree));
+        let is_grammar = !offers.is_empty();
+        let types::Checked { ruleset, found, idle } = types::check(&program, sources, overrides);
+        diagnostics.extend(found);
+        let clean = !diagnostics.iter().any(Diagnostic::is_error);
+        if let Some(ruleset) = ruleset.as_ref().filter(|_| clean) {
+            lint::run(ruleset, entry, is_varied(&offers, ruleset), &mut diagnostics);
+        }
+        let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
+        names::with_imports(&mut diagnostics, *loader, sources);
+        names::told_once(&mut diagnostics);
+        let changes = program.changes;
+        let diagnostics =
+            diagnostics.into_iter().map(|d| names::with_changes(d, &changes, sources)).collect();
+        Compiled { ruleset, is_grammar, offers, diagnostics, idle, changes }
+    }
 }

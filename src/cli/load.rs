@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
+use grammar_lang::Compiler;
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, more, render};
 use grammar_lang::ir::RuleSet;
@@ -63,9 +64,19 @@ pub(super) fn check(
     overrides: &[(String, String)],
     wanted: Option<&str>,
 ) -> Checked {
+    check_with(&mut Compiler::new(loader), name, text, overrides, wanted)
+}
+
+fn check_with(
+    compiler: &mut Compiler<'_>,
+    name: &str,
+    text: &str,
+    overrides: &[(String, String)],
+    wanted: Option<&str>,
+) -> Checked {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
-    let compiled = grammar_lang::compile(loader, &mut sources, entry, overrides, wanted);
+    let compiled = compiler.compile(&mut sources, entry, overrides, wanted);
     let begun = check_begun(&compiled, entry, &sources);
     let mut diagnostics = compiled.diagnostics;
     diagnostics.extend(begun);
@@ -84,7 +95,8 @@ pub(super) fn check_all(
     text: &str,
     overrides: &[(String, String)],
 ) -> Vec<Checked> {
-    let first = check(loader, name, text, overrides, None);
+    let mut compiler = Compiler::new(loader);
+    let first = check_with(&mut compiler, name, text, overrides, None);
     if first.offers.len() < 2 {
         return vec![first];
     }
@@ -97,7 +109,7 @@ pub(super) fn check_all(
         let known = first.take_if(|first| first.rules.as_ref().is_some_and(|rules| rules.name == *offer));
         let mut one = match known {
             Some(known) => Checked { wanted: Some(offer.clone()), ..known },
-            None => check(loader, name, text, overrides, Some(offer)),
+            None => check_with(&mut compiler, name, text, overrides, Some(offer)),
         };
         let sources = &one.sources;
         let key = |d: &Diagnostic| {

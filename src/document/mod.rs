@@ -13,6 +13,8 @@ mod sections;
 #[cfg(test)]
 mod tests;
 
+use std::rc::Rc;
+
 use grammar_lang::ir::Rule;
 use grammar_lang::names::{LoadedModule, Program, load};
 use grammar_lang::source::{Loader, Source, SourceMap};
@@ -53,8 +55,8 @@ impl Module {
         self.program.modules.first()
     }
 
-    fn items(&self) -> &[Item] {
-        self.own().map_or(&[], |module| &module.tree.items)
+    fn items(&self) -> impl Iterator<Item = &Item> {
+        self.own().into_iter().flat_map(|module| &module.tree.items).map(Rc::as_ref)
     }
 
     fn text(&self) -> &str {

@@ -15,7 +15,8 @@ pub fn is_name(word: &str) -> bool {
     let mut sources = SourceMap::default();
     let file = sources.add("name", format!("grammar {word}\n"));
     let (tree, errors) = syntax::parse(&sources, file);
-    let named = |item: &syntax::ast::Item| matches!(&item.kind, ItemKind::Grammar(n) if n.text == word);
+    let named =
+        |item: &std::rc::Rc<syntax::ast::Item>| matches!(&item.kind, ItemKind::Grammar(n) if n.text == word);
     errors.is_empty() && tree.items.len() == 1 && tree.items.iter().all(named)
 }
 

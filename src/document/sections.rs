@@ -107,14 +107,14 @@ fn head(text: &str) -> String {
 
 /// What a text says about itself: the comment of its `grammar` line, or the one at its head.
 pub(super) fn about(module: &Module) -> String {
-    let grammar = module.items().iter().find(|item| matches!(item.kind, ItemKind::Grammar(_)));
+    let grammar = module.items().find(|item| matches!(item.kind, ItemKind::Grammar(_)));
     let own = grammar.map(|item| item.doc.clone()).filter(|doc| !doc.is_empty());
     own.unwrap_or_else(|| head(module.text()))
 }
 
 /// The name of a grammar; none for a module.
 pub(super) fn grammar(module: &Module) -> Option<&str> {
-    module.items().iter().find_map(|item| match &item.kind {
+    module.items().find_map(|item| match &item.kind {
         ItemKind::Grammar(name) => Some(name.text.as_str()),
         _ => None,
     })

@@ -4,6 +4,7 @@ mod blame;
 mod variant;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 
 pub use blame::{Change, with_changes};
 pub(crate) use blame::{UNDECLARED, told_once, with_imports};
@@ -12,7 +13,7 @@ use indexmap::IndexMap;
 
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::source::{FileId, Loader, NoModule, SourceMap, Span};
-use crate::syntax;
+use crate::syntax::Trees;
 use crate::syntax::ast::{Item, ItemKind, Module, Name};
 
 /// A declaration: item `item` of module `module`.
@@ -64,11 +65,12 @@ impl Program {
     /// The item of a declaration.
     #[must_use]
     pub fn item(&self, declaration: Declaration) -> Option<&Item> {
-        self.modules.get(declaration.module)?.tree.items.get(declaration.item)
+        self.modules.get(declaration.module)?.tree.items.get(declaration.item).map(Rc::as_ref)
     }
 
     fn item_mut(&mut self, declaration: Declaration) -> Option<&mut Item> {
-        self.modules.get_mut(declaration.module)?.tree.items.get_mut(declaration.item)
+        let items = &mut self.modules.get_mut(declaration.module)?.tree.items;
+        items.get_mut(declaration.item).map(Rc::make_mut)
     }
 
     /// The module whose text a place belongs to: names mean there what they mean in
@@ -134,7 +136,7 @@ impl Program {
     /// All items of all modules.
     pub fn items(&self) -> impl Iterator<Item = (Declaration, &Item)> {
         self.modules.iter().enumerate().flat_map(|(module, m)| {
-            m.tree.items.iter().enumerate().map(move |(item, i)| (Declaration { module, item }, i))
+            m.tree.items.iter().enumerate().map(move |(item, i)| (Declaration { module, item }, i.as_ref()))
         })
     }
 }
@@ -173,8 +175,19 @@ pub fn load(
     entry: FileId,
     wanted: Option<&str>,
 ) -> (Program, Vec<Diagnostic>) {
-    let mut loader =
-        Loading { loader, sources, program: Program::default(), open: Vec::new(), errors: Vec::new() };
+    load_with(&mut Trees::default(), loader, sources, entry, wanted)
+}
+
+/// The same with the trees of texts that were read before.
+pub(crate) fn load_with(
+    trees: &mut Trees,
+    loader: &dyn Loader,
+    sources: &mut SourceMap,
+    entry: FileId,
+    wanted: Option<&str>,
+) -> (Program, Vec<Diagnostic>) {
+    let (program, open, errors) = (Program::default(), Vec::new(), Vec::new());
+    let mut loader = Loading { trees, loader, sources, program, open, errors };
     let name = loader.sources.get(entry).map_or_else(String::new, |s| s.name.clone());
     loader.module(name, entry);
     variant::resolve(&mut loader, wanted);
@@ -191,6 +204,7 @@ pub fn load(
 const DEEPEST: usize = 100;
 
 struct Loading<'a> {
+    trees: &'a mut Trees,
     loader: &'a dyn Loader,
     sources: &'a mut SourceMap,
     program: Program,
@@ -201,7 +215,7 @@ struct Loading<'a> {
 
 impl Loading<'_> {
     fn module(&mut self, name: String, file: FileId) -> usize {
-        let (tree, errors) = syntax::parse(self.sources, file);
+        let (tree, errors) = self.trees.parse(self.sources, file);
         self.errors.extend(errors);
         let index = self.program.modules.len();
         let lost = tree.broken.iter().cloned().collect();

@@ -12,6 +12,7 @@ mod values;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::mem::discriminant;
+use std::rc::Rc;
 
 use self::change::Change;
 use self::heads::Heads;
@@ -149,7 +150,7 @@ fn first(loading: &mut Loading<'_>, wanted: Option<&str>) -> Option<Declaration>
 }
 
 /// The names of the grammars and variants among some items.
-pub(super) fn names_of<'a>(items: impl Iterator<Item = &'a Item>) -> Vec<String> {
+pub(super) fn names_of<'a>(items: impl Iterator<Item = &'a Rc<Item>>) -> Vec<String> {
     items
         .filter_map(|i| match &i.kind {
             ItemKind::Grammar(name) => Some(name.text.clone()),
@@ -518,7 +519,7 @@ fn add(loading: &mut Loading<'_>, module: usize, item: &Item) {
     }
     let Some(loaded) = loading.program.modules.get_mut(module) else { return };
     let declaration = Declaration { module, item: loaded.tree.items.len() };
-    loaded.tree.items.push(item.clone());
+    loaded.tree.items.push(Rc::new(item.clone()));
     if let Some(name) = declared(item).cloned() {
         let first = loaded.scope.get(&name.text).copied();
         if let Some(first) = first.filter(|first| !loading.program.dropped.contains_key(first)) {

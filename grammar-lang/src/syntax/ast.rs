@@ -1,5 +1,7 @@
 //! The syntax tree: what a text says, before any name is looked up.
 
+use std::rc::Rc;
+
 use super::Direction;
 use super::declarations::{self, BlockKind, Kind};
 use crate::source::Span;
@@ -16,8 +18,8 @@ pub struct Name {
 /// A whole text.
 #[derive(Clone, Debug, Default)]
 pub struct Module {
-    /// What the text declares, in order.
-    pub items: Vec<Item>,
+    /// What the text declares, in order. Variants of one text share what they do not change.
+    pub items: Vec<Rc<Item>>,
     /// Names of items that could not be read: uses of them are not errors of their own.
     pub broken: Vec<String>,
     /// Whether the first line of a declaration is missing: what it declares is not known.

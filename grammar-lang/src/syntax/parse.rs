@@ -1,6 +1,7 @@
 //! Runs the grammar over a whole text and gathers items and errors.
 
 use std::borrow::Cow;
+use std::rc::Rc;
 
 use pest::Parser;
 use pest::iterators::Pair;
@@ -71,7 +72,7 @@ fn items(scan: &Scan<'_>, file: FileId) -> (Module, Vec<Diagnostic>) {
                 let end = pairs.next().map_or(span.end(), |junk| junk.as_span().end());
                 recover::junk(scan, scan.stretch(span.start(), end), file, &mut found);
             }
-            Rule::item => found.module.items.extend(lowering.item(pair)),
+            Rule::item => found.module.items.extend(lowering.item(pair).map(Rc::new)),
             Rule::junk => recover::junk(scan, scan.stretch(span.start(), span.end()), file, &mut found),
             _ => {}
         }

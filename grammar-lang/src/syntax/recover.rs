@@ -1,5 +1,7 @@
 //! Says what is wrong with text that is no item, piece by piece.
 
+use std::rc::Rc;
+
 use pest::Parser;
 use pest::iterators::Pair;
 
@@ -60,7 +62,7 @@ fn chunk(scan: &Scan<'_>, piece: Stretch<'_>, file: FileId, found: &mut Found) {
         found.module.broken.extend(header.words().map(str::to_owned));
     }
     match by_clause(scan, piece, file, found) {
-        Some(item) => found.module.items.push(item),
+        Some(item) => found.module.items.push(Rc::new(item)),
         None => found.errors.push(explain(piece, Rule::only_item, file)),
     }
 }
