@@ -223,6 +223,8 @@ fn a_parameter_that_does_not_exist_or_fit_is_refused() {
         ("max_parts", "3 mm", "E0304"),
         ("max_parts", "99", "E0309"),
         ("max_parts", "2.5", "E0304"),
+        ("max_parts", "5e", "E0304"),
+        ("max_parts", "1e3", "E0309"),
     ] {
         let mut sources = SourceMap::default();
         let path = root().join("grammars/codesign.sgr");

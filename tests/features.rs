@@ -45,6 +45,31 @@ fn rules(text: &str) -> RuleSet {
     compile(&format!("{text}\nmaximize travel - fall in cm\n")).unwrap_or_else(|e| panic!("{e}"))
 }
 
+#[test]
+fn quantities_that_differ_by_rounding_are_equal() {
+    let held = [
+        "7 mm == 0.7 cm",
+        "7 mm <= 0.7 cm and 0.7 cm >= 7 mm",
+        "not (0.7 cm < 7 mm) and not (7 mm != 0.7 cm)",
+        "0.1 s * 3 == 300 ms",
+        "35 % == 0.35",
+        "floor(0.7 cm / 1 mm) == 7 and ceil(0.3 / 0.1) == 3",
+        "[7 mm, 1 cm] == [0.7 cm, 10 mm]",
+        "wrap(540 deg) == 180 deg and wrap(-180 deg) == 180 deg and wrap(190 deg) == -170 deg",
+        "(count over d in { 7 mm, 8 mm } where d == 0.7 cm) == 1",
+        "not (7 mm == 0.7000001 cm) and 7 mm < 0.7000001 cm",
+    ];
+    let expects: String = held.iter().map(|held| format!("  expect {held}\n")).collect();
+    let text = format!("{GROW}\nparam long : Length in 0 mm .. 0.7 cm = 7 mm\nexample x {{\n{expects}}}");
+    example(&rules(&text)).unwrap();
+    assert!(
+        compile(&format!(
+            "{GROW}\nparam long : Length in 0 mm .. 0.7 cm = 7.0001 mm\nmaximize travel in cm\n"
+        ))
+        .is_err()
+    );
+}
+
 /// Derives the example `x`.
 fn example(rules: &RuleSet) -> Result<Derivation, String> {
     run_example(rules, "x", &rules.examples["x"]).map_err(|e| format!("{}: {}", e.message, e.labels[0].text))

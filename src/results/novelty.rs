@@ -1,7 +1,7 @@
 //! How novel designs are in a set of known ones (Shah's metric a posteriori, thesis 6.3.1): of each feature
 //! counts how few of the set share it.
 
-use grammar_lang::eval::EvalError;
+use grammar_lang::eval::{EvalError, order};
 use grammar_lang::ir::{Feature, Novelty, RuleSet, Ty};
 use grammar_lang::units;
 use serde::Serialize;
@@ -48,7 +48,10 @@ pub fn scores(rules: &RuleSet, novelty: &Novelty, others: &[(String, Vec<f64>)])
     let total = all.len();
     let share = |place: usize, (name, feature): (&String, &Feature), values: &[f64]| {
         let own = values.get(place).copied().unwrap_or(0.0);
-        let count = all.iter().filter(|(_, values, _)| values.get(place) == Some(&own)).count();
+        let count = all
+            .iter()
+            .filter(|(_, values, _)| values.get(place).is_some_and(|x| order::is_same(*x, own)))
+            .count();
         let score = feature.weight * MOST * (total - count) as f64 / total as f64;
         Share { feature: name.clone(), value: told(rules, &feature.ty, own), count, score }
     };

@@ -1,6 +1,7 @@
 //! Built-in functions over intervals.
 
 use super::{Abstract, Interval, Kinds, Reasoning};
+use crate::eval::order;
 use crate::ir::{DesignFunction, Expr, Function};
 
 impl Reasoning<'_> {
@@ -22,8 +23,8 @@ impl Reasoning<'_> {
                 let (x, low, high) = (number(0), number(1), number(2));
                 Interval::new(x.low.min(high.low).max(low.low), x.high.min(high.high).max(low.high))
             }
-            F::Floor => number(0).rising(libm::floor),
-            F::Ceil => number(0).rising(libm::ceil),
+            F::Floor => number(0).rising(order::floor),
+            F::Ceil => number(0).rising(order::ceil),
             F::Round => number(0).rising(libm::round),
             F::Fraction => Interval::new(0.0, 1.0),
             F::Sqrt if number(0).high < 0.0 => {

@@ -1,6 +1,7 @@
 //! Evaluates expressions over everything that they may read.
 
 use super::{Abstract, Facts, Interval, Kinds, Truth};
+use crate::eval::order::{self, is_less, is_same};
 use crate::ir::{
     Attribute, Binder, Expr, ExprKind, Gather, Group, JointAttribute, Operator, PortAttribute, StepAttribute,
     Ty,
@@ -221,8 +222,8 @@ impl<'f> Reasoning<'f> {
         if !whole {
             return Abstract::Many(Box::new(Abstract::Number(ends)), Interval::NOT_NEGATIVE);
         }
-        let ends = Interval::new(libm::ceil(ends.low), libm::floor(ends.high));
-        let count = |high: f64, low: f64| (libm::floor(high) - libm::ceil(low) + 1.0).max(0.0);
+        let ends = Interval::new(order::ceil(ends.low), order::floor(ends.high));
+        let count = |high: f64, low: f64| (order::floor(high) - order::ceil(low) + 1.0).max(0.0);
         let length = Interval::new(count(high.low, low.high), count(high.high, low.low));
         let length =
             if length.low.is_nan() || length.high.is_nan() { Interval::NOT_NEGATIVE } else { length };
@@ -375,13 +376,14 @@ fn gathered(
 /// Compares numbers of two intervals.
 fn compare(x: Interval, operator: Operator, y: Interval) -> Truth {
     use Operator as O;
-    let same = matches!((x.single(), y.single()), (Some(a), Some(b)) if a == b);
-    let apart = x.high < y.low || y.high < x.low;
+    let same = matches!((x.single(), y.single()), (Some(a), Some(b)) if is_same(a, b));
+    let (below, above) = (is_less(x.high, y.low), is_less(y.high, x.low));
+    let apart = below || above;
     match operator {
-        O::Less => Truth::of(x.high < y.low, x.low >= y.high),
-        O::LessEqual => Truth::of(x.high <= y.low, x.low > y.high),
-        O::Greater => Truth::of(x.low > y.high, x.high <= y.low),
-        O::GreaterEqual => Truth::of(x.low >= y.high, x.high < y.low),
+        O::Less => Truth::of(below, !is_less(x.low, y.high)),
+        O::LessEqual => Truth::of(!is_less(y.low, x.high), above),
+        O::Greater => Truth::of(above, !is_less(y.low, x.high)),
+        O::GreaterEqual => Truth::of(!is_less(x.low, y.high), below),
         O::Equal => Truth::of(same, apart),
         O::NotEqual => Truth::of(apart, same),
         _ => Truth::Sometimes,

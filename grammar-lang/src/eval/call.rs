@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use super::{Curve, EvalError, Evaluation, MOST, NoCycle, Result_, Value, Valve, Valves, fail, missing};
+use super::{
+    Curve, EvalError, Evaluation, MOST, NoCycle, Result_, Value, Valve, Valves, fail, missing, order,
+};
 use crate::ir::{DesignFunction, DesignWord, Expr, ExprKind, Function, Word};
 
 impl Function {
@@ -59,8 +61,8 @@ impl Evaluation<'_> {
                 let low = self.number(low)?;
                 x.min(self.number(high)?).max(low)
             }
-            F::Floor => libm::floor(x),
-            F::Ceil => libm::ceil(x),
+            F::Floor => order::floor(x),
+            F::Ceil => order::ceil(x),
             F::Round => libm::round(x),
             F::Fraction => x - libm::floor(x),
             F::Sqrt if x < 0.0 => return fail(expr, "a negative number has no square root"),
@@ -74,7 +76,8 @@ impl Evaluation<'_> {
             F::Arc => x * self.number(rest.first().ok_or_else(|| missing(expr))?)?,
             F::Wrap => {
                 let turn = 2.0 * std::f64::consts::PI;
-                x - turn * libm::round(x / turn)
+                // Half a turn is positive, whichever way it was made.
+                x - turn * order::ceil(x / turn - 0.5)
             }
             _ => return Err(missing(expr)),
         })

@@ -3,6 +3,7 @@
 mod allowance;
 mod call;
 mod curve;
+pub mod order;
 mod over;
 mod value;
 mod valves;
@@ -507,7 +508,7 @@ impl Evaluation<'_> {
                     ExprKind::Group(group) => {
                         self.scope.belongs(&left, group).ok_or_else(|| missing(expr))?
                     }
-                    _ => left == self.value(b)?,
+                    _ => left.is_same(&self.value(b)?),
                 };
                 return Ok(Value::Bool(answer != (operator == O::IsNot)));
             }
@@ -519,12 +520,13 @@ impl Evaluation<'_> {
                 O::Add | O::Subtract | O::Multiply | O::Divide => {
                     Value::Number(calculate(expr, x, operator, y)?)
                 }
-                O::Less => Value::Bool(x < y),
-                O::LessEqual => Value::Bool(x <= y),
-                O::Greater => Value::Bool(x > y),
-                O::GreaterEqual => Value::Bool(x >= y),
-                O::Equal => Value::Bool(x == y),
-                _ => Value::Bool(x != y),
+                // What has no order, NaN, never comes here: it is no value.
+                O::Less => Value::Bool(order::is_less(x, y)),
+                O::LessEqual => Value::Bool(!order::is_less(y, x)),
+                O::Greater => Value::Bool(order::is_less(y, x)),
+                O::GreaterEqual => Value::Bool(!order::is_less(x, y)),
+                O::Equal => Value::Bool(order::is_same(x, y)),
+                _ => Value::Bool(!order::is_same(x, y)),
             },
             (Value::Vector(x), O::Add, Value::Vector(y)) => {
                 Value::Vector([x[0] + y[0], x[1] + y[1], x[2] + y[2]])
@@ -541,8 +543,8 @@ impl Evaluation<'_> {
             (Value::List(x), O::Add, Value::List(y)) => {
                 Value::List(x.iter().chain(y.iter()).cloned().collect())
             }
-            (x, O::Equal, y) => Value::Bool(x == y),
-            (x, O::NotEqual, y) => Value::Bool(x != y),
+            (x, O::Equal, y) => Value::Bool(x.is_same(&y)),
+            (x, O::NotEqual, y) => Value::Bool(!x.is_same(&y)),
             _ => return Err(missing(expr)),
         })
     }

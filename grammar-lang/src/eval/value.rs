@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
-use super::{Curve, Valve, Valves};
+use super::{Curve, Valve, Valves, order};
 use crate::ir::{Form, Table};
 
 /// A value, in SI units.
@@ -119,7 +119,7 @@ impl Domain {
         match self {
             Self::Items(items) => items.len(),
             Self::Range { low, high, whole: true } => {
-                (libm::floor(*high) - libm::ceil(*low) + 1.0).max(0.0) as usize
+                (order::floor(*high) - order::ceil(*low) + 1.0).max(0.0) as usize
             }
             Self::Range { .. } => 0,
         }
@@ -131,7 +131,7 @@ impl Domain {
         match self {
             Self::Items(items) => items.get(index).cloned(),
             Self::Range { low, .. } => {
-                (index < self.count()).then(|| Value::Number(libm::ceil(*low) + index as f64))
+                (index < self.count()).then(|| Value::Number(order::ceil(*low) + index as f64))
             }
         }
     }
@@ -141,9 +141,9 @@ impl Domain {
     pub fn holds(&self, value: &Value) -> bool {
         match (self, value) {
             (Self::Range { low, high, whole }, Value::Number(x)) => {
-                low <= x && x <= high && (!whole || libm::floor(*x) == *x)
+                order::is_within(*low, *x, *high) && (!whole || libm::floor(*x) == *x)
             }
-            (Self::Items(items), value) => items.contains(value),
+            (Self::Items(items), value) => items.iter().any(|item| item.is_same(value)),
             _ => false,
         }
     }
@@ -153,14 +153,16 @@ impl Domain {
     pub fn holds_all(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Range { low, high, .. }, Self::Range { low: least, high: most, .. }) => {
-                low <= least && most <= high
+                !order::is_less(*least, *low) && !order::is_less(*high, *most)
             }
             (Self::Range { low, high, .. }, Self::Items(items)) => {
-                items.iter().all(|x| x.as_number().is_some_and(|x| *low <= x && x <= *high))
+                items.iter().all(|x| x.as_number().is_some_and(|x| order::is_within(*low, x, *high)))
             }
             (Self::Items(all), other) => {
                 let countable = !matches!(other, Self::Range { whole: false, .. });
-                countable && other.count() <= 1000 && other.items().all(|x| all.contains(&x))
+                countable
+                    && other.count() <= 1000
+                    && other.items().all(|x| all.iter().any(|item| item.is_same(&x)))
             }
         }
     }
@@ -178,6 +180,25 @@ impl Value {
         match self {
             Self::List(items) => items,
             _ => &[],
+        }
+    }
+
+    /// Whether two values are equal, numbers but for rounding.
+    #[must_use]
+    pub fn is_same(&self, other: &Self) -> bool {
+        let are_same =
+            |a: &[Self], b: &[Self]| a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.is_same(b));
+        match (self, other) {
+            (Self::Number(a), Self::Number(b)) => order::is_same(*a, *b),
+            (Self::Vector(a), Self::Vector(b)) => a.iter().zip(b).all(|(a, b)| order::is_same(*a, *b)),
+            (Self::List(a), Self::List(b)) => are_same(a, b),
+            (Self::Kind(a), Self::Kind(b)) => {
+                let params = a.params.iter().zip(&b.params);
+                a.name == b.name
+                    && a.params.len() == b.params.len()
+                    && params.clone().all(|((name, a), (other, b))| name == other && a.is_same(b))
+            }
+            (a, b) => a == b,
         }
     }
 

@@ -28,7 +28,7 @@ use indexmap::{IndexMap, IndexSet};
 use super::environment::Environment;
 use super::found::Found;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Allowance, EvalError, Scope, Value};
+use crate::eval::{Allowance, EvalError, Scope, Value, order};
 use crate::ir::{self, Expr, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
@@ -414,7 +414,7 @@ impl<'a> Expressions<'a> {
             }
         };
         if let Some((low, high)) = domain
-            && (value < low || value > high)
+            && !order::is_within(low, value, high)
         {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, span, format!("{what} is outside its domain"))
@@ -443,9 +443,7 @@ impl<'a> Expressions<'a> {
                 self.variants_of(name, param.ty.span).iter().position(|v| v == text).map(|i| i as f64)
             }
             _ => {
-                let split = trimmed
-                    .find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-' | '+')))
-                    .unwrap_or(trimmed.len());
+                let split = digits(trimmed);
                 let (number, unit) = trimmed.split_at(split);
                 let unit = unit.trim();
                 let unit = if unit.is_empty() {
@@ -559,7 +557,7 @@ impl<'a> Expressions<'a> {
         let mut inner = Context::new(Stage::Declaration, false);
         let domain = self.expect(domain, &mut inner, &Ty::Domain(Box::new(ty.clone())), "a domain");
         if let Some((low, high)) = self.constant_range(&domain)
-            && (value_now < low || value_now > high)
+            && !order::is_within(low, value_now, high)
         {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, format!("`{name}` is outside its domain"))
@@ -584,4 +582,19 @@ fn value_of(param: &ir::Param) -> Value {
 /// A number of a type with the unit that people would write.
 pub(super) fn shown(value: f64, ty: &Ty) -> String {
     crate::units::shown(value, ty.dimension().unwrap_or_default())
+}
+
+/// How long the number is that a text begins with: `1e-1 m` has one, and an `e` that no digit follows is of a unit.
+fn digits(text: &str) -> usize {
+    let plain = |text: &str, more: &[char]| {
+        text.find(|c: char| !(c.is_ascii_digit() || more.contains(&c))).unwrap_or(text.len())
+    };
+    let mantissa = plain(text, &['.', '-', '+']);
+    let rest = text.get(mantissa..).unwrap_or("");
+    let Some(power) = rest.strip_prefix(['e', 'E']) else { return mantissa };
+    let sign = usize::from(power.starts_with(['-', '+']));
+    match power.get(sign..).map_or(0, |digits| plain(digits, &[])) {
+        0 => mantissa,
+        long => mantissa + 1 + sign + long,
+    }
 }
