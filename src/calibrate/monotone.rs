@@ -13,12 +13,12 @@ pub(super) struct Pool {
 }
 
 /// The ascending course that is nearest to some values in the sense of least squares: neighbours that
-/// descend are pooled until none does (pool adjacent violators). `weight` says what a value counts.
+/// do not ascend are pooled until all do (pool adjacent violators). `weight` says what a value counts.
 pub(super) fn ascending(values: &[f64], weight: impl Fn(usize) -> f64) -> Vec<Pool> {
     let mut pools: Vec<Pool> = Vec::new();
     for (i, value) in values.iter().enumerate() {
         let mut pool = Pool { first: i, end: i + 1, mean: *value, weight: weight(i) };
-        while let Some(last) = pools.pop_if(|last| last.mean > pool.mean) {
+        while let Some(last) = pools.pop_if(|last| last.mean >= pool.mean) {
             let weight = last.weight + pool.weight;
             let mean = (last.mean * last.weight + pool.mean * pool.weight) / weight;
             pool = Pool { first: last.first, end: pool.end, mean, weight };

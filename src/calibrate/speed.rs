@@ -44,6 +44,9 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     if !problems.is_empty() {
         return Err(problems);
     }
+    if let Some(problem) = unseen(section, &curves, &runs) {
+        return Err(vec![problem]);
+    }
     let found = trajectory::fit(&runs, &section.name).ok_or_else(|| {
         vec![Problem::contradiction(&section.place, format!("`{}` does not move", section.name))]
     })?;
@@ -257,6 +260,28 @@ fn stray(section: &Section, curve: &Curve, run: &Run) -> Option<Problem> {
             ),
         )
     })
+}
+
+/// Says that no run has enough pictures of the motion itself: the speed is then any that is not too low.
+fn unseen(section: &Section, curves: &[Curve], runs: &[Run]) -> Option<Problem> {
+    if trajectory::telling(runs) > 0 {
+        return None;
+    }
+    let (curve, run) = curves.iter().zip(runs).next()?;
+    let seen = match run.moving() {
+        0 => "no picture".to_owned(),
+        1 => "one picture".to_owned(),
+        many => format!("{many} pictures"),
+    };
+    Some(Problem::contradiction(
+        section.place(curve.row),
+        format!(
+            "{} of `{}` has {seen} of the motion itself, and a speed needs two or more, ten for an interval: film with more \
+             pictures a second, or read off more of them while it moves",
+            called(curve),
+            section.name
+        ),
+    ))
 }
 
 /// Time from the run's own beginning (s), residual (rad), run.

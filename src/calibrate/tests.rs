@@ -353,7 +353,7 @@ fn a_torque_that_depends_on_the_angle_is_told() {
         ))
     };
     let falls = tip("[1.0, 0.9, 0.8, 0.7]");
-    assert!(falls[0].notes.iter().any(|n| n.contains("falls by 35 %")), "{:?}", falls[0].notes);
+    assert!(falls[0].warnings.iter().any(|n| n.contains("falls by 35 %")), "{:?}", falls[0].warnings);
     assert_eq!(tip("[1.0, 0.98, 1.02, 0.99]")[0].notes.len(), 1);
 }
 
@@ -365,6 +365,67 @@ fn a_thread_that_turns_back_within_its_scatter_is_smoothed() {
     assert!(findings[0].notes.iter().any(|n| n.contains("smoothed")), "{:?}", findings[0].notes);
     let Change::Table { table, .. } = &findings[0].change else { panic!() };
     assert!(table.rows.windows(2).all(|w| w[0].0.value < w[1].0.value && w[0].1.value < w[1].1.value));
+}
+
+#[test]
+fn a_slack_thread_is_as_it_was_measured() {
+    let table = |angles: &str, lengths: &str| {
+        let findings = fitted(&format!("{THREAD}\"angle [deg]\" = {angles}\n\"thread [mm]\" = {lengths}\n"));
+        let Change::Table { table, .. } = &findings[0].change else { panic!() };
+        let rows: Vec<(f64, f64)> = table.rows.iter().map(|(a, l)| (a.value, l.value)).collect();
+        assert!(rows.windows(2).all(|w| w[0].0 < w[1].0 && w[0].1 < w[1].1), "{rows:?}");
+        (rows, findings[0].warnings.clone(), findings[0].notes.clone())
+    };
+    let (rows, warnings, notes) = table("[-90, -45, 0, 45, 90]", "[-21, 0, 0, 0, 21]");
+    for (angle, length) in [(-90.0, -21.0), (-45.0, 0.0), (0.0, 0.0), (45.0, 0.0), (90.0, 21.0)] {
+        assert!((lines::at(&rows, angle) - length).abs() < 0.1, "{angle}: {rows:?}");
+    }
+    assert!(warnings.iter().any(|w| w.contains("slack")), "{warnings:?}");
+    assert!(notes.iter().all(|n| !n.contains("ruler's zero")), "{notes:?}");
+
+    let (rows, ..) = table(
+        "[-90,-90,-60,-60,-30,-30,-30,0,0,0,30,30,30,60,60,90,90]",
+        "[-15,-15.4,-7.5,-7.2,0.1,-0.2,0,0,0.1,-0.2,-0.1,0.1,-0.2,7.4,7.6,15,15.2]",
+    );
+    for angle in [-30.0, 0.0, 30.0] {
+        assert!(lines::at(&rows, angle).abs() < 0.3, "{angle}: {rows:?}");
+    }
+    // At a stop the table goes as far as was measured.
+    let (rows, ..) = table("[-90, -45, 0, 45, 70, 90]", "[-21, -10, 0, 10, 10, 10]");
+    assert_eq!(rows.last().unwrap().0, 90.0, "{rows:?}");
+}
+
+#[test]
+fn angles_in_another_unit_are_told() {
+    let told = fitted(&format!("{THREAD}\"angle [rad]\" = [-90, 0, 90]\n\"thread [mm]\" = [-21, 0, 21]\n"));
+    assert!(told[0].warnings.iter().any(|w| w.contains("are the units right?")), "{:?}", told[0].warnings);
+}
+
+#[test]
+fn a_film_without_the_motion_has_no_speed() {
+    let film = |bends: &[(f64, f64)]| {
+        let mut csv = "time [s], angle [deg]\n".to_owned();
+        bends.iter().for_each(|(t, b)| writeln!(csv, "{t}, {b}").unwrap());
+        let toml = "[i]\nkind = \"inflate\"\nfor = \"bender\"\nfile = \"more.csv\"\n";
+        fitted_from("bench.toml", toml, &csv)
+    };
+    // A picture every six seconds, and none of the motion.
+    let jump: Vec<(f64, f64)> =
+        (0..20).map(|i| (6.0 * f64::from(i), if i < 8 { 0.1 } else { 90.0 })).collect();
+    let problems = film(&jump).unwrap_err();
+    assert!(
+        problems.iter().any(|p| p.to_string().contains("no picture of the motion itself")),
+        "{problems:?}"
+    );
+    // Three pictures of it: a speed, but nobody knows how well.
+    let frames = (0..90).filter(|i| !(24..48).contains(i));
+    let gap: Vec<(f64, f64)> =
+        frames.map(|i| (0.033 * f64::from(i), (f64::from(i - 20) * 3.0).clamp(0.0, 90.0))).collect();
+    let found = film(&gap).map(|found| found[0].clone());
+    if let Ok(found) = found {
+        assert_eq!(found.interval, None, "{found:?}");
+        assert!(found.warnings.iter().any(|w| w.contains("too few")), "{:?}", found.warnings);
+    }
 }
 
 #[test]

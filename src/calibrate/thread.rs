@@ -18,6 +18,10 @@ const MOST_ROWS: usize = 16;
 const RULER: f64 = 0.5e-3;
 /// Points of one angle may be so far apart, as a share of all the thread, if the section says nothing else.
 const TOLERANCE: f64 = 0.05;
+/// A thread that grows by less than this from angle to angle is as long, m.
+const FLAT: f64 = 0.2 * RULER;
+/// A stretch of more than this share of all angles in which the thread is as long is told.
+const SLACK: f64 = 0.1;
 /// Angles nearer than this are one, rad.
 const SAME: f64 = 1e-6;
 
@@ -55,13 +59,18 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     if let Some(scatter) = scatter {
         notes.push(format!("Repeated points scatter by {}.", mm(scatter)));
     }
-    let rows = smoothed(section, &groups, scatter.unwrap_or(0.0).max(RULER), &mut notes)?;
+    let mut warnings = Vec::new();
+    let rows = smoothed(section, &groups, scatter.unwrap_or(0.0).max(RULER), (&mut notes, &mut warnings))?;
+    let points_of_rows: Vec<(f64, f64)> = rows.iter().map(|row| (row.angle, row.length)).collect();
     // What a ruler cannot tell needs no row of its own.
-    let kept = reduce(&rows, scatter.unwrap_or(0.0).max(0.5 * RULER), MOST_ROWS);
-    let figures = kept.into_iter().filter_map(|i| rows.get(i)).map(|(angle, length)| {
-        (Figure::with_decimals(*angle, "deg", 2), Figure::with_decimals(*length, "mm", 1))
+    let kept = reduce(&points_of_rows, scatter.unwrap_or(0.0).max(0.5 * RULER), MOST_ROWS);
+    let figures = kept.into_iter().filter_map(|i| rows.get(i)).map(|row| {
+        let decimals = if row.is_flat { 2 } else { 1 };
+        (Figure::with_decimals(row.angle, "deg", 2), Figure::with_decimals(row.length, "mm", decimals))
     });
     let rows = distinct(figures);
+    warnings.extend(other_unit(section, &groups, declared_bend));
+    warnings.extend(ends_early(section, &groups, declared_bend));
     let within = within(section, lengths, &groups, &rows);
     if rows.len() < 2 {
         return Err(vec![Problem::contradiction(
@@ -108,7 +117,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         residual: Residual::of(&si, "mm"),
         points: points.len(),
         notes,
-        warnings: ends_early(section, &groups, declared_bend).into_iter().collect(),
+        warnings,
         plots: vec![plot],
     })
 }
@@ -117,6 +126,20 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
 fn span(table: &grammar_lang::ir::Table) -> f64 {
     let (low, high) = table.range();
     high - low
+}
+
+/// That the angles are of another size than those of the grammar.
+fn other_unit(section: &Section, groups: &[Group], (least, most): (f64, f64)) -> Option<String> {
+    let measured = groups.last()?.angle - groups.first()?.angle;
+    let share = measured / (most - least);
+    (!(0.1..=10.0).contains(&share)).then(|| {
+        format!(
+            "`{}`: its angles go over {}, and the actuator bends over {} in the grammar: are the units right?",
+            section.name,
+            shown(measured, Dimension::ANGLE),
+            shown(most - least, Dimension::ANGLE)
+        )
+    })
 }
 
 /// That bends of the grammar were not measured.
@@ -242,53 +265,130 @@ fn scatter(lengths: &[f64], groups: &[Group]) -> Option<f64> {
     (degrees > 0).then(|| (squares / degrees as f64).sqrt())
 }
 
-/// Rows that go one way: what turns back by less than the scatter is pooled, what turns back farther is refused.
+/// A row of the table before it is written.
+struct Row {
+    angle: f64,
+    length: f64,
+    /// Whether it is an end of a stretch in which the thread is as long everywhere.
+    is_flat: bool,
+}
+
+/// Neighbouring angles at which the thread is as long, as far as a ruler tells.
+struct Stretch<'g> {
+    groups: &'g [Group],
+    /// Their mean, where more is a larger bend.
+    mean: f64,
+}
+
+impl Stretch<'_> {
+    fn weight(&self) -> f64 {
+        self.groups.iter().map(|g| g.rows.len() as f64).sum()
+    }
+
+    fn middle(&self) -> f64 {
+        self.groups.iter().map(|g| g.angle * g.rows.len() as f64).sum::<f64>() / self.weight()
+    }
+
+    fn ends(&self) -> Option<(&Group, &Group)> {
+        self.groups.first().zip(self.groups.last())
+    }
+}
+
+/// The stretches of a thread that grows with `sign` times its length, in the order of their angles.
+fn stretches(groups: &[Group], sign: f64) -> Vec<Stretch<'_>> {
+    let values: Vec<f64> = groups.iter().map(|g| sign * g.length).collect();
+    let count = |i: usize| groups.get(i).map_or(1.0, |g| g.rows.len() as f64);
+    let mut out: Vec<(Stretch<'_>, usize)> = Vec::new();
+    for pool in ascending(&values, count) {
+        let own = Stretch { groups: groups.get(pool.first..pool.end).unwrap_or(&[]), mean: pool.mean };
+        match out.last_mut() {
+            Some((last, first)) if own.mean - last.mean < FLAT => {
+                let (a, b) = (last.weight(), own.weight());
+                last.mean = (last.mean * a + own.mean * b) / (a + b);
+                last.groups = groups.get(*first..pool.end).unwrap_or(&[]);
+            }
+            _ => out.push((own, pool.first)),
+        }
+    }
+    out.into_iter().map(|(stretch, _)| stretch).collect()
+}
+
+/// Rows that go one way: what turns back by less than the scatter is pooled, what turns back farther is refused. A table
+/// has one bend for each length, so that a stretch in which the thread is as long everywhere rises by a tenth of a
+/// millimetre.
 fn smoothed(
     section: &Section,
     groups: &[Group],
     limit: f64,
-    notes: &mut Vec<String>,
-) -> Result<Vec<(f64, f64)>, Vec<Problem>> {
+    (notes, warnings): (&mut Vec<String>, &mut Vec<String>),
+) -> Result<Vec<Row>, Vec<Problem>> {
     let points: Vec<(f64, f64)> = groups.iter().map(|g| (g.angle, g.length)).collect();
     let sign = if slope(&points) < 0.0 { -1.0 } else { 1.0 };
-    let values: Vec<f64> = groups.iter().map(|g| sign * g.length).collect();
-    let count = |i: usize| groups.get(i).map_or(1.0, |g| g.rows.len() as f64);
+    let stretches = stretches(groups, sign);
+    let middles: Vec<(f64, f64)> = stretches.iter().map(|s| (s.middle(), s.mean)).collect();
+    let all = points.first().zip(points.last()).map_or(0.0, |(first, last)| last.0 - first.0);
     let mut rows = Vec::new();
     let mut problems = Vec::new();
-    for pool in ascending(&values, count) {
-        let members = groups.get(pool.first..pool.end).unwrap_or(&[]);
-        let far = members.iter().map(|g| (sign * g.length - pool.mean).abs()).fold(0.0, f64::max);
-        let weight: f64 = members.iter().map(|g| g.rows.len() as f64).sum();
-        let angle = members.iter().map(|g| g.angle * g.rows.len() as f64).sum::<f64>() / weight;
-        rows.push((angle, sign * pool.mean));
-        let (Some(first), Some(last)) = (members.first(), members.last()) else { continue };
-        if members.len() < 2 {
+    for (i, stretch) in stretches.iter().enumerate() {
+        let middle = Row { angle: stretch.middle(), length: sign * stretch.mean, is_flat: false };
+        let Some((first, last)) = stretch.ends().filter(|_| stretch.groups.len() > 1) else {
+            rows.push(middle);
+            continue;
+        };
+        let far = stretch.groups.iter().map(|g| (sign * g.length - stretch.mean).abs()).fold(0.0, f64::max);
+        if far > limit {
+            problems.push(turns_back(section, first, last));
             continue;
         }
         let span =
             format!("{} to {}", shown(first.angle, Dimension::ANGLE), shown(last.angle, Dimension::ANGLE));
-        if far > limit {
-            let row = |group: &Group| section.place(group.rows.first().copied().unwrap_or(0)).clone();
-            let (a, b) = (row(first), row(last));
-            let ([a, b], [early, late]) =
-                if a <= b { ([a, b], [first, last]) } else { ([b, a], [last, first]) };
-            problems.push(Problem::contradiction(
-                &b,
-                format!(
-                    "the thread turns back from {span}: {} here, {} {}. A bend must take more thread than a smaller one; measure these again",
-                    shown(late.length, Dimension::LENGTH),
-                    shown(early.length, Dimension::LENGTH),
-                    seen(&a, &b),
-                ),
-            ));
-        } else {
+        if stretch.groups.windows(2).any(|pair| sign * (pair[1].length - pair[0].length) < 0.0) {
             notes.push(format!(
                 "From {span} the thread turned back by less than it scatters ({}): smoothed.",
                 mm(far)
             ));
         }
+        // One row in the middle will do where the lines to its neighbours say what was measured.
+        let is_end = i == 0 || i + 1 == stretches.len();
+        let is_said = |g: &Group| (at(&middles, g.angle) - sign * g.length).abs() <= limit;
+        if !is_end && stretch.groups.iter().all(is_said) {
+            rows.push(middle);
+            continue;
+        }
+        let gap =
+            |other: Option<&Stretch<'_>>| other.map_or(f64::INFINITY, |o| (o.mean - stretch.mean).abs());
+        let gaps = gap(i.checked_sub(1).and_then(|i| stretches.get(i))).min(gap(stretches.get(i + 1)));
+        let rise = (0.5 * FLAT).min(gaps / 3.0);
+        for (angle, off) in [(first.angle, -rise), (last.angle, rise)] {
+            rows.push(Row { angle, length: sign * (stretch.mean + off), is_flat: true });
+        }
+        if last.angle - first.angle > SLACK * all {
+            warnings.push(format!(
+                "`{}`: from {span} the thread is as long everywhere: there it is slack or at a stop, and does not say how far \
+                 the actuator bends. The table lets it rise by a tenth of a millimetre.",
+                section.name
+            ));
+        }
     }
     if problems.is_empty() { Ok(rows) } else { Err(problems) }
+}
+
+/// Says that a thread turns back by more than it scatters.
+fn turns_back(section: &Section, first: &Group, last: &Group) -> Problem {
+    let row = |group: &Group| section.place(group.rows.first().copied().unwrap_or(0)).clone();
+    let (a, b) = (row(first), row(last));
+    let ([a, b], [early, late]) = if a <= b { ([a, b], [first, last]) } else { ([b, a], [last, first]) };
+    Problem::contradiction(
+        &b,
+        format!(
+            "the thread turns back from {} to {}: {} here, {} {}. A bend must take more thread than a smaller one; measure these again",
+            shown(first.angle, Dimension::ANGLE),
+            shown(last.angle, Dimension::ANGLE),
+            shown(late.length, Dimension::LENGTH),
+            shown(early.length, Dimension::LENGTH),
+            seen(&a, &b),
+        ),
+    )
 }
 
 /// Rows that are still different as they are written.

@@ -45,12 +45,13 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     }
     let value = Figure::of(mean, centre.error(), "N*m/rad");
     let spread = Figure::of(deviation, Some(deviation / 10.0), "N*m/rad");
-    let mut notes =
+    let notes =
         vec![format!("Tip force times arm: the middle of points with a standard deviation of {spread}.")];
     let angles: Vec<f64> = section.numbers("angle").iter().map(|a| a.to_degrees()).collect();
-    if let Some(note) = varies(&angles, &torques, mean) {
-        notes.push(note);
-    }
+    let mut warnings = centre.warnings(&section.name, "point", |i| {
+        Figure::of(torques.get(i).copied().unwrap_or(0.0), None, "N*m/rad").to_string()
+    });
+    warnings.extend(varies(&angles, &torques, mean).map(|varies| format!("`{}`: {varies}", section.name)));
     let has_angles = !angles.is_empty();
     let across = |i: usize| angles.get(i).copied().unwrap_or(i as f64 + 1.0);
     let point = |(i, torque): (usize, &f64)| (across(i), *torque, 0);
@@ -79,9 +80,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         residual: Residual::of(&residuals, "N*m/rad"),
         points: many,
         notes,
-        warnings: centre.warnings(&section.name, "point", |i| {
-            Figure::of(torques.get(i).copied().unwrap_or(0.0), None, "N*m/rad").to_string()
-        }),
+        warnings,
         plots: vec![plot],
     })
 }
@@ -95,7 +94,7 @@ fn varies(angles: &[f64], torques: &[f64], mean: f64) -> Option<String> {
     (points.len() > 2 && change.abs() > STRONG * mean).then(|| {
         let way = if change > 0.0 { "grows" } else { "falls" };
         format!(
-            "It {way} by {:.0} % of its mean from {low:.0} to {high:.0} deg, which one number cannot say.",
+            "the torque {way} by {:.0} % of its mean from {low:.0} to {high:.0} deg, which one number cannot say.",
             100.0 * change.abs() / mean
         )
     })

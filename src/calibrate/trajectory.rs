@@ -23,6 +23,8 @@ const GAIN: f64 = 0.01;
 const HUBER: f64 = 1.345;
 /// With fewer points for each number that is fitted, nobody can tell a wrong one, or how well the numbers are known.
 const LEAST_POINTS: usize = 3;
+/// A point within this share of the way from an end is one of rest, or cannot be told from one.
+const REST: f64 = 0.05;
 /// From how many times the speed on its way a fit to few points begins anew.
 const GUESSES: [f64; 4] = [0.5, 0.7, 1.4, 2.0];
 /// A residual of more deviations is no scatter.
@@ -180,12 +182,12 @@ fn chosen(runs: &[Run]) -> Option<Trial> {
     let mut tried: Vec<(f64, f64, Trial)> = Vec::new();
     for size in SIZES {
         // A row needs some points of its own.
-        if size > 1 && points < 6 * size {
+        if size > 1 && (points < 6 * size || trial.telling < LEAST_POINTS * size) {
             break;
         }
         trial = trial.with_rows(size, (low, high));
         trial.improve(runs);
-        if size == 1 && points < LEAST_POINTS * trial.numbers.len() {
+        if size == 1 && trial.is_thin(points) {
             // Of few points the way between two of them is no good guess of the speed.
             for guess in GUESSES {
                 let mut other = Trial::begin(runs, &rests, low, guess * speed);
@@ -205,6 +207,13 @@ fn chosen(runs: &[Run]) -> Option<Trial> {
 }
 
 impl Run {
+    /// Its points that show it on its way; those at rest say nothing of its speed.
+    pub(super) fn moving(&self) -> usize {
+        let Some(Motion { begin, end, .. }) = self.rest() else { return 0 };
+        let (low, high) = (begin + REST * (end - begin), end - REST * (end - begin));
+        self.points.iter().filter(|(_, bend)| low < *bend && *bend < high).count()
+    }
+
     /// Where it begins and ends, as far as its points say, and when it passes its middle.
     fn rest(&self) -> Option<Motion> {
         let bends: Vec<f64> = self.points.iter().map(|(_, bend)| *bend).collect();
@@ -233,9 +242,16 @@ impl Run {
     }
 }
 
+/// How many points of all runs say something of speeds: of each run one says when it was on its way.
+pub(super) fn telling(runs: &[Run]) -> usize {
+    runs.iter().map(|run| run.moving().saturating_sub(1)).sum()
+}
+
 /// A table and motions on their way to a fit.
 #[derive(Clone)]
 struct Trial {
+    /// See [`telling`].
+    telling: usize,
     bends: Vec<f64>,
     /// Logarithms of speeds, then three numbers for each run.
     numbers: DVector<f64>,
@@ -248,7 +264,7 @@ impl Trial {
             let middle = 0.5 * (rest.begin + rest.end);
             numbers.extend([rest.delay - (middle - low) / speed, rest.begin, rest.end]);
         }
-        Self { bends: vec![low], numbers: DVector::from_vec(numbers) }
+        Self { telling: telling(runs), bends: vec![low], numbers: DVector::from_vec(numbers) }
     }
 
     fn rows(&self, numbers: &DVector<f64>) -> Vec<(f64, f64)> {
@@ -271,7 +287,7 @@ impl Trial {
             .collect();
         let logs = bends.iter().map(|bend| libm::log(super::lines::at(&old, *bend)));
         let rest = self.numbers.iter().skip(self.bends.len()).copied();
-        Self { numbers: DVector::from_vec(logs.chain(rest).collect()), bends }
+        Self { telling: self.telling, numbers: DVector::from_vec(logs.chain(rest).collect()), bends }
     }
 
     fn residuals(&self, numbers: &DVector<f64>, runs: &[Run]) -> DVector<f64> {
@@ -297,8 +313,8 @@ impl Trial {
     }
 
     /// Whether there are too few points for each number that is fitted to them.
-    fn is_thin(&self, residuals: &DVector<f64>) -> bool {
-        residuals.len() < LEAST_POINTS * self.numbers.len()
+    fn is_thin(&self, points: usize) -> bool {
+        points < LEAST_POINTS * self.numbers.len() || self.telling < 2 * LEAST_POINTS * self.bends.len()
     }
 
     fn improve(&mut self, runs: &[Run]) {
@@ -306,7 +322,7 @@ impl Trial {
             let residuals = self.residuals(&self.numbers, runs);
             let scale = scale(&residuals);
             // Few points say nothing of which of them is wrong.
-            let weights = match self.is_thin(&residuals) {
+            let weights = match self.is_thin(residuals.len()) {
                 true => residuals.map(|_| 1.0),
                 false => residuals.map(|r| weight(r, scale)),
             };
@@ -419,7 +435,7 @@ impl Trial {
     fn finish(&self, runs: &[Run]) -> Fit {
         let residuals = self.residuals(&self.numbers, runs);
         let scale = scale(&residuals);
-        let is_thin = self.is_thin(&residuals);
+        let is_thin = self.is_thin(residuals.len());
         let places = runs.iter().enumerate().flat_map(|(i, run)| (0..run.points.len()).map(move |k| (i, k)));
         Fit {
             rows: self.rows(&self.numbers),
