@@ -82,6 +82,22 @@ pub enum Error {
         /// The time.
         asked: Duration,
     },
+    /// The board ended the run by itself, too early or too late.
+    EndedOtherwise {
+        /// How many cycles were asked for; 0: until it is stopped.
+        asked: u32,
+        /// How many it says that it has run.
+        run: u32,
+    },
+    /// The board has taken the order to stop, and runs on.
+    StillRunning,
+    /// The time that the board says it has run for is not the time that has passed here.
+    Clock {
+        /// By the board.
+        board: Duration,
+        /// Here.
+        host: Duration,
+    },
     /// The board refuses.
     Refused {
         /// The number of the request.
@@ -169,6 +185,27 @@ impl fmt::Display for Error {
             Self::Timeout { asked } => {
                 write!(f, "the board can wait 0.1 s to 5 s for its host, not {} s", asked.as_secs_f64())
             }
+            Self::EndedOtherwise { asked: 0, run } => {
+                write!(
+                    f,
+                    "the board ended the run by itself after {run} cycles: look at the robot, and at its power supply"
+                )
+            }
+            Self::EndedOtherwise { asked, run } => write!(
+                f,
+                "the board ended the run after {run} cycles, not {asked}: look at the robot, and flash the firmware again"
+            ),
+            Self::StillRunning => write!(
+                f,
+                "the board has taken the order to stop, and says that it runs on: open its stop circuit or cut its power"
+            ),
+            Self::Clock { board, host } => write!(
+                f,
+                "the board says that it has run for {:.1} s, and {:.1} s have passed here: it was told to stop, as the motion \
+                 is not the one that was simulated. Is the firmware that of this program?",
+                board.as_secs_f64(),
+                host.as_secs_f64()
+            ),
             Self::Refused { request, refusal, detail } => write!(
                 f,
                 "the board refuses message {request:#04x} ({refusal:?}, {detail}): its firmware is not that of this \

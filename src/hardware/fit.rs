@@ -107,11 +107,17 @@ fn changes_at_fault(changes: &[(Micros, ValveState)], least: Micros, period: Mic
         Some((0, _)) => {}
         Some((at, _)) => out.push(format!("its first change is at {}: it must be at 0", seconds(*at))),
     }
-    for pair in changes.windows(2) {
+    // The state that ends the cycle may go on at its beginning.
+    let goes_on = match (changes.first(), changes.last()) {
+        (Some((_, first)), Some((last, state))) if first == state => period.saturating_sub(*last),
+        _ => 0,
+    };
+    for (i, pair) in changes.windows(2).enumerate() {
         let ((before, _), (at, _)) = (pair[0], pair[1]);
+        let since = if i == 0 { goes_on } else { 0 };
         if at <= before {
             out.push(format!("the change at {} comes after the one at {}", seconds(at), seconds(before)));
-        } else if at - before < least {
+        } else if at - before + since < least {
             out.push(too_fast(before, at, least));
         }
     }

@@ -190,6 +190,17 @@ pub(crate) mod tests {
             problems(two(), |s| changes(s, 1)[1].0 = 5000)
                 .starts_with("`back`: its valves change at 0 s and")
         );
+        // What ends the cycle and begins it is one state.
+        let goes_on = |s: &mut Schedule| {
+            *changes(s, 1) =
+                vec![(0, ValveState::Vent), (5_000, ValveState::Inflate), (500_000, ValveState::Vent)]
+        };
+        assert_eq!(problems(two(), goes_on), "");
+        let is_short = |s: &mut Schedule| {
+            *changes(s, 1) =
+                vec![(0, ValveState::Vent), (3_000, ValveState::Inflate), (996_000, ValveState::Vent)]
+        };
+        assert!(problems(two(), is_short).starts_with("`back`: its valves change at 0 s and"));
         assert!(
             problems(two(), |s| changes(s, 0)[2].0 = 995_000)
                 .contains("`front`: its valves change at 0.995 s")

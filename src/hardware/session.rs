@@ -29,6 +29,8 @@ pub struct Session<L: Link> {
     events: Vec<Event>,
     welcome: Welcome,
     running: bool,
+    /// How long a cycle of what was loaded takes; none if nothing was.
+    period: Duration,
 }
 
 /// A number that no other host has.
@@ -80,6 +82,7 @@ impl<L: Link> Session<L> {
                                 events,
                                 welcome,
                                 running: false,
+                                period: Duration::ZERO,
                             });
                         }
                         Some(Reply::Error { refusal: Refusal::OtherVersion, detail, .. }) if ours => {
@@ -138,6 +141,7 @@ impl<L: Link> Session<L> {
         if matches!(status.state, State::Estopped | State::Fault) {
             return Err(Error::Latched { state: status.state, faults: status.faults });
         }
+        self.period = Duration::from_micros(u64::from(schedule.period));
         let program = Program::of(schedule);
         let crc = program.crc();
         self.ask(&Request::Config(program.config))?;
@@ -188,22 +192,35 @@ impl<L: Link> Session<L> {
     ///
     /// # Errors
     ///
-    /// What befalls the line.
+    /// [`Error::StillRunning`] if the board says that it does not, or what befalls the line.
     pub fn stop(&mut self) -> Result<(), Error> {
         self.ask(&Request::Stop)?;
-        self.running = false;
-        Ok(())
+        self.is_still()
     }
 
     /// Ends a run; nothing starts before [`Session::clear`].
     ///
     /// # Errors
     ///
-    /// What befalls the line.
+    /// [`Error::StillRunning`] if the board says that it does not end, or what befalls the line.
     pub fn emergency_stop(&mut self) -> Result<(), Error> {
         self.ask(&Request::Estop)?;
-        self.running = false;
-        Ok(())
+        self.is_still()
+    }
+
+    /// Sees that the board does what it was told to: the answer to an order says only that it was heard.
+    fn is_still(&mut self) -> Result<(), Error> {
+        if self.status()?.state == State::Running { Err(Error::StillRunning) } else { Ok(()) }
+    }
+
+    /// The time since some moment that stays the same, by the clock of the line.
+    pub(super) fn now(&self) -> Duration {
+        self.link.now()
+    }
+
+    /// For how long the board says that it has run.
+    pub(super) fn run_for(&self, status: &Status) -> Duration {
+        self.period.saturating_mul(status.cycle) + Duration::from_micros(u64::from(status.phase))
     }
 
     /// Waits, and hears what the board tells by itself.
@@ -289,6 +306,7 @@ impl<L: Link> Drop for Session<L> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::supervise::{Outcome, Plan, Wish, run};
     use super::*;
 
     /// A line to something that says the same whatever it hears.
@@ -333,5 +351,93 @@ mod tests {
         let older =
             greeted(|frame| Frame { kind: 0x84, payload: vec![11, 1, 9, 0], ..frame.clone() }.encode());
         assert!(matches!(older, Error::OtherVersion { board: 9 }), "{older}");
+    }
+
+    /// A board that takes every order and says of itself what it is told to: by how long it has run, and whether it was
+    /// told to stop.
+    struct Liar {
+        says: fn(Duration, bool) -> (State, u32, u32),
+        heard: Decoder,
+        answers: Vec<u8>,
+        clock: Duration,
+        begun: Duration,
+        is_stopped: bool,
+    }
+
+    impl Link for Liar {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), Error> {
+            for frame in self.heard.feed(bytes) {
+                self.is_stopped |= frame.kind == Request::Stop.kind();
+                let (kind, payload) = if frame.kind == 1 {
+                    let nonce = frame.payload.get(1..5).unwrap();
+                    (0x81, [nonce, &[VERSION], &[0; 25]].concat())
+                } else if frame.kind == Request::Heartbeat.kind() {
+                    let (state, cycle, phase) = (self.says)(self.clock - self.begun, self.is_stopped);
+                    let state =
+                        [State::Idle, State::Armed, State::Running].iter().position(|s| *s == state).unwrap();
+                    let numbers = [cycle.to_le_bytes(), phase.to_le_bytes()].concat();
+                    (0x83, [&[state as u8, 0], &numbers[..], &[0; 6]].concat())
+                } else {
+                    // The start is 6.
+                    self.begun = if frame.kind == 6 { self.clock } else { self.begun };
+                    (0x82, Vec::new())
+                };
+                self.answers.extend(Frame { kind, payload, ..frame }.encode());
+            }
+            Ok(())
+        }
+
+        fn receive(&mut self, wait: Duration) -> Result<Vec<u8>, Error> {
+            if self.answers.is_empty() {
+                self.clock += wait;
+            }
+            Ok(std::mem::take(&mut self.answers))
+        }
+
+        fn now(&self) -> Duration {
+            self.clock
+        }
+    }
+
+    /// Ten cycles of a second, stopped by the user after so many heartbeats.
+    fn run_with(says: fn(Duration, bool) -> (State, u32, u32), beats: usize) -> Result<Outcome, Error> {
+        let (heard, clock, begun) = (Decoder::default(), Duration::ZERO, Duration::ZERO);
+        let link = Liar { says, heard, answers: Vec::new(), clock, begun, is_stopped: false };
+        let mut session = Session::open_as(link, 7).unwrap();
+        session.period = Duration::from_secs(1);
+        let mut left = beats;
+        run(&mut session, &Plan { cycles: 10, ..Plan::default() }, &mut |_| {
+            left = left.saturating_sub(1);
+            if left == 0 { Wish::Stop } else { Wish::GoOn }
+        })
+    }
+
+    /// Where a board stands that has run for so long, `rate` times as fast as it should.
+    fn honest(passed: Duration, rate: f64, is_stopped: bool) -> (State, u32, u32) {
+        let time = passed.mul_f64(rate);
+        let is_over = is_stopped || time >= Duration::from_secs(10);
+        let state = if is_over { State::Armed } else { State::Running };
+        (state, time.as_secs().min(10) as u32, time.subsec_micros())
+    }
+
+    #[test]
+    fn a_board_is_not_believed_that_contradicts_itself() {
+        let done = run_with(|passed, stopped| honest(passed, 1.0, stopped), 1000).unwrap();
+        assert_eq!(done, Outcome::Completed { cycles: 10 });
+        let stopped = run_with(|passed, stopped| honest(passed, 1.0, stopped), 20).unwrap();
+        assert_eq!(stopped, Outcome::Stopped { cycles: 1 });
+
+        let early = run_with(|_, _| (State::Armed, 3, 0), 1000).unwrap_err();
+        assert!(matches!(early, Error::EndedOtherwise { asked: 10, run: 3 }), "{early}");
+        let late = run_with(|_, _| (State::Armed, u32::MAX, 0), 1000).unwrap_err();
+        assert!(matches!(late, Error::EndedOtherwise { .. }), "{late}");
+        let deaf = run_with(|passed, _| honest(passed, 1.0, false), 20).unwrap_err();
+        assert!(matches!(deaf, Error::StillRunning), "{deaf}");
+        for says in
+            [|passed, stopped| honest(passed, 0.5, stopped), |_: Duration, _: bool| (State::Running, 0, 0)]
+        {
+            let slow = run_with(says, 1000).unwrap_err();
+            assert!(matches!(slow, Error::Clock { host, .. } if host < Duration::from_secs(6)), "{slow}");
+        }
     }
 }

@@ -8,6 +8,11 @@ use super::message::{Event, State, Status};
 use super::schedule::Schedule;
 use super::session::Session;
 
+/// An answer may come so late: requests are said again for a second.
+const LATE: Duration = Duration::from_secs(2);
+/// The clocks of a board and of this machine differ by half a percent at most (`docs/hardware.md`); more is no clock.
+const APART: f64 = 0.02;
+
 /// How to run a schedule.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Plan {
@@ -101,17 +106,29 @@ pub fn run<L: Link>(
     result
 }
 
+/// Sees that the board's time goes as fast as that of this machine.
+fn check_clock(board: Duration, host: Duration) -> Result<(), Error> {
+    if board.abs_diff(host) > LATE + host.mul_f64(APART) {
+        return Err(Error::Clock { board, host });
+    }
+    Ok(())
+}
+
 fn watch_over<L: Link>(
     session: &mut Session<L>,
     plan: &Plan,
     watch: &mut dyn FnMut(&Status) -> Wish,
 ) -> Result<Outcome, Error> {
+    let begun = session.now();
     loop {
         let status = session.status()?;
         let wish = watch(&status);
         match status.state {
-            State::Running => {}
-            State::Armed => return Ok(Outcome::Completed { cycles: status.cycle }),
+            State::Running => check_clock(session.run_for(&status), session.now() - begun)?,
+            State::Armed if plan.cycles == status.cycle && plan.cycles > 0 => {
+                return Ok(Outcome::Completed { cycles: status.cycle });
+            }
+            State::Armed => return Err(Error::EndedOtherwise { asked: plan.cycles, run: status.cycle }),
             State::Estopped if status.faults.stop_circuit() => return Err(Error::StopCircuit),
             State::Fault if status.faults.link() => return Err(Error::LinkLost),
             State::Idle => return Err(Error::Reset),
