@@ -209,17 +209,26 @@ fn a_design_is_exported_and_a_motion_of_it_is_scored() {
     rows.iter_mut().skip(1).flat_map(|row| row[1..].chunks_mut(7)).for_each(|pose| pose.swap(1, 2));
     let rows: Vec<String> = rows.into_iter().map(|row| row.join(",")).collect();
     std::fs::write(path("upright.csv"), rows.join("\n")).unwrap();
+    // And one that goes through the ground at its end: the columns are time, x, y and so on.
+    let mut sunk: Vec<Vec<String>> =
+        motion.lines().map(|line| line.split(',').map(str::to_owned).collect()).collect();
+    let last = sunk.last_mut().unwrap();
+    last[2] = "-0.01".to_owned();
+    let sunk: Vec<String> = sunk.into_iter().map(|row| row.join(",")).collect();
+    std::fs::write(path("sunk.csv"), sunk.join("\n")).unwrap();
+    let sunk = path("sunk.csv");
     let (bad, upright, nowhere) = (path("bad.csv"), path("upright.csv"), path("nowhere"));
     for (arguments, wanted, says) in [
         (vec!["export", out.as_str()], 2, "--to"),
         (vec!["export", &out, "--to", "urdf"], 2, "invalid value"),
         (vec!["export", &nowhere, "--to", "mjcf"], 2, "cannot read"),
         (vec!["export", &file, "--to", "mjcf"], 2, "not a saved design"),
-        (vec!["export", &out, "--to", "mjcf", "--task", "dig"], 1, "no task `dig`"),
+        (vec!["export", &out, "--to", "mjcf", "--task", "dig"], 2, "no task `dig`"),
         (vec!["export", &out, "--to", "drive", "--out", "nowhere/drive.csv"], 2, "nowhere"),
         (vec!["eval", &out, "--motion", &nowhere], 2, "cannot read"),
         (vec!["eval", &out, "--motion", &bad], 1, "does not name the columns"),
         (vec!["eval", &out, "--motion", &upright], 1, "does not begin where the design is at rest"),
+        (vec!["eval", &out, "--motion", &sunk], 1, "10.0 mm below the ground"),
         (vec!["eval", &out, "--motion", &file, "--step", "1/480"], 2, "cannot be used with"),
         (vec!["eval", &out, "--task", "dig"], 2, "--motion"),
     ] {
@@ -599,6 +608,16 @@ fn a_command_does_not_write_over_what_it_reads() {
         assert!(errors(&output).contains("which this command reads"), "{}", errors(&output));
         assert_eq!(std::fs::read(&design).unwrap(), before, "{command:?}");
     }
+    // Nor over what a run cannot do without, nor over what another command wrote.
+    let (other, page) = (run.join("run.toml").to_string_lossy().into_owned(), run.join("view.html"));
+    let output = sgc(&["export", &from, "--to", "mjcf", "--force", "--out", &other]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("is a file of the run"), "{}", errors(&output));
+    assert_eq!(code(&sgc(&["view", &from])), 0);
+    let output = sgc(&["export", &from, "--to", "mjcf", "--out", &page.to_string_lossy()]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("did not write it"), "{}", errors(&output));
+    assert_eq!(code(&sgc(&["view", &from])), 0, "its own page is replaced");
     // Nor over what that imports, by any name.
     let (base, own) = (folder.path().join("base.sgr"), folder.path().join("own.sgr"));
     let text = std::fs::read_to_string(root().join("tests/cases/bases/worm.sgr")).unwrap();

@@ -149,6 +149,14 @@ fn groups_are_compared_and_damage_is_told() {
         assert!(errors(&output).contains(says), "{says}: {}", errors(&output));
     };
     says(&[&one, &one], "is named twice");
+    let within = one.join(
+        std::fs::read_dir(&one)
+            .unwrap()
+            .map(|e| e.unwrap().file_name())
+            .find(|n| n.to_string_lossy().starts_with("seed-"))
+            .unwrap(),
+    );
+    says(&[&one, &within], "is named twice");
     says(&[&folder.path().join("nowhere")], "there is no folder");
     says(&[folder.path()], "holds no run");
 

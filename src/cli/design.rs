@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
+use super::exit;
 use super::load;
 use super::output::{self, Fault};
 use crate::results::DesignError;
@@ -69,4 +70,10 @@ pub(super) fn open_by(path: &Path, grammar: Option<&Path>, variant: Option<&str>
     let design = read(path)?;
     let (rules, sources) = load::grammar(file, &[], variant)?;
     Ok(Opened { design, rules, sources })
+}
+
+/// What is wrong with a design, or with the task that was asked for: a name that it does not have is a matter of usage.
+pub(super) fn fault(path: &Path, error: &DesignError) -> Fault {
+    let code = if matches!(error, DesignError::UnknownTask { .. }) { exit::USAGE } else { exit::INPUT };
+    Fault { code, message: format!("{}: {error}", path.display()) }
 }

@@ -76,7 +76,7 @@ impl Doc {
             _ => ("The standard library".to_owned(), asked, texts),
         };
         let out = self.out(&name)?;
-        self.replace.write_sealed(&out, &document::page(&title, &Files, &texts))?;
+        self.replace.write_sealed(&out, &document::page(&title, &Files, &texts), "doc")?;
         output::data(&format!("{}\n", out.display()))?;
         output::note("open this page in a browser");
         Ok(exit::DONE)

@@ -17,6 +17,9 @@ use crate::hardware::dry_run::{self, Marks};
 use crate::hardware::{self, Error, Outcome, Plan, Schedule, Serial, Session, State, Status, Wish, picture};
 use crate::results::gait::{self, Gait, NoGait};
 
+/// What its drawings are sealed with.
+const DRIVE: &str = "drive";
+
 /// Run the gait of a saved design on hardware
 ///
 /// The grammar's `target` says which board, which pins and which limits. The board plays the gait and stops by itself
@@ -117,7 +120,7 @@ impl Drive {
         output::note(&told);
         let out = design.with_file_name("difference.svg");
         let drawing = compared::svg("Bends, simulated and played", &gait.changed);
-        self.replace.write_sealed(&out, &drawing)?;
+        self.replace.write_sealed(&out, &drawing, DRIVE)?;
         output::note(&format!("drawn in {}", out.display()));
         Ok(())
     }
@@ -125,7 +128,7 @@ impl Drive {
     fn show(&self, schedule: &Schedule, design: &Path) -> Result<u8, Fault> {
         output::data(&dry_run::text(schedule, 100, Marks::Blocks))?;
         let out = self.out.clone().unwrap_or_else(|| design.with_file_name("schedule.svg"));
-        self.replace.write_sealed(&out, &picture::svg(schedule))?;
+        self.replace.write_sealed(&out, &picture::svg(schedule), DRIVE)?;
         output::note(&format!("drawn in {}", out.display()));
         Ok(exit::DONE)
     }

@@ -202,8 +202,8 @@ impl Eval {
     fn score(&self, rules: &RuleSet, design: &SavedDesign, motion: &Path) -> Result<u8, Fault> {
         let text = load::read(motion)?.text;
         let task = self.task.as_deref();
-        let (score, observed) = replay::score_of(rules, design, task, &text)
-            .map_err(|e| Fault::input(format!("{}: {e}", motion.display())))?;
+        let (score, observed) =
+            replay::score_of(rules, design, task, &text).map_err(|e| design::fault(motion, &e))?;
         let unit = design.task(task).map_or("", |saved| saved.unit.as_str());
         output::data(&format!("value {}\n", describe::quantity(score.value, unit)))?;
         for (name, value) in rules.observed.iter().zip(&observed) {

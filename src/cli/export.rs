@@ -11,7 +11,6 @@ use super::output::{self, Fault};
 use super::precision::Precision;
 use super::replace::Replace;
 use crate::derive::Candidate;
-use crate::results::DesignError;
 use crate::results::beginning::beginning;
 use crate::results::replay;
 use crate::results::saved::SavedDesign;
@@ -58,7 +57,7 @@ impl Export {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design::file(&self.design);
         let Opened { design, rules, .. } = design::open(&path)?;
-        let fault = |e: DesignError| Fault::input(format!("{}: {e}", path.display()));
+        let fault = |e| design::fault(&path, &e);
         let Candidate { derivation, body, .. } = replay::candidate(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         if matches!(self.to, Format::Begin) {
@@ -87,7 +86,7 @@ impl Export {
         match &self.out {
             Some(out) => {
                 match self.to {
-                    Format::Mjcf => self.replace.write_sealed(out, text)?,
+                    Format::Mjcf => self.replace.write_sealed(out, text, "export")?,
                     Format::Drive | Format::Begin | Format::Motion => {
                         self.replace.write(out, text)?;
                     }

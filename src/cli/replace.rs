@@ -7,7 +7,8 @@ use clap::Args;
 
 use super::output::Fault;
 use crate::reading;
-use crate::results::seal::{is_as_written, sealed};
+use crate::results::run_files;
+use crate::results::seal::{is_as_written_by, sealed};
 use crate::results::whole::write_whole;
 
 /// Whether to replace what is there.
@@ -36,20 +37,20 @@ impl Replace {
     }
 
     /// Writes a page, a drawing or a model, of HTML, SVG or XML. One that is there is replaced if it is still
-    /// as sgc wrote it.
+    /// as this command of sgc wrote it.
     ///
     /// # Errors
     ///
     /// As of [`Replace::write`].
-    pub(super) fn write_sealed(self, out: &Path, text: &str) -> Result<(), Fault> {
-        self.may_write_sealed(out)?;
-        write_whole(out, &sealed(text)).map_err(Fault::usage)
+    pub(super) fn write_sealed(self, out: &Path, text: &str, command: &str) -> Result<(), Fault> {
+        self.may_write_sealed(out, command)?;
+        write_whole(out, &sealed(text, command)).map_err(Fault::usage)
     }
 
-    /// Refuses to replace a page, a drawing or a model that is not as sgc wrote it.
-    pub(super) fn may_write_sealed(self, out: &Path) -> Result<(), Fault> {
+    /// Refuses to replace a page, a drawing or a model that is not as this command of sgc wrote it.
+    pub(super) fn may_write_sealed(self, out: &Path, command: &str) -> Result<(), Fault> {
         is_not_read(out)?;
-        if self.force || !is_there(out) || is_as_written(out) {
+        if self.force || !is_there(out) || is_as_written_by(out, command) {
             return Ok(());
         }
         Err(refused(out, "this command did not write it, or it was edited since"))
@@ -62,12 +63,18 @@ fn is_there(out: &Path) -> bool {
     fs::symlink_metadata(out).is_ok() && (out.is_file() || !out.exists())
 }
 
-/// Refuses to write over what the command has read: nothing else holds it.
+/// Refuses to write over what the command has read, or what a run needs: nothing else holds it.
 pub(super) fn is_not_read(out: &Path) -> Result<(), Fault> {
+    let place = fs::canonicalize(out).unwrap_or_else(|_| out.to_owned());
     if !reading::was_read(out) {
+        if run_files::is_of_run(&place) {
+            return Err(Fault::usage(format!(
+                "{} is a file of the run in its folder, which cannot do without it; choose another name with --out",
+                out.display()
+            )));
+        }
         return Ok(());
     }
-    let place = fs::canonicalize(out).unwrap_or_else(|_| out.to_owned());
     let also = if place == out { String::new() } else { format!("{}, ", place.display()) };
     Err(Fault::usage(format!(
         "{} is {also}which this command reads; choose another name with --out",

@@ -1,5 +1,6 @@
 //! `sgc resume`: goes on with a run that was stopped.
 
+use crate::results::genuine;
 use crate::results::place;
 use crate::results::run_files;
 use std::path::PathBuf;
@@ -41,15 +42,17 @@ impl Resume {
         let flag = interrupt::listen();
         let deadline = self.time.as_ref().map(|(_, time)| Instant::now() + *time);
         let path = &self.folder;
-        if run_files::is_run(path) && run_files::finished(path).map_err(Fault::usage)?.is_some() {
+        let finished = if run_files::is_run(path) { run_files::finished(path) } else { Ok(None) };
+        if let Some(finished) = finished.map_err(Fault::usage)? {
             let complete = format!("the run in {} is complete", path.display());
             if self.max_evals.is_some() {
                 return Err(Fault::usage(format!(
                     "{complete}; a longer one begins anew: sgc run --max-evals"
                 )));
             }
-            folder::clear(path);
             let asked = run_files::asked(path).map_err(Fault::usage)?;
+            genuine::check_finished(path, &asked, &finished).map_err(Fault::usage)?;
+            folder::clear(path);
             leftovers::clear(path, leftovers::replaces(&asked.command));
             output::note(&format!("{complete}: there is nothing to go on with"));
             return Ok(exit::DONE);

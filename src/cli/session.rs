@@ -85,6 +85,7 @@ impl Session<'_> {
         {
             keeper.improved(best).map_err(Fault::usage)?;
         }
+        keeper.archive_again(state.archive())?;
         let cuttable = interrupt::Cuttable::begin();
         let outcome = search::go_on(&rules, state, model, &limits, flag, &mut keeper);
         drop(cuttable);
@@ -117,7 +118,7 @@ impl Session<'_> {
             Some(_) => None,
         };
         if let Some(nothing) = nothing {
-            keeper.folder.finish(&asked, &rules, &outcome).map_err(Fault::usage)?;
+            keeper.folder.finish(&asked, &rules, &outcome, max_evals).map_err(Fault::usage)?;
             return Err(Fault::input(nothing));
         }
         let stop = Stop::new(flag, deadline);
@@ -126,7 +127,8 @@ impl Session<'_> {
             return keeper.stopped(Outcome { end, ..outcome });
         };
         keeper.folder.best(&design).map_err(Fault::usage)?;
-        keeper.folder.finish(&asked, &rules, &outcome).map_err(Fault::usage)?;
+        keeper.archive_again(&outcome.archive)?;
+        keeper.folder.finish(&asked, &rules, &outcome, max_evals).map_err(Fault::usage)?;
         drop(keeper);
         Ok(Ended { rules, path, outcome, design: Some(design), is_early: false })
     }
@@ -270,6 +272,14 @@ impl Keeper<'_> {
             Err(_) if stop.is_asked() => Ok(None),
             Err(reason) => Err(Fault::input(reason)),
         }
+    }
+
+    /// Writes the designs of an archive that are not in the folder as the search left them.
+    fn archive_again(&mut self, archive: &[(Vec<usize>, Best)]) -> Result<(), Fault> {
+        for lost in self.folder.lost(self.rules, archive) {
+            self.kept(archive, lost).map_err(Fault::usage)?;
+        }
+        Ok(())
     }
 
     /// The end of a session that can be gone on with.

@@ -8,8 +8,10 @@ use super::design::{self, Opened};
 use super::exit;
 use super::output::{self, Fault};
 use super::replace::Replace;
-use crate::results::DesignError;
 use crate::results::{picture, view};
+
+/// What its pages are sealed with.
+const VIEW: &str = "view";
 
 /// Write a page that shows a saved design moving; it opens offline in any browser
 #[derive(Args)]
@@ -31,12 +33,12 @@ impl View {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design::file(&self.design);
         let Opened { design, rules, sources } = design::open(&path)?;
-        let fault = |e: DesignError| Fault::input(format!("{}: {e}", path.display()));
+        let fault = |e| design::fault(&path, &e);
         let scene = picture::scene(&rules, &sources, &design, self.task.as_deref()).map_err(fault)?;
         let page = view::page(&scene);
         let out = match self.out {
             Some(out) => {
-                self.replace.write_sealed(&out, &page)?;
+                self.replace.write_sealed(&out, &page, VIEW)?;
                 out
             }
             None => {
@@ -53,11 +55,11 @@ impl View {
 /// Writes the page beside the design; where nothing can be written, into the current folder.
 fn beside(design: &Path, name: &str, page: &str, replace: Replace) -> Result<PathBuf, Fault> {
     let out = design.with_file_name("view.html");
-    replace.may_write_sealed(&out)?;
-    let Err(Fault { code, message }) = replace.write_sealed(&out, page) else { return Ok(out) };
+    replace.may_write_sealed(&out, VIEW)?;
+    let Err(Fault { code, message }) = replace.write_sealed(&out, page, VIEW) else { return Ok(out) };
     let here = PathBuf::from(format!("{name}.view.html"));
     replace
-        .write_sealed(&here, page)
+        .write_sealed(&here, page, VIEW)
         .map_err(|_| Fault { code, message: format!("{message}; choose another place with --out") })?;
     output::note(&format!("{message}; the page is in the current folder instead"));
     Ok(here)

@@ -51,6 +51,27 @@ pub(super) fn write(
     write_own(&run.join(TABLE), &table(rules, archive))
 }
 
+/// Which kinds have to be written again, as their files or the table are not as the search left them.
+pub(super) fn lost(run: &Path, rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> Vec<usize> {
+    let folder = run.join(FOLDER);
+    let is_there = |(cell, best): &(Vec<usize>, Best)| {
+        let design = SavedDesign::read_own(&folder.join(file(cell)));
+        design.is_ok_and(|design| {
+            design.found_at == best.found_at
+                && design.value.to_bits() == best.value.to_bits()
+                && design.body == best.derivation.design.canonical_hash(rules)
+        })
+    };
+    let kinds = archive.iter().enumerate();
+    let mut lost: Vec<usize> = kinds.filter(|(_, kind)| !is_there(kind)).map(|(n, _)| n).collect();
+    let is_table = read(&run.join(TABLE)).is_ok_and(|text| text == table(rules, archive));
+    if lost.is_empty() && !is_table && !archive.is_empty() {
+        // Whoever writes a design writes the table.
+        lost.push(0);
+    }
+    lost
+}
+
 fn table(rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> String {
     let mut text = String::from("design");
     let descriptors: Vec<_> =

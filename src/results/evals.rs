@@ -132,7 +132,8 @@ impl Evals {
     pub(super) fn mark(&self) -> Result<Mark, FileError> {
         self.file.sync_data().map_err(FileError::write(&self.path))?;
         check_no_link(&self.path)?;
-        if !is_same(&self.path, &self.file) {
+        let length = self.file.metadata().map_err(FileError::read(&self.path))?.len();
+        if !is_same(&self.path, &self.file) || length != self.length {
             return Err(FileError::unfit(&self.path, Unfit::TakenAway));
         }
         Ok(Mark { bytes: self.length, sha256: hex(&self.sum.clone().finalize()) })
@@ -184,6 +185,15 @@ mod tests {
         let evals = Evals::create(&path, &[]).unwrap();
         fs::rename(&path, folder.path().join("aside")).unwrap();
         fs::write(&path, COLUMNS).unwrap();
-        assert!(evals.mark().unwrap_err().to_string().contains("removed or replaced"));
+        assert!(evals.mark().unwrap_err().to_string().contains("removed, replaced"));
+    }
+
+    #[test]
+    fn a_table_that_was_emptied_is_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("evals.csv");
+        let evals = Evals::create(&path, &[]).unwrap();
+        fs::write(&path, "").unwrap();
+        assert!(evals.mark().unwrap_err().to_string().contains("changed"));
     }
 }

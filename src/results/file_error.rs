@@ -204,11 +204,11 @@ pub enum Unfit {
         /// Its seed.
         seed: u64,
     },
-    /// Somebody removed or replaced the table while its run went on.
-    #[error("was removed or replaced while the run went on, and its rows are lost: begin anew")]
+    /// Somebody removed, replaced or changed the table while its run went on.
+    #[error("was removed, replaced or changed while the run went on, and its rows are lost: begin anew")]
     TakenAway,
     /// What the run was asked was changed after it had ended.
-    #[error("was changed after the run had ended: restore it, or leave this run out of the report")]
+    #[error("was changed after the run had ended: restore it, or do without this run")]
     OtherRun,
     /// A link where a run keeps a file or folder of its own: what it leads to is not the run's.
     #[error(

@@ -18,6 +18,7 @@ use super::run_files::{
     Asked, BEST, CHECKPOINT, EVALS, Finished, RESULT, RUN, SOURCES, asked, finished, frozen, is_run,
 };
 use super::saved::{Grammar, SavedDesign, hex};
+use super::sittings::SITTINGS;
 use super::whole::{
     aside, check_no_link, is_same, lock, lock_again, make_folder, read, write_own, write_whole,
 };
@@ -131,7 +132,7 @@ impl RunFolder {
         if finished(path)?.is_some() {
             return Err(FileError::Complete { folder: path.to_owned() });
         }
-        for own in [archive::FOLDER, archive::TABLE, BEST, EVALS, CHECKPOINT] {
+        for own in [archive::FOLDER, archive::TABLE, BEST, EVALS, CHECKPOINT, SITTINGS] {
             check_no_link(&path.join(own))?;
         }
         let text = read(&path.join(RUN))?;
@@ -244,6 +245,12 @@ impl RunFolder {
         self.write_here(|| archive::write(&self.path, rules, archive, cell, design))
     }
 
+    /// Which kinds of an archive have to be written again: somebody took away or changed their files.
+    #[must_use]
+    pub fn lost(&self, rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> Vec<usize> {
+        archive::lost(&self.path, rules, archive)
+    }
+
     /// Replaces the best design.
     ///
     /// # Errors
@@ -263,7 +270,13 @@ impl RunFolder {
     /// # Errors
     ///
     /// A sentence with the system's reason.
-    pub fn finish(&self, asked: &Asked, rules: &RuleSet, outcome: &Outcome) -> Result<(), FileError> {
+    pub fn finish(
+        &self,
+        asked: &Asked,
+        rules: &RuleSet,
+        outcome: &Outcome,
+        max_evals: Option<u64>,
+    ) -> Result<(), FileError> {
         let observed = outcome.best.as_ref().map(|best| best.observed());
         self.check_here()?;
         let finished = Finished {
@@ -285,6 +298,7 @@ impl RunFolder {
             invalid: outcome.tally.by_reason().map(|(why, n)| (why.to_owned(), n)).collect(),
             unstable: outcome.tally.unstable,
             end: outcome.end.text().to_owned(),
+            max_evals,
         };
         let path = self.path.join(RESULT);
         let text = finished.text().map_err(FileError::write(&path))?;

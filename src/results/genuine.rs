@@ -114,7 +114,7 @@ pub(super) fn check_seed(folder: &Path, asked: &Asked, seed: u64) -> Result<(), 
 /// # Errors
 ///
 /// A sentence: one of these files was changed.
-pub(super) fn check_finished(folder: &Path, asked: &Asked, finished: &Finished) -> Result<(), FileError> {
+pub fn check_finished(folder: &Path, asked: &Asked, finished: &Finished) -> Result<(), FileError> {
     if (finished.seed, &finished.grammar) != (asked.seed, &asked.grammar) {
         let Finished { grammar, seed, .. } = finished.clone();
         return Err(FileError::unfit(&folder.join(RESULT), Unfit::OtherAsked { grammar, seed }));

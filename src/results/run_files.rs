@@ -50,6 +50,17 @@ pub struct Asked {
     pub sources: Vec<Source>,
 }
 
+/// Whether a file is one of those that a run in its folder, or in the folder above, cannot do without.
+#[must_use]
+pub fn is_of_run(file: &Path) -> bool {
+    let is_in = |folder: &Path, names: &[&str]| {
+        folder.parent().is_some_and(is_run)
+            && folder.file_name().is_some_and(|name| names.iter().any(|own| name == *own))
+    };
+    is_in(file, &[RUN, EVALS, CHECKPOINT, BEST, RESULT])
+        || file.parent().is_some_and(|folder| is_in(folder, &[SOURCES, super::archive::FOLDER]))
+}
+
 impl Asked {
     /// Hash of all that decides what comes of a run: the same for any command line that asks for it, and for any bound, as a
     /// run that was stopped goes on with another one.
@@ -94,6 +105,9 @@ pub struct Finished {
     pub unstable: u64,
     /// Why it ended.
     pub end: String,
+    /// The bound on evaluations that it ended with: a run that goes on may be given another one. Earlier versions did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_evals: Option<u64>,
     /// Hash of all else that it says. Earlier versions did not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sum: Option<String>,

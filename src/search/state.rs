@@ -382,7 +382,8 @@ impl<D> State<D> {
     }
 
     /// The best of each kind, by cell; none where something else searches.
-    pub(super) fn archive(&self) -> &[(Vec<usize>, Best<D>)] {
+    #[must_use]
+    pub fn archive(&self) -> &[(Vec<usize>, Best<D>)] {
         match &self.designs {
             Some(Designs::Archive(archive)) => archive,
             Some(Designs::Chains(_) | Designs::Population(_)) | None => &[],

@@ -44,8 +44,8 @@ pub enum ReportError {
         /// What is wrong with it.
         why: BadMoves,
     },
-    /// A folder would be compared with itself.
-    #[error("{} is named twice: name each folder once", .0.display())]
+    /// A run would be compared with itself.
+    #[error("{} is named twice, by itself or within its folder: name each run once", .0.display())]
     Twice(PathBuf),
     /// Their objectives have other directions or units.
     #[error(

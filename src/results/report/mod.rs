@@ -22,8 +22,8 @@ use gather::{convergence, observed, rejections, rules, runs, sizes, spending, te
 use read::Group;
 
 use super::FileError;
-use super::seal::{is_as_written, sealed};
-use super::whole::{entries, is_unfinished, write_whole};
+use super::seal::{is_as_written_by, sealed};
+use super::whole::{entries, is_unfinished, write_own};
 use crate::reading;
 
 /// What the folder of a report is called in the folder of its runs.
@@ -85,7 +85,7 @@ impl Report {
             return Err(ReportError::Read(read));
         }
         for (name, table) in TABLES {
-            write_whole(&out.join(name), &table(&self.groups))?;
+            write_own(&out.join(name), &table(&self.groups))?;
         }
         // What was begun by a process that was killed.
         for name in entries(out).unwrap_or_default().iter().filter(|name| is_unfinished(name)) {
@@ -108,7 +108,7 @@ impl Report {
         if reading::was_read(&page) {
             return Err(ReportError::Read(page));
         }
-        write_whole(&page, &sealed(&page::page(&self.groups, &|run| link(out, run), reload)))?;
+        write_own(&page, &sealed(&page::page(&self.groups, &|run| link(out, run), reload), "report"))?;
         Ok(page)
     }
 }
@@ -128,7 +128,7 @@ fn check_place(out: &Path) -> Result<(), ReportError> {
 /// Something in a folder that no report wrote. Tables are a report's where its page is.
 fn foreign(folder: &Path) -> std::io::Result<Option<String>> {
     let page = folder.join(PAGE);
-    let has_page = is_as_written(&page);
+    let has_page = is_as_written_by(&page, "report");
     if !has_page && page.exists() {
         return Ok(Some(PAGE.to_owned()));
     }

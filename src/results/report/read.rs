@@ -1,5 +1,6 @@
 //! Folders of runs, read for a report.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -102,6 +103,14 @@ impl Run {
         self.moves.iter().find(|m| m.best == Some(best))
     }
 
+    /// The bound on its evaluations.
+    pub(crate) fn max_evals(&self) -> Option<u64> {
+        match &self.standing {
+            Standing::Complete(finished) => finished.max_evals.or(self.asked.max_evals),
+            _ => self.asked.max_evals,
+        }
+    }
+
     pub(crate) fn is_complete(&self) -> bool {
         matches!(self.standing, Standing::Complete(_))
     }
@@ -168,10 +177,11 @@ pub(crate) fn groups(paths: &[PathBuf], asker: Asker) -> Result<Vec<Group>, Repo
     let mut compiled = Compiled::default();
     let groups: Vec<Group> =
         paths.iter().map(|path| group(path, asker, &mut compiled)).collect::<Result<_, _>>()?;
-    for (i, one) in groups.iter().enumerate() {
-        let real = |group: &Group| fs::canonicalize(&group.path).unwrap_or_else(|_| group.path.clone());
-        if groups.iter().take(i).any(|other| real(other) == real(one)) {
-            return Err(ReportError::Twice(one.path.clone()));
+    let real = |path: &Path| fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    let mut known = BTreeSet::new();
+    for run in groups.iter().flat_map(|group| &group.runs) {
+        if !known.insert(real(&run.path)) {
+            return Err(ReportError::Twice(run.path.clone()));
         }
     }
     comparable(&groups)?;

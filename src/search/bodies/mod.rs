@@ -110,6 +110,8 @@ pub trait Observer {
 pub struct Outcome {
     /// The best design; none if no evaluation was valid.
     pub best: Option<Best>,
+    /// The best of each kind, by cell; none where the search keeps no archive.
+    pub archive: Vec<(Vec<usize>, Best)>,
     /// Evaluations spent.
     pub evaluations: u64,
     /// Outer moves made.
@@ -256,11 +258,12 @@ pub fn go_on(
         }
         search.go()
     })?;
+    let archive = search.state.archive().to_vec();
     let State { spent, moves, bodies, tally, best, trial, .. } = search.state;
     // The one that was being tuned, if the search was stopped.
     let bodies = bodies + usize::from(trial.is_some());
     let best = search.unfinished.or(best);
-    Ok(Outcome { best, evaluations: spent, moves, bodies, tally, end })
+    Ok(Outcome { best, archive, evaluations: spent, moves, bodies, tally, end })
 }
 
 /// Tunes the curves of one body, as the search does for each body.
@@ -301,7 +304,7 @@ pub fn tune_body(
     let (found, tally) = body.found(rules, derivation);
     let best =
         found.map(|(tasks, value)| Best { derivation: Arc::clone(derivation), tasks, value, found_at: 0 });
-    Ok(Outcome { best, evaluations: spent, moves: 0, bodies: 1, tally, end })
+    Ok(Outcome { best, archive: Vec::new(), evaluations: spent, moves: 0, bodies: 1, tally, end })
 }
 
 impl Bodies<'_> {

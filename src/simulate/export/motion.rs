@@ -90,6 +90,16 @@ pub enum NotMotion {
         /// How fast it may be, m/s.
         limit: f64,
     },
+    /// The centre of something is below the ground.
+    #[error("line {line}: element {element} is {:.1} mm below the ground; a motion through the ground has no value", 1e3 * depth)]
+    Sunk {
+        /// The row, from 1.
+        line: usize,
+        /// What.
+        element: usize,
+        /// How deep, m.
+        depth: f64,
+    },
     /// It has less than two rows.
     #[error("a motion needs two rows at least")]
     TooShort,
@@ -160,6 +170,7 @@ pub fn read_motion(text: &str, assembly: &Assembly, settings: &Settings) -> Resu
     let interval = interval(&times, duration)?;
     within_speed(&times, &poses, settings.speed_limit)?;
     begins_at_rest(&poses, assembly)?;
+    stays_above(&poses, elements)?;
     let placement = |(body, element): (usize, &Element)| Placement {
         body,
         local: Isometry3::identity(),
@@ -191,6 +202,18 @@ fn within_speed(times: &[f64], poses: &[Isometry3<f64>], limit: f64) -> Result<(
         }
     }
     Ok(())
+}
+
+/// Whether the centres of all elements stay above the ground.
+fn stays_above(poses: &[Isometry3<f64>], elements: usize) -> Result<(), NotMotion> {
+    match poses.iter().position(|pose| pose.translation.y < 0.0) {
+        Some(place) => Err(NotMotion::Sunk {
+            line: place / elements + 2,
+            element: place % elements,
+            depth: -poses[place].translation.y,
+        }),
+        None => Ok(()),
+    }
 }
 
 /// A motion begins where the design is at rest: where it does not, it is in another unit or frame, or of another design.

@@ -70,6 +70,7 @@ pub(crate) mod tests {
                 invalid: std::collections::BTreeMap::new(),
                 unstable: 0,
                 end: "the evaluations are spent".to_owned(),
+                max_evals: None,
                 sum: None,
                 evals: None,
                 asked: None,

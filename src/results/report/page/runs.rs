@@ -73,13 +73,7 @@ fn facts(group: &Group) -> String {
         Err(why) => facts.push(("rules", format!("not shown: {}", escape(&why.to_string())))),
     }
     facts.push(("runs", format!("{}, {}", group.runs.len(), seeds(group))));
-    let bound = match (asked.max_evals, &asked.time) {
-        (Some(n), Some(time)) => format!("{} each, or {}", counted(n, "evaluation"), escape(time)),
-        (Some(n), None) => format!("{} each", counted(n, "evaluation")),
-        (None, Some(time)) => escape(time),
-        (None, None) => "that of the search's schedule".to_owned(),
-    };
-    facts.push(("bound", bound));
+    facts.push(("bound", bound(group, asked.time.as_deref())));
     facts.push(("solver", escape(&asked.solver)));
     if let Some(from) = &asked.from {
         facts.push(("started from", format!("the example {}", escape(from))));
@@ -96,6 +90,29 @@ fn facts(group: &Group) -> String {
     let facts: String =
         facts.into_iter().map(|(name, text)| format!("<div><dt>{name}</dt><dd>{text}</dd></div>")).collect();
     format!("<dl>{facts}</dl>\n")
+}
+
+/// What bounded the runs of a group. One that went on may have been given another bound than it began with.
+fn bound(group: &Group, time: Option<&str>) -> String {
+    let bounds: Vec<Option<u64>> = group.runs.iter().map(Run::max_evals).collect();
+    let evaluations =
+        match (bounds.first().copied().flatten(), bounds.iter().all(|b| Some(b) == bounds.first())) {
+            (Some(n), true) => Some(format!("{} each", counted(n, "evaluation"))),
+            (None, true) => None,
+            (_, false) => {
+                let told = bounds.iter().map(|b| b.map_or("none".to_owned(), |n| n.to_string()));
+                Some(format!(
+                    "not the same for all runs: {} evaluations",
+                    told.collect::<Vec<_>>().join(", ")
+                ))
+            }
+        };
+    match (evaluations, time) {
+        (Some(evaluations), Some(time)) => format!("{evaluations}, or {}", escape(time)),
+        (Some(evaluations), None) => evaluations,
+        (None, Some(time)) => escape(time),
+        (None, None) => "that of the search's schedule".to_owned(),
+    }
 }
 
 /// The seeds of a group: a row of them as its ends.
