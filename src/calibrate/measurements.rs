@@ -469,11 +469,15 @@ fn fill(section: &mut Section, column: &Column, raw: &Raw, rows: usize, problems
     let mut numbers = Vec::with_capacity(raw.cells.len());
     for cell in &raw.cells {
         match cell.text.trim().replace('\u{2212}', "-").parse::<f64>() {
-            Ok(number) if number.is_finite() => numbers.push(number * factor),
-            Ok(_) => problems.push(Problem::unreadable(
-                &cell.place,
-                format!("`{}` in column `{}` is not finite", cell.text, raw.header),
-            )),
+            Ok(number) if number.abs() <= LARGEST => numbers.push(number * factor),
+            Ok(number) => {
+                let why =
+                    if number.is_finite() { "larger than anything that is measured" } else { "not finite" };
+                problems.push(Problem::unreadable(
+                    &cell.place,
+                    format!("`{}` in column `{}` is {why}", cell.text, raw.header),
+                ));
+            }
             Err(_) if cell.text.trim().is_empty() => problems
                 .push(Problem::unreadable(&cell.place, format!("nothing stands in column `{}`", raw.header))),
             Err(_) => problems.push(Problem::unreadable(
@@ -484,6 +488,9 @@ fn fill(section: &mut Section, column: &Column, raw: &Raw, rows: usize, problems
     }
     section.numbers.insert(column.name, if raw.is_single { numbers.repeat(rows) } else { numbers });
 }
+
+/// A reading beyond this is none, and statistics of it would overflow.
+const LARGEST: f64 = 1e30;
 
 /// How much one of a column's unit is in SI units.
 fn factor(column: &Column, dimension: Dimension, unit: Option<&str>) -> Result<f64, String> {

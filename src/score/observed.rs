@@ -42,14 +42,17 @@ pub fn observe(recording: Recording<'_>) -> Vec<Option<Observed>> {
     rules.observed.iter().map(one).collect()
 }
 
-/// A value of a type as people know it. What is not finite could not be read back from a file.
+/// A number beyond this could not be told in another unit, and statistics of it would overflow.
+const LARGEST: f64 = 1e100;
+
+/// A value of a type as people know it.
 fn told(rules: &RuleSet, ty: &Ty, value: &Value) -> Option<Observed> {
     match (ty, value) {
         (_, Value::Bool(yes)) => Some(Observed::Bool(*yes)),
         (Ty::Enum(of), Value::Number(place)) => {
             rules.value_of(of, *place).map(|word| Observed::Word(word.to_owned()))
         }
-        (_, Value::Number(x)) => x.is_finite().then_some(Observed::Number(*x)),
+        (_, Value::Number(x)) => (x.abs() <= LARGEST).then_some(Observed::Number(*x)),
         _ => None,
     }
 }
