@@ -61,7 +61,7 @@ fn what_is_observed_stands_beside_the_value() {
         let rows = evals(&out);
         assert_eq!(
             rows[0][15..],
-            ["chain", "parent", "tuned", "gait", "airborne", "low", "work", "slid", "sliding"]
+            ["chain", "parent", "tuned", "at_most_in", "gait", "airborne", "low", "work", "slid", "sliding"]
         );
         assert!(rows.len() > 2, "{rows:?}");
         assert_eq!(rows[1][16], "", "the initial design is made of none");
@@ -71,12 +71,12 @@ fn what_is_observed_stands_beside_the_value() {
         }
         for row in &rows[1..] {
             let (value, actuators) = (&row[6], &row[5]);
-            assert_eq!(value.is_empty(), row[18].is_empty(), "{row:?}");
-            assert_eq!(value.is_empty() || actuators == "0", row[21].is_empty(), "{row:?}");
+            assert_eq!(value.is_empty(), row[19].is_empty(), "{row:?}");
+            assert_eq!(value.is_empty() || actuators == "0", row[22].is_empty(), "{row:?}");
             assert!(
-                ["", "walker", "hopper", "crawler", "roller", "still", "unsure"].contains(&row[18].as_str())
+                ["", "walker", "hopper", "crawler", "roller", "still", "unsure"].contains(&row[19].as_str())
             );
-            assert!(["", "true", "false"].contains(&row[20].as_str()), "{row:?}");
+            assert!(["", "true", "false"].contains(&row[21].as_str()), "{row:?}");
         }
         // The best is told, saved, and the same when it is simulated again.
         let json = |name: &str| -> serde_json::Value {
@@ -90,8 +90,8 @@ fn what_is_observed_stands_beside_the_value() {
         assert!(again.contains(&format!("observed gait {gait}")) && again.contains("exactly"), "{again}");
         let found = best["found_at"].as_u64().unwrap().to_string();
         let row = rows.iter().find(|row| row[0] == found).unwrap();
-        assert_eq!(row[18], gait);
-        assert_eq!(row[19].parse::<f64>().ok(), result["observed"]["airborne"].as_f64());
+        assert_eq!(row[19], gait);
+        assert_eq!(row[20].parse::<f64>().ok(), result["observed"]["airborne"].as_f64());
 
         // Neither threads nor observation change what is found.
         let other = folder.path().join(format!("other-{number}"));

@@ -250,3 +250,46 @@ fn a_world_tells_what_differs_in_it() {
         assert!((best.value - expected).abs() < 1e-9, "{objective}: {}", best.value);
     }
 }
+
+/// A population needs no worst case of a body that is not the best of the run: a few worlds say what it is at most.
+#[test]
+fn a_population_knows_worst_cases_as_far_as_it_needs_them() {
+    let rules = robust(
+        WORST,
+        "bodies population { iterations = 500  moves = 3  stop = false  size = 5  tournament = 2  further = 40 % }  \
+         curves cma_es { iterations = if tuned == 0 then 1 else 2  moves = 4  stop = false  warm = true  spread = 15 % }",
+    );
+    let (one, log) = search(&rules, 2, 1, 600);
+    let (three, same) = search(&rules, 2, 3, 600);
+    assert_eq!((&log, one.evaluations), (&same, three.evaluations));
+    assert!(same_end(&rules, 3, 7, None) > 1);
+
+    let of = |row: &str, field: &str| -> Option<f64> {
+        let text = row.split(&format!(" {field}: ")).nth(1)?.split(", ").next()?;
+        text.trim_start_matches("Some(").trim_end_matches(')').parse().ok()
+    };
+    let rows: Vec<&String> = log.iter().filter(|row| row.starts_with("Row")).collect();
+    let mut at_most = 0;
+    for row in &rows {
+        let Some(worlds) = of(row, "at_most_in") else { continue };
+        at_most += 1;
+        assert!((1.0..=5.0).contains(&worlds), "{row}");
+        assert!(of(row, "value") <= of(row, "best"), "it is not the best of the run: {row}");
+        assert!(of(row, "value") <= of(row, "nominal"), "{row}");
+    }
+    assert!(at_most > 5, "{log:#?}");
+    // The best is known in all.
+    let best = one.best.unwrap();
+    assert_eq!(best.tasks[0].at_most_in, None);
+    assert_eq!(in_each(&rules, &saved(&rules, &best)).1.to_bits(), best.value.to_bits());
+    // What is kept already is not simulated again.
+    let spent = |row: &str| of(row, "evaluations").unwrap();
+    let known: Vec<_> = rows.windows(2).filter(|pair| pair[1].contains("the body is kept already")).collect();
+    assert!(!known.is_empty(), "{log:#?}");
+    assert!(
+        known
+            .iter()
+            .filter(|pair| pair[1].contains("rule: None"))
+            .all(|pair| spent(pair[0]) == spent(pair[1]))
+    );
+}

@@ -14,7 +14,7 @@ use crate::search::Row;
 
 use crate::reading;
 
-const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,nominal,chain,parent,tuned";
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,nominal,chain,parent,tuned,at_most_in";
 
 /// The table, to which rows are added.
 #[derive(Debug)]
@@ -93,7 +93,7 @@ impl Evals {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
         let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
         let mut line = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.number,
             row.iteration,
             row.rule.as_deref().unwrap_or(""),
@@ -112,6 +112,7 @@ impl Evals {
             row.chain,
             row.parent.map_or(String::new(), |parent| parent.to_string()),
             row.tuned,
+            row.at_most_in.map_or(String::new(), |worlds| worlds.to_string()),
         );
         for column in 0..self.observed {
             let value = row.observed.get(column).and_then(Option::as_ref);

@@ -158,6 +158,10 @@ pub struct Tune {
     /// What the objective is of its motion in the nominal world alone, where it runs over others, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nominal: Option<f64>,
+    /// In how many worlds its value is known, where it is that of the worst of these and need not be known in all: in all
+    /// together it is no better.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at_most_in: Option<u64>,
     /// Its value in the nominal world at half the step, where that was checked.
     pub half_step: Option<f64>,
     /// What was observed of its motion, in the order of the rule set; empty where nothing is.

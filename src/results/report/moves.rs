@@ -193,7 +193,9 @@ impl<'a> Columns<'a> {
     /// The columns that stand after the last of every table.
     fn observed(&self, record: &StringRecord) -> Vec<(String, String)> {
         let place = |name| self.head.iter().position(|column| column == name);
-        let Some(last) = ["tuned", "parent", "chain"].into_iter().find_map(place) else { return Vec::new() };
+        let Some(last) = ["at_most_in", "tuned", "parent", "chain"].into_iter().find_map(place) else {
+            return Vec::new();
+        };
         let more = self.head.iter().zip(record).skip(last + 1).filter(|(_, text)| !text.is_empty());
         more.map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
     }

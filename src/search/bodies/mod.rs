@@ -52,6 +52,9 @@ pub struct Row {
     /// What the objective is of its motion in the nominal world alone, where the grammar has one task and that runs over
     /// others, too.
     pub nominal: Option<f64>,
+    /// In how many worlds the value was simulated, where it need not be known in all: it is that of the worst of them, and in all
+    /// together no better.
+    pub at_most_in: Option<u64>,
     /// Whether it became the current design.
     pub accepted: bool,
     /// The best value so far.
@@ -149,6 +152,7 @@ enum Described {
 struct Judged {
     value: Option<f64>,
     nominal: Option<f64>,
+    at_most_in: Option<u64>,
     observed: Vec<Option<Observed>>,
     accepted: bool,
     tally: Tally,
@@ -423,10 +427,18 @@ impl Bodies<'_> {
             }
         }
         let called = |rule: usize| rules.rules.get(rule).map_or(String::new(), |rule| rule.name.clone());
-        let blocked = step.blocked.iter().map(|(rule, why)| (called(*rule), why.text(rules))).collect();
+        let mut blocked: Vec<(String, String)> =
+            step.blocked.iter().map(|(rule, why)| (called(*rule), why.text(rules))).collect();
         self.made_move(number);
+        let next = step.result.filter(|next| {
+            let is_known = self.is_member(next);
+            if let (true, Some(rule)) = (is_known, step.rule) {
+                blocked.push((called(rule), "the body is kept already".to_owned()));
+            }
+            !is_known
+        });
         let state = &mut self.state;
-        let Some(next) = step.result else {
+        let Some(next) = next else {
             // A move that can do nothing is counted and told.
             state.idle_moves += 1;
             let stuck = state.idle_moves >= MOST_IDLE_MOVES;
@@ -581,7 +593,8 @@ impl Bodies<'_> {
         self.state.tally.add(&tally);
         let tunes = found.as_ref().map_or_else(Vec::new, |(tunes, _)| tunes.clone());
         let observed = tunes.first().map_or_else(Vec::new, |tune| tune.observed.clone());
-        let nominal = if let [one] = tunes.as_slice() { one.nominal } else { None };
+        let (nominal, at_most_in) =
+            if let [one] = tunes.as_slice() { (one.nominal, one.at_most_in) } else { (None, None) };
         let number = self.state.moves;
         let place = Place { number, derivation: Arc::clone(&derivation), value, tunes };
         if let Some(best) = self.better(&derivation, found) {
@@ -606,7 +619,7 @@ impl Bodies<'_> {
         self.tell(
             &derivation,
             origin,
-            Judged { value, nominal, observed, accepted: accepted || kept, tally, tuned: times },
+            Judged { value, nominal, at_most_in, observed, accepted: accepted || kept, tally, tuned: times },
         )?;
         // What has no value for the very first design is a mistake in the grammar.
         mistake.map_or(Ok(()), |error| Err(error.into()))
@@ -643,7 +656,7 @@ impl Bodies<'_> {
         &mut self,
         derivation: &Derivation,
         Origin { parent, chain, rule, blocked }: Origin,
-        Judged { value, nominal, observed, accepted, tally, tuned }: Judged,
+        Judged { value, nominal, at_most_in, observed, accepted, tally, tuned }: Judged,
     ) -> Result<(), Failure> {
         let rules = self.rules;
         let state = &self.state;
@@ -661,6 +674,7 @@ impl Bodies<'_> {
             size: (parts, actuators),
             value,
             nominal,
+            at_most_in,
             accepted,
             best: state.best.as_ref().map(|b| b.value),
             temperature: state

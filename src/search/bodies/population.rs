@@ -46,6 +46,16 @@ impl Bodies<'_> {
         self.rules.search.curves.is_some() && self.rules.tasks.values().any(is_free)
     }
 
+    /// Whether the population has this body.
+    pub(super) fn is_member(&self, derivation: &Derivation) -> bool {
+        let hash = |derivation: &Derivation| derivation.design.canonical_hash(self.rules);
+        let members = self.state.population();
+        !members.is_empty() && {
+            let own = hash(derivation);
+            members.iter().any(|member| hash(&member.best.derivation) == own)
+        }
+    }
+
     /// The value that a design must exceed to come into the population, where more is better.
     pub(super) fn least_kept(&self, population: &Population) -> f64 {
         let members = self.state.population();

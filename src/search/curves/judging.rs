@@ -137,6 +137,7 @@ impl Tuner<'_> {
             parameters: candidate.clone(),
             value,
             nominal: None,
+            at_most_in: None,
             half_step,
             observed: evaluated.observed.unwrap_or_default(),
         });
@@ -155,6 +156,7 @@ impl Tuner<'_> {
         let fitness = self.fitness(value);
         if tuning.highest.is_none_or(|highest| fitness > highest) {
             if self.can_lose(fitness)
+                && !self.races()
                 && fitness > self.known.kept
                 && let Err(counted) = self.kept(tuning, candidate, value, spent)
             {
@@ -205,34 +207,42 @@ impl Tuner<'_> {
         Ok(true)
     }
 
-    /// What curves come to in all worlds, or what is counted where that need not be known, or was stopped.
+    /// What curves come to in all worlds. Where that need not be known, what they come to at most, and in how many worlds that is
+    /// known. Otherwise what is counted: it was stopped.
     fn everywhere(
         &mut self,
         tuning: &mut Tuning,
         candidate: &Parameters,
         nominal: f64,
         spent: &mut u64,
-    ) -> Result<Evaluated, Counted> {
+    ) -> Result<(Evaluated, Option<u64>), Counted> {
         let stop = self.bounds.stop;
         if !self.races() {
             let evaluated = self.evaluator.in_worlds(stop, candidate, false).ok_or(Counted::Stopped)?;
             *spent += self.evaluator.worlds().unwrap_or(0);
-            return Ok(evaluated);
+            return Ok((evaluated, None));
         }
-        let known = best(tuning).map_or(f64::NEG_INFINITY, |best| self.fitness(best));
-        let needed = known.max(self.known.kept);
+        // Only what may be the best of the run has to be known.
+        let needed = self.known.best;
+        if !self.is_actuated() && self.fitness(nominal) <= needed {
+            let value = Ok(nominal);
+            return Ok((Evaluated { value, ceiling: f64::INFINITY, observed: None }, Some(1)));
+        }
         let order = if tuning.hardest.is_empty() { &self.known.hardest } else { &tuning.hardest };
         let worst = self.evaluator.worst_case(stop, candidate, (nominal, needed), order);
         let (worst, simulated) = worst.ok_or(Counted::Stopped)?;
         *spent += simulated;
         match worst {
-            WorstCase::Excluded { by, value } => {
+            WorstCase::AtMost { value, by } => {
                 tuning.hardest = in_front(by, order);
-                Err(Counted::Sound(value))
+                let value = Ok(self.task().objective.direction.fitness(value));
+                let evaluated = Evaluated { value, ceiling: f64::INFINITY, observed: None };
+                // The nominal world is one of those that are known.
+                Ok((evaluated, Some(simulated + 1)))
             }
             WorstCase::Known { evaluated, hardest } => {
                 tuning.hardest = hardest;
-                Ok(evaluated)
+                Ok((evaluated, None))
             }
         }
     }
@@ -246,8 +256,8 @@ impl Tuner<'_> {
         spent: &mut u64,
     ) -> Result<Counted, Failure> {
         let is_first = *spent == 0;
-        let evaluated = match self.everywhere(tuning, candidate, nominal, spent) {
-            Ok(evaluated) => evaluated,
+        let (evaluated, at_most_in) = match self.everywhere(tuning, candidate, nominal, spent) {
+            Ok(found) => found,
             Err(counted) => return Ok(counted),
         };
         let value = match evaluated.value {
@@ -285,6 +295,7 @@ impl Tuner<'_> {
             parameters: candidate.clone(),
             value,
             nominal: Some(nominal),
+            at_most_in,
             half_step,
             observed: evaluated.observed.unwrap_or_default(),
         });
@@ -362,7 +373,7 @@ impl Tuner<'_> {
     /// has no use for that of what is no new best. So far in populations only: searches of before find what they found.
     fn races(&self) -> bool {
         let is_new = self.candidate().rules.search.population().is_some();
-        is_new && self.judge() == Some(Judge::Best) && self.task().is_worst_case()
+        is_new && matches!(self.judge(), Some(Judge::Best | Judge::Promising)) && self.task().is_worst_case()
     }
 
     /// Whether curves of this fitness are of any use to the run, if they are the best of their body: what is of none is

@@ -27,8 +27,9 @@ const FIRST: [usize; 2] = [3, 4];
 
 /// What a worst case came to.
 pub(in super::super) enum WorstCase {
-    /// A world is no better than what is needed: which, and how good it is.
-    Excluded { by: usize, value: f64 },
+    /// A world is no better than what is needed: which, and how good the worst of those is that were simulated, where more is
+    /// better. The worst of all is no better.
+    AtMost { value: f64, by: usize },
     /// The value over all worlds, and the worlds but for the nominal one, the hardest first.
     Known { evaluated: Evaluated, hardest: Vec<usize> },
 }
@@ -109,7 +110,6 @@ impl Evaluator<'_> {
             let left = &order[values.len()..];
             let group = &left[..sizes.next().unwrap_or(left.len()).min(left.len())];
             let found = self.each(stop, parameters, group)?;
-            let mut worst: Option<(f64, usize)> = None;
             for (world, value) in group.iter().zip(found) {
                 let value = match value {
                     Ok(value) => direction.fitness(value),
@@ -118,13 +118,12 @@ impl Evaluator<'_> {
                         return Some((known, (values.len() + group.len()) as u64));
                     }
                 };
-                if worst.is_none_or(|(least, _)| value < least) {
-                    worst = Some((value, *world));
-                }
                 values.push((value, *world));
             }
-            if let Some((value, by)) = worst.filter(|(value, _)| *value <= needed) {
-                return Some((WorstCase::Excluded { by, value }, values.len() as u64));
+            let worst = values.iter().min_by(|(a, _), (b, _)| a.total_cmp(b));
+            if let Some((value, by)) = worst.copied().filter(|(value, _)| *value <= needed) {
+                let value = value.min(direction.fitness(nominal));
+                return Some((WorstCase::AtMost { value, by }, values.len() as u64));
             }
         }
         let spent = values.len() as u64;
