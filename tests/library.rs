@@ -196,11 +196,6 @@ const OTHERS: &[(&str, &str)] = &[
         variant shortly of \"./codesign.sgr\" { replace search shortly_many_kinds }",
     ),
     (
-        "grammars/best.sgr",
-        "use std.search { best_bodies }
-        variant best of \"./codesign.sgr\" { replace search best_bodies }",
-    ),
-    (
         "grammars/study2_plain.sgr",
         "use std.search { walked_annealing }
         variant study2_plain of \"./study2.sgr\" { replace search walked_annealing }",

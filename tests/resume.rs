@@ -148,7 +148,7 @@ fn copy(from: &Path, to: &Path) {
 /// What the project's own `codesign` searches for: kinds of bodies, and gaits that hold in many worlds.
 fn grammar_in_worlds(folder: &Path, search: &str) -> PathBuf {
     let text = read("grammars/codesign.sgr").replace("for 20 s in workshop", "for 1 s in workshop");
-    let text = text.replace("shortly_many_kinds", search);
+    let text = text.replace("recommended", search);
     assert!(text.contains("for 1 s in workshop") && text.contains(search), "{text}");
     let file = folder.join("worlds.sgr");
     std::fs::write(&file, text).unwrap();
@@ -173,7 +173,7 @@ fn a_run_in_many_worlds_that_is_killed_and_resumed_ends_as_if_nothing_had_been()
 #[test]
 fn a_population_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
     let folder = tempfile::tempdir().unwrap();
-    kill_and_resume(folder.path(), &grammar_in_worlds(folder.path(), "best_bodies"));
+    kill_and_resume(folder.path(), &grammar_in_worlds(folder.path(), "recommended"));
     let moves = std::fs::read_to_string(folder.path().join("whole/evals.csv")).unwrap();
     let place = moves.lines().next().unwrap().split(',').position(|name| name == "tuned").unwrap();
     let further =

@@ -46,7 +46,7 @@ pub(crate) fn codesign() -> String {
 fn nominal() -> String {
     let text = read("grammars/codesign.sgr").replace("for 20 s in workshop", "for 20 s");
     text.replace("maximize min over w in workshop of travel - fall in cm", "maximize travel - fall in cm")
-        .replace("shortly_many_kinds", "nested_annealing")
+        .replace("recommended", "nested_annealing")
 }
 
 /// Compiles a grammar of the project; it must have no finding.
