@@ -196,6 +196,11 @@ const OTHERS: &[(&str, &str)] = &[
         variant shortly of \"./codesign.sgr\" { replace search shortly_many_kinds }",
     ),
     (
+        "grammars/recommended.sgr",
+        "use std.search { recommended }
+        variant searched of \"./codesign.sgr\" { replace search recommended }",
+    ),
+    (
         "grammars/study2_plain.sgr",
         "use std.search { walked_annealing }
         variant study2_plain of \"./study2.sgr\" { replace search walked_annealing }",
@@ -230,7 +235,7 @@ fn every_number_of_the_library_changes_the_rule_set() {
         "grammars/reheated.sgr",
         "grammars/kinds.sgr",
         "grammars/shortly.sgr",
-        "grammars/best.sgr",
+        "grammars/recommended.sgr",
         "grammars/study1.sgr",
         "grammars/study2.sgr",
         "grammars/study2_plain.sgr",
