@@ -35,7 +35,8 @@ fn runs() -> &'static Path {
             let base = grammar(&format!("{name}.sgr"));
             let file = folder.path().join(format!("{name}.sgr"));
             let text = format!(
-                "use std.objectives {{ lasting_travel }}\nvariant {name} of \"{base}\" {{ replace maximize lasting_travel in cm }}\n"
+                "use std.objectives {{ lasting_travel }}\nuse std.search {{ shortly_many_kinds }}\nvariant {name} of \"{base}\" {{\n  \
+                 replace maximize lasting_travel in cm\n  replace search shortly_many_kinds\n}}\n"
             );
             std::fs::write(&file, text).unwrap();
             let file = file.to_string_lossy().into_owned();

@@ -390,6 +390,21 @@ fn what_many_expressions_run_over_is_counted_together() {
     soon("a weight that is worked out in each iteration", &text);
 }
 
+/// A word such as `part` begins no declaration within an expression.
+#[test]
+fn quantifiers_within_quantifiers_are_told() {
+    for piece in
+        ["exists a in part: ", "forall a in\npart: ", "exists a in actuator: ", "min over a in part of "]
+    {
+        let text = sound(&format!("require deep : {}true\n", piece.repeat(1000)));
+        let told = sgc_check(&["--format", "concise"], &text);
+        assert!(told.contains("E0106"), "{piece}: {told}");
+    }
+    // Many of them side by side are no depth.
+    let many: String = (0..300).map(|n| format!("require r{n} : exists a in part: a is core\n")).collect();
+    assert!(!sgc_check(&["--format", "concise"], &sound(&many)).contains("E0106"));
+}
+
 #[test]
 fn variants_build_on_each_other_so_far() {
     let chain = |count: usize| {

@@ -257,7 +257,7 @@ fn groups_are_compared_and_damage_is_told() {
     assert_code(&report(&[&one]), 0);
     assert!(read(out.join("index.html")).contains("not complete: stopped or killed"));
     std::fs::write(&evals, text.replacen("0,0,,", "0,0,,,", 1)).unwrap();
-    says(&[&one], "line 2 has 21 fields, where its first line names 20 columns");
+    says(&[&one], "line 2 has 22 fields, where its first line names 21 columns");
     std::fs::remove_file(&evals).unwrap();
     says(&[&one], "cannot read");
     std::fs::remove_file(one.join("seed-5/run.toml")).unwrap();

@@ -85,7 +85,11 @@ fn models(rules: &RuleSet) -> Vec<&Model> {
 fn coefficients(section: &Section, model: &Model) -> Result<Vec<f64>, Problem> {
     let [tilt, pull, weight, mass] = ["tilt", "pull", "weight", "mass"].map(|name| section.numbers(name));
     let twice = [
-        (tilt, pull, "gives `tilt` and `pull`, which each say the friction: make two sections of them"),
+        (
+            tilt,
+            pull,
+            "gives `tilt` and `pull`, which each say the friction: keep one of them, the same for all rows",
+        ),
         (weight, mass, "gives `weight` and `mass`, which each say how heavy the part is: keep one"),
     ];
     if let Some((.., what)) = twice.iter().find(|(one, other, _)| !one.is_empty() && !other.is_empty()) {

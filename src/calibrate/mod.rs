@@ -70,6 +70,17 @@ pub fn fit(reading: &Reading, rules: &RuleSet) -> Result<Vec<Finding>, Vec<Probl
             ));
         }
     }
+    for finding in &mut findings {
+        if let (Change::Number { value, .. }, Some((low, high))) = (&finding.change, &finding.interval)
+            && high.value - low.value > value.value
+        {
+            finding.warnings.push(format!(
+                "`{}` lies between {} and {high} nine times of ten, which says little: measure more often, or look at what differed.",
+                finding.quantity,
+                low.digits(false)
+            ));
+        }
+    }
     for finding in findings.iter().filter(|finding| !finding.change.is_finite()) {
         problems.push(Problem::contradiction(
             &finding.place,

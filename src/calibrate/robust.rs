@@ -10,6 +10,8 @@ use crate::derive::random::Stream;
 const BIWEIGHT: f64 = 4.685;
 /// What is this share off the middle counts, however near the others are: readings that are rounded may all be the same.
 const NEAR: f64 = 0.02;
+/// Where most readings are equal, so many steps of the scale away others still count.
+const READINGS: f64 = 2.5;
 /// How often values are drawn again.
 const DRAWS: usize = 2000;
 
@@ -65,7 +67,7 @@ impl Centre {
         let value = self.value / other.value;
         let share = |centre: &Self| Some(centre.error()? / centre.value);
         let error = share(self).zip(share(other)).map(|(own, others)| value * libm::hypot(own, others));
-        let interval = error.map(|error| (value - error, value + error));
+        let interval = error.map(|error| ((value - error).max(0.0), value + error));
         Self { value, interval, far: self.far.clone() }
     }
 
@@ -84,15 +86,28 @@ fn reach(values: &[f64], middle: f64) -> f64 {
         return f64::INFINITY;
     }
     let off = || values.iter().map(|x| (x - middle).abs());
-    let deviation = match 1.4826 * median(off()) {
-        // Most are equal: what the others are off says how well any is known.
-        0.0 => 1.2533 * off().sum::<f64>() / many as f64,
-        deviation => deviation,
-    };
-    match BIWEIGHT * (1.0 + 4.0 / (many as f64 - 2.0)) * deviation {
-        0.0 => f64::INFINITY,
-        reach => reach.max(NEAR * middle.abs()),
+    let least = NEAR * middle.abs();
+    match 1.4826 * median(off()) {
+        0.0 if off().all(|off| off == 0.0) => f64::INFINITY,
+        // Most are equal, as they are rounded: the next readings of such a scale count, too.
+        0.0 => least.max(READINGS * resolution(values)),
+        deviation => least.max(BIWEIGHT * (1.0 + 4.0 / (many as f64 - 2.0)) * deviation),
     }
+}
+
+/// The coarsest power of ten of which all values are whole multiples: to this readings are rounded.
+fn resolution(values: &[f64]) -> f64 {
+    let is_whole = |unit: f64| {
+        values.iter().all(|x| {
+            let steps = libm::round(x / unit);
+            steps != 0.0 && (x / unit - steps).abs() < 1e-6
+        })
+    };
+    (-12..=12)
+        .rev()
+        .map(|power| libm::pow(10.0, f64::from(power)))
+        .find(|unit| is_whole(*unit))
+        .unwrap_or(0.0)
 }
 
 /// The middle from which values count the less the farther they are, found from one that is near it.
@@ -137,7 +152,9 @@ fn interval(values: &[f64], value: f64, reach: f64, name: &str) -> Option<(f64, 
     let n = many as f64;
     // Values that are drawn from themselves scatter less than new ones would.
     let wide = t_quantile(CONFIDENCE, many - 1) * scatter * (n / (n - 1.0)).sqrt();
-    Some((value - wide, value + wide))
+    // What is positive in each measurement is not negative in the middle.
+    let least = if values.iter().all(|x| *x > 0.0) { 0.0 } else { f64::NEG_INFINITY };
+    Some(((value - wide).max(least), value + wide))
 }
 
 /// Between which values a share [`CONFIDENCE`] of some lies.
@@ -173,6 +190,17 @@ mod tests {
         // A scale of a tenth of a gram: the last reading is as good as the others.
         let rounded = Centre::of(&[&[10.0; 9][..], &[10.1]].concat(), "c");
         assert!(rounded.far.is_empty() && (rounded.value - 10.01).abs() < 0.005, "{rounded:?}");
+        // However well the others agree, what is far from them does not count.
+        for (values, far) in [
+            (&[8.3, 8.3, 8.3, 8.3, 16.6][..], 4),
+            (&[8.3, 8.3, 8.4, 8.3, 10.3], 4),
+            (&[8.3, 8.3, 8300.0], 2),
+            (&[0.6, 0.6, 0.6, 0.6, 1.0], 4),
+        ] {
+            let found = Centre::of(values, "c");
+            assert_eq!(found.far, [far], "{values:?}");
+            assert!((found.value - values[0]).abs() < 0.05, "{found:?}");
+        }
     }
 
     #[test]

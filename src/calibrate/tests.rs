@@ -429,6 +429,20 @@ fn a_film_without_the_motion_has_no_speed() {
 }
 
 #[test]
+fn intervals_hold_their_value_and_end_at_zero() {
+    let friction = fitted("[a]\nkind = \"friction\"\nfor = \"cube\"\n\"tilt [deg]\" = [18, 36]\n");
+    for finding in &friction {
+        let Change::Number { value, .. } = &finding.change else { panic!("{finding:?}") };
+        let (low, high) = finding.interval.as_ref().unwrap();
+        assert!(0.0 <= low.value && low.value <= value.value && value.value <= high.value, "{finding:?}");
+        assert!(finding.warnings.iter().any(|w| w.contains("says little")), "{:?}", finding.warnings);
+    }
+    // What is known worst is not left out of the worlds.
+    let block = worlds::block("lab", &friction).unwrap();
+    assert!(block.contains("friction = 0 % .. "), "{block}");
+}
+
+#[test]
 fn a_film_to_the_other_side_has_negative_bends() {
     let film = |sign: f64| {
         let mut csv = "time [ms], angle [deg]\n".to_owned();

@@ -73,10 +73,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     warnings.extend(ends_early(section, &groups, declared_bend));
     let within = within(section, lengths, &groups, &rows);
     if rows.len() < 2 {
-        return Err(vec![Problem::contradiction(
-            &section.place,
-            format!("`{}`: the thread is as long at every angle, so it pulls nothing", section.name),
-        )]);
+        return Err(vec![pulls_nothing(section)]);
     }
     let drawn: Vec<(f64, f64)> = rows.iter().map(|(a, l)| (a.value, l.value)).collect();
     let in_units: Vec<(f64, f64)> = points.iter().map(|(a, l)| (a.to_degrees(), l * 1e3)).collect();
@@ -325,6 +322,9 @@ fn smoothed(
     let points: Vec<(f64, f64)> = groups.iter().map(|g| (g.angle, g.length)).collect();
     let sign = if slope(&points) < 0.0 { -1.0 } else { 1.0 };
     let stretches = stretches(groups, sign);
+    if stretches.len() < 2 {
+        return Err(vec![pulls_nothing(section)]);
+    }
     let middles: Vec<(f64, f64)> = stretches.iter().map(|s| (s.middle(), s.mean)).collect();
     let all = points.first().zip(points.last()).map_or(0.0, |(first, last)| last.0 - first.0);
     let mut rows = Vec::new();
@@ -371,6 +371,13 @@ fn smoothed(
         }
     }
     if problems.is_empty() { Ok(rows) } else { Err(problems) }
+}
+
+fn pulls_nothing(section: &Section) -> Problem {
+    Problem::contradiction(
+        &section.place,
+        format!("`{}`: the thread is as long at every angle, so it pulls nothing", section.name),
+    )
 }
 
 /// Says that a thread turns back by more than it scatters.

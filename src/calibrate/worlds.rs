@@ -46,7 +46,7 @@ fn difference(quantity: &str) -> Option<(Difference, f64)> {
 /// The ends of an interval over the value.
 fn factors(finding: &Finding) -> Option<(f64, f64)> {
     let over = |value: &Figure, (low, high): &(Figure, Figure)| {
-        let is_sound = value.value > 0.0 && low.value > 0.0;
+        let is_sound = value.value > 0.0 && low.value >= 0.0;
         is_sound.then(|| (low.value / value.value, high.value / value.value))
     };
     match &finding.change {

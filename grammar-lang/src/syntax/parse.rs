@@ -131,6 +131,7 @@ fn too_deep<'t, 'a>(tokens: &'t [Token<'a>]) -> Option<&'t Token<'a>> {
     // From here on blocks may hold declarations.
     let variants = tokens.iter().position(|t| is_word(t, "variant")).unwrap_or(tokens.len());
     let (mut depth, mut minuses, mut recursing) = (0i32, 0, 0);
+    let mut before: Option<&Token<'_>> = None;
     for (place, token) in tokens.iter().enumerate() {
         if token.is_silent() {
             continue;
@@ -144,15 +145,43 @@ fn too_deep<'t, 'a>(tokens: &'t [Token<'a>]) -> Option<&'t Token<'a>> {
         if token.kind == TokenKind::Word {
             if words.contains(&token.text) {
                 recursing += 1;
-            } else if ITEM_WORDS.contains(&token.text) {
+            } else if ITEM_WORDS.contains(&token.text) && before.is_none_or(ends_expression) {
                 recursing = 0;
             }
         }
+        before = Some(token);
         if depth > DEEPEST || minuses > DEEPEST || recursing > 4 * DEEPEST {
             return Some(token);
         }
     }
     None
+}
+
+/// Whether an expression may end with a token: after others a word such as `part` is an operand, and begins no
+/// declaration.
+fn ends_expression(token: &Token<'_>) -> bool {
+    const GOES_ON: [&str; 16] = [
+        "in",
+        "is",
+        "not",
+        "over",
+        "of",
+        "adds",
+        "and",
+        "or",
+        "if",
+        "then",
+        "else",
+        "where",
+        "at",
+        "forall",
+        "exists",
+        "otherwise",
+    ];
+    match token.kind {
+        TokenKind::Word => !GOES_ON.contains(&token.text),
+        _ => !["(", "[", ",", ":", "=", "<", ">", "+", "-", "*", "/", ".", "->"].contains(&token.text),
+    }
 }
 
 /// Whether all that is open ends before a token for certain, although braces are missing: it begins
