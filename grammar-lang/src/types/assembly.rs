@@ -213,8 +213,8 @@ impl<'a> Assembly<'a> {
         ];
         let cells = self
             .declarations
-            .expressions
-            .begins_with_cells()
+            .environment
+            .begins_with_cells
             .then_some(("lattice", "lattice 15 x 15 x 15 of KIND"));
         let missing = wanted.into_iter().chain(cells).filter(|(what, _)| {
             // Tasks say for themselves how they are simulated.

@@ -20,6 +20,12 @@ pub(super) struct Environment<'a> {
     pub(super) placed: IndexMap<&'a str, &'a ast::Expr>,
     /// The names of all ports that parts of the program have.
     pub(super) ports: IndexSet<String>,
+    /// Whether the initial design fills places: then it is a lattice that is meant, even if it is not declared.
+    pub(super) begins_with_cells: bool,
+    /// Whether the bodies of this grammar are lattices.
+    pub(super) has_lattice: bool,
+    /// By the name of a parameter: the actuators of the program that have it.
+    pub(super) param_owners: IndexMap<&'a str, Vec<&'a Item>>,
 }
 
 impl<'a> Environment<'a> {
@@ -36,7 +42,12 @@ impl<'a> Environment<'a> {
         for place in places.flatten() {
             placed.entry(place.name.text.as_str()).or_insert(&place.what);
         }
-        Self { program, sources, overrides, placed, ports: port_names(program) }
+        let fills = |item: &Item| matches!(&item.kind, ItemKind::Begin(places, fills) if places.is_empty() && !fills.is_empty());
+        let begins_with_cells = program.entries().any(|(_, item)| fills(item));
+        let declares = |item: &Item| matches!(item.kind, ItemKind::Lattice(..));
+        let has_lattice = begins_with_cells || program.entries().any(|(_, item)| declares(item));
+        let (ports, param_owners) = (port_names(program), param_owners(program));
+        Self { program, sources, overrides, placed, ports, begins_with_cells, has_lattice, param_owners }
     }
 
     /// The declarations that the grammar has or imports by name; of a variant those of its base, too.
@@ -48,6 +59,26 @@ impl<'a> Environment<'a> {
             imported.copied().chain(program.entries().map(|(declaration, _)| declaration)).collect();
         let there = all.into_iter().filter(|declaration| !program.dropped.contains_key(declaration));
         there.filter_map(|declaration| Some((declaration, program.item(declaration)?)))
+    }
+}
+
+/// The actuators of a program by the parameters that they have.
+fn param_owners(program: &Program) -> IndexMap<&str, Vec<&Item>> {
+    let mut owners: IndexMap<&str, Vec<&Item>> = IndexMap::new();
+    for (_, item) in program.items() {
+        let ItemKind::Block(BlockKind::Actuator, block) = &item.kind else { continue };
+        let names: IndexSet<&str> = block.fields.iter().filter_map(param_name).collect();
+        for name in names {
+            owners.entry(name).or_default().push(item);
+        }
+    }
+    owners
+}
+
+fn param_name(field: &ast::Field) -> Option<&str> {
+    match field {
+        ast::Field::Param(param) => Some(&param.name.text),
+        _ => None,
     }
 }
 

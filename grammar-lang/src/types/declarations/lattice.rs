@@ -225,7 +225,7 @@ impl Declarations<'_> {
 
     /// Reports what a rule does with parts where bodies are lattices, and with cells where they are not.
     pub(super) fn check_space(&mut self, clauses: &[RuleClause]) {
-        let lattice = self.expressions.has_lattice();
+        let lattice = self.environment.has_lattice;
         // A module on its own does not know which bodies it will meet.
         if self.environment.program.name.is_none() {
             return;
@@ -301,7 +301,7 @@ impl Declarations<'_> {
 
     /// The models of all tasks must be able to simulate the bodies.
     pub(in crate::types) fn check_models(&mut self, tasks: &super::tasks::Tasks, singles: &Singles<'_>) {
-        let lattice = self.expressions.has_lattice();
+        let lattice = self.environment.has_lattice;
         let first = tasks.values().next().map(|(task, _)| task.model.method);
         for (task, _) in tasks.values() {
             let place = singles.seen.get("simulate").copied().unwrap_or(task.objective.value.span);

@@ -529,12 +529,7 @@ impl Declarations<'_> {
 
     /// Where one actuator alone has a parameter, what it is set to must lie in its domain.
     fn check_set_domain(&mut self, name: &str, value: &Expr) {
-        let program = self.environment.program;
-        let has = |field: &ast::Field| matches!(field, ast::Field::Param(p) if p.name.text == name);
-        let mut owners = program.items().map(|(_, item)| item).filter(
-            |item| matches!(&item.kind, ast::ItemKind::Block(BlockKind::Actuator, block) if block.fields.iter().any(has)),
-        );
-        if let (Some(only), None) = (owners.next(), owners.next()) {
+        if let Some([only]) = self.environment.param_owners.get(name).map(Vec::as_slice) {
             self.expressions.check_instance_domain(only, name, value);
         }
     }

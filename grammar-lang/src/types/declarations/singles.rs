@@ -69,7 +69,7 @@ impl<'a> Declarations<'a> {
             return;
         }
         match &item.kind {
-            ItemKind::Begin(places, fills) if self.expressions.has_lattice() => {
+            ItemKind::Begin(places, fills) if self.environment.has_lattice => {
                 for place in places {
                     self.mixed(place.name.span, true);
                 }

@@ -3,22 +3,10 @@
 use super::Expressions;
 use crate::ir::{Group, Ty};
 use crate::source::Span;
-use crate::syntax::ast::{self, ItemKind};
+use crate::syntax::ast::ItemKind;
 use crate::syntax::declarations::BlockKind;
 
 impl Expressions<'_> {
-    /// Whether the bodies of this grammar are lattices.
-    pub(in crate::types) fn has_lattice(&self) -> bool {
-        self.begins_with_cells()
-            || self.environment.program.entries().any(|(_, item)| matches!(item.kind, ItemKind::Lattice(..)))
-    }
-
-    /// Whether the initial design fills places: then it is a lattice that is meant, even if it is not declared.
-    pub(in crate::types) fn begins_with_cells(&self) -> bool {
-        let fills = |item: &ast::Item| matches!(&item.kind, ItemKind::Begin(places, fills) if places.is_empty() && !fills.is_empty());
-        self.environment.program.entries().any(|(_, item)| fills(item))
-    }
-
     /// Whether a name means a kind of cell.
     pub(in crate::types) fn is_cell(&self, kind: &str, place: Span) -> bool {
         self.environment

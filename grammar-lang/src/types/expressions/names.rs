@@ -23,7 +23,7 @@ impl Expressions<'_> {
         let declared = self.environment.program.lookup(span, name).is_some();
         let word = Word::named(name).filter(|w| !declared || cx.stage.sees_word(*w));
         // A module on its own does not know which bodies it will meet.
-        let lattice = self.has_lattice() || self.environment.program.name.is_none();
+        let lattice = self.environment.has_lattice || self.environment.program.name.is_none();
         if let Some(word) = word.filter(|w| *w != Word::Design(DesignWord::Middle) || lattice) {
             if cx.stage.sees_word(word) {
                 return make(ExprKind::Word(word), signature::word(word));
@@ -311,7 +311,7 @@ impl Expressions<'_> {
                     self.environment.program.own.contains(&self.environment.program.module_at(name.span));
                 let placed = self.environment.placed.get(name.text.as_str()).filter(|_| own);
                 // Where no lattice is, nothing has a place in its middle.
-                let known = |w: &Word| *w != Word::Design(DesignWord::Middle) || self.has_lattice();
+                let known = |w: &Word| *w != Word::Design(DesignWord::Middle) || self.environment.has_lattice;
                 let word = Word::named(&name.text).filter(known).is_some_and(|w| cx.stage.shares_word(w));
                 // Groups and the first part are read where designs are, whatever the module.
                 let part = cx.stage.sees_design() && ["block", "core"].contains(&name.text.as_str());
