@@ -448,3 +448,31 @@ fn a_body_of_parts_is_filled_with_balls_that_bend_as_its_hinges_do() {
     let turned = direction(*front, *tip) - direction(*far, *end);
     assert!((turned - 0.5).abs() < 0.1, "{turned} rad");
 }
+
+/// `check` refused these: it counted no cells, whatever the lattice.
+#[test]
+fn requirements_can_ask_for_cells_that_the_lattice_has_room_for() {
+    let lump = |requirement: &str| {
+        format!(
+            "{HEAD}
+            lattice 5 x 4 x 3 of gel
+            begin {{ fill middle with gel }}
+            rule cut {{ match c : cell  clear region(c, 1, 0, 0) }}
+            require enough : {requirement}"
+        )
+    };
+    for requirement in [
+        "count(cell) >= 5",
+        "count(gel) == 60",
+        "connected and not count(cell) < 9",
+        "exists c in cell: c.heavy",
+        "(count over c in cell where c.heavy) >= 60",
+    ] {
+        rules_of(&lump(requirement));
+    }
+    let mut sources = SourceMap::default();
+    let entry = sources.add("lump.sgr", &lump("count(cell) >= 61"));
+    let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
+    let found: Vec<_> = compiled.diagnostics.iter().map(|d| d.code.name).collect();
+    assert_eq!(found, ["requirement-never-holds"]);
+}

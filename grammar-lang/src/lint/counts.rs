@@ -1,7 +1,7 @@
 //! What requirements say of how many parts there are, as linear inequalities.
 //!
-//! The variables are the numbers of parts of each declared kind: those of a group
-//! are sums of them. Whatever else a requirement compares is a variable of its
+//! The variables are the numbers of parts of each declared kind, and of cells: those
+//! of a group are sums of them. Whatever else a requirement compares is a variable of its
 //! own, of which only its least and greatest value are known.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -64,11 +64,17 @@ impl<'k, 'r> Counts<'k, 'r> {
     /// makes stays as the initial design has it.
     pub(super) fn new(known: &'k Known<'r>) -> Self {
         let rules = known.ruleset;
-        let kinds: IndexSet<&str> =
-            rules.parts.keys().chain(rules.actuators.keys()).map(String::as_str).collect();
+        let parts = rules.parts.keys().chain(rules.actuators.keys());
+        let cells = rules.lattice.as_ref().map(|lattice| &lattice.kind);
+        let kinds: IndexSet<&str> = parts.chain(cells).map(String::as_str).collect();
         let mut counts = Self { known, kinds, others: IndexMap::new(), base: Vec::new() };
         for i in 0..counts.kinds.len() {
             let group = counts.kind(i);
+            // Cells are filled, not placed: there are as many as the lattice has places for.
+            if counts.is_cell(i) {
+                counts.limit(i, known.facts.count(&group));
+                continue;
+            }
             counts.limit(i, Interval::NOT_NEGATIVE);
             if !known.possible.contains(&group) {
                 let most = known.facts.placed(&group) * known.facts.images();
@@ -76,6 +82,11 @@ impl<'k, 'r> Counts<'k, 'r> {
             }
         }
         counts
+    }
+
+    /// Whether a variable is the number of cells.
+    fn is_cell(&self, variable: usize) -> bool {
+        self.kinds.get_index(variable).is_some_and(|kind| self.known.ruleset.is_cell(kind))
     }
 
     fn kind(&self, variable: usize) -> Group {
@@ -104,7 +115,8 @@ impl<'k, 'r> Counts<'k, 'r> {
 
     /// That there are at least so many parts.
     pub(super) fn parts_at_least(&self, number: f64) -> Row {
-        Row::new((0..self.kinds.len()).map(|kind| (kind, -1.0)), -number)
+        let parts = (0..self.kinds.len()).filter(|kind| !self.is_cell(*kind));
+        Row::new(parts.map(|kind| (kind, -1.0)), -number)
     }
 
     /// That there are at least so many parts of a kind; none for a kind that is not declared.
