@@ -471,7 +471,7 @@ fn requirements_can_ask_for_cells_that_the_lattice_has_room_for() {
         rules_of(&lump(requirement));
     }
     let mut sources = SourceMap::default();
-    let entry = sources.add("lump.sgr", &lump("count(cell) >= 61"));
+    let entry = sources.add("lump.sgr", lump("count(cell) >= 61"));
     let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
     let found: Vec<_> = compiled.diagnostics.iter().map(|d| d.code.name).collect();
     assert_eq!(found, ["requirement-never-holds"]);
