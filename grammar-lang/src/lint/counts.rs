@@ -60,8 +60,8 @@ pub(super) struct Counts<'k, 'r> {
 }
 
 impl<'k, 'r> Counts<'k, 'r> {
-    /// Knows the kinds of a grammar: none has less than no parts, and what nothing
-    /// makes stays as the initial design has it.
+    /// Knows the kinds of a grammar. No count is below zero, a part that nothing makes stays as often
+    /// as the initial design has it, and there are at most as many cells as the lattice has places.
     pub(super) fn new(known: &'k Known<'r>) -> Self {
         let rules = known.ruleset;
         let parts = rules.parts.keys().chain(rules.actuators.keys());
@@ -70,7 +70,7 @@ impl<'k, 'r> Counts<'k, 'r> {
         let mut counts = Self { known, kinds, others: IndexMap::new(), base: Vec::new() };
         for i in 0..counts.kinds.len() {
             let group = counts.kind(i);
-            // Cells are filled, not placed: there are as many as the lattice has places for.
+            // Cells are filled, not placed.
             if counts.is_cell(i) {
                 counts.limit(i, known.facts.count(&group));
                 continue;
