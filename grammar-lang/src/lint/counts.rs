@@ -60,8 +60,8 @@ pub(super) struct Counts<'k, 'r> {
 }
 
 impl<'k, 'r> Counts<'k, 'r> {
-    /// Knows the kinds of a grammar. No count is below zero, a part that nothing makes stays as often
-    /// as the initial design has it, and there are at most as many cells as the lattice has places.
+    /// Knows the kinds of a grammar. No count is below zero. There are never more of a part that nothing
+    /// makes than in the initial design, and never more cells than places in the lattice.
     pub(super) fn new(known: &'k Known<'r>) -> Self {
         let rules = known.ruleset;
         let parts = rules.parts.keys().chain(rules.actuators.keys());
