@@ -1,5 +1,6 @@
 //! The worlds of a set of scenarios, drawn: which they are depends on the set alone, on no run and no seed.
 
+use grammar_lang::eval::order;
 use grammar_lang::ir::{Difference, Scenarios};
 use indexmap::IndexMap;
 
@@ -88,23 +89,28 @@ impl Scenario {
     }
 }
 
-/// A value to three digits or so: more say nothing of a world that was drawn.
+/// A value in its usual unit.
 fn rounded(difference: Difference, value: f64) -> String {
     match difference {
-        Difference::GroundFriction => format!("{value:.2}"),
-        // Adding zero makes minus zero zero.
-        Difference::Tilt | Difference::Slope => {
-            format!("{:.1} deg", libm::round(10.0 * value.to_degrees()) / 10.0 + 0.0)
-        }
-        Difference::Late => format!("{:.0} ms", 1e3 * value),
+        Difference::GroundFriction => digits(value, 2),
+        Difference::Tilt | Difference::Slope => format!("{} deg", digits(value.to_degrees(), 1)),
+        Difference::Late => format!("{} ms", digits(1e3 * value, 0)),
         Difference::Friction
         | Difference::Mass
         | Difference::Torque
         | Difference::Speed
-        | Difference::Pressure => {
-            format!("{:.0} %", 100.0 * value)
-        }
+        | Difference::Pressure => format!("{} %", digits(100.0 * value, 0)),
     }
+}
+
+/// A number with so many decimals, or with more: a value that somebody wrote with up to six digits in full, and of one
+/// that was drawn at least two digits. More say nothing of it.
+fn digits(value: f64, decimals: usize) -> String {
+    // Adding zero makes minus zero zero.
+    let at = |decimals: usize| format!("{:.decimals$}", value + 0.0);
+    let written = (decimals..=6).map(at).find(|text| text.parse().is_ok_and(|x| order::is_same(x, value)));
+    let small = if value == 0.0 { 0 } else { 1 - libm::floor(libm::log10(value.abs())) as i32 };
+    written.unwrap_or_else(|| at(decimals.max(small.clamp(0, 9) as usize)))
 }
 
 /// All worlds of a set: the nominal one, the cases, and those that are drawn, a Latin hypercube.
@@ -239,5 +245,24 @@ mod tests {
             Scenario { differences, ..Scenario::nominal() }.world().speed
         };
         assert_eq!((speed(0.8), speed(1.0), speed(1.2)), (0.9, 0.9, 0.9 * 1.2));
+    }
+
+    /// What somebody wrote is shown as it was written; what was drawn, with two digits at least.
+    #[test]
+    fn no_difference_is_rounded_away() {
+        let words = |difference, value| {
+            let differences = IndexMap::from([(difference, value)]);
+            Scenario { differences, ..Scenario::nominal() }.described()
+        };
+        assert_eq!(words(Difference::Friction, 1.004), "friction 100.4 %");
+        assert_eq!(words(Difference::GroundFriction, 0.125), "ground_friction 0.125");
+        assert_eq!(words(Difference::GroundFriction, 0.004), "ground_friction 0.004");
+        assert_eq!(words(Difference::GroundFriction, 0.812_345_678), "ground_friction 0.81");
+        assert_eq!(words(Difference::Late, 0.4e-3), "late 0.4 ms");
+        assert_eq!(words(Difference::Tilt, 0.04_f64.to_radians()), "tilt 0.04 deg");
+        assert_eq!(words(Difference::Tilt, -0.0), "tilt 0.0 deg");
+        assert_eq!(words(Difference::Slope, 0.000_712_345_678), "slope 0.041 deg");
+        assert_eq!(words(Difference::Mass, 1.0434567891), "mass 104 %");
+        assert_eq!(words(Difference::Mass, 0.9), "mass 90 %");
     }
 }

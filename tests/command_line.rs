@@ -73,6 +73,9 @@ fn a_run_leaves_its_folder_and_eval_gives_the_same_value() {
     assert!(errors(&output).contains("exactly the saved value"), "{}", errors(&output));
     let output = sgc(&["eval", &one.to_string_lossy(), "--step", "1/480"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
+    let output = sgc(&["eval", &one.to_string_lossy(), "--step", "1/50"]);
+    assert_eq!(code(&output), 1, "{}", errors(&output));
+    assert!(errors(&output).contains("a step of hinges must be at most 1/60 s"), "{}", errors(&output));
     let output = sgc(&["eval", &one.to_string_lossy(), "--solver", "rapier"]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     let output = sgc(&["view", &one.to_string_lossy()]);

@@ -7,7 +7,7 @@ use crate::results::replay;
 /// Another time step, and contacts solved further.
 #[derive(Args)]
 pub(super) struct Precision {
-    /// Another time step, such as 1/480 (in seconds) [default: the grammar's]
+    /// Another time step, such as 1/480, in seconds; as long as a grammar's may be [default: the grammar's]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     step: Option<f64>,
     /// Solve contacts by so many sweeps in every step [default: as the grammar's model says]

@@ -1,6 +1,7 @@
 //! Why a saved design cannot be simulated again, or is not what it says.
 
 use grammar_lang::eval::EvalError;
+use grammar_lang::ir::CoarseStep;
 use thiserror::Error;
 
 use super::names::BadNames;
@@ -60,6 +61,9 @@ pub enum DesignError {
     /// The solver cannot simulate it.
     #[error("{}", .0.reason)]
     Unfit(simulate::Unfit),
+    /// The step that was asked for is too long.
+    #[error(transparent)]
+    CoarseStep(#[from] CoarseStep),
     /// The motion may not be scored.
     #[error("its motion is not valid: {}", .0.describe())]
     Motion(Invalid),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::{Expr, RuleSet, Task};
+use grammar_lang::ir::{self, CoarseStep, Expr, RuleSet, Task, is_fine_enough};
 use indexmap::IndexMap;
 
 use super::DesignError;
@@ -147,18 +147,24 @@ pub enum Precision {
 }
 
 impl Precision {
-    pub(super) fn apply(self, settings: Settings) -> Settings {
-        match self {
+    /// The numbers of a model, simulated like this.
+    pub(super) fn apply(self, model: &ir::Model) -> Result<Settings, CoarseStep> {
+        let settings = settings(model);
+        Ok(match self {
             Self::Model => settings,
             Self::Finer => settings.finer(),
             Self::Finest => Settings { step: settings.step / 8.0, ..settings.finer() },
-            Self::Own { step, sweeps } => Settings {
-                step: step.unwrap_or(settings.step),
-                iterations: sweeps.unwrap_or(settings.iterations),
-                tolerance: if sweeps.is_some() { 0.0 } else { settings.tolerance },
-                ..settings
-            },
-        }
+            Self::Own { step, sweeps } => {
+                let step = step.unwrap_or(settings.step);
+                is_fine_enough(model.method == ir::Method::Hinges, step, model.control, model.duration)?;
+                Settings {
+                    step,
+                    iterations: sweeps.unwrap_or(settings.iterations),
+                    tolerance: if sweeps.is_some() { 0.0 } else { settings.tolerance },
+                    ..settings
+                }
+            }
+        })
     }
 }
 
@@ -201,7 +207,7 @@ impl<'r> Driven<'r> {
         precision: Precision,
     ) -> Result<Self, DesignError> {
         let (drive, parameters) = drive_of(candidate, saved)?;
-        let settings = precision.apply(settings(&drive.task().model));
+        let settings = precision.apply(&drive.task().model)?;
         Ok(Self { drive, parameters, settings })
     }
 

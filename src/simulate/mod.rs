@@ -39,8 +39,8 @@ pub struct Settings {
     pub step: f64,
     /// Simulated time in s.
     pub duration: f64,
-    /// Time between recorded frames in s; a multiple of `step` is not required:
-    /// the solver records the state at the step nearest to each frame's time.
+    /// Time between recorded frames in s. It need not be a multiple of `step`: a frame within a step is
+    /// interpolated between the states at its ends.
     pub record: f64,
     /// Gravity, downwards, in m/s^2.
     pub gravity: f64,
@@ -74,6 +74,16 @@ impl Settings {
             tolerance: self.tolerance / 10.0,
             ..self.clone()
         }
+    }
+
+    /// The same model with so many whole steps that they end when the motion does: the step is shortened, by less
+    /// than one part in the number of steps. A step that divides the duration already stays what it is, bit for bit.
+    #[must_use]
+    pub fn in_whole_steps(&self) -> Self {
+        let steps = self.duration / self.step;
+        let fits = (steps - libm::round(steps)).abs() <= 1e-9 * steps;
+        let step = if steps > 1.0 && !fits { self.duration / libm::ceil(steps) } else { self.step };
+        Self { step, ..self.clone() }
     }
 }
 

@@ -115,6 +115,27 @@ struct Lane<'a> {
     failure: Option<Invalid>,
 }
 
+/// What is recorded of a lane at one time: the pose of every body, and the angle of every hinge.
+struct State {
+    poses: Vec<Isometry3<f64>>,
+    angles: Vec<f64>,
+}
+
+impl State {
+    /// The state when a share of a step has passed, which led from another state to this one.
+    fn within(self, before: &Self, share: f64) -> Self {
+        let pose = |(from, to): (&Isometry3<f64>, &Isometry3<f64>)| {
+            let place = from.translation.vector.lerp(&to.translation.vector, share);
+            Isometry3::from_parts(place.into(), from.rotation.nlerp(&to.rotation, share))
+        };
+        let angle = |(from, to): (&f64, &f64)| from + (to - from) * share;
+        Self {
+            poses: before.poses.iter().zip(&self.poses).map(pose).collect(),
+            angles: before.angles.iter().zip(&self.angles).map(angle).collect(),
+        }
+    }
+}
+
 impl<S: Stepper> Run<S> {
     /// Runs of a solver made for the same assembly, settings and worlds.
     pub(super) fn new(stepper: S, driven: Driven, settings: &Settings, worlds: &[World]) -> Self {
@@ -173,13 +194,24 @@ impl<S: Stepper> Run<S> {
         }
     }
 
-    fn record(&self, lanes: &mut [Lane]) {
+    fn state(&self, lane: usize) -> State {
+        State {
+            poses: (0..self.driven.bodies).map(|body| self.stepper.pose(lane, body)).collect(),
+            angles: (0..self.driven.hinges.len()).map(|hinge| self.stepper.angle(lane, hinge)).collect(),
+        }
+    }
+
+    /// Records a frame of each lane when a share of the step has passed that led here from the states before.
+    fn record(&self, lanes: &mut [Lane], before: &[State], share: f64) {
         for (number, lane) in lanes.iter_mut().enumerate() {
             if lane.failure.is_none() {
-                let Motion { poses, bends, .. } = &mut lane.motion;
-                poses.extend((0..self.driven.bodies).map(|body| self.stepper.pose(number, body)));
-                let angles = (0..self.driven.hinges.len()).map(|hinge| self.stepper.angle(number, hinge));
-                self.driven.bends.append(angles, bends);
+                let now = self.state(number);
+                let state = match before.get(number) {
+                    Some(before) if share < 1.0 => now.within(before, share),
+                    _ => now,
+                };
+                lane.motion.poses.extend(state.poses);
+                self.driven.bends.append(state.angles.into_iter(), &mut lane.motion.bends);
             }
         }
     }
@@ -202,14 +234,23 @@ impl<S: Stepper> Row for Run<S> {
             if now % STEPS_PER_LOOK == 0 && stop.is_asked() {
                 return None;
             }
+            let mut before = Vec::new();
             if now > 0 {
+                // Needed only where a frame lies within the step.
+                let (step, share) = self.schedule.moment(frame);
+                if step == now && share < 1.0 {
+                    before.extend((0..lanes.len()).map(|lane| self.state(lane)));
+                }
                 self.step(&mut lanes, now as f64 * self.schedule.step);
             }
             if lanes.iter().all(|lane| lane.failure.is_some()) {
                 break;
             }
-            while frame < self.schedule.frames && self.schedule.step_of(frame) == now {
-                self.record(&mut lanes);
+            while frame < self.schedule.frames
+                && let (step, share) = self.schedule.moment(frame)
+                && step == now
+            {
+                self.record(&mut lanes, &before, share);
                 frame += 1;
                 self.look(&mut lanes, first, frame, watch);
             }

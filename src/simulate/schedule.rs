@@ -18,9 +18,9 @@ pub(super) struct Schedule {
 }
 
 impl Schedule {
-    /// For settings that have been checked.
+    /// For settings that have been checked, in whole steps.
     pub(super) fn new(settings: &Settings) -> Self {
-        let steps = (settings.duration / settings.step).round().max(1.0) as usize;
+        let steps = libm::round(settings.duration / settings.step).max(1.0) as usize;
         // A duration that is a multiple of the interval but for rounding has
         // no short last interval.
         let whole = (settings.duration / settings.record + 1e-9).floor();
@@ -34,12 +34,17 @@ impl Schedule {
         }
     }
 
-    /// The step after which a frame is recorded: the nearest to its time.
-    pub(super) fn step_of(&self, frame: usize) -> usize {
-        if frame + 1 >= self.frames {
-            return self.steps;
+    /// The step at whose end, or within which, a frame is recorded, and which share of that step has passed by then.
+    pub(super) fn moment(&self, frame: usize) -> (usize, f64) {
+        let place = frame as f64 * self.interval / self.step;
+        let nearest = libm::round(place);
+        if frame + 1 >= self.frames || place >= self.steps as f64 {
+            (self.steps, 1.0)
+        } else if (place - nearest).abs() < 1e-6 {
+            (nearest as usize, 1.0)
+        } else {
+            (libm::ceil(place) as usize, place - libm::floor(place))
         }
-        ((frame as f64 * self.interval / self.step).round() as usize).min(self.steps)
     }
 }
 
@@ -49,14 +54,16 @@ mod tests {
     use crate::simulate::Settings;
 
     #[test]
-    fn frames_fall_on_the_nearest_steps() {
+    fn frames_fall_on_steps_or_within_them() {
         let settings =
             Settings { step: 0.01, duration: 1.0, record: 0.3, ..crate::simulate::tests::settings() };
         let schedule = Schedule::new(&settings);
         assert_eq!(schedule.frames, 5);
-        let steps: Vec<_> = (0..5).map(|frame| schedule.step_of(frame)).collect();
-        assert_eq!(steps, [0, 30, 60, 90, 100]);
-        let even = Schedule::new(&Settings { record: 0.1, ..settings });
-        assert_eq!((even.frames, even.step_of(10)), (11, 100));
+        let moments: Vec<_> = (0..5).map(|frame| schedule.moment(frame)).collect();
+        assert_eq!(moments, [0, 30, 60, 90, 100].map(|step| (step, 1.0)));
+        let even = Schedule::new(&Settings { record: 0.1, ..settings.clone() });
+        assert_eq!((even.frames, even.moment(10)), (11, (100, 1.0)));
+        let quarters = Schedule::new(&Settings { record: 0.0025, ..settings });
+        assert_eq!([0, 1, 4].map(|frame| quarters.moment(frame)), [(0, 1.0), (1, 0.25), (1, 1.0)]);
     }
 }

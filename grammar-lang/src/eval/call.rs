@@ -64,7 +64,7 @@ impl Evaluation<'_> {
             F::Floor => order::floor(x),
             F::Ceil => order::ceil(x),
             F::Round => libm::round(x),
-            F::Fraction => x - libm::floor(x),
+            F::Fraction => order::fraction(x),
             F::Sqrt if x < 0.0 => return fail(expr, "a negative number has no square root"),
             F::Sqrt => x.sqrt(),
             F::Exp => libm::exp(x),

@@ -29,6 +29,15 @@ pub fn floor(x: f64) -> f64 {
     if is_same(x, nearest) { nearest } else { libm::floor(x) }
 }
 
+/// What is above the next whole number below: at least zero and less than one, and zero where only rounding lies
+/// between the number and a whole one.
+#[must_use]
+pub fn fraction(x: f64) -> f64 {
+    let part = x - floor(x);
+    // What lies below zero by less than a number near one can tell is zero, too.
+    if (0.0..1.0).contains(&part) || part.is_nan() { part } else { 0.0 }
+}
+
 /// The next whole number above; the nearest one, if only rounding is between.
 #[must_use]
 pub fn ceil(x: f64) -> f64 {
@@ -48,6 +57,7 @@ mod tests {
         assert!(is_same(7.0 * mm, 0.7 * cm) && !is_less(0.7 * cm, 7.0 * mm));
         assert_eq!((floor(0.7 * cm / mm), ceil(0.7 * cm / mm)), (7.0, 7.0));
         assert_eq!((floor(0.3 / 0.1), ceil(-0.3 / 0.1)), (3.0, -3.0));
+        assert_eq!((fraction(0.7 * cm / mm), fraction(-0.25), fraction(3.0)), (0.0, 0.75, 0.0));
         assert_eq!((floor(6.99), ceil(6.01), floor(-0.5), ceil(-0.5)), (6.0, 7.0, -1.0, 0.0));
         assert!(is_less(1.0, 1.0 + 1e-9) && is_less(0.0, f64::MIN_POSITIVE));
         assert!(!is_same(f64::INFINITY, 1.0) && is_same(f64::INFINITY, f64::INFINITY));

@@ -1,6 +1,6 @@
 //! Numbers over many moments at once: what drives a motion is asked for at each of them.
 
-use super::{Scope, Value};
+use super::{Scope, Value, order};
 use crate::ir::{Expr, ExprKind, Function, Operator, Word};
 
 /// A number at each of several moments.
@@ -44,7 +44,7 @@ fn over(expr: &Expr, scope: &dyn Scope, locals: &[Value], times: &[f64]) -> Opti
             let [argument] = arguments.as_slice() else { return None };
             let argument = over(argument, scope, locals, times)?;
             match function {
-                Function::Fraction => argument.map(|x| x - libm::floor(x)),
+                Function::Fraction => argument.map(order::fraction),
                 Function::Sin => argument.map(libm::sin),
                 Function::Cos => argument.map(libm::cos),
                 _ => return None,

@@ -93,6 +93,44 @@ pub struct Model {
     pub pace_limit: Option<f64>,
 }
 
+/// The longest step of hinges, s.
+const LONGEST_STEP: f64 = 1.0 / 60.0;
+/// A motion of fewer steps has no value that could be believed.
+const FEWEST_STEPS: f64 = 100.0;
+
+/// Why a step is too long for any value to come of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CoarseStep {
+    /// Hinges need shorter ones.
+    #[error("a step of hinges must be at most 1/60 s: longer ones have no truth in them")]
+    OfHinges,
+    /// It is longer than the time between two samples of the drive.
+    #[error("`step` must not be longer than `control`, the time between two samples of a curve")]
+    AboveControl,
+    /// The motion has too few of them.
+    #[error("a motion of fewer than 100 steps is too coarse to have a value")]
+    TooFew,
+}
+
+/// Whether a value can come of a step, with so much time between the samples of the drive and for a motion of this
+/// duration, all in s.
+///
+/// # Errors
+///
+/// [`CoarseStep`] if not.
+pub fn is_fine_enough(hinges: bool, step: f64, control: f64, duration: f64) -> Result<(), CoarseStep> {
+    let is_above = |most: f64| step > most * (1.0 + 1e-9);
+    if hinges && is_above(LONGEST_STEP) {
+        Err(CoarseStep::OfHinges)
+    } else if is_above(control) {
+        Err(CoarseStep::AboveControl)
+    } else if is_above(duration / FEWEST_STEPS) {
+        Err(CoarseStep::TooFew)
+    } else {
+        Ok(())
+    }
+}
+
 fn hinges() -> Method {
     Method::Hinges
 }

@@ -54,7 +54,8 @@ pub struct Articulated;
 
 impl Model for Articulated {
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
-        Ok(Box::new(Widths::new(widths::widths(Lowered::new(assembly, settings)?, settings))))
+        let settings = settings.in_whole_steps();
+        Ok(Box::new(Widths::new(widths::widths(Lowered::new(assembly, &settings)?, &settings))))
     }
 }
 

@@ -38,7 +38,7 @@ pub struct Balls;
 
 impl Model for Balls {
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
-        widths::alone(assembly, settings, |body, settings, world| {
+        widths::alone(assembly, &settings.in_whole_steps(), |body, settings, world| {
             let lattice = Lattice::new(body, settings)?.sloping(world, settings);
             stable::check(&lattice, settings)?;
             let unfit = || Unfit { reason: "this processor has no room for so many balls".to_owned() };

@@ -21,10 +21,11 @@ pub fn drive(
     targets: &Targets,
     names: &[String],
 ) -> Result<String, Unfit> {
-    let lowered = Lowered::new(assembly, settings)?;
+    let settings = settings.in_whole_steps();
+    let lowered = Lowered::new(assembly, &settings)?;
     let hinges = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref());
     let mut servos: Vec<Servo> = hinges.map(Servo::new).collect();
-    let Schedule { step, steps, .. } = Schedule::new(settings);
+    let Schedule { step, steps, .. } = Schedule::new(&settings);
     let mut out = "time".to_owned();
     for hinge in hinge_names(&lowered, names) {
         out.push(',');

@@ -38,7 +38,8 @@ pub fn mjcf(
     title: &str,
     names: &[String],
 ) -> Result<String, Unfit> {
-    let lowered = Lowered::new(assembly, settings)?;
+    let settings = settings.in_whole_steps();
+    let lowered = Lowered::new(assembly, &settings)?;
     let names = hinge_names(&lowered, names);
     let mut xml = Xml::default();
     xml.open("mujoco", &[("model", title.to_owned())]);
@@ -78,7 +79,7 @@ pub fn mjcf(
     xml.leaf("geom", &[&ground[..], &collides("1")].concat());
     bodies(&mut xml, &lowered, &names);
     xml.close();
-    contacts(&mut xml, &lowered, settings);
+    contacts(&mut xml, &lowered, &settings);
     xml.open("actuator", &[]);
     let hinges = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref());
     for (name, hinge) in names.iter().zip(hinges) {

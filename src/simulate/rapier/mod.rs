@@ -39,7 +39,7 @@ impl Rapier {
 impl Model for Rapier {
     fn prepare(&self, assembly: &Assembly, settings: &Settings) -> Result<Box<dyn Simulation>, Unfit> {
         let substep = self.substep;
-        widths::alone(assembly, settings, move |body, settings, world| {
+        widths::alone(assembly, &settings.in_whole_steps(), move |body, settings, world| {
             if !body.springs.is_empty() {
                 let lattice = Lattice::new(body, settings)?.sloping(world, settings);
                 let springs = Springs::new(&lattice, settings, substep);

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::bodies::{Builder, cube, element, fork, gait, hinge, idle, m2, m4, m8, millipede};
+use super::lattices::{bend, cells, lattice};
 use super::{HINGED, settings};
 use crate::design::assembly::{Assembly, Hinge, JointKind, Shape};
 use crate::simulate::{Invalid, Motion, Settings, Stop, Targets, model};
@@ -373,5 +374,35 @@ fn nonsense_is_refused_with_advice() {
     ];
     for (reason, part) in cases {
         assert!(reason.contains(part), "{reason:?} does not say {part:?}");
+    }
+}
+
+/// An actuator that goes at a steady pace is as far at each frame as the frame's time says, also where neither the
+/// duration nor the frames are multiples of the step.
+#[test]
+fn frames_and_the_end_are_when_they_say() {
+    let arm = crane(1, 0.05, 0.02, 0.3);
+    let row = cells([0, 0, 0], [3, 1, 1]);
+    let mut swelling = lattice(&row);
+    bend(&mut swelling, &row, |_| 1.0);
+    let pace = 0.1;
+    let drive = Targets { interval: 2.0, actuators: 1, angles: vec![0.0, 2.0 * pace] };
+    for (name, body, step) in
+        [("articulated", &arm, 0.007), ("rapier", &arm, 0.007), ("balls", &swelling, 0.0009)]
+    {
+        for (duration, record) in [(0.777, 0.013), (1.0, 0.0101), (0.9, 0.003)] {
+            let settings = Settings { step, duration, record, gravity: 0.0, ..settings() };
+            let motion = run(name, body, &settings, &drive);
+            assert!((motion.time(motion.frames() - 1) - duration).abs() < 1e-12);
+            // What it lags behind by is the same in all frames once it is on its way.
+            for frame in motion.frames() / 2..motion.frames() {
+                let due = pace * (motion.time(frame) - motion.time(frame - 1));
+                let way = motion.bends[frame] - motion.bends[frame - 1];
+                assert!(
+                    (way / due - 1.0).abs() < 0.02,
+                    "{name}, frame {frame}: {way} for {due} of {record} s"
+                );
+            }
+        }
     }
 }

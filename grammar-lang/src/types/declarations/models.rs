@@ -4,7 +4,7 @@ use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Value;
-use crate::ir::{self, Ty};
+use crate::ir::{self, CoarseStep, Ty};
 use crate::syntax::ast::Block;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
@@ -27,11 +27,6 @@ const MODEL: Fields<'static> = Fields {
     ],
     blocks: &["filling"],
 };
-
-/// The longest step of hinges, s.
-const LONGEST_STEP: f64 = 1.0 / 60.0;
-/// A motion of fewer steps has no value that could be believed.
-const FEWEST_STEPS: f64 = 100.0;
 
 impl Declarations<'_> {
     /// How a model works; with hinges if it does not say.
@@ -70,21 +65,21 @@ impl Declarations<'_> {
         balls: bool,
     ) -> Option<()> {
         let (Some(step), Some((_, tree))) = (step, from.values.get("step")) else { return Some(()) };
-        let steps = duration.map_or(f64::INFINITY, |duration| duration / step);
-        let is_above = |most: f64| step > most * (1.0 + 1e-9);
-        let (what, label, help) = if !balls && is_above(LONGEST_STEP) {
-            let what = "a step of hinges must be at most 1/60 s: longer ones have no truth in them";
-            (what, "too long".to_owned(), "write for example `step = 1 s / 240`")
-        } else if control.is_some_and(is_above) {
-            let what = "`step` must not be longer than `control`, the time between two samples of a curve";
-            let label = format!("longer than {} s", control.unwrap_or_default());
-            (what, label, "write for example `step = 1 s / 240` and `control = 1 s / 60`")
-        } else if steps * (1.0 + 1e-9) < FEWEST_STEPS {
-            let what = "a motion of fewer than 100 steps is too coarse to have a value";
-            (what, format!("{steps:.0} steps"), "write a shorter `step`, or simulate for a longer time")
-        } else {
-            return Some(());
+        // What is missing, or wrong by itself, is told elsewhere.
+        let [control, duration] = [control, duration].map(|time| time.unwrap_or(f64::INFINITY));
+        let Err(coarse) = ir::is_fine_enough(!balls, step, control, duration) else { return Some(()) };
+        let (label, help) = match coarse {
+            CoarseStep::OfHinges => ("too long".to_owned(), "write for example `step = 1 s / 240`"),
+            CoarseStep::AboveControl => (
+                format!("longer than {control} s"),
+                "write for example `step = 1 s / 240` and `control = 1 s / 60`",
+            ),
+            CoarseStep::TooFew => (
+                format!("{:.0} steps", duration / step),
+                "write a shorter `step`, or simulate for a longer time",
+            ),
         };
+        let what = coarse.to_string();
         self.report(Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, what).label(label).help(help));
         None
     }
