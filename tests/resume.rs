@@ -181,6 +181,25 @@ fn a_population_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
     assert!(further.count() > 2, "{moves}");
 }
 
+#[test]
+fn a_population_that_begins_anew_is_resumed_to_the_same_bits() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = grammar_in_worlds(folder.path(), "recommended");
+    let text = std::fs::read_to_string(&grammar).unwrap();
+    let own = "search own {
+  keep = 80 %
+  bodies population {
+    iterations = 100  moves = 3  stop = false  size = 3  tournament = 2  further = 30 %  restart = idle >= 2
+  }
+  curves cma_es { iterations = 1  moves = 4  stop = false  warm = true  spread = 15 % }
+}
+search own";
+    let text = text.replace("use std.search     { recommended }\n", "").replace("search   recommended", own);
+    assert!(text.contains(own), "{text}");
+    std::fs::write(&grammar, text).unwrap();
+    kill_and_resume(folder.path(), &grammar);
+}
+
 /// Kills runs at any time, resumes them with any number of threads, and compares what they leave.
 fn kill_and_resume(folder: &Path, grammar: &Path) {
     let usual = if is_long() { 100 } else { 5 };

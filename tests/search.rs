@@ -482,6 +482,26 @@ fn the_best_bodies_are_kept_and_tuned_further() {
     }
 }
 
+/// `iteration`, `best`, `gain` and `idle` count anew with the population; the best of the run is kept.
+#[test]
+fn a_population_begins_anew_with_the_initial_design() {
+    let anew = POPULATION.replace("further = 40 %", "further = 40 %  restart = iteration == 3");
+    let rules = with_search(&format!(
+        "{anew} curves cma_es {{ iterations = 1  moves = 4  stop = false  warm = true  spread = 15 % }}"
+    ));
+    let (_, log) = is_repeatable(&rules);
+    let rows: Vec<&String> = log.iter().filter(|row| row.starts_with("Row")).collect();
+    assert!(rows.len() > 20, "{log:#?}");
+    for (number, row) in rows.iter().enumerate().skip(2) {
+        let is_first = number % 9 == 1;
+        assert!(!is_first || row.contains("parent: Some(0)"), "nothing else is there: {row}");
+        assert!(number % 9 > 6 || !is_first || row.contains("tuned: 0"), "{row}");
+    }
+    let best = |row: &str| row.split(" best: Some(").nth(1)?.split(')').next()?.parse::<f64>().ok();
+    let bests: Vec<f64> = rows.iter().filter_map(|row| best(row)).collect();
+    assert!(bests.windows(2).all(|pair| pair[0] <= pair[1]), "{bests:?}");
+}
+
 #[test]
 fn annealed_curves_of_a_population_go_on_too() {
     let rules = with_search(&format!(

@@ -5,6 +5,7 @@
 //! `... fails E0302` shows must raise that code and is not kept.
 
 use std::collections::BTreeMap;
+use std::process::Command;
 
 use grammar_lang::source::SourceMap;
 use sgc::derive::{check_start, run_example};
@@ -63,6 +64,10 @@ fn pieces(text: &str) -> Vec<Piece> {
         } else if let Some((_, open)) = out.last_mut() {
             *open += &line;
         }
+    }
+    // People leave a line before what they put in next.
+    if let Some((_, last)) = out.last_mut() {
+        last.push('\n');
     }
     out
 }
@@ -128,4 +133,63 @@ fn every_step_of_the_tutorial_compiles() {
     for file in files.keys() {
         assert!(codes(&files, file).is_empty(), "{file} at the end");
     }
+}
+
+/// A command that the page shows, and the lines that it shows as its answer.
+struct Shown {
+    line: usize,
+    command: String,
+    answer: Vec<String>,
+}
+
+/// What the page shows: `    $ sgc ...`, and below it the answer.
+fn shown(page: &str) -> Vec<Shown> {
+    let mut out: Vec<Shown> = Vec::new();
+    let mut is_open = false;
+    for (i, line) in page.lines().enumerate() {
+        let inside = line.strip_prefix("    ");
+        if let Some(command) = inside.and_then(|line| line.strip_prefix("$ sgc ")) {
+            out.push(Shown { line: i + 1, command: command.to_owned(), answer: Vec::new() });
+            is_open = true;
+        } else if let (true, Some(answer), Some(last)) = (is_open, inside, out.last_mut()) {
+            last.answer.push(answer.to_owned());
+        } else {
+            is_open = false;
+        }
+    }
+    out
+}
+
+/// The commands that simulate nothing are made where the page shows them, with the files as they are by then.
+#[test]
+fn the_program_answers_what_the_tutorial_shows() {
+    let page = read("docs/tutorial.md");
+    let (mut blocks, mut made) = (blocks(&page).into_iter().peekable(), 0);
+    let mut files: BTreeMap<String, Vec<Piece>> = BTreeMap::new();
+    for Shown { line, command, answer } in shown(&page) {
+        let mut now = files.clone();
+        while let Some(block) = blocks.next_if(|block| block.line < line) {
+            now = files.clone();
+            put(now.entry(block.file.clone()).or_default(), &block);
+            if block.fails.is_none() {
+                files.clone_from(&now);
+            }
+        }
+        if !["check", "derive", "test"].iter().any(|known| command.starts_with(known)) {
+            continue;
+        }
+        let folder = tempfile::tempdir().unwrap();
+        for (name, pieces) in &now {
+            let text: String = pieces.iter().map(|(_, text)| text.as_str()).collect();
+            std::fs::write(folder.path().join(name), text).unwrap();
+        }
+        // As on a terminal, both streams in one.
+        let both = format!("{} {command} 2>&1", env!("CARGO_BIN_EXE_sgc"));
+        let output = Command::new("sh").args(["-c", &both]).current_dir(&folder).output().unwrap();
+        let found = String::from_utf8(output.stdout).unwrap();
+        let lines: Vec<&str> = found.lines().map(str::trim_end).collect();
+        assert_eq!(lines, answer, "docs/tutorial.md:{line}: sgc {command}\n{found}");
+        made += 1;
+    }
+    assert!(made >= 6, "only {made} commands");
 }

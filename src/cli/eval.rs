@@ -206,6 +206,11 @@ impl Eval {
             replay::score_of(rules, design, task, &text).map_err(|e| design::fault(motion, &e))?;
         let unit = design.task(task).map_or("", |saved| saved.unit.as_str());
         output::data(&format!("value {}\n", describe::quantity(score.value, unit)))?;
+        if design.task(task).is_ok_and(|saved| saved.nominal.is_some()) {
+            output::note(
+                "this is one motion, and counts as that of the nominal world; the design's own value is over all of its worlds",
+            );
+        }
         for (name, value) in rules.observed.iter().zip(&observed) {
             output::data(&summary::observed(rules, name, value.as_ref()))?;
         }

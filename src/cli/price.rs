@@ -40,33 +40,43 @@ pub(super) fn told(
     let candidate = Candidate::new(rules, Arc::new(derivation));
     let task = rules.first_task()?;
     let drive = Drive::new(&candidate, task).ok()?;
-    let targets = drive.targets(&drive.draw(&mut random)).ok()?;
     let mut settings = settings(&task.model);
     let whole = settings.duration;
     settings.duration = whole.min(SHARE);
     settings.pace_limit = None;
     let mut simulation = model.prepare(&candidate.body.assembly, &settings).ok()?;
+    // As many gaits as the search has side by side at best: two of them never cost twice as much as one.
+    let lanes = simulation.lanes();
+    let targets: Result<Vec<_>, _> = (0..lanes).map(|_| drive.targets(&drive.draw(&mut random))).collect();
     let begun = Instant::now();
-    let done = simulation.run_until(Stop::new(flag, Some(begun + LONGEST)), &[targets]).is_some();
+    let done = simulation.run_until(Stop::new(flag, Some(begun + LONGEST)), &targets.ok()?).is_some();
     let tasks = rules.tasks.len() as f64;
-    let one = begun.elapsed().mul_f64(tasks * whole / settings.duration);
+    let one = begun.elapsed().mul_f64(tasks * whole / settings.duration / lanes as f64);
     let elements = candidate.body.assembly.elements.len();
     let more = if done { "about" } else { "more than" };
     let all = evaluations.map_or(String::new(), |all| {
         let seconds = one.as_secs_f64() * all as f64;
-        format!("; {all} one after the other {}", span(Duration::from_secs_f64(seconds.min(1e9))))
+        format!("; {all} take {} on one thread", span(Duration::from_secs_f64(seconds.min(1e9))))
     });
     // Each frame of each body is seven numbers.
     let bytes = whole / settings.record * elements as f64 * 56.0;
     let memory =
         if bytes > MUCH { format!("; its motion fills {:.1} GB", bytes / 1e9) } else { String::new() };
+    let beside = if lanes > 1 { format!(", {lanes} side by side") } else { String::new() };
     Some(format!(
-        "a body of {elements} elements, tried out: an evaluation takes {more} {} alone{all}; several go on side by side{memory}",
+        "a body of {elements} elements, tried out: an evaluation takes {more} {}{beside}{all}{memory}",
         short(one)
     ))
 }
 
 /// A time with its unit: milliseconds, or as [`span`] has it.
 fn short(time: Duration) -> String {
-    if time < Duration::from_secs(1) { format!("{} ms", time.as_millis().max(1)) } else { span(time) }
+    let ms = time.as_secs_f64() * 1e3;
+    if ms < 10.0 {
+        format!("{:.1} ms", ms.max(0.1))
+    } else if ms < 1000.0 {
+        format!("{ms:.0} ms")
+    } else {
+        span(time)
+    }
 }

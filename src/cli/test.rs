@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, render};
 
 use super::output::{self, Fault};
@@ -58,7 +59,12 @@ impl Test {
             Some(variant) => vec![variant.clone()],
             None => {
                 let text = load::read(file)?;
-                load::check(&Files, &text.name, &text.text, &self.params, None).offers
+                let checked = load::check(&Files, &text.name, &text.text, &self.params, None);
+                if !checked.is_grammar && !checked.diagnostics.iter().any(Diagnostic::is_error) {
+                    output::note(&format!("{}: a module, which has no examples of its own", file.display()));
+                    return Ok(());
+                }
+                checked.offers
             }
         };
         let named = offers.len() > 1 || self.variant.is_some();

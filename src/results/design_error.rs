@@ -70,6 +70,12 @@ pub enum DesignError {
     /// A motion of another program cannot be read.
     #[error(transparent)]
     OtherMotion(#[from] NotMotion),
+    /// The objective asks for what such a motion does not tell.
+    #[error(
+        "the objective reads what a table of poses does not tell, such as `energy` or `work`: only sgc's own solvers \
+         know that"
+    )]
+    NotInMotion,
     /// Somebody asked to stop.
     #[error("stopped before {0}")]
     Stopped(&'static str),

@@ -70,7 +70,7 @@ pub fn scene(
         .iter()
         .map(|check| Check {
             name: check.name.clone(),
-            text: robustness::outcome(saved, check),
+            text: robustness::outcome(rules, design, saved, check),
             ok: robustness::confirmed(rules, saved, check),
         })
         .collect();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::eval::EvalError;
+use grammar_lang::eval::{EvalError, UNKNOWN_HERE};
 use grammar_lang::ir::{self, CoarseStep, Expr, RuleSet, Task, is_fine_enough};
 use indexmap::IndexMap;
 
@@ -372,7 +372,11 @@ pub fn score_of(
     let motion = simulate::export::read_motion(motion, &candidate.body.assembly, &driven.settings)?;
     let recording = driven.recording(&motion, None);
     let is_first = rules.is_first(driven.drive.task());
-    Ok((score(recording)?, if is_first { score::observe(recording) } else { Vec::new() }))
+    let scored = score(recording).map_err(|error| match error.reason == UNKNOWN_HERE {
+        true => DesignError::NotInMotion,
+        false => error.into(),
+    });
+    Ok((scored?, if is_first { score::observe(recording) } else { Vec::new() }))
 }
 
 fn task_of<'r>(rules: &'r RuleSet, saved: &SavedTask) -> Result<&'r Task, DesignError> {

@@ -175,12 +175,15 @@ pub fn confirmed(rules: &RuleSet, saved: &SavedTask, check: &Check) -> bool {
     verdict(rules, saved, check) == Verdict::Confirmed
 }
 
-/// What a cross-check came to, in words.
+/// What a cross-check came to, in words: a value as the design's own is, less what its broken preferences take away.
 #[must_use]
-pub fn outcome(saved: &SavedTask, check: &Check) -> String {
+pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: &Check) -> String {
+    let direction = rules.tasks.get(&saved.name).map_or(rules.objective.direction, |t| t.objective.direction);
     match (check.value, check.measured) {
         (None, _) => "not a valid motion".to_owned(),
-        (Some(value), Measured::Value) => describe::quantity(value, &saved.unit),
+        (Some(value), Measured::Value) => {
+            describe::quantity(design.less_penalties(direction, value), &saved.unit)
+        }
         (Some(drift), Measured::Drift) if drift <= STAYS => "it gets nowhere, as it should".to_owned(),
         (Some(drift), Measured::Drift) => {
             format!("its centre of mass goes {} astray", describe::quantity(100.0 * drift, "cm"))

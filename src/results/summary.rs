@@ -101,8 +101,11 @@ pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
         for (name, value) in &saved.terms {
             out.push_str(&format!("  {name} {}\n", describe::term(rules, &saved.unit, name, *value)));
         }
+        if saved.nominal.is_some() && !saved.checks.is_empty() {
+            out.push_str("  checked in the nominal world:\n");
+        }
         for check in &saved.checks {
-            let text = outcome(saved, check);
+            let text = outcome(rules, design, saved, check);
             let remark = verdict(rules, saved, check).remark();
             out.push_str(&format!("  with {}: {text}{remark}\n", check.name));
         }

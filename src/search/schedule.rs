@@ -1,7 +1,7 @@
 //! What the expressions of a schedule can read, and their values.
 
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
-use grammar_lang::ir::{Annealing, CmaEs, Direction, Expr, RuleSet, Schedule, SearchWord, Word};
+use grammar_lang::ir::{Annealing, Direction, Expr, RuleSet, Schedule, SearchWord, Word};
 
 use serde::{Deserialize, Serialize};
 
@@ -202,9 +202,9 @@ impl Plan<'_> {
         annealing.exchange.as_ref().map_or(Ok(false), |exchange| self.is_true(exchange))
     }
 
-    /// Whether a distribution is to begin anew elsewhere.
-    pub(super) fn restarts(&self, cma_es: &CmaEs) -> Result<bool, EvalError> {
-        cma_es.restart.as_ref().map_or(Ok(false), |restart| self.is_true(restart))
+    /// Whether to begin anew, by what the method says of it.
+    pub(super) fn restarts(&self, restart: Option<&Expr>) -> Result<bool, EvalError> {
+        restart.map_or(Ok(false), |restart| self.is_true(restart))
     }
 }
 

@@ -21,7 +21,7 @@ pub struct State<D = Arc<Derivation>> {
     pub(super) spent: u64,
     /// Moves made.
     pub(super) moves: usize,
-    /// Bodies tuned.
+    /// Bodies tuned, each counted once.
     pub(super) bodies: usize,
     /// Moves in a row that could do nothing.
     pub(super) idle_moves: usize,
@@ -49,8 +49,17 @@ pub(super) enum Designs<D> {
     Chains(BodyChains<D>),
     /// The best of each kind, by cell, in the order of cells.
     Archive(Vec<(Vec<usize>, Best<D>)>),
-    /// The best of all, as they came in.
-    Population(Vec<Member<D>>),
+    /// The best since the search began, or began anew.
+    Population(Members<D>),
+}
+
+/// What a population keeps.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Members<D> {
+    /// The designs, as they came in.
+    pub(super) kept: Vec<Member<D>>,
+    /// The course of their best.
+    pub(super) course: Course,
 }
 
 /// A design that a population keeps.
@@ -397,7 +406,7 @@ impl<D> State<D> {
     /// The best of all; none where something else searches.
     pub(super) fn population(&self) -> &[Member<D>] {
         match &self.designs {
-            Some(Designs::Population(members)) => members,
+            Some(Designs::Population(members)) => &members.kept,
             Some(Designs::Chains(_) | Designs::Archive(_)) | None => &[],
         }
     }
@@ -464,10 +473,10 @@ impl<D> Designs<D> {
                 let archive: Result<Vec<_>, E> = archive.into_iter().map(map).collect();
                 Designs::Archive(archive?)
             }
-            Self::Population(members) => {
+            Self::Population(Members { kept, course }) => {
                 let map = |Member { best, tuned }| Ok(Member { best: best.map(change)?, tuned });
-                let members: Result<Vec<_>, E> = members.into_iter().map(map).collect();
-                Designs::Population(members?)
+                let kept: Result<Vec<_>, E> = kept.into_iter().map(map).collect();
+                Designs::Population(Members { kept: kept?, course })
             }
         })
     }

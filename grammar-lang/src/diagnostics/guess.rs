@@ -72,7 +72,8 @@ pub fn sure<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Op
 }
 
 /// Whether two words differ as typing goes wrong, and hardly as words are told apart on purpose: by capitals, by two
-/// neighbouring letters that changed places, or by a letter that is missing or too much inside of the word, or doubled.
+/// neighbouring letters that changed places, by a letter that is missing or too much inside of the word, or doubled, or
+/// by `-ise` and `-ize`.
 fn is_slip(word: &str, found: &str) -> bool {
     let letters = |text: &str| text.to_lowercase().chars().collect::<Vec<char>>();
     let (a, b) = (letters(word), letters(found));
@@ -83,6 +84,8 @@ fn is_slip(word: &str, found: &str) -> bool {
     match rest {
         ([], []) => true,
         ([first, second], [other, last]) => first == last && second == other,
+        // British and American: `maximise`, `maximize`.
+        (['s'], ['z']) | (['z'], ['s']) => begin > 0 && longer[begin - 1] == 'i' && end > 0,
         ([letter], []) => {
             let inside = begin > 0 && end > 0;
             let doubled = begin.checked_sub(1).is_some_and(|before| longer[before] == *letter);
@@ -127,6 +130,8 @@ mod tests {
         assert_eq!(sure("Cube", ["cube", "ball"]), Some("cube"));
         assert_eq!(nearest("cubs", ["cube", "cubo"]), Some("cube"));
         assert_eq!(sure("cubs", ["cube", "cubo"]), None, "two are as near");
+        assert_eq!(sure("maximise", ["maximize", "minimize"]), Some("maximize"));
+        assert_eq!(sure("buss", ["buzz"]), None, "neither British nor American");
         assert_eq!(sure("leg_2", ["leg_1"]), None, "another number is no slip");
         assert_eq!(sure("leg_l", ["leg_r"]), None, "another initial is no slip");
         assert_eq!(sure("leg_lenght", ["leg_length"]), Some("leg_length"));

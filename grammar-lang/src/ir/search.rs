@@ -150,6 +150,9 @@ pub struct Population {
     pub tournament: usize,
     /// The share of moves that tune curves further.
     pub further: f64,
+    /// Whether to begin anew with the initial design, asked after each iteration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restart: Option<Expr>,
 }
 
 /// A quantity that tells kinds of designs apart.
@@ -280,6 +283,7 @@ impl<'a> SearchMethod<'a> {
                 ("size", Some(population.size.to_string())),
                 ("tournament", Some(population.tournament.to_string())),
                 ("further", Some(population.further.to_string())),
+                ("restart", population.restart.as_ref().map(show)),
             ],
             Self::Archive(_) => Vec::new(),
         };
@@ -291,7 +295,8 @@ impl<'a> SearchMethod<'a> {
         let own = match self {
             Self::Annealing(annealing) => [Some(&annealing.temperature), annealing.exchange.as_deref()],
             Self::CmaEs(cma_es) => [cma_es.restart.as_ref(), None],
-            Self::Archive(_) | Self::Population(_) => [None, None],
+            Self::Population(population) => [population.restart.as_ref(), None],
+            Self::Archive(_) => [None, None],
         };
         own.into_iter().flatten()
     }

@@ -11,7 +11,7 @@ use crate::ir::{self, RuleSet};
 use crate::names::{Declaration, LoadedModule, declared};
 use crate::source::Span;
 use crate::syntax::ast::{Item, ItemKind, Name};
-use crate::syntax::declarations::Counts;
+use crate::syntax::declarations::{BlockKind, Counts};
 
 /// What rules and their neighbours come to.
 struct Derived {
@@ -205,11 +205,17 @@ impl<'a> Assembly<'a> {
     /// Reports what a grammar lacks.
     fn complete(&mut self, singles: &Singles<'_>, span: Span) -> bool {
         let tasks = !singles.tasks.is_empty();
+        // One that the same file declares is meant.
+        let own = self.environment.known().find_map(|(_, item)| match &item.kind {
+            ItemKind::Block(BlockKind::Search, block) if block.name.span.file == span.file => Some(block),
+            _ => None,
+        });
+        let search = format!("search {}", own.map_or("nested_annealing", |block| block.name.text.as_str()));
         let wanted = [
             ("begin", "begin { place core : cube }"),
             ("simulate", "simulate hinge_model for 20 s"),
             ("maximize", "maximize travel in cm"),
-            ("search", "search nested_annealing"),
+            ("search", search.as_str()),
         ];
         let cells = self
             .declarations

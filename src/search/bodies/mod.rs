@@ -18,7 +18,7 @@ use super::curves::{Pace, Streams};
 use super::evaluator::Engine;
 use super::gains::Gains;
 use super::schedule::{Course, Iteration, Plan, Stand};
-use super::state::{Best, Body, Designs, Origin, Place, State, Trial, Tune, Tuned, Tuning};
+use super::state::{Best, Body, Designs, Members, Origin, Place, State, Trial, Tune, Tuned, Tuning};
 use super::tally::Tally;
 use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES, Unkept};
 use crate::derive::random::Stream;
@@ -265,7 +265,7 @@ pub fn go_on(
     let archive = search.state.archive().to_vec();
     let State { spent, moves, bodies, tally, best, trial, .. } = search.state;
     // The one that was being tuned, if the search was stopped.
-    let bodies = bodies + usize::from(trial.is_some());
+    let bodies = bodies + usize::from(trial.is_some_and(|trial| trial.further.is_none()));
     let best = search.unfinished.or(best);
     Ok(Outcome { best, archive, evaluations: spent, moves, bodies, tally, end })
 }
@@ -344,7 +344,10 @@ impl Bodies<'_> {
         match self.rules.search.bodies.as_ref().map(|bodies| &bodies.method) {
             Some(BodyMethod::Annealing(annealing)) => self.begin_chains(annealing),
             Some(BodyMethod::Archive(_)) => self.state.designs = Some(Designs::Archive(Vec::new())),
-            Some(BodyMethod::Population(_)) => self.state.designs = Some(Designs::Population(Vec::new())),
+            Some(BodyMethod::Population(_)) => {
+                let none = Members::none(self.rules.objective.direction);
+                self.state.designs = Some(Designs::Population(none));
+            }
             None => {}
         }
     }
@@ -376,6 +379,7 @@ impl Bodies<'_> {
         if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
             self.state.iteration = None;
             self.state.course.complete(self.state.best.as_ref().map(|b| b.value));
+            self.complete_members(schedule)?;
             let is_over = self.plain_plan(schedule).stops()?;
             return Ok(if is_over { Begun::End(End::Stopped) } else { Begun::Iteration });
         }
@@ -589,7 +593,7 @@ impl Bodies<'_> {
         let Trial { derivation, origin, drawn, further, .. } = trial;
         let value = found.as_ref().map(|(_, value)| *value);
         let first = self.state.moves == 0;
-        self.state.bodies += 1;
+        self.state.bodies += usize::from(further.is_none());
         self.state.tally.add(&tally);
         let tunes = found.as_ref().map_or_else(Vec::new, |(tunes, _)| tunes.clone());
         let observed = tunes.first().map_or_else(Vec::new, |tune| tune.observed.clone());

@@ -3,9 +3,11 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::Population;
+use grammar_lang::ir::{Direction, Population, Schedule};
 
-use super::super::state::{Best, Designs, Member, Place, Tuned};
+use super::super::Failure;
+use super::super::schedule::{Course, Plan, Stand};
+use super::super::state::{Best, Designs, Member, Members, Place, Tuned};
 use super::Bodies;
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation};
@@ -18,7 +20,33 @@ pub(super) struct Parent {
     pub(super) further: Option<Tuned>,
 }
 
+impl Members<Arc<Derivation>> {
+    /// None yet.
+    pub(super) fn none(direction: Direction) -> Self {
+        Self { kept: Vec::new(), course: Course::new(direction, None) }
+    }
+}
+
 impl Bodies<'_> {
+    /// Notes the end of an iteration, and begins anew with the initial design if the search says so. The best of the run
+    /// is kept, of course.
+    pub(super) fn complete_members(&mut self, schedule: &Schedule) -> Result<(), Failure> {
+        let (rules, direction) = (self.rules, self.rules.objective.direction);
+        let Some(population) = rules.search.population() else { return Ok(()) };
+        let first = Arc::clone(&self.state.first.derivation);
+        let Some(Designs::Population(members)) = &mut self.state.designs else { return Ok(()) };
+        let fitness = |member: &Member<_>| direction.fitness(member.best.value);
+        let best = members.kept.iter().max_by(|a, b| fitness(a).total_cmp(&fitness(b)));
+        members.course.complete(best.map(|member| member.best.value));
+        let (course, stand) = (&members.course, Stand::Bodies);
+        let plan = Plan { rules, derivation: &first, schedule, course, stand, tuned: 0 };
+        if plan.restarts(population.restart.as_ref())? {
+            *members = Members::none(direction);
+            self.state.idle_moves = 0;
+        }
+        Ok(())
+    }
+
     /// One of the designs that are kept: the best of as many as the tournament has, each drawn with the same chance.
     pub(super) fn winner(&self, population: &Population, random: &mut Stream) -> Option<Parent> {
         let members = self.state.population();
@@ -76,7 +104,9 @@ impl Bodies<'_> {
         let (rules, direction) = (self.rules, self.rules.objective.direction);
         let (Some(population), Some(value)) = (rules.search.population(), place.value) else { return false };
         let least = self.least_kept(population);
-        let Some(Designs::Population(members)) = &mut self.state.designs else { return false };
+        let Some(Designs::Population(Members { kept: members, .. })) = &mut self.state.designs else {
+            return false;
+        };
         let Place { number, derivation, tunes, .. } = place;
         let hash = |derivation: &Derivation| derivation.design.canonical_hash(rules);
         let own = hash(&derivation);

@@ -89,7 +89,7 @@ impl Tuner<'_> {
         if is_over {
             return Ok(Pace::Done);
         }
-        if !is_sound || self.plan_of(schedule, state).restarts(cma_es)? {
+        if !is_sound || self.plan_of(schedule, state).restarts(cma_es.restart.as_ref())? {
             self.restart(cma_es, state);
         }
         Ok(Pace::More)

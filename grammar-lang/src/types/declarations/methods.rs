@@ -36,7 +36,7 @@ pub(super) const METHODS: &[Known] = &[
     Known {
         name: "population",
         loops: &[Loop::Bodies],
-        fields: &["size", "tournament", "further"],
+        fields: &["size", "tournament", "further", "restart"],
         blocks: &[],
     },
     Known { name: "cma_es", loops: &[Loop::Curves], fields: &["spread", "restart"], blocks: &[] },
@@ -95,11 +95,14 @@ impl Declarations<'_> {
     fn cma_es(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::CmaEs> {
         let cx = Context::new(Stage::Declaration, damaged);
         let spread = self.number(from, "spread", Dimension::NUMBER, Sign::Positive, "30 %", &cx);
-        let restart = from
-            .values
-            .contains_key("restart")
-            .then(|| self.scheduled(from, "restart", &Ty::Bool, "spread < 1 %", damaged));
-        Some(ir::CmaEs { spread: spread?, restart: whole(restart)? })
+        let restart = self.restart(from, "spread < 1 %", damaged);
+        Some(ir::CmaEs { spread: spread?, restart: restart? })
+    }
+
+    /// When a method begins anew, if it says so.
+    fn restart(&mut self, from: &Values<'_>, example: &str, damaged: bool) -> Option<Option<Expr>> {
+        let given = from.values.contains_key("restart");
+        whole(given.then(|| self.scheduled(from, "restart", &Ty::Bool, example, damaged)))
     }
 
     fn population(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Population> {
@@ -121,7 +124,8 @@ impl Declarations<'_> {
             );
             return None;
         }
-        Some(ir::Population { size: size?, tournament: tournament?, further: further? })
+        let restart = self.restart(from, "idle >= 50", damaged);
+        Some(ir::Population { size: size?, tournament: tournament?, further: further?, restart: restart? })
     }
 
     fn archive(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Archive> {

@@ -174,18 +174,19 @@ impl Declarations<'_> {
         };
         let all = [which.shared().as_slice(), method.fields].concat();
         let allowed = Fields { all: &all, blocks: method.blocks };
-        let elsewhere = |name: &str| METHODS.iter().find(|other| other.fields.contains(&name));
+        let elsewhere = |name: &str| {
+            let is_own = method.fields.contains(&name);
+            METHODS.iter().find(|other| !is_own && other.fields.contains(&name))
+        };
         for field in &block.fields {
             let (Field::Value(name, _) | Field::Group(Block { name, .. })) = field else { continue };
-            let Some(other) = elsewhere(&name.text).filter(|other| other.name != method.name) else {
+            let Some(other) = elsewhere(&name.text) else {
                 continue;
             };
             self.foreign(name, block, method, other);
         }
         let fields = block.fields.iter().filter(|field| match field {
-            Field::Value(name, _) | Field::Group(Block { name, .. }) => {
-                elsewhere(&name.text).is_none_or(|other| other.name == method.name)
-            }
+            Field::Value(name, _) | Field::Group(Block { name, .. }) => elsewhere(&name.text).is_none(),
             Field::Param(_) | Field::Port(_) => true,
         });
         let from = self.values_among(block, fields, what, allowed);

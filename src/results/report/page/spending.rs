@@ -102,9 +102,9 @@ fn said(all: &[Spending]) -> Vec<String> {
     let evaluations: u64 = all.iter().map(|one| one.evaluations).sum();
     if bodies > 0 {
         said.push(format!(
-            "{} took {} on average.",
+            "{} took {} evaluations on average.",
             counted(bodies, "body").replace("bodys", "bodies"),
-            counted(evaluations / bodies, "evaluation")
+            number(evaluations as f64 / bodies as f64)
         ));
     }
     if let Some(worst) = shares(all).map(|shares| shares[0]) {
