@@ -1,7 +1,7 @@
 //! The command line: wiring, exit codes, and what bad input gets.
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 use crate::support::{codesign, forged, root};
 
@@ -561,6 +561,54 @@ fn quick_run(folder: &Path) -> std::path::PathBuf {
     out
 }
 
+/// A signal at any moment leaves nothing behind, and files are there whole or not at all.
+#[cfg(unix)]
+#[test]
+fn a_command_that_is_interrupted_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let page = run.join("view.html");
+    assert_eq!(code(&sgc(&["view", &run.to_string_lossy()])), 0);
+    let whole = std::fs::read(&page).unwrap();
+    for number in 0..12 {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_sgc"))
+            .args(["view".as_ref(), run.as_os_str()])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(15 * number));
+        let kind = ["-INT", "-TERM"][number as usize % 2];
+        let _ = Command::new("kill").args([kind, &child.id().to_string()]).status();
+        let ended = child.wait().unwrap().code();
+        // Before the handler is set, the system ends it.
+        assert!([Some(0), Some(130), None].contains(&ended), "{ended:?}");
+        assert_eq!(std::fs::read(&page).unwrap(), whole);
+        let names = std::fs::read_dir(&run).unwrap().map(|entry| entry.unwrap().file_name());
+        let left: Vec<_> = names.filter(|name| name.to_string_lossy().starts_with('.')).collect();
+        assert!(left.is_empty(), "{left:?}");
+    }
+}
+
+/// Where a file may not become longer, that is an error of writing.
+#[cfg(unix)]
+#[test]
+fn a_file_that_may_not_grow_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let out = folder.path().join("model.xml");
+    let command = "ulimit -f 1; exec \"$0\" export \"$1\" --to motion --out \"$2\"";
+    let output = Command::new("sh")
+        .args(["-c", command, env!("CARGO_BIN_EXE_sgc")])
+        .args([run.as_os_str(), out.as_os_str()])
+        .output()
+        .unwrap();
+    assert_eq!(code(&output), 2, "{}", errors(&output));
+    assert!(errors(&output).contains("too large"), "{}", errors(&output));
+    let left = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+    assert!(left.filter(|name| name.to_string_lossy().starts_with('.')).count() == 0 && !out.exists());
+}
+
 #[test]
 fn what_others_wrote_is_not_replaced() {
     let folder = tempfile::tempdir().unwrap();
@@ -740,17 +788,26 @@ fn a_saved_design_is_what_it_says() {
     let term = |design: &mut serde_json::Value| design["tasks"][0]["terms"][0][1] = 0.25.into();
     let value = |design: &mut serde_json::Value| design["tasks"][0]["value"] = 99.5.into();
     let observed = |design: &mut serde_json::Value| design["observed"]["slid"] = 0.125.into();
+    let unit = |design: &mut serde_json::Value| design["unit"] = "m".into();
+    let cheap = |design: &mut serde_json::Value| design["penalties"] = serde_json::json!([["cheap", 2.0]]);
     for (edit, what) in [
         (&term as &dyn Fn(&mut serde_json::Value), "the saved term `travel`"),
         (&value, "the saved value of the task"),
         (&observed, "observed as `slid`"),
+        (&unit, "the saved unit"),
+        (&cheap, "preferences that are not fulfilled"),
     ] {
-        for command in ["eval", "view"] {
-            let (code, said) = said(&[command, &path], edit);
-            assert!(code == 1 && said.contains(what), "{command}: {code}, {said}");
+        for command in [&["eval", &path][..], &["view", &path], &["export", &path, "--to", "mjcf"]] {
+            let (code, said) = said(command, edit);
+            assert!(code == 1 && said.contains(what), "{command:?}: {code}, {said}");
             assert!(!said.contains("exactly"), "{said}");
         }
     }
+    // One reader takes the first of two, another the last.
+    std::fs::write(&edited, text.replacen("\"value\":", "\"value\": 99.5, \"value\":", 1)).unwrap();
+    let output = sgc(&["eval", &path]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("it gives \"value\" twice"), "{}", errors(&output));
     // A choice that no rule makes.
     let turned = |design: &mut serde_json::Value| {
         let steps = design["derivation"].as_array_mut().unwrap();

@@ -233,6 +233,32 @@ fn a_board_plays_so_many_cycles() {
     assert!(!trace.high().is_empty());
 }
 
+/// A line at whose other end nobody answers.
+#[cfg(unix)]
+#[test]
+fn ctrl_c_is_heard_before_the_board_has_greeted() {
+    use std::io::Read;
+
+    use serialport::{SerialPort, TTYPort};
+    let (mut board, line) = TTYPort::pair().unwrap();
+    let port = line.name().unwrap();
+    // The program opens it by itself.
+    drop(line);
+    let mut host = sgc(&["drive", &design("tendon"), "--port", &port]);
+    let host = host.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    // It says hello, and waits.
+    let begun = Instant::now();
+    while board.read(&mut [0]).is_err() {
+        assert!(begun.elapsed() < Duration::from_secs(60), "it says nothing");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let asked = Instant::now();
+    assert!(Command::new("kill").args(["-INT", &host.id().to_string()]).status().unwrap().success());
+    let output = host.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    assert!(asked.elapsed() < Duration::from_secs(2), "{:?}", asked.elapsed());
+}
+
 #[test]
 fn ctrl_c_and_the_stop_button_bring_the_board_to_its_safe_state() {
     for (button, code, message) in [(false, 130, "stopped after"), (true, 3, "stop circuit")] {

@@ -114,7 +114,7 @@ fn permissions_and_links_stay() {
     std::os::unix::fs::symlink("a.sgr", &link).unwrap();
     std::fs::set_permissions(&path, PermissionsExt::from_mode(0o444)).unwrap();
     let (code, _, err) = said(&fmt(&["a.sgr"], folder.path()));
-    assert!(code == Some(2) && err.contains("cannot write a.sgr: it is read-only"), "{err}");
+    assert!(code == Some(2) && err.contains("cannot lay out a.sgr: it is read-only"), "{err}");
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "let a=3");
 
     std::fs::set_permissions(&path, PermissionsExt::from_mode(0o640)).unwrap();

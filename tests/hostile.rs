@@ -222,6 +222,19 @@ fn long_and_sound(kind: usize, count: usize) -> String {
     }
 }
 
+#[test]
+fn a_file_has_a_thousand_variants_at_most() {
+    let text = read("grammars/codesign.sgr");
+    let all = |count: usize| text.clone() + &many(count, "\nvariant v_@ of codesign {}");
+    let has_limit = |count: usize| {
+        let (compiled, _) = compiled(&all(count));
+        let told =
+            compiled.diagnostics.iter().find(|d| d.message.contains("at most 1000 grammars and variants"));
+        told.is_some()
+    };
+    assert!(!has_limit(999) && has_limit(1000), "codesign is one of them");
+}
+
 /// How long so many checks of a sound rule set take.
 fn lint_time(rules: &RuleSet, times: usize) -> Duration {
     let start = Instant::now();

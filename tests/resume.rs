@@ -539,7 +539,7 @@ fn what_killed_processes_leave_is_taken_away_but_nothing_else() {
     let quick = grammar(folder.path(), "1");
     let whole = whole(folder.path(), &quick);
     let out = at("run");
-    let foreign = [at("run.replaced-7"), at(".tmp-run-mine"), at("run.replaced-mine"), at(".tmp-running-a")];
+    let foreign = [at("run.replaced-7"), at(".sgc-run-mine"), at("run.replaced-mine"), at(".sgc-running-a")];
     for folder in &foreign {
         std::fs::create_dir(folder).unwrap();
         std::fs::write(folder.join("notes.txt"), "mine").unwrap();
@@ -556,7 +556,7 @@ fn what_killed_processes_leave_is_taken_away_but_nothing_else() {
         }
         child.kill().unwrap();
         child.wait().unwrap();
-        copy(&whole, &at(".tmp-run-a"));
+        copy(&whole, &at(".sgc-run-a"));
         if !out.join("result.json").exists() {
             assert_code(&sgc(&["resume", path(&out), "--quiet"]), 0);
         } else {
@@ -564,7 +564,7 @@ fn what_killed_processes_leave_is_taken_away_but_nothing_else() {
         }
         assert_same(&out, &whole);
         let left: Vec<String> = names(folder.path()).into_iter().filter(|n| n.contains("run")).collect();
-        assert_eq!(left, [".tmp-run-mine", ".tmp-running-a", "run", "run.replaced-7", "run.replaced-mine"]);
+        assert_eq!(left, [".sgc-run-mine", ".sgc-running-a", "run", "run.replaced-7", "run.replaced-mine"]);
         std::fs::remove_dir_all(&out).unwrap();
     }
     for folder in &foreign {

@@ -107,7 +107,7 @@ fn a_value_is_that_of_all_worlds_together() {
         assert!(half_step.is_none_or(|half| half >= 0.8 * values[0]), "{objective}: {half_step:?}");
         // Simulated again it is the same to the bit, and says so itself.
         let again = replay(&rules, &design, "articulated", Precision::Model).unwrap();
-        genuine::check_values(&design, &again).unwrap();
+        genuine::check_values(&rules, &design, &again).unwrap();
     }
 }
 

@@ -83,6 +83,14 @@ pub struct Reading {
     pub problems: Vec<Problem>,
 }
 
+impl Reading {
+    /// How many points were measured, of all sections.
+    #[must_use]
+    pub fn points(&self) -> usize {
+        self.sections.iter().map(|section| section.places.len()).sum()
+    }
+}
+
 /// Reads measurements. `name` is what messages call the file; `load` reads another file that it names, and says
 /// what messages call that. A file whose name ends with `.csv` is one section.
 pub fn read(name: &str, text: &str, load: &Load<'_>) -> Reading {

@@ -15,6 +15,8 @@ use super::trajectory::{self, Fit, Motion, Run};
 
 /// A run with fewer points is no curve.
 const FEWEST: usize = 5;
+/// More points than this take minutes, and say no more.
+const MOST: usize = 2000;
 /// A curve that turns back by more than this share of its way is none of one motion.
 const STRAY: f64 = 0.15;
 
@@ -31,6 +33,15 @@ struct Curve {
 /// Fits a section of kind `inflate` or `deflate`.
 pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Problem>> {
     let (name, actuator) = declared::actuator(rules, section).map_err(|p| vec![p])?;
+    let many = section.numbers("time").len();
+    if many > MOST {
+        let every = many.div_ceil(MOST);
+        let told = format!(
+            "`{}` has {many} points, and a fit takes at most {MOST}: read one picture of the film in {every}",
+            section.name
+        );
+        return Err(vec![Problem::unreadable(&section.place, told)]);
+    }
     let curves = curves(section);
     let sign = sign(section, &curves)?;
     let turned = |points: &[(f64, f64)]| points.iter().map(|(t, a)| (*t, sign * a)).collect();

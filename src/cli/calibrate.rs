@@ -14,6 +14,7 @@ use crate::calibrate::variant::Named;
 use crate::calibrate::{self, Problem};
 use crate::document::is_name;
 use crate::loader::{Files, read_text};
+use crate::reading::imported;
 use crate::results::whole::write_whole;
 
 /// Fit measurements of a workshop's bench, and write the variant of a grammar that holds them
@@ -39,6 +40,9 @@ pub(super) struct Calibrate {
     force: bool,
 }
 
+/// Fewer points are fitted before anybody wonders.
+const MANY: usize = 500;
+
 impl Calibrate {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let name = self.measurements.to_string_lossy().into_owned();
@@ -51,7 +55,9 @@ impl Calibrate {
         let folder = self.measurements.parent().unwrap_or(Path::new(""));
         let beside = |file: &str| {
             let path = folder.join(file);
-            read_text(&path).map(|text| (path.to_string_lossy().into_owned(), text))
+            // A pipe that another file names would be waited for.
+            let text = imported(&path).map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
+            text.map(|text| (path.to_string_lossy().into_owned(), text))
         };
         let reading = calibrate::read(&name, &text, &beside);
         // Also where the measurements are bad: what is wrong with either is told at once.
@@ -64,6 +70,10 @@ impl Calibrate {
             }
             grammar => grammar?,
         };
+        let points = reading.points();
+        if points > MANY {
+            output::note(&format!("fitting {points} points: films of many pictures take minutes"));
+        }
         let mut findings = calibrate::fit(&reading, &rules).map_err(fault)?;
         calibrate::rename(&mut findings, &|name| {
             sources.iter().any(|(_, source)| has_word(&source.text, name))

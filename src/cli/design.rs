@@ -12,6 +12,7 @@ use super::load;
 use super::output::{self, Fault};
 use crate::results::DesignError;
 use crate::results::genuine;
+use crate::results::replay::{Precision, replay};
 use crate::results::saved::SavedDesign;
 
 /// The file that a design or run folder means.
@@ -21,7 +22,9 @@ pub(super) fn file(path: &Path) -> PathBuf {
 
 /// Reads the design that a file or run folder means; `path` is the file, as [`file`] gives it.
 pub(super) fn read(path: &Path) -> Result<SavedDesign, Fault> {
-    if let Some(folder) = path.parent().filter(|_| !path.exists()) {
+    let is_best = path.file_name() == run_files::best(Path::new("")).file_name();
+    if let Some(folder) = path.parent().filter(|_| is_best && !path.exists()) {
+        let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
         let typed = output::typed(folder);
         if place::is_series(folder) {
             let seeds = folder.join("seed-N");
@@ -62,6 +65,20 @@ pub(super) fn open(path: &Path) -> Result<Opened, Fault> {
     let (rules, sources) = design.grammar.compile_with_sources().map_err(fault)?;
     genuine::check_body(&rules, &design).map_err(fault)?;
     Ok(Opened { design, rules, sources })
+}
+
+/// Checks that a design says of itself what its simulation says. One of another version of sgc, which simulates otherwise, is
+/// told and goes on: its body and curves are what they were.
+pub(super) fn check_values(path: &Path, rules: &RuleSet, design: &SavedDesign) -> Result<(), Fault> {
+    let replayed = replay(rules, design, &design.solver, Precision::Model).map_err(|e| fault(path, &e))?;
+    match genuine::check_values(rules, design, &replayed) {
+        Err(other @ DesignError::OtherProgram { .. }) => {
+            output::note(&format!("{}: {other}", path.display()));
+            Ok(())
+        }
+        Err(changed) => Err(fault(path, &changed)),
+        Ok(()) => Ok(()),
+    }
 }
 
 /// The same, to be judged by another grammar, if one is named: then the design may be of an older text of it.

@@ -1,7 +1,7 @@
 //! `sgc drive`: runs the gait of a saved design on hardware.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use clap::Args;
@@ -66,8 +66,12 @@ pub(super) struct Drive {
 
 impl Drive {
     pub(super) fn run(self) -> Result<u8, Fault> {
+        let stop = interrupt::listen();
+        // Until the board has greeted, nothing can move: a signal ends the process.
+        let quiet = interrupt::Cuttable::begin();
         let path = design::file(&self.design);
         let Opened { design, rules, .. } = design::open(&path)?;
+        design::check_values(&path, &rules, &design)?;
         let other = match &self.grammar {
             Some(file) => Some(load::grammar(file, &[], self.variant.as_deref())?.0),
             None => None,
@@ -77,7 +81,7 @@ impl Drive {
             gait::gait(&rules, other.as_ref(), &design, task, target).map_err(|why| unfit(&path, &why))?;
         self.compare(&gait, &path)?;
         match &self.port {
-            Some(port) if !self.dry_run => self.play(&gait.schedule, port),
+            Some(port) if !self.dry_run => self.play(&gait.schedule, port, stop, quiet),
             _ => self.show(&gait.schedule, &path),
         }
     }
@@ -133,8 +137,13 @@ impl Drive {
         Ok(exit::DONE)
     }
 
-    fn play(&self, schedule: &Schedule, port: &str) -> Result<u8, Fault> {
-        let stop = interrupt::listen();
+    fn play(
+        &self,
+        schedule: &Schedule,
+        port: &str,
+        stop: &AtomicBool,
+        quiet: interrupt::Cuttable,
+    ) -> Result<u8, Fault> {
         let link = Serial::open(port).map_err(|error| fault(&error))?;
         let bar = ProgressBar::new_spinner();
         bar.set_style(
@@ -148,7 +157,12 @@ impl Drive {
             bar.set_message(self.status(schedule, status));
             if stop.load(Ordering::Relaxed) { Wish::Stop } else { Wish::GoOn }
         };
-        let outcome = Session::open(link).and_then(|mut session| {
+        let opened = Session::open(link);
+        drop(quiet);
+        let outcome = opened.and_then(|mut session| {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(Outcome::Stopped { cycles: 0 });
+            }
             if plan.clear {
                 session.clear()?;
             }

@@ -156,6 +156,8 @@ impl Eval {
         let Some(value) = replayed.value else {
             return Err(Fault::input(invalid(&replayed)));
         };
+        // Of the design as it was read.
+        let checked = genuine::check_values(&rules, &design, &replayed);
         output::data(&format!("value {}\n", describe::quantity(value, &rules.objective.unit)))?;
         let penalties = score::penalties(&rules, &replayed.candidate.derivation)
             .map_err(|e| Fault::input(format!("{}: {}", path.display(), e.reason)))?;
@@ -186,7 +188,6 @@ impl Eval {
             output::data(&line)?;
         }
         let same = self.solver.is_none() && precision == replay::Precision::Model && self.grammar.is_none();
-        let checked = genuine::check_values(&design, &replayed);
         if same && checked.is_ok() {
             output::note("exactly the saved value");
         } else {

@@ -63,6 +63,7 @@ impl Export {
         if matches!(self.to, Format::Begin) {
             return self.write(&beginning(&rules, &names, &derivation.design));
         }
+        design::check_values(&path, &rules, &design)?;
         let precision = self.precision.asked();
         let setup = replay::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
         let assembly = &setup.body.assembly;

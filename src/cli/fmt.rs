@@ -9,8 +9,7 @@ use grammar_lang::source::SourceMap;
 
 use super::load::Text;
 use super::output::{self, Fault};
-use super::{exit, load};
-use crate::results::whole::rewrite;
+use super::{exit, load, mend};
 
 /// Lay out grammars: lines, columns and spaces, never words
 #[derive(Args)]
@@ -76,7 +75,8 @@ impl Fmt {
         if path == Path::new("-") {
             output::data(&formatted)?;
         } else if !same {
-            rewrite(path, &formatted).map_err(Fault::usage)?;
+            mend::replace(path, &text, &formatted)
+                .map_err(|why| Fault::usage(format!("cannot lay out {name}: {why}")))?;
             output::note(&format!("{name}: laid out"));
         }
         Ok(Done::Well)

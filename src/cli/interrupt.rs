@@ -10,6 +10,7 @@ use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use super::{exit, output};
+use crate::results::whole::abandon;
 
 static STOP: AtomicBool = AtomicBool::new(false);
 /// What can be gone on with, once it is on the disk.
@@ -51,7 +52,17 @@ fn cut_what_hears_nothing() {
     }
 }
 
+/// Lets a signal end the process at once: for commands that can be given again. Files are there whole or not at all.
+pub(super) fn end_at_once() {
+    // Where no handler can be set, the system ends the process, and may leave a file that was begun.
+    let _ = ctrlc::set_handler(|| {
+        abandon();
+        std::process::exit(i32::from(exit::INTERRUPTED));
+    });
+}
+
 fn leave() -> ! {
+    abandon();
     let code = match SAVED.get() {
         Some(path) => {
             let path = output::typed(path);

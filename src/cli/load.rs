@@ -7,6 +7,7 @@ use grammar_lang::Compiler;
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, more, render};
 use grammar_lang::ir::RuleSet;
+use grammar_lang::names::MOST_VARIANTS;
 use grammar_lang::source::{Loader, SourceMap};
 use grammar_lang::types::Idle;
 
@@ -97,7 +98,8 @@ pub(super) fn check_all(
 ) -> Vec<Checked> {
     let mut compiler = Compiler::new(loader);
     let first = check_with(&mut compiler, name, text, overrides, None);
-    if first.offers.len() < 2 {
+    // That there are too many is told by each.
+    if first.offers.len() < 2 || first.offers.len() > MOST_VARIANTS {
         return vec![first];
     }
     let mut all: Vec<Checked> = Vec::new();

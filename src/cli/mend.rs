@@ -339,7 +339,7 @@ fn by_text<'o>(offers: &[&'o Offer]) -> BTreeMap<&'o Path, Edits<'o>> {
 
 /// Why a file keeps the text that it has.
 #[derive(Debug, Error)]
-enum Unmended {
+pub(super) enum Unmended {
     #[error("it was changed by another program in the meantime")]
     Changed,
     #[error("it is read-only")]
@@ -353,7 +353,7 @@ enum Unmended {
 }
 
 /// Replaces the content of a file that still is as it was read.
-fn replace(path: &Path, original: &str, mended: &str) -> Result<(), Unmended> {
+pub(super) fn replace(path: &Path, original: &str, mended: &str) -> Result<(), Unmended> {
     if is_open_already(path) {
         return Err(Unmended::Open);
     }

@@ -124,6 +124,13 @@ pub fn main() -> ExitCode {
             return ExitCode::from(code);
         }
     };
+    // A file that may not grow any more is then an error of writing, as a full disk is.
+    #[cfg(unix)]
+    let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
+    // These listen for signals by themselves.
+    if !matches!(arguments.command, Command::Run(_) | Command::Resume(_) | Command::Drive(_)) {
+        interrupt::end_at_once();
+    }
     let done = match arguments.command {
         Command::New(command) => command.run(),
         Command::Check(command) => command.run(),

@@ -7,9 +7,9 @@ use grammar_lang::ir::RuleSet;
 use super::evals::Mark;
 use super::replay::{Replayed, candidate, drive_of};
 use super::run_files::{Asked, EVALS, Finished, RESULT, RUN};
-use super::saved::SavedDesign;
+use super::saved::{SavedDesign, SavedTask};
 use super::{DesignError, FileError, Unfit};
-use crate::reading;
+use crate::{reading, score};
 
 /// Checks that the derivation of a design leads, by its own grammar, to the body that was saved.
 ///
@@ -45,7 +45,11 @@ pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), DesignErr
 /// # Errors
 ///
 /// A sentence that names the first difference.
-pub fn check_values(design: &SavedDesign, replayed: &Replayed<'_>) -> Result<(), DesignError> {
+pub fn check_values(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    replayed: &Replayed<'_>,
+) -> Result<(), DesignError> {
     let is_same = |a: f64, b: f64| a.to_bits() == b.to_bits();
     if !replayed.value.is_some_and(|value| is_same(value, design.value))
         || replayed.tasks.len() != design.tasks.len()
@@ -53,6 +57,13 @@ pub fn check_values(design: &SavedDesign, replayed: &Replayed<'_>) -> Result<(),
         return Err(design.other_value());
     }
     let changed = |what: String| Err(DesignError::Other { what });
+    let unit_of = |saved: &SavedTask| rules.tasks.get(&saved.name).map(|task| &task.objective.unit);
+    if design.unit != rules.objective.unit || design.tasks.iter().any(|t| unit_of(t) != Some(&t.unit)) {
+        return changed("the saved unit".to_owned());
+    }
+    if design.penalties != score::penalties(rules, &replayed.candidate.derivation)? {
+        return changed("the list of preferences that are not fulfilled".to_owned());
+    }
     for (task, saved) in replayed.tasks.iter().zip(&design.tasks) {
         let Some(score) = &task.score else { return Err(design.other_value()) };
         if !is_same(score.value, saved.value) {

@@ -7,7 +7,7 @@ use std::time::{Duration, SystemTime};
 
 use super::archive;
 use super::place::{check_place, check_series};
-use super::whole::{entries, is_unfinished, replaced, unfinished};
+use super::whole::{clear_unfinished_files, entries, replaced, unfinished};
 
 /// A folder without a lock yet may be one that another process fills right now, unless it is older.
 const FILLED_WITHIN: Duration = Duration::from_secs(600);
@@ -50,10 +50,7 @@ pub(super) fn clear_unfinished(path: &Path) {
 /// Removes the files of a run that a killed process had begun to write.
 pub(super) fn clear_within(run: &Path) {
     for folder in [run.to_owned(), run.join(archive::FOLDER)] {
-        for name in entries(&folder).unwrap_or_default().iter().filter(|name| is_unfinished(name)) {
-            // What cannot be removed does no harm.
-            let _ = fs::remove_file(folder.join(name));
-        }
+        clear_unfinished_files(&folder);
     }
 }
 
@@ -100,9 +97,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let run = folder.path();
         fs::create_dir(run.join(archive::FOLDER)).unwrap();
-        let files = ["best.design.json", ".tmpAb12Cd", "archive/0-1.design.json", "archive/.tmpEf34Gh"];
-        files.iter().for_each(|name| fs::write(run.join(name), "").unwrap());
+        let ours = [".sgc-Ab12Cd", "archive/.sgc-Ef34Gh"];
+        let others =
+            ["best.design.json", "archive/0-1.design.json", ".tmpnotes.txt", ".tmpAb12Cd", ".sgc-notes.txt"];
+        ours.iter().chain(&others).for_each(|name| fs::write(run.join(name), "").unwrap());
+        fs::create_dir(run.join(".sgc-Folder")).unwrap();
         clear_within(run);
-        assert_eq!(files.map(|name| run.join(name).exists()), [true, false, true, false]);
+        assert!(others.iter().chain(&[".sgc-Folder"]).all(|name| run.join(name).exists()));
+        assert!(!ours.iter().any(|name| run.join(name).exists()));
     }
 }

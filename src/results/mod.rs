@@ -27,6 +27,7 @@ pub mod seal;
 pub mod series;
 pub mod sittings;
 pub mod summary;
+mod unambiguous;
 pub mod view;
 pub mod whole;
 

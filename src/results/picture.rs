@@ -27,7 +27,7 @@ pub fn scene(
 ) -> Result<Scene, DesignError> {
     let mut replayed = replay::replay(rules, design, &design.solver, replay::Precision::Model)?;
     genuine::check_body(rules, design)?;
-    genuine::check_values(design, &replayed)?;
+    genuine::check_values(rules, design, &replayed)?;
     let candidate = replayed.candidate.clone();
     let saved = design.task(task)?;
     let place = replayed.tasks.iter().position(|t| t.name == saved.name).ok_or(DesignError::NoTask)?;

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::names::Names;
+use super::unambiguous::Unambiguous;
 use super::{DesignError, FileError, Unfit};
 use crate::derive::{Derivation, Step};
 use crate::loader::Frozen;
@@ -324,7 +325,7 @@ impl SavedDesign {
             return unfit(Unfit::Grammar);
         }
         let value = serde_json::from_slice(bytes);
-        let mut value: serde_json::Value = value.map_err(|e| FileError::unfit(path, Unfit::NotJson(e)))?;
+        let Unambiguous(mut value) = value.map_err(|e| FileError::unfit(path, Unfit::NotJson(e)))?;
         if value.get("format").and_then(|f| f.as_str()) != Some(FORMAT) {
             return unfit(Unfit::NoDesign { format: FORMAT });
         }

@@ -4,20 +4,62 @@ use std::fs;
 use std::io::ErrorKind::{InvalidInput, PermissionDenied, Unsupported};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use super::{FileError, Unfit, Unwritable};
 use crate::reading;
 
-/// How the names of files begin that are not written to their end.
-const UNFINISHED: &str = ".tmp";
+/// How the names of files and folders begin that are not written to their end.
+const UNFINISHED: &str = ".sgc-";
+/// So many letters and digits that nobody else has follow.
+const DRAWN: usize = 6;
+
+/// The files that this process is writing.
+static UNDER_WAY: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+/// A file that is being written: it is removed if the process is told to end meanwhile.
+struct UnderWay<'a>(&'a Path);
+
+impl<'a> UnderWay<'a> {
+    fn begin(path: &'a Path) -> Self {
+        UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner).push(path.to_owned());
+        Self(path)
+    }
+}
+
+impl Drop for UnderWay<'_> {
+    fn drop(&mut self) {
+        UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner).retain(|path| path != self.0);
+    }
+}
+
+/// Removes what is not written to its end, as the process is about to end.
+pub(crate) fn abandon() {
+    for path in UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner).iter() {
+        // What cannot be removed does no harm.
+        let _ = fs::remove_file(path);
+    }
+}
 
 /// How often a lock is tried again: whoever only asks about one holds it for a moment.
 const PATIENCE: usize = 5;
 
 /// Whether a name is of a file that was not written to its end.
 pub(super) fn is_unfinished(name: &str) -> bool {
-    name.starts_with(UNFINISHED)
+    let drawn = name.strip_prefix(UNFINISHED);
+    drawn.is_some_and(|drawn| drawn.len() == DRAWN && drawn.bytes().all(|byte| byte.is_ascii_alphanumeric()))
+}
+
+/// Removes the files in a folder that a process was writing when it was killed.
+pub(super) fn clear_unfinished_files(folder: &Path) {
+    for name in entries(folder).unwrap_or_default().iter().filter(|name| is_unfinished(name)) {
+        let path = folder.join(name);
+        if fs::symlink_metadata(&path).is_ok_and(|data| data.is_file()) {
+            // What cannot be removed does no harm.
+            let _ = fs::remove_file(path);
+        }
+    }
 }
 
 /// Writes a file so that it is there whole or not at all: beside it first,
@@ -100,21 +142,30 @@ fn write_with(path: &Path, text: &str, permissions: Option<fs::Permissions>) -> 
     }
     let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
-    builder.prefix(UNFINISHED);
+    builder.prefix(UNFINISHED).rand_bytes(DRAWN);
     // As any other file: readable by whom the user's mask allows.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(parent).map_err(fault)?;
+    let file = builder.tempfile_in(parent).map_err(fault)?;
+    let place = file.path().to_owned();
+    let under_way = UnderWay::begin(&place);
+    let mut open = file.as_file();
     if let Ok(old) = fs::metadata(path) {
-        // What replaces a file is open to the same people.
-        file.as_file().set_permissions(old.permissions()).map_err(fault)?;
+        // What replaces a file is of the same owner, if that may be said, and open to the same people.
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::{MetadataExt, fchown};
+            let _ = fchown(open, Some(old.uid()), Some(old.gid()));
+        }
+        open.set_permissions(old.permissions()).map_err(fault)?;
     }
-    file.write_all(text.as_bytes()).map_err(fault)?;
+    open.write_all(text.as_bytes()).map_err(fault)?;
     if let Some(permissions) = permissions {
-        file.as_file().set_permissions(permissions).map_err(fault)?;
+        open.set_permissions(permissions).map_err(fault)?;
     }
-    file.as_file().sync_all().map_err(fault)?;
+    open.sync_all().map_err(fault)?;
     file.persist(path).map_err(|e| fault(e.error))?;
+    drop(under_way);
     sync_folder(parent).map_err(fault)
 }
 
@@ -189,7 +240,7 @@ fn fill_empty<T, E: From<FileError>>(path: &Path, fill: impl FnOnce(&Path) -> Re
 
 /// How the names of folders begin that are made to become this one.
 pub(super) fn unfinished(path: &Path) -> String {
-    format!("{UNFINISHED}-{}-", path.file_name().unwrap_or_default().to_string_lossy())
+    format!("{UNFINISHED}{}-", path.file_name().unwrap_or_default().to_string_lossy())
 }
 
 /// The names in a folder.
@@ -217,7 +268,7 @@ pub(super) fn lock(path: &Path) -> Result<fs::File, FileError> {
 /// The same for a run that is to go on: nothing is begun in a folder that cannot be written.
 pub(super) fn lock_again(path: &Path) -> Result<fs::File, FileError> {
     let folder = path.parent().unwrap_or(path);
-    let file = tempfile::Builder::new().prefix(UNFINISHED).tempfile_in(folder);
+    let file = tempfile::Builder::new().prefix(UNFINISHED).rand_bytes(DRAWN).tempfile_in(folder);
     let file = file.and_then(|_| fs::OpenOptions::new().read(true).write(true).open(path));
     let file = file.map_err(|why| FileError::write(folder)(Unwritable::NoSession(why)))?;
     hold(path, file)

@@ -8,6 +8,7 @@ use std::rc::Rc;
 
 pub use blame::{Change, with_changes};
 pub(crate) use blame::{UNDECLARED, told_once, with_imports};
+pub use variant::MOST_VARIANTS;
 
 use indexmap::IndexMap;
 

@@ -84,7 +84,10 @@ pub(super) fn resolve(loading: &mut Loading<'_>, wanted: Option<&str>) {
     }
 }
 
-/// Variants are asked for by their names: no two in a text can share one.
+/// So many grammars and variants may stand in a file: each is a grammar of its own, which takes time and memory.
+pub const MOST_VARIANTS: usize = 1000;
+
+/// Variants are asked for by their names: no two in a text can share one. And there are not too many.
 fn two_of_a_name(loading: &mut Loading<'_>) {
     let Some(module) = loading.program.modules.first() else { return };
     let mut seen: BTreeMap<&str, Span> = BTreeMap::new();
@@ -95,6 +98,18 @@ fn two_of_a_name(loading: &mut Loading<'_>) {
             ItemKind::Variant(variant) => (&variant.name, true),
             _ => continue,
         };
+        if seen.len() == MOST_VARIANTS {
+            found.push(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    name.span,
+                    format!("a file declares at most {MOST_VARIANTS} grammars and variants"),
+                )
+                .label("the first one too many")
+                .help("put the others into files of their own"),
+            );
+            break;
+        }
         // That there are two grammars is told anyway.
         if let Some(first) = seen.insert(&name.text, name.span)
             && variant

@@ -23,7 +23,7 @@ use read::Group;
 
 use super::FileError;
 use super::seal::{is_as_written_by, sealed};
-use super::whole::{entries, is_unfinished, write_own};
+use super::whole::{clear_unfinished_files, entries, is_unfinished, write_own};
 use crate::reading;
 
 /// What the folder of a report is called in the folder of its runs.
@@ -88,9 +88,7 @@ impl Report {
             write_own(&out.join(name), &table(&self.groups))?;
         }
         // What was begun by a process that was killed.
-        for name in entries(out).unwrap_or_default().iter().filter(|name| is_unfinished(name)) {
-            let _ = fs::remove_file(out.join(name));
-        }
+        clear_unfinished_files(out);
         Ok(page)
     }
 
