@@ -56,7 +56,10 @@ pub(super) fn told(
     let more = if done { "about" } else { "more than" };
     let all = evaluations.map_or(String::new(), |all| {
         let seconds = one.as_secs_f64() * all as f64;
-        format!("; {all} take {} on one thread", span(Duration::from_secs_f64(seconds.min(1e9))))
+        format!(
+            "; {all} like it take {} on one thread, and more where fewer go on at once",
+            span(Duration::from_secs_f64(seconds.min(1e9)))
+        )
     });
     // Each frame of each body is seven numbers.
     let bytes = whole / settings.record * elements as f64 * 56.0;

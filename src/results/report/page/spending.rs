@@ -101,11 +101,10 @@ fn said(all: &[Spending]) -> Vec<String> {
     let bodies: u64 = all.iter().map(|one| one.bodies).sum();
     let evaluations: u64 = all.iter().map(|one| one.evaluations).sum();
     if bodies > 0 {
-        let each = number(evaluations as f64 / bodies as f64);
         said.push(format!(
-            "{} took {each} {} on average.",
+            "{} took {:.1} evaluations on average.",
             counted(bodies, "body").replace("bodys", "bodies"),
-            if each == "1" { "evaluation" } else { "evaluations" }
+            evaluations as f64 / bodies as f64
         ));
     }
     if let Some(worst) = shares(all).map(|shares| shares[0]) {
