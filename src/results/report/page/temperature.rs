@@ -14,9 +14,19 @@ pub(super) fn section(groups: &[Group], _: Link) -> String {
     }
     let names = names(groups);
     let key = if names.is_empty() { String::new() } else { key(&names) };
-    let pictures = [temperature(groups, &all), acceptance(&all)];
+    // Where nothing anneals, there is no temperature to show.
+    let pictures = if all.iter().any(|windows| is_heated(windows)) {
+        figures(&[temperature(groups, &all), acceptance(&all)]) + NOTE
+    } else {
+        figures(&[acceptance(&all)]) + COLD_NOTE
+    };
     let told = groups.iter().zip(&all).map(|(group, windows)| told(groups, group, &said(windows)));
-    key + &figures(&pictures) + NOTE + &told.collect::<String>()
+    key + &pictures + &told.collect::<String>()
+}
+
+/// Whether a temperature decides on what is accepted.
+fn is_heated(windows: &[Window]) -> bool {
+    windows.iter().any(|window| window.temperature > 0.0)
 }
 
 /// The middle of a window.
@@ -66,6 +76,7 @@ fn acceptance(all: &[Vec<Window>]) -> String {
 }
 
 const NOTE: &str = "<p class=\"small\">A point is a window of moves in a row, a mean over the runs. A temperature of T accepts a loss of T with probability 1/e (37 %).</p>\n";
+const COLD_NOTE: &str = "<p class=\"small\">A point is a window of moves in a row, a mean over the runs. This search has no temperature.</p>\n";
 /// Windows with fewer designs say nothing of a rate.
 const ENOUGH: u64 = 20;
 
@@ -77,10 +88,12 @@ fn said(windows: &[Window]) -> Vec<String> {
     let mut said = vec![format!("{} of {} became the current one.", percent(rate), counted(tried, "design"))];
     let late = windows.iter().rev().filter(|w| w.tried >= ENOUGH).find_map(|w| w.acceptance);
     if let Some(late) = late.filter(|late| *late > 0.5) {
-        said.push(format!(
-            "At the end {} are still accepted: losses are small against the temperature, and the search wanders more than it selects.",
-            percent(late)
-        ));
+        let why = if is_heated(windows) {
+            "losses are small against the temperature, and the search wanders more than it selects"
+        } else {
+            "the search takes most of what it tries"
+        };
+        said.push(format!("At the end {} are still accepted: {why}.", percent(late)));
     }
     if let Some(late) = late.filter(|late| *late < 0.01) {
         said.push(format!("At the end {} are accepted: the search is frozen.", percent(late)));
