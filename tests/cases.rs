@@ -69,6 +69,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("scenarios", "scenarios"),
     ("worlds", "over w in scenarios"),
     ("search", "search"),
+    ("front", "several objectives"),
     ("table", "table"),
     ("target", "target"),
     ("prototype", "prototype"),

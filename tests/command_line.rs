@@ -1,11 +1,11 @@
 //! The command line: wiring, exit codes, and what bad input gets.
 
 use std::path::Path;
-use std::process::{Command, Output, Stdio};
+use std::process::{Command, Output};
 
 use crate::support::{codesign, forged, root};
 
-fn sgc(arguments: &[&str]) -> Output {
+pub(crate) fn sgc(arguments: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_sgc"))
         .args(arguments)
         .current_dir(root())
@@ -14,20 +14,20 @@ fn sgc(arguments: &[&str]) -> Output {
         .unwrap()
 }
 
-fn code(output: &Output) -> i32 {
+pub(crate) fn code(output: &Output) -> i32 {
     output.status.code().expect("an exit code")
 }
 
-fn errors(output: &Output) -> String {
+pub(crate) fn errors(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-fn printed(output: &Output) -> String {
+pub(crate) fn printed(output: &Output) -> String {
     String::from_utf8_lossy(&output.stdout).into_owned()
 }
 
 /// A grammar whose search takes a moment: a short motion and few evaluations.
-fn quick_grammar(folder: &Path) -> String {
+pub(crate) fn quick_grammar(folder: &Path) -> String {
     let text = codesign().replace("for 20 s", "for 1 s");
     let path = folder.join("quick.sgr");
     std::fs::write(&path, text).unwrap();
@@ -546,7 +546,7 @@ fn what_none_of_several_grammars_uses_is_told_once() {
 }
 
 /// A saved design of a short search.
-fn quick_run(folder: &Path) -> std::path::PathBuf {
+pub(crate) fn quick_run(folder: &Path) -> std::path::PathBuf {
     let out = folder.join("run");
     let output = sgc(&[
         "run",
@@ -559,177 +559,6 @@ fn quick_run(folder: &Path) -> std::path::PathBuf {
     ]);
     assert_eq!(code(&output), 0, "{}", errors(&output));
     out
-}
-
-/// A signal at any moment leaves nothing behind, and files are there whole or not at all.
-#[cfg(unix)]
-#[test]
-fn a_command_that_is_interrupted_leaves_nothing() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = quick_run(folder.path());
-    let page = run.join("view.html");
-    assert_eq!(code(&sgc(&["view", &run.to_string_lossy()])), 0);
-    let whole = std::fs::read(&page).unwrap();
-    for number in 0..12 {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_sgc"))
-            .args(["view".as_ref(), run.as_os_str()])
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .unwrap();
-        std::thread::sleep(std::time::Duration::from_millis(15 * number));
-        let kind = ["-INT", "-TERM"][number as usize % 2];
-        let _ = Command::new("kill").args([kind, &child.id().to_string()]).status();
-        let ended = child.wait().unwrap().code();
-        // Before the handler is set, the system ends it.
-        assert!([Some(0), Some(130), None].contains(&ended), "{ended:?}");
-        assert_eq!(std::fs::read(&page).unwrap(), whole);
-        let names = std::fs::read_dir(&run).unwrap().map(|entry| entry.unwrap().file_name());
-        let left: Vec<_> = names.filter(|name| name.to_string_lossy().starts_with('.')).collect();
-        assert!(left.is_empty(), "{left:?}");
-    }
-}
-
-/// Where a file may not become longer, that is an error of writing.
-#[cfg(unix)]
-#[test]
-fn a_file_that_may_not_grow_is_told() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = quick_run(folder.path());
-    let out = folder.path().join("model.xml");
-    let command = "ulimit -f 1; exec \"$0\" export \"$1\" --to motion --out \"$2\"";
-    let output = Command::new("sh")
-        .args(["-c", command, env!("CARGO_BIN_EXE_sgc")])
-        .args([run.as_os_str(), out.as_os_str()])
-        .output()
-        .unwrap();
-    assert_eq!(code(&output), 2, "{}", errors(&output));
-    assert!(errors(&output).contains("too large"), "{}", errors(&output));
-    let left = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
-    assert!(left.filter(|name| name.to_string_lossy().starts_with('.')).count() == 0 && !out.exists());
-}
-
-#[test]
-fn what_others_wrote_is_not_replaced() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = quick_run(folder.path());
-    let (run, mine) = (run.to_string_lossy().into_owned(), folder.path().join("mine.html"));
-    let to = mine.to_string_lossy().into_owned();
-    for command in [
-        &["view", &run][..],
-        &["export", &run, "--to", "mjcf"],
-        &["export", &run, "--to", "drive"],
-        &["export", &run, "--to", "begin"],
-        &["export", &run, "--to", "motion"],
-        &["doc", "grammars/codesign.sgr"],
-    ] {
-        let with = |more: &[&str]| sgc(&[command, &["--out", &to], more].concat());
-        std::fs::write(&mine, "grammar mine\n").unwrap();
-        let refused = with(&[]);
-        assert_eq!(code(&refused), 2, "{command:?}");
-        assert!(errors(&refused).contains("--force"), "{}", errors(&refused));
-        assert_eq!(std::fs::read_to_string(&mine).unwrap(), "grammar mine\n", "{command:?}");
-        let forced = with(&["--force"]);
-        assert_eq!(code(&forced), 0, "{command:?}: {}", errors(&forced));
-        // What the command wrote itself it replaces, but not what was edited since.
-        assert_eq!(code(&with(&[])), 0, "{command:?}: {}", errors(&with(&[])));
-        let edited = std::fs::read_to_string(&mine).unwrap().replacen('1', "2", 1);
-        std::fs::write(&mine, &edited).unwrap();
-        assert_eq!(code(&with(&[])), 2, "{command:?}");
-        assert_eq!(std::fs::read_to_string(&mine).unwrap(), edited, "{command:?}");
-    }
-}
-
-#[test]
-fn a_command_does_not_write_over_what_it_reads() {
-    let folder = tempfile::tempdir().unwrap();
-    let run = quick_run(folder.path());
-    let design = run.join("best.design.json");
-    let before = std::fs::read(&design).unwrap();
-    let (from, to) = (design.to_string_lossy().into_owned(), folder.path().join("link"));
-    #[cfg(unix)]
-    std::os::unix::fs::symlink(&design, &to).unwrap();
-    #[cfg(not(unix))]
-    let to = design.clone();
-    for command in
-        [&["view", &from][..], &["export", &from, "--to", "motion"], &["export", &from, "--to", "mjcf"]]
-    {
-        let output = sgc(&[command, &["--force", "--out", &to.to_string_lossy()]].concat());
-        assert_eq!(code(&output), 2, "{command:?}");
-        assert!(errors(&output).contains("which this command reads"), "{}", errors(&output));
-        assert_eq!(std::fs::read(&design).unwrap(), before, "{command:?}");
-    }
-    // Nor over what a run cannot do without, nor over what another command wrote.
-    let (other, page) = (run.join("run.toml").to_string_lossy().into_owned(), run.join("view.html"));
-    let output = sgc(&["export", &from, "--to", "mjcf", "--force", "--out", &other]);
-    assert_eq!(code(&output), 2);
-    assert!(errors(&output).contains("is a file of the run"), "{}", errors(&output));
-    assert_eq!(code(&sgc(&["view", &from])), 0);
-    let output = sgc(&["export", &from, "--to", "mjcf", "--out", &page.to_string_lossy()]);
-    assert_eq!(code(&output), 2);
-    assert!(errors(&output).contains("did not write it"), "{}", errors(&output));
-    assert_eq!(code(&sgc(&["view", &from])), 0, "its own page is replaced");
-    // Nor over what that imports, by any name.
-    let (base, own) = (folder.path().join("base.sgr"), folder.path().join("own.sgr"));
-    let text = std::fs::read_to_string(root().join("tests/cases/bases/worm.sgr")).unwrap();
-    std::fs::write(&base, &text).unwrap();
-    std::fs::write(&own, "variant own of \"./base.sgr\" {\n  set longest = 4\n}\n").unwrap();
-    let output = sgc(&[
-        "doc",
-        &own.to_string_lossy(),
-        "--force",
-        "--out",
-        &base.with_extension("html").to_string_lossy(),
-    ]);
-    assert_eq!(code(&output), 0, "{}", errors(&output));
-    #[cfg(unix)]
-    {
-        let page = folder.path().join("page.html");
-        std::os::unix::fs::symlink(&base, &page).unwrap();
-        let output = sgc(&["doc", &own.to_string_lossy(), "--force", "--out", &page.to_string_lossy()]);
-        assert_eq!(code(&output), 2, "{}", errors(&output));
-        assert_eq!(std::fs::read_to_string(&base).unwrap(), text);
-    }
-}
-
-#[cfg(unix)]
-#[test]
-fn devices_are_not_read_and_pipes_are() {
-    let folder = tempfile::tempdir().unwrap();
-    for command in ["check", "view", "eval"] {
-        let output = sgc(&[command, "/dev/zero"]);
-        assert_eq!(code(&output), 2, "{command}");
-        assert!(errors(&output).contains("device"), "{}", errors(&output));
-    }
-    let importing = folder.path().join("importing.sgr");
-    std::os::unix::fs::symlink("/dev/zero", folder.path().join("zero.sgr")).unwrap();
-    std::fs::write(&importing, "use \"./zero.sgr\" { cube }\ngrammar importing\n").unwrap();
-    let output = sgc(&["check", &importing.to_string_lossy()]);
-    assert_eq!(code(&output), 1);
-    assert!(printed(&output).contains("device"), "{}", printed(&output));
-    let piped = |path: &str, text: &[u8]| {
-        let mut check = Command::new(env!("CARGO_BIN_EXE_sgc"))
-            .args(["check", path])
-            .current_dir(root())
-            .stdin(std::process::Stdio::piped())
-            .stdout(std::process::Stdio::piped())
-            .stderr(std::process::Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut to = check.stdin.take().unwrap();
-        // It may stop reading.
-        let _ = std::io::Write::write_all(&mut to, text);
-        drop(to);
-        check.wait_with_output().unwrap()
-    };
-    let text = std::fs::read(root().join("tests/cases/bases/worm.sgr")).unwrap();
-    for path in ["-", "/dev/stdin"] {
-        let output = piped(path, &text);
-        assert_eq!(code(&output), 0, "{path}: {}", errors(&output));
-        let output = piped(path, &vec![b' '; 65 << 20]);
-        assert_eq!(code(&output), 2, "{path}");
-        assert!(errors(&output).contains("larger than 64 MB"), "{path}: {}", errors(&output));
-    }
 }
 
 #[test]
@@ -825,4 +654,20 @@ fn a_saved_design_is_what_it_says() {
         let (code, said) = said(command, &body);
         assert!(code != 0 && said.contains("does not lead to the body"), "{command:?}: {code}, {said}");
     }
+}
+
+#[test]
+fn an_example_that_the_search_starts_from_is_derived_by_check() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("start.sgr");
+    let text = std::fs::read_to_string(root().join("grammars/shepherd.sgr")).unwrap();
+    assert!(text.contains("expect "), "{text}");
+    let base = root().join("grammars/codesign.sgr");
+    let text = text.replace("./codesign.sgr", &base.to_string_lossy());
+    std::fs::write(&file, &text).unwrap();
+    assert_eq!(code(&sgc(&["check", &file.to_string_lossy()])), 0);
+    std::fs::write(&file, text.replacen("expect ", "expect 1 == 2 and ", 1)).unwrap();
+    let check = sgc(&["check", &file.to_string_lossy()]);
+    assert_eq!(code(&check), 1, "{}", printed(&check));
+    assert!(printed(&check).contains("E0603") && printed(&check).contains("the search starts from"));
 }

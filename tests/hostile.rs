@@ -493,3 +493,19 @@ fn patterns_that_match_too_much_together_are_told() {
     let told = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && told.contains("more than 300000 combinations"), "{told}");
 }
+
+#[test]
+fn a_match_has_so_many_cases() {
+    let values: Vec<String> = (0..3000).map(|n| format!("v{n}")).collect();
+    let arms: Vec<String> = values.iter().map(|value| format!("{value} -> 1")).collect();
+    let text = format!(
+        "enum Many {{ {} }}\nlet one(x : Many) = match x {{ {} }}\n",
+        values.join(", "),
+        arms.join(", ")
+    );
+    let found = soon("cases", &sound(&text));
+    assert!(
+        found.iter().any(|d| d.message.contains("has at most 2000 cases, and this one has 3000")),
+        "{found:?}"
+    );
+}

@@ -11,6 +11,7 @@ use sgc::design::lattice::place_of;
 use sgc::design::{Body, Design};
 use sgc::drive::Drive;
 
+use crate::command_line::{code, errors, printed, sgc};
 use crate::support::{grammar, root};
 
 const HEAD: &str = "
@@ -475,4 +476,38 @@ fn requirements_can_ask_for_cells_that_the_lattice_has_room_for() {
     let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
     let found: Vec<_> = compiled.diagnostics.iter().map(|d| d.code.name).collect();
     assert_eq!(found, ["requirement-never-holds"]);
+}
+
+/// Springs of some bodies are too stiff for the step of the model: these have no value, and the search goes on.
+#[test]
+fn a_body_that_cannot_be_simulated_does_not_end_a_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let stiff = folder.path().join("stiff.sgr");
+    let base = root().join("grammars/study1.sgr");
+    let own = "set silicone.stiffness = if material == Material.rigid then 1150 N/m else 250 N/m";
+    std::fs::write(&stiff, format!("variant stiff of \"{}\" {{\n  {own}\n}}\n", base.display())).unwrap();
+    let out = folder.path().join("run");
+    let run = sgc(&["run", &stiff.to_string_lossy(), "--max-evals", "12", "--out", &out.to_string_lossy()]);
+    assert_eq!(code(&run), 0, "{}", errors(&run));
+    assert!(errors(&run).contains("bodies could not be simulated; the first: steps of"), "{}", errors(&run));
+    let moves = std::fs::read_to_string(out.join("evals.csv")).unwrap();
+    assert!(moves.contains("1 of bodies that the solver cannot simulate"), "{moves}");
+    assert_eq!(code(&sgc(&["report", &out.to_string_lossy()])), 0);
+    // Where the first cannot be simulated, there is nothing to begin with: `check` says so.
+    let light = "set silicone.mass = 1e-9 g";
+    std::fs::write(&stiff, format!("variant stiff of \"{}\" {{\n  {light}\n}}\n", base.display())).unwrap();
+    let check = sgc(&["check", &stiff.to_string_lossy()]);
+    assert_eq!(code(&check), 1, "{}", printed(&check));
+    assert!(printed(&check).contains("E0318") && printed(&check).contains("too long for the springs"));
+}
+
+#[test]
+fn a_body_of_cells_has_no_model_of_hinges() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    assert_eq!(code(&sgc(&["run", "grammars/study1.sgr", "--max-evals", "2", "--out", &out])), 0);
+    let export = sgc(&["export", &out, "--to", "mjcf"]);
+    assert_eq!(code(&export), 2, "{}", errors(&export));
+    assert!(errors(&export).contains("--to motion"), "{}", errors(&export));
+    assert_eq!(code(&sgc(&["export", &out, "--to", "motion"])), 0);
 }

@@ -201,6 +201,12 @@ const OTHERS: &[(&str, &str)] = &[
         variant searched of \"./codesign.sgr\" { replace search recommended }",
     ),
     (
+        "grammars/front.sgr",
+        "use std.objectives { energy }
+        use std.search { trade_offs }
+        variant traded of \"./codesign.sgr\" { add minimize energy in J  replace search trade_offs }",
+    ),
+    (
         "grammars/study2_plain.sgr",
         "use std.search { walked_annealing }
         variant study2_plain of \"./study2.sgr\" { replace search walked_annealing }",
@@ -236,6 +242,7 @@ fn every_number_of_the_library_changes_the_rule_set() {
         "grammars/kinds.sgr",
         "grammars/shortly.sgr",
         "grammars/recommended.sgr",
+        "grammars/front.sgr",
         "grammars/study1.sgr",
         "grammars/study2.sgr",
         "grammars/study2_plain.sgr",

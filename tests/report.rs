@@ -211,7 +211,10 @@ fn groups_are_compared_and_damage_is_told() {
         let (table, before) = (own.join("evals.csv"), read(own.join("evals.csv")));
         std::fs::remove_file(out.join("runs.csv")).unwrap();
         std::os::unix::fs::symlink(&table, out.join("runs.csv")).unwrap();
-        says(&[&one], "is a file that this report is made of");
+        says(&[&one], "which no report wrote there");
+        let forced = sgc(&["report", path(&one), "--force", "--out", path(&out)]);
+        assert_code(&forced, 2);
+        assert!(errors(&forced).contains("is a file that this report is made of"), "{}", errors(&forced));
         assert_eq!(read(table), before);
         std::fs::remove_file(out.join("runs.csv")).unwrap();
     }

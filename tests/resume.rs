@@ -17,8 +17,8 @@ use crate::support::{codesign, is_long, read, root};
 const COMPLETE: [&str; 6] =
     ["best.design.json", "evals.csv", "result.json", "run.toml", "sittings.csv", "sources"];
 
-/// What there is beside that where a search keeps an archive of kinds.
-const ARCHIVE: [&str; 2] = ["archive", "archive.csv"];
+/// What there is beside that where a search keeps an archive of kinds, or a front.
+const KEPT: [&str; 4] = ["archive", "archive.csv", "front", "front.csv"];
 
 fn command(arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_sgc"));
@@ -113,10 +113,10 @@ fn names(folder: &Path) -> Vec<String> {
 fn assert_same(one: &Path, other: &Path) {
     for run in [one, other] {
         let names: Vec<String> =
-            names(run).into_iter().filter(|name| !ARCHIVE.contains(&name.as_str())).collect();
+            names(run).into_iter().filter(|name| !KEPT.contains(&name.as_str())).collect();
         assert_eq!(names, COMPLETE);
     }
-    for name in COMPLETE[..3].iter().chain(&ARCHIVE) {
+    for name in COMPLETE[..3].iter().chain(&KEPT) {
         assert_same_file(&one.join(name), &other.join(name));
     }
 }
@@ -200,6 +200,20 @@ search own";
     kill_and_resume(folder.path(), &grammar);
 }
 
+#[test]
+fn a_front_that_is_killed_and_resumed_ends_as_if_nothing_had_been() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = grammar_in_worlds(folder.path(), "trade_offs");
+    let text = std::fs::read_to_string(&grammar).unwrap();
+    let text = text.replace("travel, fall }", "travel, fall, energy }");
+    let two = text.replace("search   trade_offs", "minimize energy in J\nsearch trade_offs");
+    assert!(two.contains("energy }") && two.contains("minimize energy"), "{two}");
+    std::fs::write(&grammar, two).unwrap();
+    kill_and_resume(folder.path(), &grammar);
+    let front = std::fs::read_to_string(folder.path().join("whole/front.csv")).unwrap();
+    assert!(front.lines().count() > 3, "{front}");
+}
+
 /// Kills runs at any time, resumes them with any number of threads, and compares what they leave.
 fn kill_and_resume(folder: &Path, grammar: &Path) {
     let usual = if is_long() { 100 } else { 5 };
@@ -234,6 +248,7 @@ fn kill_and_resume(folder: &Path, grammar: &Path) {
             killed += 1;
             // Somebody tidies up: what the search still knows is written again.
             let _ = std::fs::remove_dir_all(out.join("archive"));
+            let _ = std::fs::remove_dir_all(out.join("front"));
         }
         assert_same(&out, &whole);
     }

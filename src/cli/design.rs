@@ -48,7 +48,9 @@ pub(super) fn read(path: &Path) -> Result<SavedDesign, Fault> {
             )));
         }
     }
-    SavedDesign::read(path).map_err(Fault::usage)
+    // What a run keeps is a file, whatever stands there; what somebody names may be a pipe.
+    let is_of_run = is_best && path.parent().is_some_and(run_files::is_run);
+    if is_of_run { SavedDesign::read_own(path) } else { SavedDesign::read(path) }.map_err(Fault::usage)
 }
 
 /// A saved design, and the rule set of the grammar that made it, with its texts.

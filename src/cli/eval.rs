@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, objective_name};
 use grammar_lang::source::SourceMap;
 
 use super::design::{self, Opened};
@@ -159,6 +159,10 @@ impl Eval {
         // Of the design as it was read.
         let checked = genuine::check_values(&rules, &design, &replayed);
         output::data(&format!("value {}\n", describe::quantity(value, &rules.objective.unit)))?;
+        for (objective, value) in rules.beside().iter().zip(&replayed.beside) {
+            let value = describe::quantity(*value, &objective.unit);
+            output::data(&format!("  and {} {value}\n", objective_name(&rules, objective)))?;
+        }
         let penalties = score::penalties(&rules, &replayed.candidate.derivation)
             .map_err(|e| Fault::input(format!("{}: {}", path.display(), e.reason)))?;
         for (name, weight) in &penalties {

@@ -64,6 +64,12 @@ impl Export {
             return self.write(&beginning(&rules, &names, &derivation.design));
         }
         design::check_values(&path, &rules, &design)?;
+        if matches!(self.to, Format::Mjcf) && rules.lattice.is_some() {
+            return Err(Fault::usage(format!(
+                "{}: a body of balls and springs has no model of hinges for MuJoCo; `--to motion` writes its motion, `--to begin` its cells",
+                path.display()
+            )));
+        }
         let precision = self.precision.asked();
         let setup = replay::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
         let assembly = &setup.body.assembly;

@@ -2,10 +2,11 @@
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use grammar_lang::Compiler;
-use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, more, render};
+use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::ir::RuleSet;
 use grammar_lang::names::MOST_VARIANTS;
 use grammar_lang::source::{Loader, SourceMap};
@@ -13,10 +14,11 @@ use grammar_lang::types::Idle;
 
 use super::exit;
 use super::output::{self, Fault};
-use crate::derive::check_begun;
+use crate::derive::{Candidate, Derivation, check_begun};
 use crate::loader::{Files, read_text};
 use crate::reading;
 pub(super) use crate::results::describe::no_value;
+use crate::search;
 
 /// What messages call standard input.
 pub(super) const STDIN: &str = "<stdin>";
@@ -81,11 +83,24 @@ fn check_with(
     let begun = check_begun(&compiled, entry, &sources);
     let mut diagnostics = compiled.diagnostics;
     diagnostics.extend(begun);
+    if !diagnostics.iter().any(Diagnostic::is_error) {
+        diagnostics.extend(compiled.ruleset.as_ref().and_then(unfit));
+    }
     let offers = compiled.offers;
     let sound = !diagnostics.iter().any(Diagnostic::is_error);
     let rules = compiled.ruleset.filter(|_| sound);
     let (is_grammar, idle, wanted) = (compiled.is_grammar, compiled.idle, wanted.map(str::to_owned));
     Checked { wanted, sound, offers, rules, is_grammar, diagnostics, idle, sources }
+}
+
+/// That the solver cannot simulate the design that a search begins with.
+fn unfit(rules: &RuleSet) -> Option<Diagnostic> {
+    let candidate = Candidate::new(rules, Arc::new(Derivation::begin(rules)));
+    let unfit = search::unfit(&candidate)?;
+    let place = rules.lattice.as_ref().map(|lattice| lattice.span);
+    let place = place.or_else(|| rules.begin.first().map(|placed| placed.span))?;
+    let told = Diagnostic::new(Code::MODEL_MISFIT, place, "the initial design cannot be simulated");
+    Some(told.label("the initial design").help(unfit.reason))
 }
 
 /// Checks the grammar of a text and each of its variants. What several of them share is

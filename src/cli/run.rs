@@ -77,7 +77,8 @@ impl Run {
             (None, _) => Some(DEFAULT_EVALUATIONS),
         };
         let grammar = Grammar::freeze(&rules, &sources, &self.params);
-        let command = std::env::args().collect::<Vec<_>>().join(" ");
+        let command =
+            std::env::args_os().map(|word| word.to_string_lossy().into_owned()).collect::<Vec<_>>().join(" ");
         let asked = |seed: u64| Asked {
             command: command.clone(),
             sgc: env!("CARGO_PKG_VERSION").to_owned(),

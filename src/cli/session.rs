@@ -16,7 +16,7 @@ use crate::results::DesignError;
 use crate::results::folder::{Reopened, RunFolder};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::sittings::Sittings;
-use crate::results::{archive, leftovers, robustness, saving, summary};
+use crate::results::{archive, front, leftovers, robustness, saving, summary};
 use crate::search::{self, Best, End, Failure, Jobs, Limits, Observer, Outcome, Row, State, Unkept};
 use crate::simulate::{self, Stop};
 
@@ -86,6 +86,7 @@ impl Session<'_> {
             keeper.improved(best).map_err(Fault::usage)?;
         }
         keeper.archive_again(state.archive())?;
+        keeper.front_again(&state.front().cloned().collect::<Vec<_>>())?;
         let cuttable = interrupt::Cuttable::begin();
         let outcome = search::go_on(&rules, state, model, &limits, flag, &mut keeper);
         drop(cuttable);
@@ -128,6 +129,7 @@ impl Session<'_> {
         };
         keeper.folder.best(&design).map_err(Fault::usage)?;
         keeper.archive_again(&outcome.archive)?;
+        keeper.front_again(&outcome.front)?;
         keeper.folder.finish(&asked, &rules, &outcome, max_evals).map_err(Fault::usage)?;
         drop(keeper);
         Ok(Ended { rules, path, outcome, design: Some(design), is_early: false })
@@ -153,6 +155,9 @@ fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) 
         let worlds: Vec<String> =
             tally.elsewhere.iter().map(|(world, many)| format!("{many} in `{world}`")).collect();
         output::note(&format!("worlds without a value: {}", worlds.join(", ")));
+    }
+    if let Some((many, reason)) = &tally.unfit {
+        output::note(&format!("warning: {many} bodies could not be simulated; the first: {reason}"));
     }
     for (error, many) in &tally.no_value {
         let place = load::no_value(error, sources);
@@ -193,6 +198,9 @@ impl Ended {
         output::data(&report.unwrap_or_default())?;
         if let Some(table) = archive::told(path) {
             output::note(&table);
+        }
+        if !self.outcome.front.is_empty() {
+            output::note(&front::told(path, &self.rules, &self.outcome.front));
         }
         output::note(&format!("look at it: sgc view {}", output::typed(path)));
         for older in leftovers::left(path) {
@@ -282,6 +290,16 @@ impl Keeper<'_> {
         Ok(())
     }
 
+    /// Writes the designs of a front that are not in the folder as the search left them.
+    fn front_again(&mut self, designs: &[Best]) -> Result<(), Fault> {
+        let Some(lost) = self.folder.lost_of_front(self.rules, designs) else { return Ok(()) };
+        for best in lost.into_iter().filter_map(|place| designs.get(place)) {
+            let design = self.saved(best).map_err(Fault::usage)?;
+            self.folder.on_front(best, &design).map_err(Fault::usage)?;
+        }
+        self.folder.front(self.rules, designs).map_err(Fault::usage)
+    }
+
     /// The end of a session that can be gone on with.
     fn stopped(self, outcome: Outcome) -> Result<Ended, Fault> {
         let design = match &outcome.best {
@@ -317,6 +335,16 @@ impl Observer for Keeper<'_> {
         let Some((cell, best)) = archive.get(new) else { return Ok(()) };
         let design = self.saved(best)?;
         Ok(self.folder.kept(self.rules, archive, cell, &design)?)
+    }
+
+    fn on_front(&mut self, designs: &[Best]) -> Result<(), Unkept> {
+        for best in designs {
+            if !self.folder.has_on_front(best) {
+                let design = self.saved(best)?;
+                self.folder.on_front(best, &design)?;
+            }
+        }
+        Ok(self.folder.front(self.rules, designs)?)
     }
 
     fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), Unkept> {

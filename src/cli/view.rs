@@ -8,7 +8,8 @@ use super::design::{self, Opened};
 use super::exit;
 use super::output::{self, Fault};
 use super::replace::Replace;
-use crate::results::{picture, view};
+use crate::results::saved::SavedDesign;
+use crate::results::{front, picture, view};
 
 /// What its pages are sealed with.
 const VIEW: &str = "view";
@@ -32,11 +33,8 @@ pub(super) struct View {
 impl View {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design::file(&self.design);
-        let Opened { design, rules, sources } = design::open(&path)?;
-        let fault = |e| design::fault(&path, &e);
-        let scene = picture::scene(&rules, &sources, &design, self.task.as_deref()).map_err(fault)?;
-        let page = view::page(&scene);
-        let out = match self.out {
+        let (page, design) = self.page(&path)?;
+        let out = match self.out.clone() {
             Some(out) => {
                 self.replace.write_sealed(&out, &page, VIEW)?;
                 out
@@ -47,14 +45,35 @@ impl View {
             }
         };
         output::data(&format!("{}\n", out.display()))?;
+        let others = if self.out.is_none() { front::designs(&self.design) } else { Vec::new() };
+        for other in &others {
+            let (page, _) = self.page(other)?;
+            self.replace.write_sealed(&front::page_of(other), &page, VIEW)?;
+        }
+        if !others.is_empty() {
+            let folder = self.design.join("front");
+            output::note(&format!(
+                "{} more pages, of the designs on the front, are in {}",
+                others.len(),
+                folder.display()
+            ));
+        }
         output::note("open this page in a browser");
         Ok(exit::DONE)
+    }
+
+    /// The page of a saved design.
+    fn page(&self, path: &Path) -> Result<(String, SavedDesign), Fault> {
+        let Opened { design, rules, sources } = design::open(path)?;
+        let fault = |e| design::fault(path, &e);
+        let scene = picture::scene(&rules, &sources, &design, self.task.as_deref()).map_err(fault)?;
+        Ok((view::page(&scene), design))
     }
 }
 
 /// Writes the page beside the design; where nothing can be written, into the current folder.
 fn beside(design: &Path, name: &str, page: &str, replace: Replace) -> Result<PathBuf, Fault> {
-    let out = design.with_file_name("view.html");
+    let out = front::page_of(design);
     replace.may_write_sealed(&out, VIEW)?;
     let Err(Fault { code, message }) = replace.write_sealed(&out, page, VIEW) else { return Ok(out) };
     let here = PathBuf::from(format!("{name}.view.html"));

@@ -10,7 +10,7 @@ use grammar_lang::names::with_changes;
 use grammar_lang::source::{FileId, SourceMap};
 
 use super::apply::{Blocked, attachment};
-use super::{Derivation, DesignScope};
+use super::{Derivation, DesignScope, run_example};
 use crate::design::CORE;
 use crate::design::{Design, Refusal};
 
@@ -79,6 +79,13 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
             *counts.entry(part.kind.clone()).or_default() += 1;
         }
         found.extend(compiled.found_from(&counts, entry, sources));
+    }
+    // A search could not even begin.
+    let from = rules.from.as_ref().and_then(|name| Some((name, rules.examples.get(name)?)));
+    if let Some((name, example)) = from
+        && let Err(fails) = run_example(rules, name, example)
+    {
+        found.push(fails.help(format!("the search starts from `{name}`")));
     }
     found
 }

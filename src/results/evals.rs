@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use grammar_lang::ir::{Objective, RuleSet, objective_name};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
@@ -14,7 +15,21 @@ use crate::search::Row;
 
 use crate::reading;
 
-const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,nominal,chain,parent,tuned,at_most_in";
+const COLUMNS: &str = "move,iteration,rule,blocked,parts,actuators,value,accepted,best,temperature,evaluations,invalid,unstable,why_invalid,nominal,chain,parent,tuned";
+/// The last column that every table has; those of objectives beside the first stand before it, those of what is observed behind it.
+const LAST: &str = "at_most_in";
+
+/// What each objective is of, with its unit.
+pub(super) fn objectives(rules: &RuleSet) -> Vec<String> {
+    let told = |objective: &Objective| {
+        let name = objective_name(rules, objective);
+        if objective.unit.is_empty() { name } else { format!("{name} ({})", objective.unit) }
+    };
+    rules.objectives().map(told).collect()
+}
+
+/// What the columns of the objectives beside the first begin with.
+pub(super) const BESIDE: &str = "objective ";
 
 /// The table, to which rows are added.
 #[derive(Debug)]
@@ -24,8 +39,33 @@ pub(super) struct Evals {
     /// Of all that has been written.
     sum: Sha256,
     length: u64,
-    /// How many columns there are for what is observed.
-    observed: usize,
+    columns: More,
+}
+
+/// The columns that not every table has.
+#[derive(Clone, Debug, Default)]
+pub(super) struct More {
+    /// Of the objectives beside the first, where a front is searched for.
+    pub(super) beside: Vec<String>,
+    /// Of what is observed.
+    pub(super) observed: Vec<String>,
+}
+
+impl More {
+    /// Those of a rule set.
+    pub(super) fn of(rules: &RuleSet) -> Self {
+        let beside = objectives(rules).into_iter().skip(1);
+        let beside = beside.map(|name| format!("{BESIDE}{name}")).collect();
+        Self { beside, observed: rules.observed.clone() }
+    }
+
+    /// The first line of a table.
+    fn head(&self) -> String {
+        let beside = self.beside.iter().map(|name| quoted(name));
+        let last = beside.chain([LAST.to_owned()]).chain(self.observed.iter().cloned());
+        let more: String = last.map(|name| format!(",{name}")).collect();
+        format!("{COLUMNS}{more}\n")
+    }
 }
 
 /// How far a table was written, and what was in it.
@@ -60,18 +100,18 @@ impl Mark {
 }
 
 impl Evals {
-    /// A table without rows, with columns for what is observed.
-    pub(super) fn create(path: &Path, observed: &[String]) -> Result<Self, FileError> {
+    /// A table without rows.
+    pub(super) fn create(path: &Path, columns: More) -> Result<Self, FileError> {
         let file = fs::File::create(path).map_err(FileError::write(path))?;
         let (path, sum) = (path.to_owned(), Sha256::new());
-        let mut evals = Self { path, file, sum, length: 0, observed: observed.len() };
-        let more: String = observed.iter().map(|name| format!(",{name}")).collect();
-        evals.write(&format!("{COLUMNS}{more}\n"))?;
+        let head = columns.head();
+        let mut evals = Self { path, file, sum, length: 0, columns };
+        evals.write(&head)?;
         Ok(evals)
     }
 
     /// The table as it was when it was marked: rows that were added later are cut off.
-    pub(super) fn reopen(path: &Path, mark: &Mark, observed: &[String]) -> Result<Self, FileError> {
+    pub(super) fn reopen(path: &Path, mark: &Mark, columns: More) -> Result<Self, FileError> {
         let bytes = reading::own(path).map_err(FileError::read(path))?;
         let Some(counted) = mark.counted(&bytes) else {
             return Err(FileError::unfit(path, Unfit::OtherRows));
@@ -80,7 +120,7 @@ impl Evals {
         let mut file = fs::OpenOptions::new().write(true).open(path).map_err(FileError::write(path))?;
         file.set_len(mark.bytes).map_err(FileError::write(path))?;
         file.seek(SeekFrom::End(0)).map_err(FileError::write(path))?;
-        Ok(Self { path: path.to_owned(), file, sum, length: mark.bytes, observed: observed.len() })
+        Ok(Self { path: path.to_owned(), file, sum, length: mark.bytes, columns })
     }
 
     /// Where the table is from now on: its folder was moved.
@@ -93,7 +133,7 @@ impl Evals {
         let number = |x: Option<f64>| x.map_or(String::new(), |x| format!("{x}"));
         let blocked: Vec<String> = row.blocked.iter().map(|(rule, why)| format!("{rule}: {why}")).collect();
         let mut line = format!(
-            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
+            "{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{},{}",
             row.number,
             row.iteration,
             row.rule.as_deref().unwrap_or(""),
@@ -112,9 +152,12 @@ impl Evals {
             row.chain,
             row.parent.map_or(String::new(), |parent| parent.to_string()),
             row.tuned,
-            row.at_most_in.map_or(String::new(), |worlds| worlds.to_string()),
         );
-        for column in 0..self.observed {
+        for column in 0..self.columns.beside.len() {
+            line += &format!(",{}", number(row.beside.get(column).copied()));
+        }
+        line += &format!(",{}", row.at_most_in.map_or(String::new(), |worlds| worlds.to_string()));
+        for column in 0..self.columns.observed.len() {
             let value = row.observed.get(column).and_then(Option::as_ref);
             line += &format!(",{}", value.map_or(String::new(), ToString::to_string));
         }
@@ -158,23 +201,27 @@ mod tests {
     fn rows_after_a_mark_are_cut_off_and_changed_rows_are_refused() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("evals.csv");
-        let mut evals = Evals::create(&path, &[]).unwrap();
+        let mut evals = Evals::create(&path, More::default()).unwrap();
         evals.write("one\n").unwrap();
         let mark = evals.mark().unwrap();
         evals.write("two\nhal").unwrap();
         drop(evals);
 
-        let mut evals = Evals::reopen(&path, &mark, &[]).unwrap();
+        let mut evals = Evals::reopen(&path, &mark, More::default()).unwrap();
         assert_eq!(evals.mark().unwrap(), mark);
         evals.write("three\n").unwrap();
         let now = evals.mark().unwrap();
-        assert_eq!(fs::read_to_string(&path).unwrap(), format!("{COLUMNS}\none\nthree\n"));
-        assert_eq!(Evals::reopen(&path, &now, &[]).unwrap().mark().unwrap(), now);
+        assert_eq!(fs::read_to_string(&path).unwrap(), format!("{COLUMNS},{LAST}\none\nthree\n"));
+        assert_eq!(Evals::reopen(&path, &now, More::default()).unwrap().mark().unwrap(), now);
 
-        fs::write(&path, format!("{COLUMNS}\nodd\nthree\n")).unwrap();
-        assert!(Evals::reopen(&path, &mark, &[]).unwrap_err().to_string().contains("was changed"));
+        fs::write(&path, format!("{COLUMNS},{LAST}\nodd\nthree\n")).unwrap();
+        assert!(
+            Evals::reopen(&path, &mark, More::default()).unwrap_err().to_string().contains("was changed")
+        );
         fs::write(&path, "move").unwrap();
-        assert!(Evals::reopen(&path, &mark, &[]).unwrap_err().to_string().contains("was changed"));
+        assert!(
+            Evals::reopen(&path, &mark, More::default()).unwrap_err().to_string().contains("was changed")
+        );
         assert_eq!(fs::read_to_string(&path).unwrap(), "move", "what is refused stays as it is");
     }
 
@@ -183,7 +230,7 @@ mod tests {
     fn a_table_that_was_taken_away_is_found() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("evals.csv");
-        let evals = Evals::create(&path, &[]).unwrap();
+        let evals = Evals::create(&path, More::default()).unwrap();
         fs::rename(&path, folder.path().join("aside")).unwrap();
         fs::write(&path, COLUMNS).unwrap();
         assert!(evals.mark().unwrap_err().to_string().contains("removed, replaced"));
@@ -193,7 +240,7 @@ mod tests {
     fn a_table_that_was_emptied_is_found() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("evals.csv");
-        let evals = Evals::create(&path, &[]).unwrap();
+        let evals = Evals::create(&path, More::default()).unwrap();
         fs::write(&path, "").unwrap();
         assert!(evals.mark().unwrap_err().to_string().contains("changed"));
     }

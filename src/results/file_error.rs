@@ -139,6 +139,14 @@ pub enum Unfit {
         /// Its name.
         foreign: String,
     },
+    /// What is to be run is in the folder that the run would replace.
+    #[error(
+        "holds {file}, which this run was made of: --force would remove it; copy it elsewhere, or choose another place with --out"
+    )]
+    HoldsGrammar {
+        /// The file.
+        file: String,
+    },
     /// There is something in it that the runs did not write.
     #[error(
         "is not only a folder of runs: \"{foreign}\" in it was not written by them; --force replaces only such folders"

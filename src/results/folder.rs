@@ -8,9 +8,8 @@ use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 use sha2::{Digest, Sha256};
 
-use super::archive;
 use super::checkpoint::Checkpoint;
-use super::evals::Evals;
+use super::evals::{Evals, More};
 use super::genuine;
 use super::leftovers;
 use super::place::check_place;
@@ -23,6 +22,7 @@ use super::whole::{
     aside, check_no_link, is_same, lock, lock_again, make_folder, read, write_own, write_whole,
 };
 use super::{DesignError, FileError, Unfit};
+use super::{archive, front};
 use crate::search::{Best, Outcome, Row, State};
 
 /// A run folder that is being written. Another process cannot write it as long as this lives.
@@ -102,7 +102,7 @@ impl RunFolder {
             let text = grammar.sources.get(&source.name).map_or("", String::as_str);
             write_whole(&sources.join(&source.file), text)?;
         }
-        let evals = Evals::create(&path.join(EVALS), &rules.observed)?;
+        let evals = Evals::create(&path.join(EVALS), More::of(rules))?;
         let folder = Self {
             path: path.to_owned(),
             evals,
@@ -132,7 +132,9 @@ impl RunFolder {
         if finished(path)?.is_some() {
             return Err(FileError::Complete { folder: path.to_owned() });
         }
-        for own in [archive::FOLDER, archive::TABLE, BEST, EVALS, CHECKPOINT, SITTINGS] {
+        for own in
+            [archive::FOLDER, archive::TABLE, front::FOLDER, front::TABLE, BEST, EVALS, CHECKPOINT, SITTINGS]
+        {
             check_no_link(&path.join(own))?;
         }
         let text = read(&path.join(RUN))?;
@@ -154,7 +156,7 @@ impl RunFolder {
                 .and_then(|design| of_run(&design).map_err(FileError::inside(&best)));
             own.map_err(|why| FileError::unfit(&best, Unfit::NotOwn { why: why.to_string() }))?;
         }
-        let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, &rules.observed)?;
+        let evals = Evals::reopen(&path.join(EVALS), &checkpoint.evals, More::of(&rules))?;
         leftovers::clear_within(path);
         // A process that was killed before its first best leaves the run that it was to replace: it goes
         // on waiting until there is a best.
@@ -249,6 +251,36 @@ impl RunFolder {
     #[must_use]
     pub fn lost(&self, rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> Vec<usize> {
         archive::lost(&self.path, rules, archive)
+    }
+
+    /// Whether a design on the front has its file.
+    #[must_use]
+    pub fn has_on_front(&self, best: &Best) -> bool {
+        front::is_there(&self.path, best)
+    }
+
+    /// Writes a design on the front.
+    ///
+    /// # Errors
+    ///
+    /// A sentence with the system's reason.
+    pub fn on_front(&self, best: &Best, design: &SavedDesign) -> Result<(), FileError> {
+        self.write_here(|| front::write_design(&self.path, best, design))
+    }
+
+    /// Replaces the table of the front, and removes the designs that left it.
+    ///
+    /// # Errors
+    ///
+    /// A sentence with the system's reason.
+    pub fn front(&self, rules: &RuleSet, designs: &[Best]) -> Result<(), FileError> {
+        self.write_here(|| front::write_table(&self.path, rules, designs))
+    }
+
+    /// Which designs on the front have to be written again; none inside if nothing has.
+    #[must_use]
+    pub fn lost_of_front(&self, rules: &RuleSet, designs: &[Best]) -> Option<Vec<usize>> {
+        front::lost(&self.path, rules, designs)
     }
 
     /// Replaces the best design.

@@ -8,7 +8,7 @@ use super::evals::Mark;
 use super::replay::{Replayed, candidate, drive_of};
 use super::run_files::{Asked, EVALS, Finished, RESULT, RUN};
 use super::saved::{SavedDesign, SavedTask};
-use super::{DesignError, FileError, Unfit};
+use super::{DesignError, FileError, Unfit, saving};
 use crate::{reading, score};
 
 /// Checks that the derivation of a design leads, by its own grammar, to the body that was saved.
@@ -60,6 +60,10 @@ pub fn check_values(
     let unit_of = |saved: &SavedTask| rules.tasks.get(&saved.name).map(|task| &task.objective.unit);
     if design.unit != rules.objective.unit || design.tasks.iter().any(|t| unit_of(t) != Some(&t.unit)) {
         return changed("the saved unit".to_owned());
+    }
+    let beside = saving::beside(rules, &replayed.beside);
+    if design.beside.len() != beside.len() || !design.beside.iter().zip(&beside).all(|(a, b)| a.is_same(b)) {
+        return changed("what it comes to in another objective".to_owned());
     }
     if design.penalties != score::penalties(rules, &replayed.candidate.derivation)? {
         return changed("the list of preferences that are not fulfilled".to_owned());

@@ -5,9 +5,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use super::archive;
 use super::place::{check_place, check_series};
 use super::whole::{clear_unfinished_files, entries, replaced, unfinished};
+use super::{archive, front};
 
 /// A folder without a lock yet may be one that another process fills right now, unless it is older.
 const FILLED_WITHIN: Duration = Duration::from_secs(600);
@@ -49,7 +49,7 @@ pub(super) fn clear_unfinished(path: &Path) {
 
 /// Removes the files of a run that a killed process had begun to write.
 pub(super) fn clear_within(run: &Path) {
-    for folder in [run.to_owned(), run.join(archive::FOLDER)] {
+    for folder in [run.to_owned(), run.join(archive::FOLDER), run.join(front::FOLDER)] {
         clear_unfinished_files(&folder);
     }
 }

@@ -9,6 +9,7 @@ pub mod elsewhere;
 mod evals;
 mod file_error;
 pub mod folder;
+pub mod front;
 pub mod gait;
 pub mod genuine;
 pub mod leftovers;

@@ -93,7 +93,14 @@ pub fn scene(
                 None => format!("{} parts, {} actuators{shown}", parts.len(), candidate.body.actuators.len()),
             },
         ],
-        value: describe::quantity(design.value, &design.unit),
+        value: std::iter::once(describe::quantity(design.value, &design.unit))
+            .chain(
+                design.beside.iter().map(|other| {
+                    format!("{} {}", other.objective, describe::quantity(other.value, &other.unit))
+                }),
+            )
+            .collect::<Vec<_>>()
+            .join(", "),
         terms,
         elements,
         motion,

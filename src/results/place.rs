@@ -6,7 +6,8 @@ use super::run_files::{BEST, CHECKPOINT, EVALS, RESULT, RUN, SOURCES, asked, is_
 use super::seal::is_as_written;
 use super::sittings::SITTINGS;
 use super::whole::{entries, is_unfinished, lock};
-use super::{FileError, Unfit, archive, report};
+use super::{FileError, Unfit, archive, front, report};
+use crate::reading;
 
 pub(super) const RUNS: &str = "runs.toml";
 pub(super) const SUMMARY: &str = "summary.csv";
@@ -43,6 +44,9 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
     if !force {
         return Err(FileError::unfit(path, Unfit::Exists));
     }
+    if let Some(file) = reading::read_within(path, "sgr") {
+        return Err(FileError::unfit(path, Unfit::HoldsGrammar { file: file.display().to_string() }));
+    }
     // Only what a run has written is ever replaced.
     if let Some(foreign) = entries.iter().find(|e| !is_own(path, e)).cloned().or_else(|| foreign_within(path))
     {
@@ -59,13 +63,22 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
 fn foreign_within(path: &Path) -> Option<String> {
     let sources = asked(path).map(|asked| asked.sources).unwrap_or_default();
     let is_source = |name: &str| sources.iter().any(|source| source.file == name);
-    let is_kept = |name: &str| archive::is_kind(name) && path.join(archive::TABLE).exists();
+    let is_page = |folder: &str, name: &str| {
+        name.ends_with(".view.html") && is_as_written(&path.join(folder).join(name))
+    };
+    let is_kept = |name: &str| {
+        archive::is_kind(name) && path.join(archive::TABLE).exists() || is_page(archive::FOLDER, name)
+    };
     let within = |folder: &str, is_own: &dyn Fn(&str) -> bool| {
         let names = entries(&path.join(folder)).unwrap_or_default();
         let foreign = names.into_iter().find(|name| !is_own(name) && !is_unfinished(name))?;
         Some(format!("{folder}/{foreign}"))
     };
-    within(SOURCES, &is_source).or_else(|| within(archive::FOLDER, &is_kept)).or_else(|| {
+    let is_on_front = |name: &str| {
+        front::is_design(name) && path.join(front::TABLE).exists() || is_page(front::FOLDER, name)
+    };
+    let foreign = within(SOURCES, &is_source).or_else(|| within(archive::FOLDER, &is_kept));
+    foreign.or_else(|| within(front::FOLDER, &is_on_front)).or_else(|| {
         let lacks_its_order = sources.is_empty();
         let first = entries(path).unwrap_or_default().into_iter().find(|name| !is_unfinished(name));
         first.filter(|_| lacks_its_order)
@@ -74,9 +87,14 @@ fn foreign_within(path: &Path) -> Option<String> {
 
 /// Whether what has this name in a folder was written by a run, or of it.
 fn is_own(path: &Path, name: &str) -> bool {
-    let known = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, SITTINGS, archive::FOLDER, archive::TABLE];
+    let of_run = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, SITTINGS];
+    let kept = [archive::FOLDER, archive::TABLE, front::FOLDER, front::TABLE];
     // Pages and drawings are ours as long as nobody has edited them.
     let drawn = ["view.html", "schedule.svg", "difference.svg"];
     let is_drawn = drawn.contains(&name) && is_as_written(&path.join(name));
-    known.contains(&name) || is_drawn || is_unfinished(name) || report::is_own(path, name)
+    of_run.contains(&name)
+        || kept.contains(&name)
+        || is_drawn
+        || is_unfinished(name)
+        || report::is_own(path, name)
 }

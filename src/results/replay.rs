@@ -26,6 +26,8 @@ pub struct Replayed<'r> {
     pub observed: IndexMap<String, Option<Observed>>,
     /// The value of the whole grammar's objective; none if a motion is not valid.
     pub value: Option<f64>,
+    /// What it comes to in the objectives beside the first; empty if a motion is not valid.
+    pub beside: Vec<f64>,
 }
 
 /// One task of a design that has been simulated again.
@@ -39,6 +41,8 @@ pub struct ReplayedTask {
     /// The score of a valid motion; none either where the objective runs over worlds and a motion in one of them is not
     /// valid.
     pub score: Option<Score>,
+    /// What each objective of the task is, where it has several and a score.
+    pub each: Vec<f64>,
     /// What the objective is of the motion in the nominal world alone, where it runs over others, too.
     pub nominal: Option<f64>,
     /// The world in which the motion is not valid, and why, if there is one.
@@ -68,10 +72,12 @@ pub fn replay<'r>(
     }
     let values: Option<Vec<(&str, f64)>> =
         tasks.iter().map(|t| Some((t.name.as_str(), t.score.as_ref()?.value))).collect();
-    let value = match values {
-        Some(values) => Some(score::outcome(rules, &candidate.derivation, &values)?),
-        None => None,
-    };
+    let (mut value, mut beside) = (None, Vec::new());
+    if let Some(values) = values {
+        value = Some(score::outcome(rules, &candidate.derivation, &values)?);
+        let each = tasks.first().map_or(&[][..], |task| &task.each);
+        beside = score::beside(rules, &candidate.derivation, &values, each)?;
+    }
     let observed = match (tasks.first().map(|task| &task.motion), design.tasks.first()) {
         (Some(Ok(motion)), Some(saved)) if !rules.observed.is_empty() => {
             let recorded = recorded(&candidate, saved, motion, score::observe)?;
@@ -79,7 +85,7 @@ pub fn replay<'r>(
         }
         _ => IndexMap::new(),
     };
-    Ok(Replayed { candidate, tasks, observed, value })
+    Ok(Replayed { candidate, tasks, observed, value, beside })
 }
 
 /// Asks something of a motion of a saved design.
@@ -298,11 +304,15 @@ pub(super) fn replay_task(
             Err(why) => lost = lost.or(Some((scenario.name, why))),
         }
     }
-    let (mut scored, mut nominal, mut speed) = (None, None, None);
+    let (mut scored, mut nominal, mut speed, mut each) = (None, None, None, Vec::new());
     if let Ok(motion) = &motion {
         let recording = driven.recording(motion, None);
         if lost.is_none() {
-            scored = Some(score(Recording { elsewhere: &elsewhere, ..recording })?);
+            let everywhere = Recording { elsewhere: &elsewhere, ..recording };
+            scored = Some(score(everywhere)?);
+            if !driven.drive.task().beside.is_empty() {
+                each = score::objectives(everywhere)?;
+            }
         }
         if driven.drive.task().runs_over_worlds() {
             nominal = Some(score::objective(recording)?);
@@ -310,7 +320,7 @@ pub(super) fn replay_task(
         speed = driven.speed(motion)?;
     }
     let (name, targets) = (saved.name.clone(), driven.targets()?);
-    Ok(ReplayedTask { name, motion, targets, score: scored, nominal, lost, speed })
+    Ok(ReplayedTask { name, motion, targets, score: scored, each, nominal, lost, speed })
 }
 
 /// What is simulated when a design does a task.

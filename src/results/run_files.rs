@@ -11,7 +11,7 @@ use sha2::{Digest, Sha256};
 use super::evals::Mark;
 use super::saved::{Grammar, hex};
 use super::whole::read;
-use super::{Damage, FileError, Unfit};
+use super::{Damage, FileError, Unfit, archive, front};
 use crate::reading;
 
 pub(super) const RUN: &str = "run.toml";
@@ -57,8 +57,13 @@ pub fn is_of_run(file: &Path) -> bool {
         folder.parent().is_some_and(is_run)
             && folder.file_name().is_some_and(|name| names.iter().any(|own| name == *own))
     };
+    let is_within =
+        |names: &[&str]| file.parent().is_some_and(|folder| folder.is_dir() && is_in(folder, names));
+    let is_design =
+        file.file_name().and_then(|name| name.to_str()).is_some_and(|n| n.ends_with(".design.json"));
     is_in(file, &[RUN, EVALS, CHECKPOINT, BEST, RESULT])
-        || file.parent().is_some_and(|folder| is_in(folder, &[SOURCES, super::archive::FOLDER]))
+        || is_within(&[SOURCES])
+        || is_design && is_within(&[archive::FOLDER, front::FOLDER])
 }
 
 impl Asked {

@@ -84,6 +84,9 @@ pub struct SavedDesign {
     pub value: f64,
     /// The unit of the value; empty if it has none.
     pub unit: String,
+    /// What it comes to in the objectives beside the first, where a front was searched for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<Beside>,
     /// What it loses by preferences that it does not fulfil.
     pub penalties: Vec<(String, f64)>,
     /// What was observed of its motion in the first task, in SI units.
@@ -98,6 +101,25 @@ pub struct SavedDesign {
     pub body: String,
     /// The steps that made the body.
     pub derivation: Vec<Step>,
+}
+
+/// What a design comes to in an objective beside the first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Beside {
+    /// What the objective is of.
+    pub objective: String,
+    /// The value.
+    pub value: f64,
+    /// Its unit; empty if it has none.
+    pub unit: String,
+}
+
+impl Beside {
+    /// Whether it says the same, to the bit.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        let Self { objective, value, unit } = other;
+        (&self.objective, self.value.to_bits(), &self.unit) == (objective, value.to_bits(), unit)
+    }
 }
 
 /// What a design does in one task.
@@ -259,6 +281,7 @@ impl SavedDesign {
             found_at,
             value,
             unit: unit.to_owned(),
+            beside: Vec::new(),
             penalties: Vec::new(),
             observed: IndexMap::new(),
             own_names: Names::default(),

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{Objective, RuleSet, objective_name};
 
 use super::DesignError;
 use super::names::Names;
 use super::replay::{Driven, Precision};
 use super::robustness::HALF_STEP;
-use super::saved::{Check, Grammar, Measured, SavedDesign, SavedTask};
+use super::saved::{Beside, Check, Grammar, Measured, SavedDesign, SavedTask};
 use crate::derive::Candidate;
 use crate::drive::Drive;
 use crate::score;
@@ -36,6 +36,7 @@ pub fn save(
         (best.value, &rules.objective.unit),
         (&best.derivation, best.derivation.design.canonical_hash(rules)),
     );
+    design.beside = beside(rules, &best.beside);
     design.penalties = score::penalties(rules, &best.derivation)?;
     design.observed = rules.observed.iter().cloned().zip(best.observed().iter().cloned()).collect();
     design.own_names = Names::of(rules, &best.derivation.design);
@@ -68,4 +69,14 @@ pub fn save(
         design.tasks.push(saved);
     }
     Ok(design)
+}
+
+/// What a design comes to in the objectives beside the first, as it is saved.
+pub(super) fn beside(rules: &RuleSet, values: &[f64]) -> Vec<Beside> {
+    let one = |(objective, value): (&Objective, &f64)| Beside {
+        objective: objective_name(rules, objective),
+        value: *value,
+        unit: objective.unit.clone(),
+    };
+    rules.beside().iter().zip(values).map(one).collect()
 }

@@ -5,7 +5,7 @@ use grammar_lang::ir::{Direction, RuleSet};
 use super::describe;
 use super::elsewhere;
 use super::robustness::{outcome, verdict};
-use super::saved::{SavedDesign, SavedTask};
+use super::saved::{Beside, SavedDesign, SavedTask};
 use crate::score::Observed;
 
 /// What a broken preference adds to the value.
@@ -83,6 +83,9 @@ pub fn tests(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask) -> Option
 #[must_use]
 pub fn report(rules: &RuleSet, design: &SavedDesign) -> String {
     let mut out = format!("value {}\n", describe::quantity(design.value, &design.unit));
+    for Beside { objective, value, unit } in &design.beside {
+        out.push_str(&format!("  and {objective} {}\n", describe::quantity(*value, unit)));
+    }
     for (name, weight) in &design.penalties {
         out.push_str(&not_fulfilled(rules, name, *weight));
     }

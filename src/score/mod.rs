@@ -8,8 +8,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{
-    Attribute, Difference, ElementAttribute, Expr, MotionWord, PartAttribute, RuleSet, Task, Term, Track,
-    Word, builds_on,
+    Attribute, Difference, ElementAttribute, Expr, MotionWord, Objective, PartAttribute, RuleSet, Task, Term,
+    Track, Word, builds_on,
 };
 
 pub use observed::{Observed, observe};
@@ -75,8 +75,11 @@ pub fn terms(recording: Recording<'_>) -> Result<Vec<(String, f64)>, EvalError> 
 
 /// The terms that a task's objective builds on, in the order of the rule set.
 fn used<'r>(rules: &'r RuleSet, task: &'r Task) -> Vec<(&'r str, &'r Term)> {
-    let names: BTreeSet<&str> =
-        builds_on(&task.objective.value, &rules.terms).filter_map(|(name, _)| name).collect();
+    let names: BTreeSet<&str> = task
+        .objectives()
+        .flat_map(|o| builds_on(&o.value, &rules.terms))
+        .filter_map(|(name, _)| name)
+        .collect();
     rules.terms.iter().filter(|(n, _)| names.contains(n.as_str())).map(|(n, t)| (n.as_str(), t)).collect()
 }
 
@@ -87,6 +90,16 @@ fn used<'r>(rules: &'r RuleSet, task: &'r Task) -> Vec<(&'r str, &'r Term)> {
 /// [`EvalError`] when the objective has no value.
 pub fn objective(recording: Recording<'_>) -> Result<f64, EvalError> {
     value(recording.drive.task(), &MotionScope::new(recording)?)
+}
+
+/// Each objective of a task, over all worlds of which there is a motion.
+///
+/// # Errors
+///
+/// [`EvalError`] when one has no value.
+pub fn objectives(recording: Recording<'_>) -> Result<Vec<f64>, EvalError> {
+    let scope = MotionScope::new(recording)?;
+    recording.drive.task().objectives().map(|objective| number_of(objective, &scope)).collect()
 }
 
 /// Any quantities of the score stage, in SI units; a Bool is 0 or 1.
@@ -108,7 +121,11 @@ fn number(value: &Value) -> f64 {
 }
 
 fn value(task: &Task, scope: &MotionScope<'_>) -> Result<f64, EvalError> {
-    Ok(evaluate(&task.objective.value, scope, &mut Vec::new())?.as_number().unwrap_or(0.0))
+    number_of(&task.objective, scope)
+}
+
+fn number_of(objective: &Objective, scope: &dyn Scope) -> Result<f64, EvalError> {
+    Ok(evaluate(&objective.value, scope, &mut Vec::new())?.as_number().unwrap_or(0.0))
 }
 
 /// What terms can read: the design and the whole recorded motion; and objectives, the motions in other worlds.
@@ -308,6 +325,25 @@ pub fn penalties(rules: &RuleSet, derivation: &Derivation) -> Result<Vec<(String
         }
     }
     Ok(found)
+}
+
+/// What a design comes to in the objectives beside the first, in their order: from the values of its tasks by name, and, where the grammar names no
+/// tasks, from `each`, what all objectives are of its motion.
+///
+/// # Errors
+///
+/// [`EvalError`] when an objective has no value.
+pub fn beside(
+    rules: &RuleSet,
+    derivation: &Derivation,
+    values: &[(&str, f64)],
+    each: &[f64],
+) -> Result<Vec<f64>, EvalError> {
+    if rules.tasks.contains_key(RuleSet::ONLY_TASK) {
+        return Ok(each.iter().skip(1).copied().collect());
+    }
+    let scope = OutcomeScope { design: DesignScope::new(rules, derivation), values };
+    rules.beside().iter().map(|objective| number_of(objective, &scope)).collect()
 }
 
 /// The value of the whole grammar's objective, from the values of its tasks by name.

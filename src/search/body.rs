@@ -2,6 +2,7 @@
 
 use grammar_lang::ir::{RuleSet, Task};
 
+use super::aim::Aim;
 use super::curves::{Pace, Streams, Tuner};
 use super::evaluator::{Engine, Evaluator};
 use super::state::{Body, Tune, Tuned, Tuning};
@@ -20,6 +21,9 @@ pub(super) struct Known {
     pub(super) kept: f64,
     /// What comes to more is the best of the run.
     pub(super) best: f64,
+    /// What the designs on the front come to, by objectives: what one of them is as good as in every objective does not come onto it, and is not
+    /// checked.
+    pub(super) front: Vec<Vec<f64>>,
     /// How often the curves of the body were tuned before.
     pub(super) tuned: usize,
     /// The worlds that were the hardest for other bodies.
@@ -32,6 +36,7 @@ impl Known {
         of_use: f64::NEG_INFINITY,
         kept: f64::NEG_INFINITY,
         best: f64::NEG_INFINITY,
+        front: Vec::new(),
         tuned: 0,
         hardest: Vec::new(),
     };
@@ -46,6 +51,8 @@ pub(super) struct Tasks<'a> {
     pub(super) warm: Vec<Parameters>,
     /// What is known of its curves, where they are tuned further.
     pub(super) further: Option<Tuned>,
+    /// What the move is after, where a front is searched for.
+    pub(super) aim: Option<Aim>,
     pub(super) bounds: Bounds<'a>,
     /// What the run knows already.
     pub(super) known: Known,
@@ -67,6 +74,13 @@ impl<'a> Tasks<'a> {
                 body.tuning.tally.count(Missing::Expression(error));
                 Pace::Done
             }
+            // So is what the solver cannot simulate: springs of a body may be too stiff for the step of the model.
+            Err(Failure::Unfit(unfit)) if *spent > 0 => {
+                *spent += 1;
+                body.tuning = Tuning::default();
+                body.tuning.tally.count(Missing::Unfit(unfit.reason));
+                Pace::Done
+            }
             pace => pace?,
         };
         if pace != Pace::Done {
@@ -81,7 +95,9 @@ impl<'a> Tasks<'a> {
         let tuner = match &mut self.tuner {
             Some(tuner) => tuner,
             none => {
-                let evaluator = Evaluator::new(&self.candidate, task, self.engine)?;
+                // Each of several tasks has one objective, whatever the front is over.
+                let aim = self.aim.clone().filter(|_| !task.beside.is_empty());
+                let evaluator = Evaluator::new(&self.candidate, task, self.engine, aim)?;
                 let (streams, warm) = (self.streams.of_task(task), self.warm.get(body.done));
                 let known = Known {
                     tuned: self.further.as_ref().map_or(0, |further| further.times),
@@ -93,7 +109,8 @@ impl<'a> Tasks<'a> {
         if body.tuning.loops.is_none()
             && let Some(further) = self.further.as_ref().and_then(|further| further.tunings.get(body.done))
         {
-            body.tuning = further.again();
+            let aim = self.aim.as_ref().filter(|_| !task.beside.is_empty());
+            body.tuning = further.again(aim);
         }
         tuner.advance(&mut body.tuning, spent)
     }
@@ -123,13 +140,18 @@ impl Body {
         let tuning = std::mem::take(&mut self.tuning);
         self.done += 1;
         self.tally.add(&tuning.tally);
-        self.tunes.extend(tuning.found.clone());
+        // From here on its value is what the task states.
+        self.tunes.extend(tuning.found.clone().map(|tune| {
+            let value = tune.each.first().copied().unwrap_or(tune.value);
+            Tune { value, ..tune }
+        }));
         self.tunings.push(tuning);
     }
 
     /// The temperature of the curves, and the best value of the task at hand.
     pub(super) fn progress(&self) -> (f64, Option<f64>) {
-        let value = self.tuning.found.as_ref().map(|found| found.value);
+        let own = |found: &Tune| found.each.first().copied().unwrap_or(found.value);
+        let value = self.tuning.found.as_ref().map(own);
         (self.tuning.temperature(), value)
     }
 

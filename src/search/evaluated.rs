@@ -15,4 +15,13 @@ pub(super) struct Evaluated {
     pub(super) ceiling: f64,
     /// What was observed of its motion, where it could be a new best.
     pub(super) observed: Option<Vec<Option<Observed>>>,
+    /// What each objective is, where a front is searched for; the value is what the move is after then.
+    pub(super) each: Vec<f64>,
+}
+
+impl Evaluated {
+    /// A value of which nothing else is known.
+    pub(super) fn of(value: Valued) -> Self {
+        Self { value, ceiling: f64::INFINITY, observed: None, each: Vec::new() }
+    }
 }

@@ -9,6 +9,7 @@
 //! All that the loops know is in [`State`]: it can be saved between any two batches of
 //! evaluations, and a search that goes on from it does what it would have done.
 
+mod aim;
 mod bodies;
 mod body;
 mod cache;
@@ -27,9 +28,10 @@ use thiserror::Error;
 use grammar_lang::eval::EvalError;
 use grammar_lang::ir::{RuleSet, Task};
 
+pub(crate) use bodies::front::hypervolume;
 pub use bodies::{Observer, Outcome, Row, go_on, run, tune_body};
 pub use crew::{Jobs, Threads};
-pub use evaluator::{settings, solver};
+pub use evaluator::{settings, solver, unfit};
 pub use state::{Best, State, Tune};
 pub use tally::Tally;
 

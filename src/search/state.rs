@@ -8,6 +8,7 @@ use std::sync::Arc;
 use grammar_lang::ir::RuleSet;
 use serde::{Deserialize, Serialize};
 
+use super::aim::Aim;
 use super::schedule::{Course, Iteration, Standing};
 use super::tally::Tally;
 use crate::derive::{BadStep, Derivation, Steps};
@@ -51,6 +52,8 @@ pub(super) enum Designs<D> {
     Archive(Vec<(Vec<usize>, Best<D>)>),
     /// The best since the search began, or began anew.
     Population(Members<D>),
+    /// Those that no other is better than in every objective, as they came in.
+    Front(Vec<Member<D>>),
 }
 
 /// What a population keeps.
@@ -62,7 +65,7 @@ pub(super) struct Members<D> {
     pub(super) course: Course,
 }
 
-/// A design that a population keeps.
+/// A design that a population or a front keeps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Member<D> {
     pub(super) best: Best<D>,
@@ -133,6 +136,9 @@ pub(super) struct Trial<D> {
     /// What is known of its curves, where they are tuned further.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) further: Option<Tuned>,
+    /// What the move is after, where a front is searched for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) aim: Option<Aim>,
     pub(super) body: Body,
 }
 
@@ -145,11 +151,20 @@ pub struct Best<D = Arc<Derivation>> {
     pub tasks: Vec<Tune>,
     /// Its value, as the grammar states the objective.
     pub value: f64,
+    /// What it comes to in the objectives beside the first, where a front is searched for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<f64>,
     /// The move that found it; 0 is the initial design.
     pub found_at: usize,
 }
 
 impl<D> Best<D> {
+    /// What it comes to in every objective, in their order.
+    #[must_use]
+    pub fn each(&self) -> Vec<f64> {
+        std::iter::once(self.value).chain(self.beside.iter().copied()).collect()
+    }
+
     /// What was observed of it in its first task, in the order of the rule set.
     #[must_use]
     pub fn observed(&self) -> &[Option<Observed>] {
@@ -162,8 +177,11 @@ impl<D> Best<D> {
 pub struct Tune {
     /// The values of its varied quantities.
     pub parameters: Parameters,
-    /// Its value, as the task states its objective.
+    /// Its value, as the task states its objective. While a front is searched for: as the move is after it.
     pub value: f64,
+    /// What each objective is, where a front is searched for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub each: Vec<f64>,
     /// What the objective is of its motion in the nominal world alone, where it runs over others, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nominal: Option<f64>,
@@ -207,7 +225,7 @@ pub(super) struct Tuning {
     #[serde(default, skip_serializing_if = "is_zero")]
     pub(super) unjudged: u64,
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub(super) offered: Option<(Parameters, f64)>,
+    pub(super) offered: Option<Offered>,
     /// The worlds but for the nominal one, those first that curves failed in of late or, of a best, are the hardest; empty
     /// where that is not known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -215,6 +233,17 @@ pub(super) struct Tuning {
     pub(super) tally: Tally,
     /// None before the first evaluation.
     pub(super) loops: Option<Curves>,
+}
+
+/// Curves that may be judged in all worlds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Offered {
+    pub(super) parameters: Parameters,
+    /// Their value in the nominal world, where more is better.
+    pub(super) fitness: f64,
+    /// What each objective is there, where a front is searched for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) each: Vec<f64>,
 }
 
 /// Whether there is nothing to write.
@@ -286,9 +315,14 @@ impl Curves {
 }
 
 impl Tuning {
-    /// The same, to be gone on with as a loop of its own.
-    pub(super) fn again(&self) -> Self {
+    /// The same, to be gone on with as a loop of its own, and after something else if there is an aim.
+    pub(super) fn again(&self, aim: Option<&Aim>) -> Self {
         let mut next = Self { tally: Tally::default(), ..self.clone() };
+        if let (Some(aim), Some(found)) = (aim, &mut next.found) {
+            found.value = aim.value(&found.each);
+            // These are of what the moves before were after.
+            (next.highest, next.offered) = (None, None);
+        }
         if let Some(loops) = &mut next.loops {
             loops.again(self.found.as_ref().map(|found| found.value));
         }
@@ -328,6 +362,7 @@ impl State {
                 drawn: 0.0,
                 warm: Vec::new(),
                 further: None,
+                aim: None,
                 body: Body::default(),
             }),
             best: None,
@@ -338,6 +373,15 @@ impl State {
     #[must_use]
     pub fn best(&self) -> Option<&Best> {
         self.best.as_ref()
+    }
+
+    /// The designs that no other is better than in every objective; none where no front is searched for.
+    pub fn front(&self) -> impl Iterator<Item = &Best> {
+        let front = match &self.designs {
+            Some(Designs::Front(front)) => front.as_slice(),
+            Some(Designs::Chains(_) | Designs::Archive(_) | Designs::Population(_)) | None => &[],
+        };
+        front.iter().map(|member| &member.best)
     }
 
     /// Evaluations spent.
@@ -377,7 +421,7 @@ impl<D> State<D> {
     pub(super) fn chains(&self) -> &[BodyChain<D>] {
         match &self.designs {
             Some(Designs::Chains(BodyChains { chains, .. })) => chains,
-            Some(Designs::Archive(_) | Designs::Population(_)) | None => &[],
+            Some(Designs::Archive(_) | Designs::Population(_) | Designs::Front(_)) | None => &[],
         }
     }
 
@@ -385,7 +429,7 @@ impl<D> State<D> {
     pub(super) fn annealing(&mut self) -> Option<&mut BodyChains<D>> {
         match &mut self.designs {
             Some(Designs::Chains(chains)) => Some(chains),
-            Some(Designs::Archive(_) | Designs::Population(_)) | None => None,
+            Some(Designs::Archive(_) | Designs::Population(_) | Designs::Front(_)) | None => None,
         }
     }
 
@@ -399,14 +443,15 @@ impl<D> State<D> {
     pub fn archive(&self) -> &[(Vec<usize>, Best<D>)] {
         match &self.designs {
             Some(Designs::Archive(archive)) => archive,
-            Some(Designs::Chains(_) | Designs::Population(_)) | None => &[],
+            Some(Designs::Chains(_) | Designs::Population(_) | Designs::Front(_)) | None => &[],
         }
     }
 
-    /// The best of all; none where something else searches.
-    pub(super) fn population(&self) -> &[Member<D>] {
+    /// What a population or a front keeps; none where something else searches.
+    pub(super) fn members(&self) -> &[Member<D>] {
         match &self.designs {
             Some(Designs::Population(members)) => &members.kept,
+            Some(Designs::Front(front)) => front,
             Some(Designs::Chains(_) | Designs::Archive(_)) | None => &[],
         }
     }
@@ -419,8 +464,8 @@ impl<D> State<D> {
             None => None,
         };
         let trial = match self.trial {
-            Some(Trial { derivation, origin, drawn, warm, further, body }) => {
-                Some(Trial { derivation: change(derivation)?, origin, drawn, warm, further, body })
+            Some(Trial { derivation, origin, drawn, warm, further, aim, body }) => {
+                Some(Trial { derivation: change(derivation)?, origin, drawn, warm, further, aim, body })
             }
             None => None,
         };
@@ -478,6 +523,11 @@ impl<D> Designs<D> {
                 let kept: Result<Vec<_>, E> = kept.into_iter().map(map).collect();
                 Designs::Population(Members { kept: kept?, course })
             }
+            Self::Front(front) => {
+                let map = |Member { best, tuned }| Ok(Member { best: best.map(change)?, tuned });
+                let front: Result<Vec<_>, E> = front.into_iter().map(map).collect();
+                Designs::Front(front?)
+            }
         })
     }
 }
@@ -491,7 +541,7 @@ impl<D> Place<D> {
 
 impl<D> Best<D> {
     fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Best<T>, E> {
-        let Self { derivation, tasks, value, found_at } = self;
-        Ok(Best { derivation: change(derivation)?, tasks, value, found_at })
+        let Self { derivation, tasks, value, beside, found_at } = self;
+        Ok(Best { derivation: change(derivation)?, tasks, value, beside, found_at })
     }
 }

@@ -10,6 +10,9 @@ use crate::simulate::Invalid;
 /// What an evaluation without a value is called that an expression is to blame for.
 const NO_VALUE: &str = "undefined";
 
+/// What an evaluation is called whose body the solver cannot simulate.
+const UNFIT: &str = "of bodies that the solver cannot simulate";
+
 /// What an evaluation is called that has no value in another world.
 const ELSEWHERE: &str = "without a value in another world";
 
@@ -22,6 +25,8 @@ pub(crate) enum Missing {
     Elsewhere(String),
     /// An expression has no value for it.
     Expression(EvalError),
+    /// The solver cannot simulate the body, for this reason.
+    Unfit(String),
 }
 
 /// How many evaluations came to nothing, and why.
@@ -38,6 +43,9 @@ pub struct Tally {
     /// Moves that were refused because an expression has no value, by the expression.
     #[serde(with = "pairs")]
     pub refused: BTreeMap<EvalError, u64>,
+    /// Evaluations of bodies that the solver cannot simulate, and why it cannot simulate the first of them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unfit: Option<(u64, String)>,
     /// Candidates that lost their value at half the step.
     pub unstable: u64,
     /// Evaluations that could not come to a value that would be accepted, as was known before their end.
@@ -52,7 +60,12 @@ impl Tally {
             Missing::Motion(invalid) => *self.invalid.entry(invalid).or_default() += 1,
             Missing::Elsewhere(world) => *self.elsewhere.entry(world).or_default() += 1,
             Missing::Expression(error) => *self.no_value.entry(error).or_default() += 1,
+            Missing::Unfit(reason) => self.count_unfit(1, &reason),
         }
+    }
+
+    fn count_unfit(&mut self, more: u64, reason: &str) {
+        self.unfit.get_or_insert_with(|| (0, reason.to_owned())).0 += more;
     }
 
     /// Adds those of another.
@@ -61,6 +74,9 @@ impl Tally {
         add_all(&mut self.elsewhere, &other.elsewhere);
         add_all(&mut self.no_value, &other.no_value);
         add_all(&mut self.refused, &other.refused);
+        if let Some((more, reason)) = &other.unfit {
+            self.count_unfit(*more, reason);
+        }
         self.unstable += other.unstable;
         self.hopeless += other.hopeless;
     }
@@ -76,7 +92,11 @@ impl Tally {
         let expressions = Some(self.no_value.values().sum()).filter(|n| *n > 0);
         let elsewhere = Some(self.elsewhere.values().sum()).filter(|n| *n > 0);
         let motions = self.invalid.iter().map(|(reason, n)| (reason.describe(), *n));
-        motions.chain(elsewhere.map(|n| (ELSEWHERE, n))).chain(expressions.map(|n| (NO_VALUE, n)))
+        let unfit = self.unfit.as_ref().map(|(n, _)| (UNFIT, *n));
+        motions
+            .chain(elsewhere.map(|n| (ELSEWHERE, n)))
+            .chain(expressions.map(|n| (NO_VALUE, n)))
+            .chain(unfit)
     }
 
     /// Why evaluations had no value: `3 too fast, 1 not finite`; empty if all had one.

@@ -141,6 +141,7 @@ codes! {
     BAD_SPREAD        "E0517" "impossible-spread" Error;
     OUTSIDE_MOTION    "E0518" "outside-the-motion" Error;
     NO_POSSIBLE_VALUE "E0519" "no-possible-value" Error;
+    FRONT_MISFIT      "E0520" "front-misfit" Error;
     START_BREAKS      "E0601" "start-breaks-requirement" Error;
     NO_VALUE          "E0602" "no-value" Error;
     EXAMPLE_FAILS     "E0603" "example-fails" Error;

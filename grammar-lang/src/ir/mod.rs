@@ -110,6 +110,10 @@ pub struct RuleSet {
     pub terms: IndexMap<String, Term>,
     /// What the search wants: an expression over the tasks' values and the design.
     pub objective: Objective,
+    /// What it wants beside that, each by itself: it searches for a front then. The one task of a grammar that names none
+    /// has them itself: see [`RuleSet::beside`].
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<Objective>,
     /// How it searches.
     pub search: Search,
     /// The example that the search starts from, instead of the initial design.
@@ -149,6 +153,19 @@ impl RuleSet {
     #[must_use]
     pub fn is_first(&self, task: &Task) -> bool {
         self.first_task().is_some_and(|first| first.name == task.name)
+    }
+
+    /// What the search wants beside its first objective, each by itself. Of a grammar that names no tasks these are expressions over
+    /// the motion, of others over the tasks' values and the design.
+    #[must_use]
+    pub fn beside(&self) -> &[Objective] {
+        self.tasks.get(Self::ONLY_TASK).map_or(&self.beside, |task| &task.beside)
+    }
+
+    /// All that the search wants: what its best is the best of comes first.
+    pub fn objectives(&self) -> impl Iterator<Item = &Objective> {
+        let first = self.tasks.get(Self::ONLY_TASK).map_or(&self.objective, |task| &task.objective);
+        std::iter::once(first).chain(self.beside())
     }
 
     /// How the bodies are simulated: all tasks of a grammar have one method.

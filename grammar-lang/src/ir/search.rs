@@ -42,6 +42,8 @@ pub enum BodyMethod {
     Archive(Archive),
     /// The best of all, so many of them.
     Population(Population),
+    /// Those that no other is better than in every objective.
+    Front(Front),
 }
 
 /// How curves of a body are searched for.
@@ -155,6 +157,18 @@ pub struct Population {
     pub restart: Option<Expr>,
 }
 
+/// The designs are kept that no other is better than in every objective (the Pareto front). Each move weighs the objectives
+/// anew, changes a design that is good by these weights, or tunes its curves further.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Front {
+    /// How many are kept at most.
+    pub size: usize,
+    /// A move takes the best, by its weights, of so many that are drawn.
+    pub tournament: usize,
+    /// The share of moves that tune curves further.
+    pub further: f64,
+}
+
 /// A quantity that tells kinds of designs apart.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Descriptor {
@@ -177,6 +191,8 @@ pub enum SearchMethod<'a> {
     Archive(&'a Archive),
     /// The best of all.
     Population(&'a Population),
+    /// What no other is better than.
+    Front(&'a Front),
     /// Evolution of a normal distribution.
     CmaEs(&'a CmaEs),
 }
@@ -189,6 +205,7 @@ impl BodyLoop {
             BodyMethod::Annealing(annealing) => SearchMethod::Annealing(annealing),
             BodyMethod::Archive(archive) => SearchMethod::Archive(archive),
             BodyMethod::Population(population) => SearchMethod::Population(population),
+            BodyMethod::Front(front) => SearchMethod::Front(front),
         }
     }
 }
@@ -218,6 +235,7 @@ impl<'a> SearchMethod<'a> {
             Self::Annealing(_) => "annealing",
             Self::Archive(_) => "archive",
             Self::Population(_) => "population",
+            Self::Front(_) => "front",
             Self::CmaEs(_) => "cma_es",
         }
     }
@@ -229,6 +247,7 @@ impl<'a> SearchMethod<'a> {
             Self::Annealing(_) => "annealing",
             Self::Archive(_) => "the best of each kind is kept",
             Self::Population(_) => "the best bodies are kept, and go on",
+            Self::Front(_) => "the designs are kept that no other is better than in every objective",
             Self::CmaEs(_) => "evolution of a normal distribution (CMA-ES)",
         }
     }
@@ -238,7 +257,7 @@ impl<'a> SearchMethod<'a> {
     pub fn temperature(self) -> Option<&'a Expr> {
         match self {
             Self::Annealing(annealing) => Some(&annealing.temperature),
-            Self::Archive(_) | Self::Population(_) | Self::CmaEs(_) => None,
+            Self::Archive(_) | Self::Population(_) | Self::Front(_) | Self::CmaEs(_) => None,
         }
     }
 
@@ -247,7 +266,7 @@ impl<'a> SearchMethod<'a> {
     pub fn chains(self) -> usize {
         match self {
             Self::Annealing(annealing) => annealing.chains.unwrap_or(1),
-            Self::Archive(_) | Self::Population(_) | Self::CmaEs(_) => 1,
+            Self::Archive(_) | Self::Population(_) | Self::Front(_) | Self::CmaEs(_) => 1,
         }
     }
 
@@ -285,6 +304,11 @@ impl<'a> SearchMethod<'a> {
                 ("further", Some(population.further.to_string())),
                 ("restart", population.restart.as_ref().map(show)),
             ],
+            Self::Front(front) => vec![
+                ("size", Some(front.size.to_string())),
+                ("tournament", Some(front.tournament.to_string())),
+                ("further", Some(front.further.to_string())),
+            ],
             Self::Archive(_) => Vec::new(),
         };
         fields.into_iter().filter_map(|(field, value)| Some((field, value?))).collect()
@@ -296,7 +320,7 @@ impl<'a> SearchMethod<'a> {
             Self::Annealing(annealing) => [Some(&annealing.temperature), annealing.exchange.as_deref()],
             Self::CmaEs(cma_es) => [cma_es.restart.as_ref(), None],
             Self::Population(population) => [population.restart.as_ref(), None],
-            Self::Archive(_) => [None, None],
+            Self::Archive(_) | Self::Front(_) => [None, None],
         };
         own.into_iter().flatten()
     }
@@ -321,7 +345,7 @@ impl Search {
     pub fn archive(&self) -> Option<&Archive> {
         match &self.bodies.as_ref()?.method {
             BodyMethod::Archive(archive) => Some(archive),
-            BodyMethod::Annealing(_) | BodyMethod::Population(_) => None,
+            BodyMethod::Annealing(_) | BodyMethod::Population(_) | BodyMethod::Front(_) => None,
         }
     }
 
@@ -330,7 +354,26 @@ impl Search {
     pub fn population(&self) -> Option<&Population> {
         match &self.bodies.as_ref()?.method {
             BodyMethod::Population(population) => Some(population),
-            BodyMethod::Annealing(_) | BodyMethod::Archive(_) => None,
+            BodyMethod::Annealing(_) | BodyMethod::Archive(_) | BodyMethod::Front(_) => None,
+        }
+    }
+
+    /// The front, where bodies are searched for by one.
+    #[must_use]
+    pub fn front(&self) -> Option<&Front> {
+        match &self.bodies.as_ref()?.method {
+            BodyMethod::Front(front) => Some(front),
+            BodyMethod::Annealing(_) | BodyMethod::Archive(_) | BodyMethod::Population(_) => None,
+        }
+    }
+
+    /// The share of moves over bodies that tune curves further.
+    #[must_use]
+    pub fn further(&self) -> f64 {
+        match self.bodies.as_ref().map(|bodies| &bodies.method) {
+            Some(BodyMethod::Population(population)) => population.further,
+            Some(BodyMethod::Front(front)) => front.further,
+            Some(BodyMethod::Annealing(_) | BodyMethod::Archive(_)) | None => 0.0,
         }
     }
 
@@ -339,7 +382,7 @@ impl Search {
     pub fn annealing(&self) -> Option<&Annealing> {
         match &self.bodies.as_ref()?.method {
             BodyMethod::Annealing(annealing) => Some(annealing),
-            BodyMethod::Archive(_) | BodyMethod::Population(_) => None,
+            BodyMethod::Archive(_) | BodyMethod::Population(_) | BodyMethod::Front(_) => None,
         }
     }
 

@@ -27,6 +27,9 @@ pub struct Task {
     pub scenarios: Option<Within>,
     /// What the search of curves wants: an expression over the recorded motion.
     pub objective: Objective,
+    /// What it wants beside that, in a search for a front.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub beside: Vec<Objective>,
 }
 
 /// The scenarios of a task.
@@ -154,13 +157,18 @@ impl Task {
     /// Whether its value depends on other worlds than the nominal one: the objective runs over its scenarios.
     #[must_use]
     pub fn runs_over_worlds(&self) -> bool {
-        self.objective.runs_over_worlds()
+        self.objectives().any(Objective::runs_over_worlds)
+    }
+
+    /// All that is wanted of its motion; the first is its value.
+    pub fn objectives(&self) -> impl Iterator<Item = &Objective> {
+        std::iter::once(&self.objective).chain(&self.beside)
     }
 
     /// Whether its value is the worst of a quantity over its worlds: no better than in the nominal one.
     #[must_use]
     pub fn is_worst_case(&self) -> bool {
-        self.objective.is_worst_case()
+        self.beside.is_empty() && self.objective.is_worst_case()
     }
 }
 
@@ -184,12 +192,19 @@ impl Objective {
         }
     }
 
-    /// How it gathers a quantity over all worlds, if it does nothing else.
-    fn gathered_over_worlds(&self) -> Option<Gather> {
+    /// What it is of, whatever the unit that it is told in.
+    #[must_use]
+    pub fn quantity(&self) -> &Expr {
         let mut value = &self.value;
         while let ExprKind::Convert(inner, _) = &value.kind {
             value = inner;
         }
+        value
+    }
+
+    /// How it gathers a quantity over all worlds, if it does nothing else.
+    fn gathered_over_worlds(&self) -> Option<Gather> {
+        let value = self.quantity();
         let ExprKind::Aggregate { how, binders, condition: None, .. } = &value.kind else { return None };
         let [binder] = binders.as_slice() else { return None };
         matches!(binder.over.kind, ExprKind::Scenarios(_)).then_some(*how)
@@ -198,6 +213,21 @@ impl Objective {
     /// Whether it depends on other worlds than the nominal one.
     fn runs_over_worlds(&self) -> bool {
         self.value.any(&mut |e| matches!(e.kind, ExprKind::Scenarios(_)))
+    }
+}
+
+/// What an objective is of, as a grammar would write it: `travel`, `count(actuator)`.
+#[must_use]
+pub fn objective_name(rules: &RuleSet, objective: &Objective) -> String {
+    let value = objective.quantity();
+    let text = Writer { rules, text: String::new() }.expr(value, &Names::new());
+    let ExprKind::Binary(of, ..) = &value.kind else { return text };
+    let is_quantity = value.ty.dimension().is_some_and(|dimension| !dimension.is_number());
+    match &of.kind {
+        // The value of a task is a number; as a quantity it is so many of its unit.
+        ExprKind::Task(task) if is_quantity => format!("{task}.value"),
+        // An operation is written in brackets.
+        _ => text.strip_prefix('(').and_then(|text| text.strip_suffix(')')).unwrap_or(&text).to_owned(),
     }
 }
 
@@ -214,7 +244,7 @@ impl Writer<'_> {
             for (kind, with) in &task.actuated {
                 self.line(indent, format!("actuate {kind} with {with}"));
             }
-            self.objective(indent, &task.objective);
+            task.objectives().for_each(|objective| self.objective(indent, objective));
             self.model(indent, task);
             if indent > 0 {
                 self.line(0, "}");
@@ -222,7 +252,7 @@ impl Writer<'_> {
         }
         self.gap();
         if !rules.tasks.contains_key(RuleSet::ONLY_TASK) {
-            self.objective(0, &rules.objective);
+            rules.objectives().for_each(|objective| self.objective(0, objective));
         }
     }
 

@@ -15,6 +15,7 @@ mod endless;
 mod example_outside;
 mod excludes_nothing;
 mod few_channels;
+mod fronts;
 mod known;
 mod negative_weight;
 mod never_applies;
@@ -68,6 +69,7 @@ const SOUND: &[Lint] = &[
     clash::check,
     bad_schedule::check,
     bad_spread::check,
+    fronts::check,
     outside_motion::check,
     outside_lattice::check,
     empty_for_all::check,

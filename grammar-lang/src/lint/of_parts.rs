@@ -11,12 +11,13 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     if ruleset.lattice.is_none() {
         return;
     }
-    let tasks = ruleset.tasks.values().map(|task| &task.objective.value);
+    let tasks = ruleset.tasks.values().flat_map(|task| task.objectives());
     let preferences = ruleset.preferences.iter().map(|preference| &preference.condition);
     let descriptors = ruleset.search.archive().into_iter().flat_map(|archive| archive.descriptors.values());
     let features = ruleset.novelties.values().flat_map(|novelty| novelty.features.values());
     let wanted = tasks
-        .chain([&ruleset.objective.value])
+        .chain(ruleset.objectives())
+        .map(|objective| &objective.value)
         .chain(preferences)
         .chain(descriptors.map(|descriptor| &descriptor.value))
         .chain(features.map(|feature| &feature.value))

@@ -21,7 +21,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             .clone()
             .with(Word::Motion(MotionWord::End), whole)
             .with(Word::Motion(MotionWord::Duration), whole);
-        for (_, expr) in builds_on(&task.objective.value, &ruleset.terms) {
+        let wanted = task.objectives().map(|objective| &objective.value);
+        for (_, expr) in wanted.flat_map(|value| builds_on(value, &ruleset.terms)) {
             for time in times(expr) {
                 let at = Reasoning::new(&facts, Vec::new()).numbers(time);
                 if (at.high < 0.0 || at.low > duration * (1.0 + 1e-9)) && told.insert(time.span) {

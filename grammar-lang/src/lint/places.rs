@@ -40,8 +40,8 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Place<'r>> {
         }
     }
     add(ruleset.terms.values().map(|term| &term.value).collect(), Vec::new());
-    add(ruleset.tasks.values().map(|task| &task.objective.value).collect(), Vec::new());
-    add(vec![&ruleset.objective.value], Vec::new());
+    let of_tasks = ruleset.tasks.values().flat_map(|task| task.objectives());
+    add(of_tasks.chain(ruleset.objectives()).map(|objective| &objective.value).collect(), Vec::new());
     for (schedule, method) in ruleset.search.loops() {
         let mut exprs: Vec<&Expr> = schedule.exprs().into_iter().chain(method.scheduled()).collect();
         if let SearchMethod::Archive(archive) = method {

@@ -349,8 +349,11 @@ fn target_of(edit: &Edit) -> (String, Span) {
         EditKind::Replace(item) | EditKind::Add(item) => match (declared(item), &item.kind) {
             (Some(name), _) => (name.text.clone(), name.span),
             (None, ItemKind::Actuate(kind, _)) => (format!("actuate {}", kind.text), kind.span),
-            // Two requirements without names are two targets.
+            // Two requirements without names are two targets, and so are two objectives that are added.
             (None, ItemKind::Require { .. } | ItemKind::Prefer { .. } | ItemKind::Observe(_)) => {
+                (format!("at {}", item.span.start), item.span)
+            }
+            (None, ItemKind::Objective { .. }) if matches!(edit.kind, EditKind::Add(_)) => {
                 (format!("at {}", item.span.start), item.span)
             }
             (None, kind) => (word_of(kind).to_owned(), item.span),
@@ -503,6 +506,9 @@ fn replace(loading: &mut Loading<'_>, module: usize, item: &Item, taking_part: &
             }
         },
     };
+    if let ItemKind::Objective { .. } = item.kind {
+        drop_other_objectives(loading, declaration, taking_part, item.span);
+    }
     if let Some(old) = loading.program.item_mut(declaration) {
         *old = item.clone();
     }
@@ -511,11 +517,29 @@ fn replace(loading: &mut Loading<'_>, module: usize, item: &Item, taking_part: &
     }
 }
 
+/// An objective that replaces takes the place of all objectives of the base.
+fn drop_other_objectives(
+    loading: &mut Loading<'_>,
+    first: Declaration,
+    base: &BTreeSet<Declaration>,
+    place: Span,
+) {
+    let is_other = |d: &Declaration| {
+        let item = loading.program.item(*d);
+        *d != first && item.is_some_and(|item| matches!(item.kind, ItemKind::Objective { .. }))
+    };
+    let others: Vec<Declaration> = base.iter().copied().filter(is_other).collect();
+    loading.program.taking_part.retain(|d| !others.contains(d));
+    loading.program.dropped.extend(others.into_iter().map(|other| (other, place)));
+}
+
 fn add(loading: &mut Loading<'_>, module: usize, item: &Item) {
     if misplaced(loading, item) {
         return;
     }
+    // Of objectives there may be several.
     if declared(item).is_none()
+        && !matches!(item.kind, ItemKind::Objective { .. })
         && let Some(old) = same_role(loading, item)
     {
         let place = loading.program.item(old).map(|i| i.span);

@@ -3,6 +3,7 @@
 use indexmap::{IndexMap, IndexSet};
 
 use super::declarations::singles::{Actuated, Singles};
+use super::declarations::tasks::Asked;
 use super::declarations::{Declarations, Named};
 use super::environment::Environment;
 use super::{Checked, Idle};
@@ -224,7 +225,9 @@ impl<'a> Assembly<'a> {
             .then_some(("lattice", "lattice 15 x 15 x 15 of KIND"));
         let missing = wanted.into_iter().chain(cells).filter(|(what, _)| {
             // Tasks say for themselves how they are simulated.
-            !(*what == "simulate" && tasks || singles.seen.contains_key(what))
+            !(*what == "simulate" && tasks
+                || *what == "maximize" && !singles.objectives.is_empty()
+                || singles.seen.contains_key(what))
         });
         let (words, lines): (Vec<&str>, Vec<&str>) = missing.unzip();
         if !words.is_empty() && !self.is_partial() {
@@ -281,7 +284,7 @@ impl<'a> Assembly<'a> {
         let own_actuated = singles.tasks.is_empty().then(|| singles.actuated.clone());
         let (used, is_sound) = self.used();
         let actuated: Vec<&Actuated> = match &tasks {
-            Some((tasks, _)) => tasks.values().map(|(_, actuated)| actuated).collect(),
+            Some(asked) => asked.tasks.values().map(|(_, actuated)| actuated).collect(),
             None => own_actuated.iter().collect(),
         };
         let actuated_cells: Vec<Actuated> = actuated.iter().copied().cloned().collect();
@@ -300,7 +303,7 @@ impl<'a> Assembly<'a> {
                 *span,
             );
         }
-        let (tasks, objective) = tasks?;
+        let Asked { tasks, objective, beside } = tasks?;
         self.declarations.check_models(&tasks, &singles);
         let (targets, prototypes) = hardware?;
         self.declarations.check_targets(&tasks, &targets, &used.actuators, &used.actuations);
@@ -332,6 +335,7 @@ impl<'a> Assembly<'a> {
             prototypes,
             observed: Declarations::names_observed(observed, &used.terms, is_lattice),
             novelties,
+            beside,
             from: derived.from,
             ..used.rule_set(&name.text, objective, singles.search?)
         })

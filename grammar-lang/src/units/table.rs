@@ -151,6 +151,8 @@ pub fn suggest(dimension: Dimension) -> String {
         "kPa",
         "cm^3/s/bar",
         "Hz",
+        "J",
+        "W",
     ];
     for usual in usual {
         if parse(usual).is_ok_and(|u| u.dimension == dimension) {

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use csv::StringRecord;
 
+use crate::results::evals::BESIDE;
 use crate::results::whole::read;
 
 /// One row of `evals.csv`.
@@ -33,6 +34,8 @@ pub(crate) struct Move {
     pub(crate) missing: Vec<(String, u64)>,
     /// The annealing chain that it belongs to, where several share a run.
     pub(crate) chain: u64,
+    /// What it comes to in the objectives beside the first, where a front is searched for and it has a value.
+    pub(crate) beside: Vec<f64>,
     /// What was observed of it, by name; empty where it has no value.
     pub(crate) observed: Vec<(String, String)>,
     /// The move that made the design that it started from; none for the initial design, and in tables of before version
@@ -183,11 +186,30 @@ impl<'a> Columns<'a> {
             unstable: count("unstable")?,
             missing: reasons(text("why_invalid")).ok_or_else(|| wrong("why_invalid"))?,
             chain: if text("chain").is_empty() { 0 } else { count("chain")? },
+            beside: self.beside(record)?,
             observed: self.observed(record),
             parent: if text("parent").is_empty() { None } else { Some(count("parent")?) },
             tuned: if text("tuned").is_empty() { 0 } else { count("tuned")? },
             from: None,
         })
+    }
+
+    /// The columns of the objectives beside the first; nothing where one is empty.
+    fn beside(&self, record: &StringRecord) -> Result<Vec<f64>, BadMoves> {
+        let own = self.head.iter().zip(record).filter(|(name, _)| name.starts_with(BESIDE));
+        let wrong = |text: &str| {
+            let line = record.position().map_or(0, csv::Position::line);
+            BadMoves::Field { line, text: text.to_owned(), column: "objective" }
+        };
+        let mut values = Vec::new();
+        for (_, text) in own {
+            match text.parse::<f64>() {
+                _ if text.is_empty() => return Ok(Vec::new()),
+                Ok(value) if value.is_finite() => values.push(value),
+                Ok(_) | Err(_) => return Err(wrong(text)),
+            }
+        }
+        Ok(values)
     }
 
     /// The columns that stand after the last of every table.

@@ -14,6 +14,7 @@ use std::time::Duration;
 use grammar_lang::ir::RuleSet;
 
 use super::super::Bounds;
+use super::super::aim::Aim;
 use super::super::body::{Known, Tasks};
 use super::super::cache::{self, Subject};
 use super::super::crew::{Crew, Jobs};
@@ -40,18 +41,20 @@ pub(super) struct Order {
     derivation: Arc<Derivation>,
     warm: Vec<Parameters>,
     further: Option<Tuned>,
+    aim: Option<Aim>,
     known: Known,
 }
 
 impl Order {
     /// The body that is tried as a move of a number.
     pub(super) fn of(number: usize, trial: &Trial<Arc<Derivation>>, known: Known) -> Self {
-        let Trial { derivation, warm, further, .. } = trial;
+        let Trial { derivation, warm, further, aim, .. } = trial;
         let mut bits = Vec::new();
         warm.iter().flatten().for_each(|x| bits.extend(x.to_bits().to_le_bytes()));
         if let Some(further) = further {
             bits.extend(further.times.to_le_bytes());
         }
+        bits.extend(aim.iter().flat_map(Aim::bits));
         let of = cache::subject(derivation, "", false);
         let key = if bits.is_empty() { of } else { cache::named(&of, &bits) };
         Self {
@@ -59,6 +62,7 @@ impl Order {
             derivation: Arc::clone(derivation),
             warm: warm.clone(),
             further: further.clone(),
+            aim: aim.clone(),
             known,
         }
     }
@@ -217,13 +221,14 @@ impl Helper {
     /// Tunes a body; what came of it, if that was not stopped.
     fn tune(&self, order: Order, search: Search<'_>, alone: &Crew) -> Option<Found> {
         let Search { rules, engine, seed, bounds } = search;
-        let Order { key: (number, _), derivation, warm, further, known } = order;
+        let Order { key: (number, _), derivation, warm, further, aim, known } = order;
         let mut tasks = Tasks {
             candidate: Candidate::new(rules, Arc::clone(&derivation)),
             engine: Engine { crew: alone, ..engine },
             streams: super::curves(seed, number),
             warm,
             further,
+            aim,
             bounds: bounds.ahead(&self.recalled),
             known,
             tuner: None,

@@ -42,7 +42,7 @@ impl Bodies<'_> {
             return Ok(Described::Nothing);
         };
         let candidate = Candidate::new(self.rules, Arc::clone(derivation));
-        let mut evaluator = Evaluator::new(&candidate, task, self.engine)?;
+        let mut evaluator = Evaluator::new(&candidate, task, self.engine, None)?;
         let described: Vec<_> = descriptors.values().map(|descriptor| &descriptor.value).collect();
         let Bounds { stop, .. } = self.bounds;
         let Some(values) = evaluator.describe(stop, &tune.parameters, &described) else {
@@ -79,7 +79,7 @@ impl Bodies<'_> {
             return Ok(false);
         }
         let Place { derivation, tunes, .. } = place;
-        let best = Best { derivation, tasks: tunes, value, found_at: self.state.moves };
+        let best = Best { derivation, tasks: tunes, value, beside: Vec::new(), found_at: self.state.moves };
         let place = match found {
             Ok(known) => {
                 archive[known].1 = best;

@@ -3,6 +3,7 @@
 mod ahead;
 mod annealing;
 mod archive;
+pub(crate) mod front;
 mod population;
 mod prospect;
 
@@ -11,6 +12,7 @@ use std::sync::atomic::AtomicBool;
 
 use grammar_lang::ir::{BodyLoop, BodyMethod, RuleSet, Schedule};
 
+use super::aim::Aim;
 use super::body::{Known, Tasks, inherited};
 use super::cache::Cache;
 use super::crew::Crew;
@@ -26,7 +28,7 @@ use crate::derive::{Blocked, Candidate, Derivation};
 use crate::score::Observed;
 use crate::simulate::Model;
 use ahead::{Ahead, Found, Home, Order};
-use population::Parent;
+use population::{Parent, Tournament};
 
 /// One move of a body, for the record.
 #[derive(Clone, Debug)]
@@ -61,6 +63,8 @@ pub struct Row {
     pub best: Option<f64>,
     /// The temperature.
     pub temperature: f64,
+    /// What the design comes to in the objectives beside the first, where a front is searched for.
+    pub beside: Vec<f64>,
     /// All evaluations spent so far.
     pub evaluations: u64,
     /// Evaluations of this move that came to nothing.
@@ -96,6 +100,15 @@ pub trait Observer {
         let _ = (archive, new);
         Ok(())
     }
+    /// Called for each new design on a front, where a search keeps one, with all designs that are on it now.
+    ///
+    /// # Errors
+    ///
+    /// Why it cannot be kept; the search ends with it.
+    fn on_front(&mut self, front: &[Best]) -> Result<(), Unkept> {
+        let _ = front;
+        Ok(())
+    }
     /// Called wherever the search could go on from: after each batch of evaluations and each outer
     /// move; `last` when it has been stopped and will not go on by itself.
     ///
@@ -115,6 +128,8 @@ pub struct Outcome {
     pub best: Option<Best>,
     /// The best of each kind, by cell; none where the search keeps no archive.
     pub archive: Vec<(Vec<usize>, Best)>,
+    /// The designs that no other is better than in every objective; none where no front is searched for.
+    pub front: Vec<Best>,
     /// Evaluations spent.
     pub evaluations: u64,
     /// Outer moves made.
@@ -156,6 +171,7 @@ struct Judged {
     observed: Vec<Option<Observed>>,
     accepted: bool,
     tally: Tally,
+    beside: Vec<f64>,
     /// How often the curves were tuned before.
     tuned: usize,
 }
@@ -263,11 +279,12 @@ pub fn go_on(
         search.go()
     })?;
     let archive = search.state.archive().to_vec();
+    let front = search.state.front().cloned().collect();
     let State { spent, moves, bodies, tally, best, trial, .. } = search.state;
     // The one that was being tuned, if the search was stopped.
     let bodies = bodies + usize::from(trial.is_some_and(|trial| trial.further.is_none()));
     let best = search.unfinished.or(best);
-    Ok(Outcome { best, archive, evaluations: spent, moves, bodies, tally, end })
+    Ok(Outcome { best, archive, front, evaluations: spent, moves, bodies, tally, end })
 }
 
 /// Tunes the curves of one body, as the search does for each body.
@@ -290,6 +307,7 @@ pub fn tune_body(
         streams: Streams { seed: limits.seed, name: "body".to_owned() },
         warm: Vec::new(),
         further: None,
+        aim: None,
         bounds: Bounds::new(limits, stop),
         known: Known::NOTHING,
         tuner: None,
@@ -306,9 +324,23 @@ pub fn tune_body(
         }
     };
     let (found, tally) = body.found(rules, derivation);
-    let best =
-        found.map(|(tasks, value)| Best { derivation: Arc::clone(derivation), tasks, value, found_at: 0 });
-    Ok(Outcome { best, archive: Vec::new(), evaluations: spent, moves: 0, bodies: 1, tally, end })
+    let best = found.map(|(tasks, value)| Best {
+        derivation: Arc::clone(derivation),
+        tasks,
+        value,
+        beside: Vec::new(),
+        found_at: 0,
+    });
+    Ok(Outcome {
+        best,
+        archive: Vec::new(),
+        front: Vec::new(),
+        evaluations: spent,
+        moves: 0,
+        bodies: 1,
+        tally,
+        end,
+    })
 }
 
 impl Bodies<'_> {
@@ -348,6 +380,7 @@ impl Bodies<'_> {
                 let none = Members::none(self.rules.objective.direction);
                 self.state.designs = Some(Designs::Population(none));
             }
+            Some(BodyMethod::Front(_)) => self.state.designs = Some(Designs::Front(Vec::new())),
             None => {}
         }
     }
@@ -358,7 +391,9 @@ impl Bodies<'_> {
             return Ok(Some(End::Schedule));
         };
         let begun = match method {
-            BodyMethod::Archive(_) | BodyMethod::Population(_) => self.begin_plain_move(schedule)?,
+            BodyMethod::Archive(_) | BodyMethod::Population(_) | BodyMethod::Front(_) => {
+                self.begin_plain_move(schedule)?
+            }
             BodyMethod::Annealing(annealing) => self.begin_chain_move(schedule, annealing)?,
         };
         match begun {
@@ -401,7 +436,8 @@ impl Bodies<'_> {
         let number = self.state.moves + 1;
         let mut random = Stream::named(self.seed, &format!("body {number}"));
         let drawn = random.unit();
-        let Parent { place, further } = self.parent(chain, &mut random);
+        let aim = self.aim(number);
+        let Parent { place, further } = self.parent(chain, aim.as_ref(), &mut random);
         let Place { number: parent, derivation, tunes, .. } = place;
         if further.is_some() {
             self.made_move(number);
@@ -410,7 +446,7 @@ impl Bodies<'_> {
             let is_stuck = self.state.idle_moves >= MOST_IDLE_MOVES;
             let origin = Origin { parent: Some(parent), chain, rule: None, blocked: Vec::new() };
             let (warm, body) = (Vec::new(), Body::default());
-            self.state.trial = Some(Trial { derivation, origin, drawn, warm, further, body });
+            self.state.trial = Some(Trial { derivation, origin, drawn, warm, further, aim, body });
             return Ok(is_stuck.then_some(End::Stuck));
         }
         let step = derivation.advance(rules, &mut random, temperature);
@@ -457,7 +493,7 @@ impl Bodies<'_> {
         let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
         let origin = Origin { parent: Some(parent), chain, rule, blocked };
         let (derivation, body) = (Arc::new(next), Body::default());
-        state.trial = Some(Trial { derivation, origin, drawn, warm, further: None, body });
+        state.trial = Some(Trial { derivation, origin, drawn, warm, further: None, aim, body });
         Ok(None)
     }
 
@@ -473,14 +509,15 @@ impl Bodies<'_> {
     }
 
     /// The design that a move starts from, and its curves: the chain's own, or one of the archive or the population.
-    fn parent(&self, chain: usize, random: &mut Stream) -> Parent {
+    fn parent(&self, chain: usize, aim: Option<&Aim>, random: &mut Stream) -> Parent {
         let (rules, state) = (self.rules, &self.state);
-        if let Some(winner) = rules.search.population().and_then(|population| self.winner(population, random))
+        if let Some(tournament) = Tournament::of(rules, aim)
+            && let Some(winner) = self.winner(&tournament, random)
         {
             return winner;
         }
         let place = match self.elite(random).cloned() {
-            Some(Best { derivation, tasks, value, found_at }) => {
+            Some(Best { derivation, tasks, value, found_at, .. }) => {
                 Place { number: found_at, derivation, value: Some(value), tunes: tasks }
             }
             None => state.chains().get(chain).map_or(&state.first, |chain| &chain.at).clone(),
@@ -490,6 +527,10 @@ impl Bodies<'_> {
 
     /// Tunes the body that is being tried, and judges it.
     fn try_body(&mut self) -> Result<Option<End>, Failure> {
+        // The first body is tried before anything is drawn.
+        let aim = self.aim(self.state.moves);
+        let Some(trial) = &mut self.state.trial else { return Ok(None) };
+        trial.aim = trial.aim.take().or(aim);
         let Some(trial) = &self.state.trial else { return Ok(None) };
         let known = self.known();
         let mut is_done = false;
@@ -506,6 +547,7 @@ impl Bodies<'_> {
             streams: curves(self.seed, self.state.moves),
             warm: trial.warm.clone(),
             further: trial.further.clone(),
+            aim: trial.aim.clone(),
             bounds: self.bounds,
             tuner: None,
         };
@@ -545,6 +587,11 @@ impl Bodies<'_> {
     /// knows what the rest are worth.
     fn known(&self) -> Known {
         let search = &self.rules.search;
+        // What is good enough for a front no single number says.
+        if search.front().is_some() {
+            let front = self.state.front().map(Best::each).collect();
+            return Known { front, hardest: self.state.hardest.clone(), ..Known::NOTHING };
+        }
         let is_alone = self.rules.tasks.len() == 1;
         let best = self.state.best.as_ref().map(|best| best.value).filter(|_| is_alone);
         let of_use = best.filter(|_| search.archive().is_none() && search.population().is_none());
@@ -553,6 +600,7 @@ impl Bodies<'_> {
             of_use: self.fitness(of_use),
             kept: least.unwrap_or(f64::NEG_INFINITY),
             best: self.fitness(best),
+            front: Vec::new(),
             tuned: 0,
             hardest: self.state.hardest.clone(),
         }
@@ -600,8 +648,9 @@ impl Bodies<'_> {
         let (nominal, at_most_in) =
             if let [one] = tunes.as_slice() { (one.nominal, one.at_most_in) } else { (None, None) };
         let number = self.state.moves;
+        let beside = self.beside(&derivation, &tunes)?;
         let place = Place { number, derivation: Arc::clone(&derivation), value, tunes };
-        if let Some(best) = self.better(&derivation, found) {
+        if let Some(best) = self.better(&derivation, found, &beside) {
             self.observer.improved(&best)?;
             self.state.best = Some(best);
         }
@@ -614,6 +663,7 @@ impl Bodies<'_> {
         let times = further.as_ref().map_or(0, |further| further.times);
         let kept = match cell {
             Some(cell) => self.keep_of_kind(cell, place)?,
+            None if self.rules.search.front().is_some() => self.keep_on_front(&place, &beside, &tuned)?,
             None => self.keep_member(place, tuned, further.is_some()),
         };
         if kept {
@@ -623,20 +673,35 @@ impl Bodies<'_> {
         self.tell(
             &derivation,
             origin,
-            Judged { value, nominal, at_most_in, observed, accepted: accepted || kept, tally, tuned: times },
+            Judged {
+                value,
+                nominal,
+                at_most_in,
+                observed,
+                accepted: accepted || kept,
+                tally,
+                beside,
+                tuned: times,
+            },
         )?;
         // What has no value for the very first design is a mistake in the grammar.
         mistake.map_or(Ok(()), |error| Err(error.into()))
     }
 
     /// A new best, if what was found for a body is one.
-    fn better(&self, derivation: &Arc<Derivation>, found: Option<(Vec<Tune>, f64)>) -> Option<Best> {
+    fn better(
+        &self,
+        derivation: &Arc<Derivation>,
+        found: Option<(Vec<Tune>, f64)>,
+        beside: &[f64],
+    ) -> Option<Best> {
         let (tasks, value) = found?;
         let best = self.state.best.as_ref().map(|best| self.fitness(Some(best.value)));
         best.is_none_or(|best| self.fitness(Some(value)) > best).then(|| Best {
             derivation: Arc::clone(derivation),
             tasks,
             value,
+            beside: beside.to_vec(),
             found_at: self.state.moves,
         })
     }
@@ -648,7 +713,11 @@ impl Bodies<'_> {
         let mut body = body.clone();
         body.close();
         let (found, _) = body.found(self.rules, derivation);
-        if let Some(best) = self.better(derivation, found) {
+        let beside = match &found {
+            Some((tunes, _)) => self.beside(derivation, tunes)?,
+            None => Vec::new(),
+        };
+        if let Some(best) = self.better(derivation, found, &beside) {
             self.observer.improved(&best)?;
             self.unfinished = Some(best);
         }
@@ -660,7 +729,7 @@ impl Bodies<'_> {
         &mut self,
         derivation: &Derivation,
         Origin { parent, chain, rule, blocked }: Origin,
-        Judged { value, nominal, at_most_in, observed, accepted, tally, tuned }: Judged,
+        Judged { value, nominal, at_most_in, observed, accepted, tally, beside, tuned }: Judged,
     ) -> Result<(), Failure> {
         let rules = self.rules;
         let state = &self.state;
@@ -686,6 +755,7 @@ impl Bodies<'_> {
                 .get(chain)
                 .filter(|_| is_annealed)
                 .map_or(0.0, |chain| chain.standing.temperature),
+            beside,
             evaluations: state.spent,
             tally,
             observed,

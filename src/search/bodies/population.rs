@@ -3,9 +3,10 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::{Direction, Population, Schedule};
+use grammar_lang::ir::{Direction, Population, RuleSet, Schedule};
 
 use super::super::Failure;
+use super::super::aim::Aim;
 use super::super::schedule::{Course, Plan, Stand};
 use super::super::state::{Best, Designs, Member, Members, Place, Tuned};
 use super::Bodies;
@@ -13,11 +14,31 @@ use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation};
 use crate::drive::Drive;
 
+/// How a move chooses the design that it begins with.
+pub(super) struct Tournament<'a> {
+    /// So many are drawn.
+    pub(super) size: usize,
+    /// The share of moves that tune curves further.
+    pub(super) further: f64,
+    /// What the move is after, where a front is searched for.
+    pub(super) aim: Option<&'a Aim>,
+}
+
 /// What a move begins with.
 pub(super) struct Parent {
     pub(super) place: Place<Arc<Derivation>>,
     /// Where the search for its curves stands, if the move is to tune them further.
     pub(super) further: Option<Tuned>,
+}
+
+impl<'a> Tournament<'a> {
+    /// That of a population or a front.
+    pub(super) fn of(rules: &RuleSet, aim: Option<&'a Aim>) -> Option<Self> {
+        let search = &rules.search;
+        let of_population = search.population().map(|population| population.tournament);
+        let size = of_population.or_else(|| search.front().map(|front| front.tournament))?;
+        Some(Self { size, further: search.further(), aim })
+    }
 }
 
 impl Members<Arc<Derivation>> {
@@ -47,19 +68,21 @@ impl Bodies<'_> {
         Ok(())
     }
 
-    /// One of the designs that are kept: the best of as many as the tournament has, each drawn with the same chance.
-    pub(super) fn winner(&self, population: &Population, random: &mut Stream) -> Option<Parent> {
-        let members = self.state.population();
+    /// One of the designs that are kept: the best of as many as the tournament has, each drawn with the same chance. With an aim, the best
+    /// by that.
+    pub(super) fn winner(&self, tournament: &Tournament<'_>, random: &mut Stream) -> Option<Parent> {
+        let members = self.state.members();
         if members.is_empty() {
             return None;
         }
-        let drawn: Vec<usize> = (0..population.tournament).map(|_| random.below(members.len())).collect();
-        let wants_further = random.unit() < population.further;
-        let fitness = |place: usize| self.fitness(Some(members[place].best.value));
+        let drawn: Vec<usize> = (0..tournament.size).map(|_| random.below(members.len())).collect();
+        let wants_further = random.unit() < tournament.further;
+        let value = |best: &Best| tournament.aim.map_or(best.value, |aim| aim.value(&best.each()));
+        let fitness = |place: usize| self.fitness(Some(value(&members[place].best)));
         // Of equals the first drawn.
         let winner = drawn.into_iter().reduce(|a, b| if fitness(b) > fitness(a) { b } else { a })?;
         let Member { best, tuned } = members.get(winner)?;
-        let Best { derivation, tasks, value, found_at } = best.clone();
+        let Best { derivation, tasks, value, found_at, .. } = best.clone();
         let further = (wants_further && self.is_tunable(&derivation)).then(|| tuned.clone());
         Some(Parent {
             place: Place { number: found_at, derivation, value: Some(value), tunes: tasks },
@@ -74,10 +97,10 @@ impl Bodies<'_> {
         self.rules.search.curves.is_some() && self.rules.tasks.values().any(is_free)
     }
 
-    /// Whether the population has this body.
+    /// Whether the population or the front has this body.
     pub(super) fn is_member(&self, derivation: &Derivation) -> bool {
         let hash = |derivation: &Derivation| derivation.design.canonical_hash(self.rules);
-        let members = self.state.population();
+        let members = self.state.members();
         !members.is_empty() && {
             let own = hash(derivation);
             members.iter().any(|member| hash(&member.best.derivation) == own)
@@ -86,7 +109,7 @@ impl Bodies<'_> {
 
     /// The value that a design must exceed to come into the population, where more is better.
     pub(super) fn least_kept(&self, population: &Population) -> f64 {
-        let members = self.state.population();
+        let members = self.state.members();
         if members.len() < population.size {
             return f64::NEG_INFINITY;
         }
@@ -110,7 +133,7 @@ impl Bodies<'_> {
         let Place { number, derivation, tunes, .. } = place;
         let hash = |derivation: &Derivation| derivation.design.canonical_hash(rules);
         let own = hash(&derivation);
-        let best = Best { derivation, tasks: tunes, value, found_at: number };
+        let best = Best { derivation, tasks: tunes, value, beside: Vec::new(), found_at: number };
         let fitness = |member: &Member<_>| direction.fitness(member.best.value);
         if let Some(same) = members.iter_mut().find(|member| hash(&member.best.derivation) == own) {
             let is_better = direction.fitness(value) > fitness(same);

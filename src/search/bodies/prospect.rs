@@ -16,7 +16,7 @@ const STORE: usize = 2;
 const LOOKS: usize = 8;
 /// What comes less often than this is not worth a thought.
 const LEAST: f64 = 0.02;
-/// How likely a body is no new elite of an archive, and not kept in a population.
+/// How likely a body is no new elite of an archive, and not kept in a population or on a front.
 const NO_ELITE: f64 = 0.7;
 /// So many moves that can do nothing are followed.
 const IDLE: usize = 50;
@@ -86,6 +86,11 @@ impl<'a> Bodies<'a> {
         orders
     }
 
+    /// Whether bodies are kept by their values, and no temperature decides.
+    fn is_unheated(&self) -> bool {
+        self.rules.search.annealing().is_none()
+    }
+
     /// Whether the evaluations are likely to last until the body that a state tries.
     fn is_affordable(&self, state: &State) -> bool {
         let Some(most) = self.bounds.max_evaluations else { return true };
@@ -98,7 +103,7 @@ impl<'a> Bodies<'a> {
         if state.moves == 0 {
             return vec![(1.0, None)];
         }
-        if self.rules.search.archive().is_some() || self.rules.search.population().is_some() {
+        if self.is_unheated() {
             return vec![(NO_ELITE, None)];
         }
         if self.is_walk(state) {

@@ -198,6 +198,7 @@ impl Tuner<'_> {
             }
             let (chain, Neighbour { parameters, drawn, .. }) = (&mut chains[*turn], &candidates[*turn][now]);
             let evaluated = values[*turn][now].clone();
+            let each = evaluated.each.clone();
             let counted = if self.bounds_the_rest() && evaluated.ceiling < needed(chain, *drawn) {
                 // It could not come to enough, whether it was simulated to its end or not, and whatever
                 // would have become of it then.
@@ -221,7 +222,7 @@ impl Tuner<'_> {
             chain.standing.note(accepted);
             if let Some(new) = new.filter(|_| accepted) {
                 (chain.current, chain.fitness) = (parameters.clone(), Some(new));
-                self.offer(tuning, parameters, new);
+                self.offer(tuning, parameters, new, &each);
             }
             let guess = &guesses[*turn][now];
             next[*turn] = if accepted { guess.accepted } else { guess.refused };

@@ -66,12 +66,13 @@ impl Tuner<'_> {
                 }
                 return Ok(Pace::Cut(end));
             }
+            let each = evaluated.each.clone();
             let fitness = match self.count(&mut now, candidate, evaluated, &mut counted)? {
                 Counted::Stopped => return self.stopped(),
                 counted => counted.fitness(),
             };
             if let Some(fitness) = fitness {
-                self.offer(&mut now, candidate, fitness);
+                self.offer(&mut now, candidate, fitness, &each);
             }
             samples.push(Sample { shares, fitness: fitness.unwrap_or(f64::NEG_INFINITY) });
         }

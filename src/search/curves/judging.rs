@@ -8,7 +8,7 @@ use grammar_lang::ir::{Direction, Judge};
 use super::super::body::Known;
 use super::super::evaluated::Evaluated;
 use super::super::evaluator::WorstCase;
-use super::super::state::{Tune, Tuning};
+use super::super::state::{Offered, Tune, Tuning};
 use super::super::tally::Missing;
 use super::super::{Failure, keeps};
 use super::{Tuner, best};
@@ -28,6 +28,20 @@ pub(super) enum When {
     Underway,
     /// When the loop ends.
     AtTheEnd,
+}
+
+/// What curves come to: the value that the loop goes by, and each objective where a front is searched for.
+#[derive(Clone, Copy)]
+struct Nominal<'e> {
+    value: f64,
+    each: &'e [f64],
+}
+
+impl Nominal<'_> {
+    /// The value as the task states its objective.
+    fn own(self) -> f64 {
+        self.each.first().copied().unwrap_or(self.value)
+    }
 }
 
 /// What an evaluation came to for the loop.
@@ -98,10 +112,12 @@ impl Tuner<'_> {
             Some(Judge::Promising) if is_no_better(self.fitness(value)) => {
                 Counted::Sound(self.fitness(value))
             }
-            Some(Judge::Promising | Judge::Every) => self.judged(tuning, candidate, value, spent)?,
+            Some(Judge::Promising | Judge::Every) => {
+                self.judged(tuning, candidate, Nominal { value, each: &evaluated.each }, spent)?
+            }
             Some(Judge::Best) => {
                 tuning.unjudged += 1;
-                self.count_highest(tuning, candidate, value, spent)?
+                self.count_highest(tuning, candidate, Nominal { value, each: &evaluated.each }, spent)?
             }
         };
         if counted == Counted::Stopped {
@@ -127,8 +143,9 @@ impl Tuner<'_> {
             return Ok(Counted::Sound(fitness));
         }
         let mut half_step = None;
-        if self.can_lose(fitness) && self.is_of_use(fitness) {
-            match self.kept(tuning, candidate, value, spent) {
+        let nominal = Nominal { value, each: &evaluated.each };
+        if self.can_lose(fitness) && self.is_of_use(nominal) {
+            match self.kept(tuning, candidate, nominal, spent) {
                 Ok(half) => half_step = Some(half),
                 Err(counted) => return Ok(counted),
             }
@@ -136,6 +153,7 @@ impl Tuner<'_> {
         tuning.found = Some(Tune {
             parameters: candidate.clone(),
             value,
+            each: evaluated.each,
             nominal: None,
             at_most_in: None,
             half_step,
@@ -150,15 +168,16 @@ impl Tuner<'_> {
         &mut self,
         tuning: &mut Tuning,
         candidate: &Parameters,
-        value: f64,
+        nominal: Nominal<'_>,
         spent: &mut u64,
     ) -> Result<Counted, Failure> {
-        let fitness = self.fitness(value);
+        let fitness = self.fitness(nominal.value);
         if tuning.highest.is_none_or(|highest| fitness > highest) {
             if self.can_lose(fitness)
                 && !self.races()
                 && fitness > self.known.kept
-                && let Err(counted) = self.kept(tuning, candidate, value, spent)
+                && !self.is_covered(nominal)
+                && let Err(counted) = self.kept(tuning, candidate, nominal, spent)
             {
                 return Ok(counted);
             }
@@ -168,10 +187,11 @@ impl Tuner<'_> {
     }
 
     /// Remembers curves that may be the best since some were judged in all worlds.
-    pub(super) fn offer(&self, tuning: &mut Tuning, candidate: &Parameters, fitness: f64) {
-        let is_better = |known: &(Parameters, f64)| fitness > known.1;
+    pub(super) fn offer(&self, tuning: &mut Tuning, candidate: &Parameters, fitness: f64, each: &[f64]) {
+        let is_better = |known: &Offered| fitness > known.fitness;
         if self.judge() == Some(Judge::Best) && tuning.offered.as_ref().is_none_or(is_better) {
-            tuning.offered = Some((candidate.clone(), fitness));
+            let (parameters, each) = (candidate.clone(), each.to_vec());
+            tuning.offered = Some(Offered { parameters, fitness, each });
         }
     }
 
@@ -188,7 +208,8 @@ impl Tuner<'_> {
         if when == When::Underway && tuning.unjudged < enough {
             return Ok(true);
         }
-        let Some((candidate, fitness)) = tuning.offered.take() else { return Ok(true) };
+        let Some(offered) = tuning.offered.take() else { return Ok(true) };
+        let fitness = offered.fitness;
         // What is no better here is hardly better in all worlds together, and of a worst case it cannot be.
         if best(tuning).is_some_and(|best| fitness <= self.fitness(best)) {
             return Ok(true);
@@ -197,11 +218,12 @@ impl Tuner<'_> {
             return Ok(true);
         }
         let unjudged = std::mem::take(&mut tuning.unjudged);
-        let nominal = self.task().objective.direction.fitness(fitness);
+        let value = self.task().objective.direction.fitness(fitness);
         let before = *spent;
-        if self.judged(tuning, &candidate, nominal, spent)? == Counted::Stopped {
+        let nominal = Nominal { value, each: &offered.each };
+        if self.judged(tuning, &offered.parameters, nominal, spent)? == Counted::Stopped {
             *spent = before;
-            (tuning.offered, tuning.unjudged) = (Some((candidate, fitness)), unjudged);
+            (tuning.offered, tuning.unjudged) = (Some(offered), unjudged);
             return Ok(false);
         }
         Ok(true)
@@ -225,8 +247,7 @@ impl Tuner<'_> {
         // Only what may be the best of the run has to be known.
         let needed = self.known.best;
         if !self.is_actuated() && self.fitness(nominal) <= needed {
-            let value = Ok(nominal);
-            return Ok((Evaluated { value, ceiling: f64::INFINITY, observed: None }, Some(1)));
+            return Ok((Evaluated::of(Ok(nominal)), Some(1)));
         }
         let order = if tuning.hardest.is_empty() { &self.known.hardest } else { &tuning.hardest };
         let worst = self.evaluator.worst_case(stop, candidate, (nominal, needed), order);
@@ -236,7 +257,7 @@ impl Tuner<'_> {
             WorstCase::AtMost { value, by } => {
                 tuning.hardest = in_front(by, order);
                 let value = Ok(self.task().objective.direction.fitness(value));
-                let evaluated = Evaluated { value, ceiling: f64::INFINITY, observed: None };
+                let evaluated = Evaluated::of(value);
                 // The nominal world is one of those that are known.
                 Ok((evaluated, Some(simulated + 1)))
             }
@@ -252,13 +273,18 @@ impl Tuner<'_> {
         &mut self,
         tuning: &mut Tuning,
         candidate: &Parameters,
-        nominal: f64,
+        nominal: Nominal<'_>,
         spent: &mut u64,
     ) -> Result<Counted, Failure> {
         let is_first = *spent == 0;
-        let (evaluated, at_most_in) = match self.everywhere(tuning, candidate, nominal, spent) {
-            Ok(found) => found,
-            Err(counted) => return Ok(counted),
+        // What is of no use in the nominal world is hardly of more in all, and never where the objectives are worst cases.
+        let (evaluated, at_most_in) = if self.is_covered(nominal) {
+            (Evaluated { each: nominal.each.to_vec(), ..Evaluated::of(Ok(nominal.value)) }, Some(1))
+        } else {
+            match self.everywhere(tuning, candidate, nominal.value, spent) {
+                Ok(found) => found,
+                Err(counted) => return Ok(counted),
+            }
         };
         let value = match evaluated.value {
             Ok(value) => value,
@@ -273,20 +299,24 @@ impl Tuner<'_> {
             return Ok(Counted::Sound(fitness));
         }
         let mut half_step = None;
-        if self.can_lose(self.fitness(nominal)) && self.is_of_use(fitness) {
+        if self.can_lose(self.fitness(nominal.value))
+            && self.is_of_use(Nominal { value, each: &evaluated.each })
+        {
             match self.kept(tuning, candidate, nominal, spent) {
                 Ok(half) => half_step = Some(half),
                 Err(counted) => return Ok(counted),
             }
         }
         // What is to be the best of the run keeps its value in all worlds, too.
-        if fitness > self.known.best && self.can_lose(fitness) {
+        if fitness > self.known.best
+            && self.can_lose(fitness)
+            && !self.is_covered(Nominal { value, each: &evaluated.each })
+        {
             let Some(half) = self.evaluator.in_worlds(self.bounds.stop, candidate, true) else {
                 return Ok(Counted::Stopped);
             };
             *spent += self.evaluator.worlds().unwrap_or(0);
-            let Candidate { rules, .. } = self.candidate();
-            if !half.value.is_ok_and(|half| keeps(rules, self.task(), value, half)) {
+            if !self.confirms(Nominal { value, each: &evaluated.each }, &half) {
                 tuning.tally.unstable += 1;
                 return Ok(Counted::Unsound);
             }
@@ -294,7 +324,8 @@ impl Tuner<'_> {
         tuning.found = Some(Tune {
             parameters: candidate.clone(),
             value,
-            nominal: Some(nominal),
+            each: evaluated.each,
+            nominal: Some(nominal.own()),
             at_most_in,
             half_step,
             observed: evaluated.observed.unwrap_or_default(),
@@ -311,17 +342,28 @@ impl Tuner<'_> {
         &mut self,
         tuning: &mut Tuning,
         candidate: &Parameters,
-        value: f64,
+        nominal: Nominal<'_>,
         spent: &mut u64,
     ) -> Result<f64, Counted> {
         let half = self.evaluator.at_half_step(self.bounds.stop, candidate).ok_or(Counted::Stopped)?;
         *spent += 1;
-        match half {
-            Ok(half) if keeps(self.candidate().rules, self.task(), value, half) => Ok(half),
+        match &half.value {
+            Ok(value) if self.confirms(nominal, &half) => {
+                Ok(Nominal { value: *value, each: &half.each }.own())
+            }
             Ok(_) | Err(_) => {
                 tuning.tally.unstable += 1;
                 Err(Counted::Unsound)
             }
+        }
+    }
+
+    /// Whether a finer simulation confirms a value; where a front is searched for, that of every objective.
+    fn confirms(&self, found: Nominal<'_>, finer: &Evaluated) -> bool {
+        let rules = self.candidate().rules;
+        match &self.evaluator.aim {
+            Some(aim) => aim.keeps(rules.search.keep, found.each, &finer.each),
+            None => finer.value.as_ref().is_ok_and(|finer| keeps(rules, self.task(), found.value, *finer)),
         }
     }
 
@@ -343,7 +385,8 @@ impl Tuner<'_> {
         let mut likely = Vec::new();
         for (candidate, evaluated) in candidates.iter().zip(values) {
             let fitness = evaluated.value.as_ref().map_or(f64::NEG_INFINITY, |value| self.fitness(*value));
-            if fitness > least && self.can_lose(fitness) {
+            let found = Nominal { value: fitness, each: &evaluated.each };
+            if fitness > least && self.can_lose(fitness) && !self.is_covered(found) {
                 least = fitness;
                 likely.push(candidate.clone());
             }
@@ -376,17 +419,24 @@ impl Tuner<'_> {
         is_new && matches!(self.judge(), Some(Judge::Best | Judge::Promising)) && self.task().is_worst_case()
     }
 
-    /// Whether curves of this fitness are of any use to the run, if they are the best of their body: what is of none is
+    /// Whether curves of this value are of any use to the run, if they are the best of their body: what is of none is
     /// not checked.
-    fn is_of_use(&self, fitness: f64) -> bool {
+    fn is_of_use(&self, found: Nominal<'_>) -> bool {
         let Known { of_use, kept, .. } = self.known;
-        fitness > kept && (self.looped().is_some() || fitness > of_use)
+        let fitness = self.fitness(found.value);
+        fitness > kept && (self.looped().is_some() || fitness > of_use) && !self.is_covered(found)
+    }
+
+    /// Whether a design on the front is as good in every objective.
+    fn is_covered(&self, found: Nominal<'_>) -> bool {
+        self.evaluator.aim.as_ref().is_some_and(|aim| aim.is_covered(found.each, &self.known.front))
     }
 
     /// Whether a best of this fitness could lose something: where more is better, a value that is not positive has
     /// nothing to lose.
     fn can_lose(&self, fitness: f64) -> bool {
-        self.is_actuated() && (fitness > 0.0 || self.task().objective.direction == Direction::Minimize)
+        let has_something = fitness > 0.0 || self.task().objective.direction == Direction::Minimize;
+        self.is_actuated() && (has_something || self.evaluator.aim.is_some())
     }
 
     /// Whether anything in the body moves by itself.

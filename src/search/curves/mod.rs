@@ -163,10 +163,11 @@ impl<'a> Tuner<'a> {
         let (mut now, mut counted) = (tuning.clone(), *spent);
         let mut fitness = Vec::with_capacity(chains);
         for (start, evaluated) in starts.iter().zip(values) {
+            let each = evaluated.each.clone();
             match self.count(&mut now, start, evaluated, &mut counted)? {
                 Counted::Stopped => return self.stopped(),
                 counted => {
-                    counted.fitness().into_iter().for_each(|new| self.offer(&mut now, start, new));
+                    counted.fitness().into_iter().for_each(|new| self.offer(&mut now, start, new, &each));
                     fitness.push(counted.fitness());
                 }
             }

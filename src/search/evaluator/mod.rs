@@ -11,6 +11,7 @@ use grammar_lang::ir::{self, Expr, RuleSet, Task};
 use rayon::prelude::*;
 
 use super::Failure;
+use super::aim::Aim;
 use super::cache::{self, Cache, Key, Subject};
 use super::crew::Crew;
 use super::tally::Missing;
@@ -19,7 +20,9 @@ use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Observed, Recording};
-use crate::simulate::{Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Watch};
+use crate::simulate::{
+    self, Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Unfit, Watch,
+};
 use worlds::Worlds;
 pub(super) use worlds::WorstCase;
 
@@ -52,6 +55,8 @@ pub(super) struct Evaluator<'r> {
     observes: bool,
     /// The value, where more is better, above which motions are observed: others will not be asked for it.
     pub(super) observed_above: f64,
+    /// What the move is after, where a front is searched for.
+    pub(super) aim: Option<Aim>,
 }
 
 /// The solver that a grammar's models are meant for.
@@ -61,6 +66,15 @@ pub fn solver(rules: &RuleSet) -> SolverName {
         ir::Method::Balls(_) => SolverName::Balls,
         ir::Method::Hinges => SolverName::Articulated,
     }
+}
+
+/// Why the solver that a grammar's models are meant for cannot simulate a design, if it cannot.
+#[must_use]
+pub fn unfit(candidate: &Candidate<'_>) -> Option<Unfit> {
+    let rules = candidate.rules;
+    let model = simulate::model(solver(rules).text())?;
+    let assembly = &candidate.body.assembly;
+    rules.tasks.values().find_map(|task| model.prepare(assembly, &settings(&task.model)).err())
 }
 
 /// A model's numbers as a solver takes them.
@@ -90,18 +104,19 @@ impl<'r> Evaluator<'r> {
         candidate: &Candidate<'r>,
         task: &'r Task,
         engine: Engine<'r>,
+        aim: Option<Aim>,
     ) -> Result<Self, Failure> {
         let Candidate { rules, derivation, body } = candidate;
         let drive = Drive::new(candidate, task)?;
         let settings = settings(&task.model);
         let workers = vec![engine.model.prepare(&body.assembly, &settings)?];
         let fine = engine.model.prepare(&body.assembly, &settings.finer())?;
-        let subject = |is_fine| cache::subject(derivation, &task.name, is_fine);
+        let subject = |is_fine| of_aim(cache::subject(derivation, &task.name, is_fine), aim.as_ref());
         let subjects = (subject(false), subject(true));
         let observes = !rules.observed.is_empty() && rules.is_first(task);
         let observed_above = f64::NEG_INFINITY;
-        let worlds = Worlds::of(candidate, task);
-        Ok(Self { engine, subjects, drive, settings, workers, fine, worlds, observes, observed_above })
+        let worlds = Worlds::of(candidate, task, aim.as_ref());
+        Ok(Self { engine, subjects, drive, settings, workers, fine, worlds, observes, observed_above, aim })
     }
 
     /// How many evaluations can go on at once now: threads, and lanes of each.
@@ -175,15 +190,15 @@ impl<'r> Evaluator<'r> {
 
     /// What values motions.
     fn judging(&self) -> Judging<'_> {
-        let Self { drive, observes, observed_above, .. } = self;
-        Judging { drive, observed_above: observes.then_some(*observed_above) }
+        let Self { drive, aim, observes, observed_above, .. } = self;
+        Judging { drive, aim: aim.as_ref(), observed_above: observes.then_some(*observed_above) }
     }
 
     /// What is observed of the motion in the nominal world; none outside if it was asked to stop, none inside where the motion has no
     /// value.
     fn observe(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Option<Vec<Option<Observed>>>> {
-        let Self { drive, workers, .. } = self;
-        let judging = Judging { drive, observed_above: Some(f64::NEG_INFINITY) };
+        let Self { drive, aim, workers, .. } = self;
+        let judging = Judging { drive, aim: aim.as_ref(), observed_above: Some(f64::NEG_INFINITY) };
         let one = (parameters.clone(), f64::NEG_INFINITY);
         let worker = workers.first_mut()?;
         Some(judging.values(stop, worker.as_mut(), &[one])?.into_iter().next()?.observed)
@@ -204,9 +219,9 @@ impl<'r> Evaluator<'r> {
 
     fn simulate(&mut self, stop: Stop<'_>, batch: &[(Parameters, f64)]) -> Option<Vec<Evaluated>> {
         let threads = self.hire(batch.len());
-        let Self { engine, drive, workers, observes, observed_above, .. } = self;
+        let Self { engine, drive, aim, workers, observes, observed_above, .. } = self;
         let crew = engine.crew;
-        let one = Judging { drive, observed_above: observes.then_some(*observed_above) };
+        let one = Judging { drive, aim: aim.as_ref(), observed_above: observes.then_some(*observed_above) };
         let share = batch.len().div_ceil(threads).max(1);
         if let ([worker, ..], true) = (workers.as_mut_slice(), batch.len() <= share) {
             return one.values(stop, worker.as_mut(), batch);
@@ -221,18 +236,18 @@ impl<'r> Evaluator<'r> {
         Some(parts?.into_iter().flatten().collect())
     }
 
-    /// The value at half the step; none if it was asked to stop before that was known.
-    pub(super) fn at_half_step(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Valued> {
+    /// What comes of parameters at half the step; none if it was asked to stop before that was known.
+    pub(super) fn at_half_step(&mut self, stop: Stop<'_>, parameters: &Parameters) -> Option<Evaluated> {
         let key = Cache::key(&self.subjects.1, parameters);
         if let Some(known) = self.engine.cache.get(&key, f64::NEG_INFINITY) {
-            return Some(known.value);
+            return Some(known);
         }
-        let Self { drive, fine, .. } = self;
-        let judging = Judging { drive, observed_above: None };
+        let Self { drive, aim, fine, .. } = self;
+        let judging = Judging { drive, aim: aim.as_ref(), observed_above: None };
         let one = (parameters.clone(), f64::NEG_INFINITY);
         let value = judging.values(stop, fine.as_mut(), &[one])?.into_iter().next()?;
         self.engine.cache.keep(key, &value);
-        Some(value.value)
+        Some(value)
     }
 
     /// Works out the values of several at half the step, side by side, so that they are known when they are asked for.
@@ -242,8 +257,8 @@ impl<'r> Evaluator<'r> {
         };
         let batch: Vec<_> =
             likely.iter().filter(unknown).map(|one| (one.clone(), f64::NEG_INFINITY)).collect();
-        let Self { drive, fine, .. } = self;
-        let judging = Judging { drive, observed_above: None };
+        let Self { drive, aim, fine, .. } = self;
+        let judging = Judging { drive, aim: aim.as_ref(), observed_above: None };
         let values = judging.values(stop, fine.as_mut(), &batch);
         for ((one, _), value) in batch.iter().zip(values.into_iter().flatten()) {
             self.engine.cache.keep(Cache::key(&self.subjects.1, one), &value);
@@ -271,9 +286,15 @@ impl<'r> Evaluator<'r> {
     }
 }
 
+/// The name of evaluations by an aim.
+fn of_aim(subject: Subject, aim: Option<&Aim>) -> Subject {
+    aim.map_or(subject, |aim| cache::named(&subject, &aim.bits()))
+}
+
 /// What turns parameters into a value, apart from the simulation.
 struct Judging<'a> {
     drive: &'a Drive<'a>,
+    aim: Option<&'a Aim>,
     /// The value, where more is better, above which motions are observed, if any are.
     observed_above: Option<f64>,
 }
@@ -311,26 +332,29 @@ impl Judging<'_> {
         let mut motions = motions.into_iter().zip(watch.least);
         let mut value = |(targets, (parameters, _)): (Result<_, EvalError>, &(Parameters, f64))| {
             if let Err(error) = targets {
-                let value = Err(Missing::Expression(error));
-                return Evaluated { value, ceiling: f64::INFINITY, observed: None };
+                return Evaluated::of(Err(Missing::Expression(error)));
             }
             let (motion, least) =
                 motions.next().unwrap_or((Err(Invalid::NotFinite), Mutex::new(f64::INFINITY)));
             let ceiling = least.into_inner().unwrap_or(f64::INFINITY);
             let motion = match motion {
                 Ok(motion) => motion,
-                Err(why) => return Evaluated { value: Err(Missing::Motion(why)), ceiling, observed: None },
+                Err(why) => return Evaluated { ceiling, ..Evaluated::of(Err(Missing::Motion(why))) },
             };
-            let value = self.score(&motion, parameters).map_err(Missing::Expression);
+            let (value, each) = valued(self.recording(&motion, parameters), self.aim);
             let observed =
                 self.is_observed(&value).then(|| score::observe(self.recording(&motion, parameters)));
-            Evaluated { value, ceiling, observed }
+            Evaluated { value, ceiling, observed, each }
         };
         Some(targets.into_iter().zip(batch).map(&mut value).collect())
     }
 
     /// What the value of a motion under way can come to at most, where more is better.
     fn ceiling(&self, motion: &Motion, parameters: &[f64], now: f64) -> Option<f64> {
+        // What is after several objectives is not bounded by the first.
+        if self.aim.is_some() {
+            return None;
+        }
         let task = self.drive.task();
         let recording = self.recording(motion, parameters);
         let underway = Underway { recording, now, pace: task.model.pace_limit? };
@@ -342,9 +366,16 @@ impl Judging<'_> {
     fn recording<'a>(&'a self, motion: &'a Motion, parameters: &'a [f64]) -> Recording<'a> {
         Recording::nominal(self.drive, parameters, motion)
     }
+}
 
-    fn score(&self, motion: &Motion, parameters: &[f64]) -> Result<f64, EvalError> {
-        score::objective(self.recording(motion, parameters))
+/// The value of a motion; and where a front is searched for, that of each objective.
+fn valued(recording: Recording<'_>, aim: Option<&Aim>) -> (Valued, Vec<f64>) {
+    let Some(aim) = aim else {
+        return (score::objective(recording).map_err(Missing::Expression), Vec::new());
+    };
+    match score::objectives(recording) {
+        Ok(each) => (Ok(aim.value(&each)), each),
+        Err(error) => (Err(Missing::Expression(error)), Vec::new()),
     }
 }
 

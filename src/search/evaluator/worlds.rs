@@ -2,10 +2,11 @@
 
 use rayon::prelude::*;
 
+use super::super::aim::Aim;
 use super::super::cache::{self, Cache, Subject};
 use super::super::evaluated::{Evaluated, Valued};
 use super::super::tally::Missing;
-use super::Evaluator;
+use super::{Evaluator, valued};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
 use crate::scenarios::{self, Scenario};
@@ -36,12 +37,12 @@ pub(in super::super) enum WorstCase {
 
 impl Worlds {
     /// The worlds that the objective of a task runs over, if it does.
-    pub(super) fn of(candidate: &Candidate<'_>, task: &Task) -> Option<Self> {
+    pub(super) fn of(candidate: &Candidate<'_>, task: &Task, aim: Option<&Aim>) -> Option<Self> {
         let within = task.scenarios.as_ref().filter(|_| task.runs_over_worlds())?;
         let set = candidate.rules.scenarios.get(&within.name)?;
         let subject = |is_fine| {
             let nominal = cache::subject(&candidate.derivation, &task.name, is_fine);
-            cache::named(&nominal, b"in all worlds")
+            super::of_aim(cache::named(&nominal, b"in all worlds"), aim)
         };
         let scenarios = scenarios::worlds(&within.name, set);
         Some(Self { scenarios, subjects: (subject(false), subject(true)) })
@@ -132,10 +133,7 @@ impl Evaluator<'_> {
         let hardest = values.into_iter().map(|(_, world)| world).collect();
         let observed = if self.observes { self.observe(stop, parameters)? } else { None };
         let value = Ok(direction.fitness(least));
-        Some((
-            WorstCase::Known { evaluated: Evaluated { value, ceiling: f64::INFINITY, observed }, hardest },
-            spent,
-        ))
+        Some((WorstCase::Known { evaluated: Evaluated { observed, ..Evaluated::of(value) }, hardest }, spent))
     }
 
     /// The value of curves in each of some worlds by itself. None if it was asked to stop before.
@@ -174,7 +172,7 @@ impl Evaluator<'_> {
                     score::objective(here).map_err(Missing::Expression)
                 }
             };
-            let evaluated = Evaluated { value: value.clone(), ceiling: f64::INFINITY, observed: None };
+            let evaluated = Evaluated::of(value.clone());
             self.engine.cache.keep(keys[place], &evaluated);
             values[place] = Some(value);
         }
@@ -227,12 +225,12 @@ impl Evaluator<'_> {
         let Some(nominal) = &nominal else { return without(Missing::Motion(Invalid::NotFinite)) };
         let recording =
             Recording { elsewhere: &elsewhere, ..Recording::nominal(&self.drive, parameters, nominal) };
-        let value = score::objective(recording).map_err(Missing::Expression);
+        let (value, each) = valued(recording, self.aim.as_ref());
         let observed = (self.observes && value.is_ok()).then(|| score::observe(recording));
-        Evaluated { value, ceiling: f64::INFINITY, observed }
+        Evaluated { observed, each, ..Evaluated::of(value) }
     }
 }
 
 fn without(why: Missing) -> Evaluated {
-    Evaluated { value: Err(why), ceiling: f64::INFINITY, observed: None }
+    Evaluated::of(Err(why))
 }

@@ -1,4 +1,4 @@
-//! Checks what the loops of a search search by: annealing, an archive of kinds, a population, evolution of curves.
+//! Checks what the loops of a search search by: annealing, an archive of kinds, a population, a front, evolution of curves.
 
 use indexmap::IndexMap;
 
@@ -39,6 +39,7 @@ pub(super) const METHODS: &[Known] = &[
         fields: &["size", "tournament", "further", "restart"],
         blocks: &[],
     },
+    Known { name: "front", loops: &[Loop::Bodies], fields: &["size", "tournament", "further"], blocks: &[] },
     Known { name: "cma_es", loops: &[Loop::Curves], fields: &["spread", "restart"], blocks: &[] },
 ];
 
@@ -50,6 +51,9 @@ const EXAMPLE: &str = "size { value = count(part)  from = 0  to = 20  cells = 10
 /// More cells than this never fill.
 const MOST_CELLS: f64 = 100_000.0;
 
+/// More designs than this nobody looks at, and it takes long to say which of them is missed least.
+const MOST_ON_FRONT: usize = 100;
+
 impl Declarations<'_> {
     /// The method of a loop over bodies, by its name.
     pub(super) fn body_method(&mut self, name: &str, from: &Values<'_>, damaged: bool) -> Option<BodyMethod> {
@@ -57,6 +61,7 @@ impl Declarations<'_> {
             "annealing" => self.annealing(from, damaged).map(BodyMethod::Annealing),
             "archive" => self.archive(from, damaged).map(BodyMethod::Archive),
             "population" => self.population(from, damaged).map(BodyMethod::Population),
+            "front" => self.front(from, damaged).map(BodyMethod::Front),
             _ => None,
         }
     }
@@ -126,6 +131,34 @@ impl Declarations<'_> {
         }
         let restart = self.restart(from, "idle >= 50", damaged);
         Some(ir::Population { size: size?, tournament: tournament?, further: further?, restart: restart? })
+    }
+
+    fn front(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Front> {
+        let cx = Context::new(Stage::Declaration, damaged);
+        let size = self.counted(from, "size", "24", 2.0, &cx);
+        let tournament = self.counted(from, "tournament", "4", 1.0, &cx);
+        let further = self.number(from, "further", Dimension::NUMBER, Sign::NotNegative, "50 %", &cx);
+        let mut is_sound = true;
+        let mut refuse = |place, message: String, label, help: &str| {
+            is_sound = false;
+            self.report(Diagnostic::new(Code::OUT_OF_DOMAIN, place, message).label(label).help(help));
+        };
+        if let (Some(size), Some((_, tree))) = (size, from.values.get("size"))
+            && size > MOST_ON_FRONT
+        {
+            let message = format!("a front keeps at most {MOST_ON_FRONT} designs");
+            refuse(tree.span, message, "too many to choose from", "write for example `size = 24`");
+        }
+        if let (Some(further), Some((_, tree))) = (further, from.values.get("further"))
+            && further > 1.0
+        {
+            let message = "`further` is a share of the moves: it must lie within 0 % .. 100 %".to_owned();
+            refuse(tree.span, message, "too much", "write for example `further = 50 %`");
+        }
+        if !is_sound {
+            return None;
+        }
+        Some(ir::Front { size: size?, tournament: tournament?, further: further? })
     }
 
     fn archive(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Archive> {

@@ -69,6 +69,7 @@ impl Named {
             novelties: IndexMap::new(),
             terms: self.terms,
             objective,
+            beside: Vec::new(),
             search,
             from: None,
         }

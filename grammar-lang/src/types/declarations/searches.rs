@@ -87,7 +87,7 @@ impl Declarations<'_> {
             bodies: whole(bodies)?,
             curves: whole(curves)?,
         };
-        if search.curves.is_none() && search.population().is_some_and(|population| population.further > 0.0) {
+        if search.curves.is_none() && search.further() > 0.0 {
             let place = group(Loop::Bodies).map_or(block.name.span, |bodies| bodies.name.span);
             self.report(
                 Diagnostic::new(

@@ -15,7 +15,18 @@ use crate::types::expressions::stage::Stage;
 /// Which actuation drives which actuator, and where that is said.
 pub(in crate::types) type Actuated = IndexMap<String, (String, Span)>;
 
-/// Declarations of which a grammar, or a task, has one.
+/// An objective as the text has it.
+#[derive(Clone, Copy)]
+pub(in crate::types) struct Wanted<'t> {
+    pub(in crate::types) direction: Direction,
+    pub(in crate::types) value: &'t Tree,
+    /// Where the whole declaration stands.
+    pub(in crate::types) span: Span,
+    /// Whether the declaration is damaged.
+    pub(in crate::types) damaged: bool,
+}
+
+/// Declarations of which a grammar, or a task, has one; and objectives, of which a grammar may have several.
 #[derive(Default)]
 pub(in crate::types) struct Singles<'t> {
     pub(in crate::types) begin: Option<Vec<ir::Placed>>,
@@ -33,8 +44,8 @@ pub(in crate::types) struct Singles<'t> {
     pub(super) scenarios: Option<(&'t Name, bool)>,
     /// Where its time is said: what is added to it follows there.
     pub(super) duration: Option<Span>,
-    /// Whether more is better, the value, and whether the item is damaged.
-    pub(in crate::types) objective: Option<(Direction, &'t Tree, bool)>,
+    /// What is wanted, in the order of the text.
+    pub(in crate::types) objectives: Vec<Wanted<'t>>,
     pub(in crate::types) search: Option<ir::Search>,
     pub(in crate::types) from: Option<&'t Name>,
     pub(in crate::types) actuated: Actuated,
@@ -51,10 +62,14 @@ impl<'a> Declarations<'a> {
             ItemKind::Lattice(..) => "lattice",
             ItemKind::Symmetry(..) => "symmetry",
             ItemKind::Simulate { .. } => "simulate",
-            ItemKind::Objective { .. } => "maximize",
             ItemKind::UseSearch(..) => "search",
             ItemKind::Actuate(..) => "actuate",
             ItemKind::Task(..) => "task",
+            ItemKind::Objective { direction, value } => {
+                let (direction, span, damaged) = (*direction, item.span, item.damaged);
+                singles.objectives.push(Wanted { direction, value, span, damaged });
+                return;
+            }
             _ => return,
         };
         if !matches!(what, "actuate" | "task")
@@ -105,9 +120,6 @@ impl<'a> Declarations<'a> {
                 });
                 singles.duration = Some(duration.span);
                 singles.scenarios = scenarios.as_ref().map(|set| (set, self.set_of_worlds(set)));
-            }
-            ItemKind::Objective { direction, value } => {
-                singles.objective = Some((*direction, value, item.damaged));
             }
             ItemKind::UseSearch(name, from) => {
                 singles.from = from.as_ref();

@@ -4,9 +4,9 @@ use indexmap::IndexMap;
 
 use super::Declarations;
 use super::observe::Observed;
-use super::singles::{Actuated, Singles};
+use super::singles::{Actuated, Singles, Wanted};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
-use crate::ir::{self, Attribute, Direction, Expr, ExprKind, MotionWord, RuleSet, Ty};
+use crate::ir::{self, Attribute, Expr, ExprKind, MotionWord, RuleSet, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ItemKind, Name};
@@ -19,23 +19,31 @@ use crate::units::{self, Dimension};
 /// Tasks by name, with the places of what they say about actuators.
 pub(in crate::types) type Tasks = IndexMap<String, (ir::Task, Actuated)>;
 
+/// What bodies are asked to do, and what is wanted of all that.
+pub(in crate::types) struct Asked {
+    pub(in crate::types) tasks: Tasks,
+    pub(in crate::types) objective: ir::Objective,
+    /// What is wanted beside that of several tasks.
+    pub(in crate::types) beside: Vec<ir::Objective>,
+}
+
 impl<'a> Declarations<'a> {
     /// The tasks of a grammar and what is wanted of all together.
-    pub(in crate::types) fn tasks(&mut self, singles: &Singles<'a>) -> Option<(Tasks, ir::Objective)> {
-        let stage = if singles.tasks.is_empty() { Stage::Objective } else { Stage::Outcome };
+    pub(in crate::types) fn tasks(&mut self, singles: &Singles<'a>) -> Option<Asked> {
+        let is_one = singles.tasks.is_empty();
+        let stage = if is_one { Stage::Objective } else { Stage::Outcome };
         let known = self.expressions.errors.len();
-        let objective = match singles.objective {
-            Some((direction, value, damaged)) => self.objective(direction, value, stage, damaged),
-            None => None,
-        };
-        if let (true, Some(objective)) = (singles.tasks.is_empty(), &objective) {
+        let objectives: Vec<Option<ir::Objective>> =
+            singles.objectives.iter().map(|wanted| self.objective(*wanted, stage)).collect();
+        for objective in objectives.iter().flatten().filter(|_| is_one) {
             self.own_worlds(objective, Simulated { scenarios: singles.scenarios, time: singles.duration });
         }
-        // What is wrong with it may hide which tasks it uses.
-        let sound_objective = self.expressions.errors.len() == known;
-        let mut tasks = IndexMap::new();
-        if singles.tasks.is_empty() {
-            let mut objective = objective?;
+        self.same_twice(singles, &objectives);
+        // What is wrong with one may hide which tasks it uses.
+        let are_sound = self.expressions.errors.len() == known;
+        if is_one {
+            let mut objectives = objectives.into_iter();
+            let mut objective = objectives.next()??;
             let actuated = singles.actuated.clone();
             let task = ir::Task {
                 name: RuleSet::ONLY_TASK.to_owned(),
@@ -44,11 +52,13 @@ impl<'a> Declarations<'a> {
                 on: singles.on.map(|on| on.text.clone()),
                 scenarios: singles.scenarios.map(|(set, _)| within(set)),
                 objective: objective.clone(),
+                beside: objectives.collect::<Option<_>>()?,
             };
-            tasks.insert(RuleSet::ONLY_TASK.to_owned(), (task, actuated));
+            let tasks = IndexMap::from([(RuleSet::ONLY_TASK.to_owned(), (task, actuated))]);
             objective.value.kind = ExprKind::Task(RuleSet::ONLY_TASK.to_owned());
-            return Some((tasks, objective));
+            return Some(Asked { tasks, objective, beside: Vec::new() });
         }
+        let mut tasks = IndexMap::new();
         let mut sound = true;
         for (name, items) in &singles.tasks {
             match self.task(name, items, singles) {
@@ -56,11 +66,11 @@ impl<'a> Declarations<'a> {
                 None => sound = false,
             }
         }
-        for (name, _) in &singles.tasks {
-            let used = objective.as_ref().is_some_and(|o| {
-                o.value.any(&mut |e| matches!(&e.kind, ExprKind::Task(task) if *task == name.text))
-            });
-            if objective.is_some() && sound_objective && !used {
+        for (name, _) in singles.tasks.iter().filter(|_| are_sound && !objectives.is_empty()) {
+            let reads = |objective: &ir::Objective| {
+                objective.value.any(&mut |e| matches!(&e.kind, ExprKind::Task(task) if *task == name.text))
+            };
+            if !objectives.iter().flatten().any(reads) {
                 self.report(
                     Diagnostic::new(
                         Code::UNUSED,
@@ -72,7 +82,36 @@ impl<'a> Declarations<'a> {
                 );
             }
         }
-        sound.then_some((tasks, objective?))
+        let mut objectives = objectives.into_iter();
+        let (objective, beside) = (objectives.next()??, objectives.collect::<Option<_>>()?);
+        sound.then_some(Asked { tasks, objective, beside })
+    }
+
+    /// Two objectives that are the same, or the opposite of each other, leave nothing to trade.
+    fn same_twice(&mut self, singles: &Singles<'a>, objectives: &[Option<ir::Objective>]) {
+        let known: Vec<(Span, &ir::Objective)> = singles
+            .objectives
+            .iter()
+            .zip(objectives)
+            .filter_map(|(wanted, objective)| Some((wanted.span, objective.as_ref()?)))
+            .collect();
+        for (place, (span, objective)) in known.iter().enumerate() {
+            let text = |objective: &ir::Objective| ir::without_spans(objective.quantity()).ok();
+            let is_same = |other: &&(Span, &ir::Objective)| text(other.1) == text(objective);
+            if let Some((first, other)) = known[..place].iter().find(is_same) {
+                let message = if other.direction == objective.direction {
+                    "this objective is there already"
+                } else {
+                    "this asks for the opposite of another objective"
+                };
+                self.report(
+                    Diagnostic::new(Code::DUPLICATE, *span, message)
+                        .label("of the same quantity")
+                        .also(*first, "the other one")
+                        .help("keep one of them; in a variant, `replace` puts one in place of the base's"),
+                );
+            }
+        }
     }
 
     /// One task; what it does not say, the grammar says for all.
@@ -90,8 +129,16 @@ impl<'a> Declarations<'a> {
         for (kind, with) in &singles.actuated {
             actuated.entry(kind.clone()).or_insert_with(|| with.clone());
         }
-        let objective = match own.objective {
-            Some((direction, value, damaged)) => self.objective(direction, value, Stage::Objective, damaged),
+        if let [first, another, ..] = own.objectives.as_slice() {
+            self.report(
+                Diagnostic::new(Code::DUPLICATE, another.span, "a task has one objective")
+                    .label("another one")
+                    .also(first.span, "the first one")
+                    .help("keep one of them; a grammar can have several, over the values of its tasks"),
+            );
+        }
+        let objective = match own.objectives.first() {
+            Some(wanted) => self.objective(*wanted, Stage::Objective),
             None => {
                 self.report(
                     Diagnostic::new(
@@ -133,6 +180,7 @@ impl<'a> Declarations<'a> {
             on,
             scenarios: simulated.scenarios.map(|(set, _)| within(set)),
             objective: objective?,
+            beside: Vec::new(),
         };
         Some((task, actuated))
     }
@@ -213,13 +261,8 @@ impl<'a> Declarations<'a> {
         }
     }
 
-    fn objective(
-        &mut self,
-        direction: Direction,
-        tree: &ast::Expr,
-        stage: Stage,
-        damaged: bool,
-    ) -> Option<ir::Objective> {
+    fn objective(&mut self, wanted: Wanted<'_>, stage: Stage) -> Option<ir::Objective> {
+        let Wanted { direction, value: tree, damaged, .. } = wanted;
         let mut cx = Context::new(stage, damaged);
         let value = self.expressions.infer(tree, &mut cx);
         let unit = match &tree.kind {
@@ -233,9 +276,9 @@ impl<'a> Declarations<'a> {
                     Diagnostic::new(
                         Code::OBJECTIVE_UNIT,
                         value.span,
-                        format!("the objective is a {d}; in which unit?"),
+                        format!("the objective has the dimension {d}: in which unit is it a number?"),
                     )
-                    .label(format!("a {d}"))
+                    .label(format!("of the dimension {d}"))
                     .help(format!(
                         "write `in {}` after it: temperatures are numbers on this scale",
                         self.told_in(d)
@@ -341,11 +384,14 @@ impl<'a> Declarations<'a> {
                     );
                 }
             }
-            if let Some(place) = period_in(&task.objective.value, terms) {
+            let reads = |objective: &'_ ir::Objective| {
+                period_in(&objective.value, terms).map(|place| (place, objective.value.span))
+            };
+            if let Some((place, objective)) = task.objectives().find_map(reads) {
                 self.report(
                     Diagnostic::new(Code::NO_PERIOD, place, format!("this reads `period`, but {wrong}"))
                         .label("the period of what?")
-                        .also(task.objective.value.span, "needed by this objective")
+                        .also(objective, "needed by this objective")
                         .help(help),
                 );
             }

@@ -1,5 +1,9 @@
 //! Checks `match` expressions.
 
+use std::collections::BTreeSet;
+
+use indexmap::IndexMap;
+
 use super::Expressions;
 use super::context::{Context, Local, as_group, unknown};
 use super::fit::article;
@@ -7,6 +11,12 @@ use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{Expr, ExprKind, Operator, Ty};
 use crate::source::Span;
 use crate::syntax::ast;
+
+/// The values of an enumeration, in order, each with its number; none of another type.
+type Values = IndexMap<String, u32>;
+
+/// More cases than this are nested too deeply for what evaluates them.
+const MOST_CASES: usize = 2_000;
 
 impl Expressions<'_> {
     /// `match x { a -> b, else -> c }` becomes a chain of `if`s over one value.
@@ -19,11 +29,25 @@ impl Expressions<'_> {
         cx: &mut Context,
     ) -> Expr {
         let value = self.infer(value, cx);
+        if let Some((case, _)) = arms.get(MOST_CASES) {
+            let message =
+                format!("a `match` has at most {MOST_CASES} cases, and this one has {}", arms.len());
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, case.span, message)
+                    .label("one too many")
+                    .help("write the values as a `table`, or let `else` stand for the rest"),
+            );
+            return unknown(span);
+        }
         let slot = cx.locals.len();
         let subject = Expr { kind: ExprKind::Local(slot), ty: value.ty.clone(), span: value.span };
         cx.locals.push(Local { name: String::new(), ty: value.ty.clone(), span: value.span });
         let mut checked: Vec<(Expr, Expr)> = Vec::new();
-        let mut covered: Vec<String> = Vec::new();
+        let mut covered: BTreeSet<String> = BTreeSet::new();
+        let values: Values = match &value.ty {
+            Ty::Enum(name) => self.variants_of(name, value.span).into_iter().zip(0..).collect(),
+            _ => Values::new(),
+        };
         for (case, result) in arms {
             if let (Ty::Enum(_), ast::ExprKind::Name(name)) = (&value.ty, &case.kind) {
                 if covered.contains(name) {
@@ -33,17 +57,13 @@ impl Expressions<'_> {
                             .help("keep one of them"),
                     );
                 }
-                covered.push(name.clone());
+                covered.insert(name.clone());
             }
-            let condition = self.case(&subject, case, cx);
+            let condition = self.case(&subject, &values, case, cx);
             checked.push((condition, self.infer(result, cx)));
         }
-        let missing: Vec<String> = match &value.ty {
-            Ty::Enum(name) => {
-                self.variants_of(name, value.span).into_iter().filter(|v| !covered.contains(v)).collect()
-            }
-            _ => Vec::new(),
-        };
+        let missing: Vec<&str> =
+            values.keys().map(String::as_str).filter(|value| !covered.contains(*value)).collect();
         let mut rest = otherwise.map(|o| self.infer(o, cx));
         if rest.is_none() && (!missing.is_empty() || !matches!(value.ty, Ty::Enum(_) | Ty::Unknown)) {
             let message = if missing.is_empty() {
@@ -72,23 +92,24 @@ impl Expressions<'_> {
     }
 
     /// Whether the subject is a case.
-    fn case(&mut self, subject: &Expr, case: &ast::Expr, cx: &mut Context) -> Expr {
+    fn case(&mut self, subject: &Expr, values: &Values, case: &ast::Expr, cx: &mut Context) -> Expr {
         let ask = |operator, right: Expr| Expr {
             span: right.span,
             kind: ExprKind::Binary(Box::new(subject.clone()), operator, Box::new(right)),
             ty: Ty::Bool,
         };
         if let (Ty::Enum(name), ast::ExprKind::Name(word)) = (&subject.ty, &case.kind) {
-            let values = self.variants_of(name, subject.span);
-            if let Some(index) = values.iter().position(|v| v == word) {
-                let kind = ExprKind::Number(index as f64);
+            if let Some(index) = values.get(word) {
+                let kind = ExprKind::Number(f64::from(*index));
                 return ask(Operator::Equal, Expr { kind, ty: subject.ty.clone(), span: case.span });
             }
-            let help = did_you_mean(word, values.iter().map(String::as_str));
+            let help = did_you_mean(word, values.keys().map(String::as_str));
             self.report(
                 Diagnostic::new(Code::UNKNOWN_NAME, case.span, format!("`{name}` has no value `{word}`"))
                     .label("not one of its values")
-                    .help(help.unwrap_or_else(|| format!("it has: {}", values.join(", ")))),
+                    .help(help.unwrap_or_else(|| {
+                        format!("it has: {}", values.keys().cloned().collect::<Vec<_>>().join(", "))
+                    })),
             );
             return Expr { ty: Ty::Bool, ..unknown(case.span) };
         }

@@ -2,6 +2,7 @@
 
 pub(crate) mod bodies;
 pub(crate) mod convergence;
+pub(crate) mod front;
 pub(crate) mod observed;
 pub(crate) mod rejections;
 pub(crate) mod rules;

@@ -32,7 +32,7 @@ impl Spread {
         Some(Self {
             count,
             mean,
-            sd: (count > 1).then(|| (squares / (count - 1) as f64).sqrt()),
+            sd: (count > 1).then(|| (squares / (count - 1) as f64).sqrt()).filter(|sd| sd.is_finite()),
             min,
             low: at(0.05),
             q1: at(0.25),

@@ -3,6 +3,7 @@
 pub(crate) mod chart;
 mod convergence;
 mod designs;
+mod front;
 mod observed;
 mod rejections;
 mod rules;
@@ -27,7 +28,7 @@ const COLOURS: usize = 6;
 /// How long a page of runs under way waits before it loads itself again, in s.
 const WAIT: u32 = 5;
 
-/// The address of a run's own page, if there is one.
+/// The address of the page of a run, or of a saved design on a front, if there is one.
 type Link<'a> = &'a dyn Fn(&Path) -> Option<String>;
 
 /// A part of the page.
@@ -40,10 +41,11 @@ struct Section {
 }
 
 /// The sections, in order.
-const SECTIONS: [Section; 10] = [
+const SECTIONS: [Section; 11] = [
     Section { id: "runs", heading: "Runs", body: runs::section },
     Section { id: "convergence", heading: "Convergence", body: convergence::section },
     Section { id: "designs", heading: "Best designs", body: designs::section },
+    Section { id: "front", heading: "The front", body: front::section },
     Section { id: "rules", heading: "Rules", body: rules::section },
     Section { id: "temperature", heading: "Temperature and acceptance", body: temperature::section },
     Section { id: "spending", heading: "Where evaluations went", body: spending::section },

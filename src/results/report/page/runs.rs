@@ -1,6 +1,6 @@
 //! What was run, and what came of each run.
 
-use grammar_lang::ir::{RuleSet, Schedule, SearchMethod};
+use grammar_lang::ir::{Objective, RuleSet, Schedule, SearchMethod};
 use grammar_lang::source::SourceMap;
 
 use super::words::{count, counted, number, or_dash, paragraph, percent, table, value};
@@ -129,16 +129,17 @@ fn seeds(group: &Group) -> String {
 
 /// What the grammar asks of the search.
 fn of_rules(rules: &RuleSet, sources: &SourceMap) -> Vec<(&'static str, String)> {
-    let objective = &rules.objective;
-    let goal = objective.direction;
-    let text = sources.slice(objective.value.span);
-    // The unit stands in the text, unless a variant has set it.
-    let unit = match objective.unit.as_str() {
-        unit if unit.is_empty() || text.ends_with(unit) => String::new(),
-        unit => format!(" in {unit}"),
+    let goal = |objective: &Objective| {
+        let text = sources.slice(objective.value.span);
+        // The unit stands in the text, unless a variant has set it.
+        let unit = match objective.unit.as_str() {
+            unit if unit.is_empty() || text.ends_with(unit) => String::new(),
+            unit => format!(" in {unit}"),
+        };
+        format!("<code>{}</code>", escape(&format!("{} {text}{unit}", objective.direction)))
     };
-    let goal = format!("{goal} {text}{unit}");
-    let mut facts = vec![("objective", format!("<code>{}</code>", escape(&goal)))];
+    let goals: Vec<String> = rules.objectives().map(goal).collect();
+    let mut facts = vec![(if goals.len() > 1 { "objectives" } else { "objective" }, goals.join(", "))];
     let tasks: Vec<&str> =
         rules.tasks.keys().map(String::as_str).filter(|name| *name != RuleSet::ONLY_TASK).collect();
     if !tasks.is_empty() {

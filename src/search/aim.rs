@@ -1,0 +1,171 @@
+//! What a move of a search for a front is after: one number made of all objectives, by weights that each move draws anew.
+//!
+//! The number is how far a motion is from the best that the front has of every objective, by the objective that it is farthest
+//! in (the augmented weighted Chebyshev distance; Steuer and Choo 1983, used so by Knowles 2006). With some weights each
+//! design of a front is the best, also where the front is hollow, which no weighted sum could reach.
+
+use grammar_lang::ir::{Direction, Objective};
+use serde::{Deserialize, Serialize};
+
+use crate::derive::random::Stream;
+
+/// How much the distances in all objectives count beside the greatest: so that of two designs that are as far in one the one is
+/// better that is nearer in another.
+const SUM: f64 = 0.05;
+/// A value near zero may change by this share of the front's range before it counts as changed.
+const OF_RANGE: f64 = 0.1;
+
+/// What a move is after.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Aim {
+    /// For each objective, in their order.
+    scales: Vec<Scale>,
+}
+
+/// How one objective counts.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+struct Scale {
+    direction: Direction,
+    weight: f64,
+    /// The best of the front, where more is better.
+    ideal: f64,
+    /// From the worst of the front to its best.
+    range: f64,
+}
+
+impl Aim {
+    /// An aim with weights that are drawn evenly, on the scale of a front: the values of each of its designs in each
+    /// objective. As long as there is none, it is the first objective alone.
+    pub(super) fn draw<'o>(
+        objectives: impl Iterator<Item = &'o Objective>,
+        front: &[Vec<f64>],
+        random: &mut Stream,
+    ) -> Self {
+        let scales = objectives.enumerate().map(|(place, Objective { direction, .. })| {
+            // Exponential numbers over their sum are even on the simplex.
+            let drawn = -libm::log(1.0 - random.unit());
+            let known = front.iter().filter_map(|values| values.get(place)).map(|x| direction.fitness(*x));
+            let (low, high) =
+                known.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+            let Some((ideal, range)) = (low <= high).then_some((high, high - low)) else {
+                let weight = if place == 0 { 1.0 } else { 0.0 };
+                return Scale { direction: *direction, weight, ideal: 0.0, range: 1.0 };
+            };
+            let range = if range > 0.0 {
+                range
+            } else if ideal != 0.0 {
+                ideal.abs()
+            } else {
+                1.0
+            };
+            Scale { direction: *direction, weight: drawn, ideal, range }
+        });
+        let mut scales: Vec<Scale> = scales.collect();
+        let sum: f64 = scales.iter().map(|scale| scale.weight).sum();
+        if sum > 0.0 {
+            scales.iter_mut().for_each(|scale| scale.weight /= sum);
+        }
+        Self { scales }
+    }
+
+    /// How good the values of all objectives are, as a value of the first objective: in its unit and by its direction. The best
+    /// of the front in every objective at once would be 0.
+    pub(super) fn value(&self, each: &[f64]) -> f64 {
+        let far = |(scale, value): (&Scale, &f64)| {
+            scale.weight * (scale.ideal - scale.direction.fitness(*value)) / scale.range
+        };
+        let farness: Vec<f64> = self.scales.iter().zip(each).map(far).collect();
+        let farthest = farness.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        let distance = farthest + SUM * farness.iter().sum::<f64>();
+        self.scales.first().map_or(0.0, |first| first.direction.fitness(-distance * first.range))
+    }
+
+    /// Whether other values confirm those of all objectives, each by the share that the search asks for.
+    pub(super) fn keeps(&self, keep: f64, each: &[f64], other: &[f64]) -> bool {
+        each.len() == other.len()
+            && self.scales.iter().zip(each.iter().zip(other)).all(|(scale, (value, other))| {
+                let fitness = |x: &f64| scale.direction.fitness(*x);
+                let size = value.abs().max(OF_RANGE * scale.range);
+                fitness(other) >= fitness(value) - (1.0 - keep) * size
+            })
+    }
+
+    /// Whether a design is as good as these values in every objective, or better.
+    pub(super) fn is_covered(&self, each: &[f64], front: &[Vec<f64>]) -> bool {
+        let covers = |other: &&Vec<f64>| {
+            self.scales
+                .iter()
+                .zip(other.iter().zip(each))
+                .all(|(scale, (other, own))| scale.direction.fitness(*other) >= scale.direction.fitness(*own))
+        };
+        front.iter().any(|other| covers(&other))
+    }
+
+    /// All that it says, for a name of what is evaluated by it.
+    pub(super) fn bits(&self) -> Vec<u8> {
+        let numbers = self.scales.iter().flat_map(|scale| [scale.weight, scale.ideal, scale.range]);
+        numbers.flat_map(|x| x.to_bits().to_le_bytes()).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use grammar_lang::ir::{Expr, ExprKind, Ty};
+
+    use super::*;
+
+    fn objectives() -> [Objective; 2] {
+        let value = Expr { kind: ExprKind::Number(0.0), ty: Ty::NUMBER, span: Default::default() };
+        [Direction::Maximize, Direction::Minimize].map(|direction| Objective {
+            direction,
+            value: value.clone(),
+            unit: String::new(),
+        })
+    }
+
+    fn aim(front: &[Vec<f64>], seed: u64) -> Aim {
+        Aim::draw(objectives().iter(), front, &mut Stream::named(seed, "aim"))
+    }
+
+    #[test]
+    fn what_is_better_in_one_objective_and_no_worse_in_another_is_better_by_any_weights() {
+        let front = [vec![10.0, 2.0], vec![40.0, 8.0]];
+        for seed in 0..200 {
+            let aim = aim(&front, seed);
+            assert!(aim.value(&[30.0, 5.0]) > aim.value(&[29.0, 5.0]));
+            assert!(aim.value(&[30.0, 5.0]) > aim.value(&[30.0, 5.5]));
+            assert!(aim.value(&[41.0, 1.0]) > 0.0, "better than the best of each");
+        }
+    }
+
+    #[test]
+    fn each_design_of_a_hollow_front_is_the_best_by_some_weights() {
+        // The one between is below the line through the others: by no weighted sum would it be the best.
+        let front = [vec![0.0, 0.0], vec![4.0, 6.0], vec![10.0, 10.0]];
+        let mut won = [0; 3];
+        for seed in 0..200 {
+            let aim = aim(&front, seed);
+            let values: Vec<f64> = front.iter().map(|each| aim.value(each)).collect();
+            let best = (0..3).max_by(|a, b| values[*a].total_cmp(&values[*b])).unwrap();
+            won[best] += 1;
+        }
+        assert!(won.iter().all(|times| *times > 5), "{won:?}");
+    }
+
+    #[test]
+    fn without_a_front_it_is_the_first_objective() {
+        let aim = aim(&[], 3);
+        assert!(aim.value(&[7.0, 100.0]) > aim.value(&[6.0, 1.0]));
+    }
+
+    #[test]
+    fn every_objective_must_be_kept_but_next_to_nothing_may_change() {
+        let aim = aim(&[vec![0.0, 0.0], vec![40.0, 8.0]], 1);
+        assert!(aim.keeps(0.8, &[30.0, 5.0], &[25.0, 5.9]));
+        assert!(!aim.keeps(0.8, &[30.0, 5.0], &[23.0, 5.0]));
+        assert!(!aim.keeps(0.8, &[30.0, 5.0], &[30.0, 6.1]));
+        // A hundredth of a joule against a front of eight.
+        assert!(aim.keeps(0.8, &[30.0, 0.01], &[30.0, 0.1]));
+        assert!(!aim.keeps(0.8, &[30.0, 0.01], &[30.0, 0.3]));
+    }
+}

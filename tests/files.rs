@@ -1,0 +1,249 @@
+//! What commands do to files: what others wrote or edited is kept, what is written is whole, and only files are read.
+
+use std::process::{Command, Stdio};
+
+use crate::command_line::{code, errors, printed, quick_grammar, quick_run, sgc};
+use crate::support::root;
+
+/// A signal at any moment leaves nothing behind, and files are there whole or not at all.
+#[cfg(unix)]
+#[test]
+fn a_command_that_is_interrupted_leaves_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let page = run.join("view.html");
+    assert_eq!(code(&sgc(&["view", &run.to_string_lossy()])), 0);
+    let whole = std::fs::read(&page).unwrap();
+    for number in 0..12 {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_sgc"))
+            .args(["view".as_ref(), run.as_os_str()])
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(15 * number));
+        let kind = ["-INT", "-TERM"][number as usize % 2];
+        let _ = Command::new("kill").args([kind, &child.id().to_string()]).status();
+        let ended = child.wait().unwrap().code();
+        // Before the handler is set, the system ends it.
+        assert!([Some(0), Some(130), None].contains(&ended), "{ended:?}");
+        assert_eq!(std::fs::read(&page).unwrap(), whole);
+        let names = std::fs::read_dir(&run).unwrap().map(|entry| entry.unwrap().file_name());
+        let left: Vec<_> = names.filter(|name| name.to_string_lossy().starts_with('.')).collect();
+        assert!(left.is_empty(), "{left:?}");
+    }
+}
+
+/// Where a file may not become longer, that is an error of writing.
+#[cfg(unix)]
+#[test]
+fn a_file_that_may_not_grow_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let out = folder.path().join("model.xml");
+    let command = "ulimit -f 1; exec \"$0\" export \"$1\" --to motion --out \"$2\"";
+    let output = Command::new("sh")
+        .args(["-c", command, env!("CARGO_BIN_EXE_sgc")])
+        .args([run.as_os_str(), out.as_os_str()])
+        .output()
+        .unwrap();
+    assert_eq!(code(&output), 2, "{}", errors(&output));
+    assert!(errors(&output).contains("too large"), "{}", errors(&output));
+    let left = std::fs::read_dir(folder.path()).unwrap().map(|entry| entry.unwrap().file_name());
+    assert!(left.filter(|name| name.to_string_lossy().starts_with('.')).count() == 0 && !out.exists());
+}
+
+#[test]
+fn what_others_wrote_is_not_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let (run, mine) = (run.to_string_lossy().into_owned(), folder.path().join("mine.html"));
+    let to = mine.to_string_lossy().into_owned();
+    for command in [
+        &["view", &run][..],
+        &["export", &run, "--to", "mjcf"],
+        &["export", &run, "--to", "drive"],
+        &["export", &run, "--to", "begin"],
+        &["export", &run, "--to", "motion"],
+        &["doc", "grammars/codesign.sgr"],
+    ] {
+        let with = |more: &[&str]| sgc(&[command, &["--out", &to], more].concat());
+        std::fs::write(&mine, "grammar mine\n").unwrap();
+        let refused = with(&[]);
+        assert_eq!(code(&refused), 2, "{command:?}");
+        assert!(errors(&refused).contains("--force"), "{}", errors(&refused));
+        assert_eq!(std::fs::read_to_string(&mine).unwrap(), "grammar mine\n", "{command:?}");
+        let forced = with(&["--force"]);
+        assert_eq!(code(&forced), 0, "{command:?}: {}", errors(&forced));
+        // What the command wrote itself it replaces, but not what was edited since.
+        assert_eq!(code(&with(&[])), 0, "{command:?}: {}", errors(&with(&[])));
+        let edited = std::fs::read_to_string(&mine).unwrap().replacen('1', "2", 1);
+        std::fs::write(&mine, &edited).unwrap();
+        assert_eq!(code(&with(&[])), 2, "{command:?}");
+        assert_eq!(std::fs::read_to_string(&mine).unwrap(), edited, "{command:?}");
+    }
+}
+
+#[test]
+fn a_command_does_not_write_over_what_it_reads() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let design = run.join("best.design.json");
+    let before = std::fs::read(&design).unwrap();
+    let (from, to) = (design.to_string_lossy().into_owned(), folder.path().join("link"));
+    #[cfg(unix)]
+    std::os::unix::fs::symlink(&design, &to).unwrap();
+    #[cfg(not(unix))]
+    let to = design.clone();
+    for command in
+        [&["view", &from][..], &["export", &from, "--to", "motion"], &["export", &from, "--to", "mjcf"]]
+    {
+        let output = sgc(&[command, &["--force", "--out", &to.to_string_lossy()]].concat());
+        assert_eq!(code(&output), 2, "{command:?}");
+        assert!(errors(&output).contains("which this command reads"), "{}", errors(&output));
+        assert_eq!(std::fs::read(&design).unwrap(), before, "{command:?}");
+    }
+    // Nor over what a run cannot do without, nor over what another command wrote.
+    let (other, page) = (run.join("run.toml").to_string_lossy().into_owned(), run.join("view.html"));
+    let output = sgc(&["export", &from, "--to", "mjcf", "--force", "--out", &other]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("is a file of the run"), "{}", errors(&output));
+    assert_eq!(code(&sgc(&["view", &from])), 0);
+    let output = sgc(&["export", &from, "--to", "mjcf", "--out", &page.to_string_lossy()]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("did not write it"), "{}", errors(&output));
+    assert_eq!(code(&sgc(&["view", &from])), 0, "its own page is replaced");
+    // Nor over what that imports, by any name.
+    let (base, own) = (folder.path().join("base.sgr"), folder.path().join("own.sgr"));
+    let text = std::fs::read_to_string(root().join("tests/cases/bases/worm.sgr")).unwrap();
+    std::fs::write(&base, &text).unwrap();
+    std::fs::write(&own, "variant own of \"./base.sgr\" {\n  set longest = 4\n}\n").unwrap();
+    let output = sgc(&[
+        "doc",
+        &own.to_string_lossy(),
+        "--force",
+        "--out",
+        &base.with_extension("html").to_string_lossy(),
+    ]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    #[cfg(unix)]
+    {
+        let page = folder.path().join("page.html");
+        std::os::unix::fs::symlink(&base, &page).unwrap();
+        let output = sgc(&["doc", &own.to_string_lossy(), "--force", "--out", &page.to_string_lossy()]);
+        assert_eq!(code(&output), 2, "{}", errors(&output));
+        assert_eq!(std::fs::read_to_string(&base).unwrap(), text);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn devices_are_not_read_and_pipes_are() {
+    let folder = tempfile::tempdir().unwrap();
+    for command in ["check", "view", "eval"] {
+        let output = sgc(&[command, "/dev/zero"]);
+        assert_eq!(code(&output), 2, "{command}");
+        assert!(errors(&output).contains("device"), "{}", errors(&output));
+    }
+    let importing = folder.path().join("importing.sgr");
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("zero.sgr")).unwrap();
+    std::fs::write(&importing, "use \"./zero.sgr\" { cube }\ngrammar importing\n").unwrap();
+    let output = sgc(&["check", &importing.to_string_lossy()]);
+    assert_eq!(code(&output), 1);
+    assert!(printed(&output).contains("device"), "{}", printed(&output));
+    let piped = |path: &str, text: &[u8]| {
+        let mut check = Command::new(env!("CARGO_BIN_EXE_sgc"))
+            .args(["check", path])
+            .current_dir(root())
+            .stdin(std::process::Stdio::piped())
+            .stdout(std::process::Stdio::piped())
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut to = check.stdin.take().unwrap();
+        // It may stop reading.
+        let _ = std::io::Write::write_all(&mut to, text);
+        drop(to);
+        check.wait_with_output().unwrap()
+    };
+    let text = std::fs::read(root().join("tests/cases/bases/worm.sgr")).unwrap();
+    for path in ["-", "/dev/stdin"] {
+        let output = piped(path, &text);
+        assert_eq!(code(&output), 0, "{path}: {}", errors(&output));
+        let output = piped(path, &vec![b' '; 65 << 20]);
+        assert_eq!(code(&output), 2, "{path}");
+        assert!(errors(&output).contains("larger than 64 MB"), "{path}: {}", errors(&output));
+    }
+}
+
+/// A report replaces its page and its tables as long as nobody has edited them.
+#[test]
+fn an_edited_table_of_a_report_is_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let to = run.to_string_lossy().into_owned();
+    for _ in 0..2 {
+        let report = sgc(&["report", &to]);
+        assert_eq!(code(&report), 0, "{}", errors(&report));
+    }
+    let table = run.join("report/runs.csv");
+    std::fs::write(&table, "notes of mine\n").unwrap();
+    for command in [&["report", &to][..], &["run", &quick_grammar(folder.path()), "--force", "--out", &to]] {
+        let refused = sgc(command);
+        assert_eq!(code(&refused), 2, "{command:?}: {}", errors(&refused));
+        assert_eq!(std::fs::read_to_string(&table).unwrap(), "notes of mine\n", "{command:?}");
+    }
+    let forced = sgc(&["report", &to, "--force"]);
+    assert_eq!(code(&forced), 0, "{}", errors(&forced));
+    assert_eq!(code(&sgc(&["report", &to])), 0);
+}
+
+/// A run does not replace the folder that holds its grammar.
+#[test]
+fn a_run_keeps_the_grammar_that_it_is_made_of() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let source = std::fs::read_dir(run.join("sources"))
+        .unwrap()
+        .map(|file| file.unwrap().path())
+        .find(|file| file.to_string_lossy().contains("quick"))
+        .expect("the grammar");
+    let arguments = ["run", &source.to_string_lossy(), "--force", "--out", &run.to_string_lossy()];
+    let refused = sgc(&arguments);
+    assert_eq!(code(&refused), 2, "{}", errors(&refused));
+    assert!(errors(&refused).contains("which this run was made of"), "{}", errors(&refused));
+    assert!(source.exists());
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pipe_in_a_run_folder_is_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let best = run.join("best.design.json");
+    std::fs::remove_file(&best).unwrap();
+    assert!(Command::new("mkfifo").arg(&best).status().unwrap().success());
+    let view = sgc(&["view", &run.to_string_lossy()]);
+    assert_eq!(code(&view), 2, "{}", errors(&view));
+    assert!(errors(&view).contains("pipe"), "{}", errors(&view));
+}
+
+#[cfg(unix)]
+#[test]
+fn names_need_not_be_unicode() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let odd = folder.path().join(std::ffi::OsStr::from_bytes(b"odd\xff.sgr"));
+    std::fs::copy(quick_grammar(folder.path()), &odd).unwrap();
+    let out = folder.path().join(std::ffi::OsStr::from_bytes(b"out\xff"));
+    let run = Command::new(env!("CARGO_BIN_EXE_sgc"))
+        .arg("run")
+        .arg(&odd)
+        .args(["--max-evals", "20", "--out"])
+        .arg(&out)
+        .current_dir(root())
+        .output()
+        .unwrap();
+    assert_eq!(code(&run), 0, "{}", errors(&run));
+    assert!(out.join("result.json").exists());
+}
