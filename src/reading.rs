@@ -19,13 +19,14 @@ pub fn was_read(path: &Path) -> bool {
     fs::canonicalize(path).is_ok_and(|path| read.contains(&path))
 }
 
-/// A file within a folder that this process has read and that has this ending, if there is one.
+/// A file within a folder that this process has read and that has one of these endings, if there is one.
 #[must_use]
-pub fn read_within(folder: &Path, ending: &str) -> Option<PathBuf> {
+pub fn read_within(folder: &Path, endings: &[&str]) -> Option<PathBuf> {
     let folder = fs::canonicalize(folder).ok()?;
     let read = READ.lock().unwrap_or_else(PoisonError::into_inner);
     let is_it = |file: &&PathBuf| {
-        file.starts_with(&folder) && file.extension().is_some_and(|extension| extension == ending)
+        let ends = |ending: &&str| file.extension().is_some_and(|extension| extension == *ending);
+        file.starts_with(&folder) && endings.iter().any(ends)
     };
     read.iter().find(is_it).cloned()
 }

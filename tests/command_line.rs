@@ -671,3 +671,42 @@ fn an_example_that_the_search_starts_from_is_derived_by_check() {
     assert_eq!(code(&check), 1, "{}", printed(&check));
     assert!(printed(&check).contains("E0603") && printed(&check).contains("the search starts from"));
 }
+
+/// A search goes on from the body and the curves of a saved design, also by another grammar of the same rules.
+#[test]
+fn a_search_begins_with_a_saved_design() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = quick_run(folder.path());
+    let to = run.to_string_lossy();
+    let best: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(run.join("best.design.json")).unwrap()).unwrap();
+    let grammar = quick_grammar(folder.path());
+    let next = |grammar: &str, name: &str| {
+        let out = folder.path().join(name);
+        let more = ["--from-design", &to, "--max-evals", "30", "--quiet", "--out", &out.to_string_lossy()];
+        (sgc(&[&["run", grammar][..], &more].concat()), out)
+    };
+    let (output, out) = next(&grammar, "next");
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let moves = std::fs::read_to_string(out.join("evals.csv")).unwrap();
+    let first: f64 = moves.lines().nth(1).unwrap().split(',').nth(6).unwrap().parse().unwrap();
+    assert!(first >= best["value"].as_f64().unwrap(), "{first} {moves}");
+    assert!(
+        std::fs::read_to_string(out.join("run.toml"))
+            .unwrap()
+            .contains("best.design.json (codesign of seed 1")
+    );
+    // Rules that do not make it are an error; an actuation that it does not fit draws its curves anew.
+    let other = root().join("tests/cases/bases/worm.sgr");
+    let (refused, _) = next(&other.to_string_lossy(), "other");
+    assert_eq!(code(&refused), 1, "{}", errors(&refused));
+    assert!(errors(&refused).contains("the rules of `worm` do not make the design"), "{}", errors(&refused));
+    let text = std::fs::read_to_string(&grammar).unwrap();
+    let shorter =
+        text.replace("{ bezier_pac }", "{ two_sided_pac }").replace("with bezier_pac", "with two_sided_pac");
+    let file = folder.path().join("two_sided.sgr");
+    std::fs::write(&file, shorter).unwrap();
+    let (output, _) = next(&file.to_string_lossy(), "drawn");
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(errors(&output).contains("draws curves anew"), "{}", errors(&output));
+}

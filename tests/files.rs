@@ -213,6 +213,12 @@ fn a_run_keeps_the_grammar_that_it_is_made_of() {
     assert_eq!(code(&refused), 2, "{}", errors(&refused));
     assert!(errors(&refused).contains("which this run was made of"), "{}", errors(&refused));
     assert!(source.exists());
+    // Nor that of the design that it begins with.
+    let to = run.to_string_lossy();
+    let grammar = quick_grammar(folder.path());
+    let refused = sgc(&["run", &grammar, "--from-design", &to, "--force", "--out", &to]);
+    assert_eq!(code(&refused), 2, "{}", errors(&refused));
+    assert!(errors(&refused).contains("which this run was made of"), "{}", errors(&refused));
 }
 
 #[cfg(unix)]

@@ -583,3 +583,29 @@ fn a_batch_that_was_given_up_leaves_no_trace() {
     // Sittings end in the middle of simulations.
     assert!(same_end(&short(), 2, usize::MAX, Some(Duration::from_millis(25))) > 5);
 }
+
+/// What a population keeps may depend on how much is spent: many bodies first, then the best of them (successive halving).
+#[test]
+fn a_population_shrinks_as_evaluations_are_spent() {
+    let shrinking = POPULATION
+        .replace("size = 5", "size = if spent < 50 % then 12 else 2")
+        .replace("further = 40 %", "further = if spent < 50 % then 0 % else 100 %");
+    let rules = with_search(&format!(
+        "{shrinking} curves cma_es {{ iterations = if best > parent then 2 else 1  moves = 4  stop = false  warm = true
+           spread = 15 % }}"
+    ));
+    let (_, log) = is_repeatable(&rules);
+    let rows: Vec<&String> = log.iter().filter(|row| row.starts_with("Row")).collect();
+    let spent = |row: &str| row.split(" evaluations: ").nth(1)?.split(',').next()?.parse::<u64>().ok();
+    let parent = |row: &str| row.split(" parent: Some(").nth(1)?.split(')').next()?.parse::<u64>().ok();
+    // A move that is drawn after half of the 300 evaluations tunes one of two bodies further.
+    let late: Vec<&&String> = rows
+        .windows(2)
+        .filter(|pair| spent(pair[0]).is_some_and(|spent| spent >= 150))
+        .map(|pair| &pair[1])
+        .collect();
+    assert!(late.len() > 4, "{log:#?}");
+    assert!(late.iter().all(|row| row.contains("rule: None") && !row.contains("tuned: 0")), "{late:#?}");
+    let bodies: std::collections::BTreeSet<u64> = late.iter().filter_map(|row| parent(row)).collect();
+    assert!(bodies.len() > 1, "{bodies:?}");
+}

@@ -1,17 +1,22 @@
 //! `sgc run`: searches for a good design.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use grammar_lang::ir::RuleSet;
 
 use super::live::Live;
 use super::output::{self, Fault};
 use super::session::Session;
 use super::several::Several;
 use super::work::{Work, duration};
-use super::{interrupt, load, price};
+use super::{design, interrupt, load, price};
+use crate::derive::{Candidate, Derivation};
+use crate::drive::Parameters;
 use crate::results::folder::{Reopened, RunFolder};
+use crate::results::replay::curves_of;
 use crate::results::run_files::{Asked, listed};
 use crate::results::saved::Grammar;
 use crate::results::series::{Series, SeriesFolder};
@@ -57,6 +62,9 @@ pub(super) struct Run {
     /// Start from an example of the grammar [default: its initial design]
     #[arg(long, value_name = "EXAMPLE")]
     from: Option<String>,
+    /// Start from a saved design, or the best of a run: from its body and its curves, as far as the grammar has them
+    #[arg(long, value_name = "DIR|DESIGN", conflicts_with = "from")]
+    from_design: Option<PathBuf>,
     #[command(flatten)]
     work: Work,
 }
@@ -67,8 +75,12 @@ impl Run {
         let before = interrupt::Cuttable::begin();
         let started = Instant::now();
         let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
-        let from = self.from.clone().or_else(|| rules.from.clone());
-        let first = super::derive::start(&rules, &sources, from.as_deref())?;
+        let design = self.from_design.as_deref().map(|path| begun_with(path, &rules)).transpose()?;
+        let from = self.from.clone().or_else(|| rules.from.clone()).filter(|_| design.is_none());
+        let (first, curves, design) = match design {
+            Some(Begun { derivation, curves, named }) => (derivation, curves, Some(named)),
+            None => (super::derive::start(&rules, &sources, from.as_deref())?, Vec::new(), None),
+        };
         let max_evals = match (self.max_evals, &self.time) {
             (Some(0), _) => None,
             // Several would not come to their turns.
@@ -89,13 +101,14 @@ impl Run {
             max_evals,
             time: self.time.as_ref().map(|(text, _)| text.clone()),
             from: from.clone(),
+            design: design.clone(),
             entry: grammar.entry.clone(),
             parameters: self.params.clone(),
             sources: listed(&grammar),
         };
         let deadline = self.time.as_ref().map(|(_, time)| started + *time);
         let tried = first.clone();
-        let state = State::begin(first);
+        let state = State::begin_with(first, curves);
         drop(before);
         let named = |name: String| self.out.clone().unwrap_or_else(|| PathBuf::from("runs").join(name));
         if let Some(runs) = self.runs {
@@ -139,4 +152,38 @@ impl Run {
         }
         ended?.tell()
     }
+}
+
+/// A saved design that a search begins with.
+struct Begun {
+    derivation: Derivation,
+    /// Its curves, by task; empty where they do not fit.
+    curves: Vec<Parameters>,
+    /// Which one that is, for the record.
+    named: String,
+}
+
+/// Makes a saved design by the rules of the grammar that is to be run.
+fn begun_with(path: &Path, rules: &RuleSet) -> Result<Begun, Fault> {
+    let file = design::file(path);
+    let saved = design::read(&file)?;
+    let derivation = Derivation::replay(rules, &saved.derivation).map_err(|why| {
+        Fault::input(format!(
+            "the rules of `{}` do not make the design in {}: {why}",
+            rules.name,
+            file.display()
+        ))
+    })?;
+    let candidate = Candidate::new(rules, Arc::new(derivation.clone()));
+    let curves = curves_of(&candidate, &saved);
+    if curves.is_empty() {
+        output::note(&format!(
+            "the curves of {} do not fit the actuation of `{}`: the search begins with its body and draws curves anew",
+            file.display(),
+            rules.name
+        ));
+    }
+    let named =
+        format!("{} ({} of seed {}, body {})", file.display(), saved.grammar.name, saved.seed, saved.body);
+    Ok(Begun { derivation, curves, named })
 }

@@ -112,10 +112,18 @@ impl Session<'_> {
         }
         let nothing = match &outcome.best {
             None => Some("no evaluation was valid: no feasible design was found".to_owned()),
-            Some(_) if is_stuck_at_the_start(&rules, &outcome, asked.from.as_deref()) => Some(format!(
-                "no rule could ever be applied to the initial design; {} says what blocked each",
-                path.join("evals.csv").display()
-            )),
+            Some(_)
+                if is_stuck_at_the_start(
+                    &rules,
+                    &outcome,
+                    asked.from.as_deref().or(asked.design.as_deref()),
+                ) =>
+            {
+                Some(format!(
+                    "no rule could ever be applied to the initial design; {} says what blocked each",
+                    path.join("evals.csv").display()
+                ))
+            }
             Some(_) => None,
         };
         if let Some(nothing) = nothing {

@@ -44,7 +44,7 @@ pub(super) fn check_place(path: &Path, force: bool) -> Result<bool, FileError> {
     if !force {
         return Err(FileError::unfit(path, Unfit::Exists));
     }
-    if let Some(file) = reading::read_within(path, "sgr") {
+    if let Some(file) = reading::read_within(path, &["sgr", "json"]) {
         return Err(FileError::unfit(path, Unfit::HoldsGrammar { file: file.display().to_string() }));
     }
     // Only what a run has written is ever replaced.

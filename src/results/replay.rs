@@ -206,6 +206,16 @@ pub(super) fn drive_of<'r>(
     Ok((drive, parameters))
 }
 
+/// The curves of a saved design for each task of a candidate, which may be of another grammar; empty if one does not fit.
+#[must_use]
+pub fn curves_of(candidate: &Candidate<'_>, design: &SavedDesign) -> Vec<Vec<f64>> {
+    let of = |task: &Task| {
+        let saved = design.tasks.iter().find(|saved| saved.name == task.name)?;
+        Some(drive_of(candidate, saved).ok()?.1)
+    };
+    candidate.rules.tasks.values().map(of).collect::<Option<Vec<_>>>().unwrap_or_default()
+}
+
 impl<'r> Driven<'r> {
     pub(super) fn new(
         candidate: &Candidate<'r>,

@@ -42,6 +42,9 @@ pub struct Asked {
     pub time: Option<String>,
     /// The example that it started from, if it was not the initial design.
     pub from: Option<String>,
+    /// The saved design that it started from, if it did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub design: Option<String>,
     /// The text that declares the grammar.
     pub entry: String,
     /// Parameters that were set from outside.

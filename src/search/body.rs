@@ -5,7 +5,7 @@ use grammar_lang::ir::{RuleSet, Task};
 use super::aim::Aim;
 use super::curves::{Pace, Streams, Tuner};
 use super::evaluator::{Engine, Evaluator};
-use super::state::{Body, Tune, Tuned, Tuning};
+use super::state::{Body, Tune, Tuned, Tuning, Worth};
 use super::tally::{Missing, Tally};
 use super::{Bounds, Failure};
 use crate::derive::random::Stream;
@@ -26,6 +26,8 @@ pub(super) struct Known {
     pub(super) front: Vec<Vec<f64>>,
     /// How often the curves of the body were tuned before.
     pub(super) tuned: usize,
+    /// The value of the design that the body was made of.
+    pub(super) parent: Option<f64>,
     /// The worlds that were the hardest for other bodies.
     pub(super) hardest: Vec<usize>,
 }
@@ -38,6 +40,7 @@ impl Known {
         best: f64::NEG_INFINITY,
         front: Vec::new(),
         tuned: 0,
+        parent: None,
         hardest: Vec::new(),
     };
 }
@@ -53,6 +56,8 @@ pub(super) struct Tasks<'a> {
     pub(super) further: Option<Tuned>,
     /// What the move is after, where a front is searched for.
     pub(super) aim: Option<Aim>,
+    /// What the design that the body was made of comes to, by task; empty where there is none.
+    pub(super) parent: Vec<Worth>,
     pub(super) bounds: Bounds<'a>,
     /// What the run knows already.
     pub(super) known: Known,
@@ -99,7 +104,14 @@ impl<'a> Tasks<'a> {
                 let aim = self.aim.clone().filter(|_| !task.beside.is_empty());
                 let evaluator = Evaluator::new(&self.candidate, task, self.engine, aim)?;
                 let (streams, warm) = (self.streams.of_task(task), self.warm.get(body.done));
+                let worth =
+                    |Worth { value, each }: &Worth| match self.aim.as_ref().filter(|_| !each.is_empty()) {
+                        Some(aim) => aim.value(each),
+                        None => *value,
+                    };
+                let parent = self.parent.get(body.done).map(worth);
                 let known = Known {
+                    parent,
                     tuned: self.further.as_ref().map_or(0, |further| further.times),
                     ..self.known.clone()
                 };

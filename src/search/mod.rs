@@ -172,6 +172,11 @@ impl<'a> Bounds<'a> {
         self.stopped()
     }
 
+    /// Which share that is of the evaluations that may be spent; zero where nothing bounds them.
+    fn share(&self, spent: u64) -> f64 {
+        self.max_evaluations.map_or(0.0, |max| (spent as f64 / max.max(1) as f64).min(1.0))
+    }
+
     /// Why to stop at once, if so.
     fn stopped(&self) -> Option<End> {
         if self.stop.is_interrupted() {

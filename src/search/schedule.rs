@@ -1,7 +1,7 @@
 //! What the expressions of a schedule can read, and their values.
 
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
-use grammar_lang::ir::{Annealing, Direction, Expr, RuleSet, Schedule, SearchWord, Word};
+use grammar_lang::ir::{Annealing, Direction, Expr, RuleSet, Schedule, SearchWord, Selection, Word};
 
 use serde::{Deserialize, Serialize};
 
@@ -96,7 +96,18 @@ struct ScheduleScope<'a> {
     design: DesignScope<'a>,
     course: &'a Course,
     stand: Stand<'a>,
-    tuned: usize,
+    around: Around,
+}
+
+/// What a loop knows of what is around it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Around {
+    /// How often the curves of the body were tuned before.
+    pub(super) tuned: usize,
+    /// The value of the design that the body was made of, on the scale of the objective.
+    pub(super) parent: f64,
+    /// The share of its evaluations that the run has spent; zero where nothing bounds them.
+    pub(super) spent: f64,
 }
 
 /// What a schedule knows of the one that asks.
@@ -127,7 +138,9 @@ impl Scope for ScheduleScope<'_> {
             SearchWord::Best => course.best(),
             SearchWord::Idle => course.idle() as f64,
             SearchWord::Deviation => course.deviation?,
-            SearchWord::Tuned => self.tuned as f64,
+            SearchWord::Tuned => self.around.tuned as f64,
+            SearchWord::Parent => self.around.parent,
+            SearchWord::Spent => self.around.spent,
             // What always accepts something, or has no moves of its own, refuses nothing.
             SearchWord::Refused => standing.map_or(0.0, |standing| standing.refused as f64),
             SearchWord::Stagnant => standing.map_or(0.0, |standing| standing.stagnant as f64),
@@ -159,14 +172,13 @@ pub(super) struct Plan<'a> {
     pub(super) schedule: &'a Schedule,
     pub(super) course: &'a Course,
     pub(super) stand: Stand<'a>,
-    /// How often the curves of the body were tuned before.
-    pub(super) tuned: usize,
+    pub(super) around: Around,
 }
 
 impl Plan<'_> {
     fn value(&self, expr: &Expr) -> Result<Value, EvalError> {
-        let Self { rules, derivation, course, stand, tuned, .. } = *self;
-        let scope = ScheduleScope { design: DesignScope::new(rules, derivation), course, stand, tuned };
+        let Self { rules, derivation, course, stand, around, .. } = *self;
+        let scope = ScheduleScope { design: DesignScope::new(rules, derivation), course, stand, around };
         evaluate(expr, &scope, &mut Vec::new())
     }
 
@@ -185,6 +197,17 @@ impl Plan<'_> {
         }
         let moves = self.number(&self.schedule.moves)? as usize;
         Ok(Some(Iteration { moves, made: 0 }))
+    }
+
+    /// How many designs are kept: at least two.
+    pub(super) fn size(&self, selection: &Selection) -> Result<usize, EvalError> {
+        Ok((self.number(&selection.size)? as usize).max(2))
+    }
+
+    /// How many designs a move chooses among, at least one, and the share of moves that tune curves further.
+    pub(super) fn choice(&self, selection: &Selection) -> Result<(usize, f64), EvalError> {
+        let tournament = (self.number(&selection.tournament)? as usize).max(1);
+        Ok((tournament, self.number(&selection.further)?))
     }
 
     /// The temperature of the iteration that begins.

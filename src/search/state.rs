@@ -139,7 +139,27 @@ pub(super) struct Trial<D> {
     /// What the move is after, where a front is searched for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(super) aim: Option<Aim>,
+    /// What the design that it was made of comes to, by task; empty where that has no value, and for the initial design.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) parent: Vec<Worth>,
     pub(super) body: Body,
+}
+
+/// What a design comes to in a task.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(super) struct Worth {
+    /// Its value.
+    pub(super) value: f64,
+    /// What each objective is, where a front is searched for.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(super) each: Vec<f64>,
+}
+
+impl Worth {
+    /// What was found for a design, by task.
+    pub(super) fn of(tunes: &[Tune]) -> Vec<Self> {
+        tunes.iter().map(|tune| Self { value: tune.value, each: tune.each.clone() }).collect()
+    }
 }
 
 /// The best design so far.
@@ -344,6 +364,12 @@ impl State {
     /// Where a search starts that begins with a design.
     #[must_use]
     pub fn begin(first: Derivation) -> Self {
+        Self::begin_with(first, Vec::new())
+    }
+
+    /// Where a search starts that begins with a design and its curves, by task; curves that are not there are drawn.
+    #[must_use]
+    pub fn begin_with(first: Derivation, curves: Vec<Parameters>) -> Self {
         let first = Arc::new(first);
         Self {
             spent: 0,
@@ -360,9 +386,10 @@ impl State {
                 derivation: first,
                 origin: Origin::default(),
                 drawn: 0.0,
-                warm: Vec::new(),
+                warm: curves,
                 further: None,
                 aim: None,
+                parent: Vec::new(),
                 body: Body::default(),
             }),
             best: None,
@@ -464,8 +491,9 @@ impl<D> State<D> {
             None => None,
         };
         let trial = match self.trial {
-            Some(Trial { derivation, origin, drawn, warm, further, aim, body }) => {
-                Some(Trial { derivation: change(derivation)?, origin, drawn, warm, further, aim, body })
+            Some(Trial { derivation, origin, drawn, warm, further, aim, parent, body }) => {
+                let derivation = change(derivation)?;
+                Some(Trial { derivation, origin, drawn, warm, further, aim, parent, body })
             }
             None => None,
         };

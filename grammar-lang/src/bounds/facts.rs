@@ -174,7 +174,7 @@ impl<'r> Facts<'r> {
         }
         match word {
             Word::Pi => Abstract::Number(Interval::point(std::f64::consts::PI)),
-            Word::Cycle => Abstract::Number(Interval::new(0.0, 1.0)),
+            Word::Cycle | Word::Search(SearchWord::Spent) => Abstract::Number(Interval::new(0.0, 1.0)),
             Word::Motion(MotionWord::Start) => Abstract::Number(Interval::point(0.0)),
             Word::Time
             | Word::Motion(MotionWord::End | MotionWord::Duration | MotionWord::FrameInterval)
@@ -194,7 +194,7 @@ impl<'r> Facts<'r> {
             }
             Word::Closed | Word::Inflate | Word::Vent | Word::Design(DesignWord::Middle) => Abstract::Any,
             Word::Design(DesignWord::Connected | DesignWord::NoOverlap) => Abstract::Bool(Truth::Sometimes),
-            Word::Motion(MotionWord::Period) | Word::Search(SearchWord::Best) => {
+            Word::Motion(MotionWord::Period) | Word::Search(SearchWord::Best | SearchWord::Parent) => {
                 Abstract::Number(Interval::ALL)
             }
         }

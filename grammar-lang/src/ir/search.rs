@@ -146,12 +146,8 @@ pub struct Archive {
 /// So many different designs are kept, the best. Each move changes one of them, or tunes its curves further.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Population {
-    /// How many are kept.
-    pub size: usize,
-    /// A move takes the best of so many that are drawn.
-    pub tournament: usize,
-    /// The share of moves that tune curves further.
-    pub further: f64,
+    /// How they are kept and chosen.
+    pub selection: Selection,
     /// Whether to begin anew with the initial design, asked after each iteration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restart: Option<Expr>,
@@ -161,12 +157,19 @@ pub struct Population {
 /// anew, changes a design that is good by these weights, or tunes its curves further.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Front {
+    /// How they are kept and chosen.
+    pub selection: Selection,
+}
+
+/// How designs are kept, and chosen to go on from: expressions of the search stage, asked for each move.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Selection {
     /// How many are kept at most.
-    pub size: usize,
-    /// A move takes the best, by its weights, of so many that are drawn.
-    pub tournament: usize,
+    pub size: Expr,
+    /// A move takes the best of so many that are drawn.
+    pub tournament: Expr,
     /// The share of moves that tune curves further.
-    pub further: f64,
+    pub further: Expr,
 }
 
 /// A quantity that tells kinds of designs apart.
@@ -282,7 +285,9 @@ impl<'a> SearchMethod<'a> {
             | SearchWord::Idle
             | SearchWord::Refused
             | SearchWord::Stagnant
-            | SearchWord::Tuned => true,
+            | SearchWord::Tuned
+            | SearchWord::Parent
+            | SearchWord::Spent => true,
         }
     }
 
@@ -298,17 +303,12 @@ impl<'a> SearchMethod<'a> {
                 ("spread", Some(cma_es.spread.to_string())),
                 ("restart", cma_es.restart.as_ref().map(show)),
             ],
-            Self::Population(population) => vec![
-                ("size", Some(population.size.to_string())),
-                ("tournament", Some(population.tournament.to_string())),
-                ("further", Some(population.further.to_string())),
-                ("restart", population.restart.as_ref().map(show)),
-            ],
-            Self::Front(front) => vec![
-                ("size", Some(front.size.to_string())),
-                ("tournament", Some(front.tournament.to_string())),
-                ("further", Some(front.further.to_string())),
-            ],
+            Self::Population(population) => {
+                let mut fields = population.selection.given(show);
+                fields.push(("restart", population.restart.as_ref().map(show)));
+                fields
+            }
+            Self::Front(front) => front.selection.given(show),
             Self::Archive(_) => Vec::new(),
         };
         fields.into_iter().filter_map(|(field, value)| Some((field, value?))).collect()
@@ -317,12 +317,77 @@ impl<'a> SearchMethod<'a> {
     /// Its expressions of the search stage.
     pub fn scheduled(self) -> impl Iterator<Item = &'a Expr> {
         let own = match self {
-            Self::Annealing(annealing) => [Some(&annealing.temperature), annealing.exchange.as_deref()],
-            Self::CmaEs(cma_es) => [cma_es.restart.as_ref(), None],
-            Self::Population(population) => [population.restart.as_ref(), None],
-            Self::Archive(_) | Self::Front(_) => [None, None],
+            Self::Annealing(annealing) => vec![Some(&annealing.temperature), annealing.exchange.as_deref()],
+            Self::CmaEs(cma_es) => vec![cma_es.restart.as_ref()],
+            Self::Population(population) => {
+                let restart = population.restart.as_ref();
+                population.selection.exprs().into_iter().map(Some).chain([restart]).collect()
+            }
+            Self::Front(front) => front.selection.exprs().map(Some).to_vec(),
+            Self::Archive(_) => Vec::new(),
         };
         own.into_iter().flatten()
+    }
+}
+
+/// What a field of a selection may be.
+#[derive(Clone, Copy, Debug)]
+pub struct Limit {
+    /// The field.
+    pub name: &'static str,
+    /// The least.
+    pub low: f64,
+    /// The most.
+    pub high: f64,
+    /// What it may look like.
+    pub example: &'static str,
+}
+
+impl Limit {
+    /// A value as people write it.
+    fn shown(self, value: f64) -> String {
+        if self.name == "further" { format!("{} %", 100.0 * value) } else { value.to_string() }
+    }
+
+    /// Why values from a low to a high are not possible at all, if they are not.
+    #[must_use]
+    pub fn excludes(self, low: f64, high: f64) -> Option<String> {
+        let Self { name, low: least, high: most, .. } = self;
+        let is_beyond = high < least || low > most;
+        is_beyond.then(|| format!("`{name}` must lie within {} .. {}", self.shown(least), self.shown(most)))
+    }
+}
+
+/// More bodies or draws than this are a slip of the keyboard.
+const MOST: f64 = 10_000.0;
+/// More designs on a front nobody looks at, and it takes long to say which of them is missed least.
+pub const MOST_ON_FRONT: usize = 100;
+/// Some moves must change bodies: a population that is only tuned further is no search for bodies.
+const MOST_FURTHER: f64 = 0.99;
+
+impl Selection {
+    /// What the fields may be, in the order of [`Selection::exprs`].
+    #[must_use]
+    pub fn limits(is_front: bool) -> [Limit; 3] {
+        let most = if is_front { MOST_ON_FRONT as f64 } else { MOST };
+        let further = if is_front { 1.0 } else { MOST_FURTHER };
+        [
+            Limit { name: "size", low: 2.0, high: most, example: "16" },
+            Limit { name: "tournament", low: 1.0, high: MOST, example: "2" },
+            Limit { name: "further", low: 0.0, high: further, example: "30 %" },
+        ]
+    }
+
+    /// Its expressions.
+    #[must_use]
+    pub fn exprs(&self) -> [&Expr; 3] {
+        [&self.size, &self.tournament, &self.further]
+    }
+
+    /// Its fields as text.
+    fn given(&self, show: &dyn Fn(&Expr) -> String) -> Vec<(&'static str, Option<String>)> {
+        let names = ["size", "tournament", "further"];
+        names.into_iter().zip(self.exprs().map(|expr| Some(show(expr)))).collect()
     }
 }
 
@@ -367,13 +432,13 @@ impl Search {
         }
     }
 
-    /// The share of moves over bodies that tune curves further.
+    /// How a population or a front keeps and chooses designs.
     #[must_use]
-    pub fn further(&self) -> f64 {
-        match self.bodies.as_ref().map(|bodies| &bodies.method) {
-            Some(BodyMethod::Population(population)) => population.further,
-            Some(BodyMethod::Front(front)) => front.further,
-            Some(BodyMethod::Annealing(_) | BodyMethod::Archive(_)) | None => 0.0,
+    pub fn selection(&self) -> Option<&Selection> {
+        match &self.bodies.as_ref()?.method {
+            BodyMethod::Population(population) => Some(&population.selection),
+            BodyMethod::Front(front) => Some(&front.selection),
+            BodyMethod::Annealing(_) | BodyMethod::Archive(_) => None,
         }
     }
 

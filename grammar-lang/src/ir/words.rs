@@ -46,7 +46,7 @@ words! {
     /// Of a motion.
     Motion(MotionWord) { Period Start End Duration FrameInterval Elements }
     /// Of a search.
-    Search(SearchWord) { Temperature Iteration Best Idle Refused Stagnant Deviation Chain Spread Tuned }
+    Search(SearchWord) { Temperature Iteration Best Idle Refused Stagnant Deviation Chain Spread Tuned Parent Spent }
     /// Of the design.
     Design(DesignWord) { Middle Connected NoOverlap }
 }
@@ -76,6 +76,8 @@ words! {
         Chain "chain" "The number of an annealing chain, from 0.";
         Spread "spread" "The standard deviation of the samples, as a share of the ranges.";
         Tuned "tuned" "How often the curves of this body were tuned before.";
+        Parent "parent" "The value of the design that this one was made of.";
+        Spent "spent" "The share of its evaluations that the run has spent.";
     }
 }
 

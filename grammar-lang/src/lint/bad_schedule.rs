@@ -1,7 +1,7 @@
 //! A schedule that does nothing: no iteration, no move, or a negative temperature.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::ExprKind;
+use crate::ir::{ExprKind, SearchMethod, Selection};
 
 use super::known::Known;
 
@@ -18,6 +18,24 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 report(expr.span, &message, "never 1 or more", "write a number above zero");
             }
         }
+        let selection = match method {
+            SearchMethod::Population(population) => Some((&population.selection, false)),
+            SearchMethod::Front(front) => Some((&front.selection, true)),
+            SearchMethod::Annealing(_) | SearchMethod::Archive(_) | SearchMethod::CmaEs(_) => None,
+        };
+        if let Some((selection, is_front)) = selection {
+            for (expr, limit) in selection.exprs().into_iter().zip(Selection::limits(is_front)) {
+                let range = known.numbers(expr);
+                findings.extend(limit.excludes(range.low, range.high).map(|why| {
+                    Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, why)
+                        .label("never within that")
+                        .help(format!("write for example `{} = {}`", limit.name, limit.example))
+                }));
+            }
+        }
+        let mut report = |span, message: &str, label: &str, help: &str| {
+            findings.push(Diagnostic::new(Code::BAD_SCHEDULE, span, message).label(label).help(help));
+        };
         if let Some(temperature) = method.temperature()
             && most(temperature) < 0.0
         {

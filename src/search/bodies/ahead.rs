@@ -20,7 +20,7 @@ use super::super::cache::{self, Subject};
 use super::super::crew::{Crew, Jobs};
 use super::super::curves::Pace;
 use super::super::evaluator::Engine;
-use super::super::state::{Body, Trial, Tune, Tuned};
+use super::super::state::{Body, Trial, Tune, Tuned, Worth};
 use crate::derive::{Candidate, Derivation};
 use crate::drive::Parameters;
 use crate::simulate::Stop;
@@ -42,13 +42,14 @@ pub(super) struct Order {
     warm: Vec<Parameters>,
     further: Option<Tuned>,
     aim: Option<Aim>,
+    parent: Vec<Worth>,
     known: Known,
 }
 
 impl Order {
     /// The body that is tried as a move of a number.
     pub(super) fn of(number: usize, trial: &Trial<Arc<Derivation>>, known: Known) -> Self {
-        let Trial { derivation, warm, further, aim, .. } = trial;
+        let Trial { derivation, warm, further, aim, parent, .. } = trial;
         let mut bits = Vec::new();
         warm.iter().flatten().for_each(|x| bits.extend(x.to_bits().to_le_bytes()));
         if let Some(further) = further {
@@ -63,6 +64,7 @@ impl Order {
             warm: warm.clone(),
             further: further.clone(),
             aim: aim.clone(),
+            parent: parent.clone(),
             known,
         }
     }
@@ -221,7 +223,7 @@ impl Helper {
     /// Tunes a body; what came of it, if that was not stopped.
     fn tune(&self, order: Order, search: Search<'_>, alone: &Crew) -> Option<Found> {
         let Search { rules, engine, seed, bounds } = search;
-        let Order { key: (number, _), derivation, warm, further, aim, known } = order;
+        let Order { key: (number, _), derivation, warm, further, aim, parent, known } = order;
         let mut tasks = Tasks {
             candidate: Candidate::new(rules, Arc::clone(&derivation)),
             engine: Engine { crew: alone, ..engine },
@@ -229,6 +231,7 @@ impl Helper {
             warm,
             further,
             aim,
+            parent,
             bounds: bounds.ahead(&self.recalled),
             known,
             tuner: None,

@@ -129,6 +129,6 @@ impl Bodies<'_> {
             Some(one) => (&one.at.derivation, Stand::Chain(chain, &one.standing)),
             None => (&state.first.derivation, Stand::Bodies),
         };
-        Plan { rules: self.rules, derivation, schedule, course: &state.course, stand, tuned: 0 }
+        Plan { rules: self.rules, derivation, schedule, course: &state.course, stand, around: self.around() }
     }
 }

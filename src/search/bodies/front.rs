@@ -116,7 +116,8 @@ impl Bodies<'_> {
         tuned: &Tuned,
     ) -> Result<bool, Failure> {
         let rules = self.rules;
-        let (Some(front), Some(value)) = (rules.search.front(), place.value) else { return Ok(false) };
+        let (Some(_), Some(value)) = (rules.search.front(), place.value) else { return Ok(false) };
+        let size = self.size()?;
         let Some(Designs::Front(members)) = &mut self.state.designs else { return Ok(false) };
         let Place { number, derivation, tunes, .. } = place.clone();
         let best = Best { derivation, tasks: tunes, value, beside: beside.to_vec(), found_at: number };
@@ -130,10 +131,10 @@ impl Bodies<'_> {
         members.retain(|member| !covers(&own, &point(rules, &member.best.each())));
         members.push(Member { best, tuned: tuned.clone() });
         let mut is_kept = true;
-        if members.len() > front.size
+        while members.len() > size
             && let Some(least) = least_missed(&points(members))
         {
-            is_kept = least + 1 < members.len();
+            is_kept &= least + 1 < members.len();
             members.remove(least);
         }
         if is_kept {

@@ -19,8 +19,8 @@ use super::crew::Crew;
 use super::curves::{Pace, Streams};
 use super::evaluator::Engine;
 use super::gains::Gains;
-use super::schedule::{Course, Iteration, Plan, Stand};
-use super::state::{Best, Body, Designs, Members, Origin, Place, State, Trial, Tune, Tuned, Tuning};
+use super::schedule::{Around, Course, Iteration, Plan, Stand};
+use super::state::{Best, Body, Designs, Members, Origin, Place, State, Trial, Tune, Tuned, Tuning, Worth};
 use super::tally::Tally;
 use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES, Unkept};
 use crate::derive::random::Stream;
@@ -28,7 +28,7 @@ use crate::derive::{Blocked, Candidate, Derivation};
 use crate::score::Observed;
 use crate::simulate::Model;
 use ahead::{Ahead, Found, Home, Order};
-use population::{Parent, Tournament};
+use population::Parent;
 
 /// One move of a body, for the record.
 #[derive(Clone, Debug)]
@@ -308,6 +308,7 @@ pub fn tune_body(
         warm: Vec::new(),
         further: None,
         aim: None,
+        parent: Vec::new(),
         bounds: Bounds::new(limits, stop),
         known: Known::NOTHING,
         tuner: None,
@@ -424,7 +425,19 @@ impl Bodies<'_> {
     fn plain_plan<'p>(&'p self, schedule: &'p Schedule) -> Plan<'p> {
         let (rules, state) = (self.rules, &self.state);
         let derivation = &state.first.derivation;
-        Plan { rules, derivation, schedule, course: &state.course, stand: Stand::Bodies, tuned: 0 }
+        Plan {
+            rules,
+            derivation,
+            schedule,
+            course: &state.course,
+            stand: Stand::Bodies,
+            around: self.around(),
+        }
+    }
+
+    /// What the loop knows of what is around it.
+    fn around(&self) -> Around {
+        Around { tuned: 0, parent: 0.0, spent: self.bounds.share(self.state.spent) }
     }
 
     /// Applies a rule to the current design of a chain, or to one of those that are kept, or tunes its curves further.
@@ -437,7 +450,7 @@ impl Bodies<'_> {
         let mut random = Stream::named(self.seed, &format!("body {number}"));
         let drawn = random.unit();
         let aim = self.aim(number);
-        let Parent { place, further } = self.parent(chain, aim.as_ref(), &mut random);
+        let Parent { place, further } = self.parent(chain, aim.as_ref(), &mut random)?;
         let Place { number: parent, derivation, tunes, .. } = place;
         if further.is_some() {
             self.made_move(number);
@@ -446,7 +459,8 @@ impl Bodies<'_> {
             let is_stuck = self.state.idle_moves >= MOST_IDLE_MOVES;
             let origin = Origin { parent: Some(parent), chain, rule: None, blocked: Vec::new() };
             let (warm, body) = (Vec::new(), Body::default());
-            self.state.trial = Some(Trial { derivation, origin, drawn, warm, further, aim, body });
+            let parent = Worth::of(&tunes);
+            self.state.trial = Some(Trial { derivation, origin, drawn, warm, further, aim, parent, body });
             return Ok(is_stuck.then_some(End::Stuck));
         }
         let step = derivation.advance(rules, &mut random, temperature);
@@ -493,7 +507,8 @@ impl Bodies<'_> {
         let rule = step.rule.and_then(|i| rules.rules.get(i)).map(|r| r.name.clone());
         let origin = Origin { parent: Some(parent), chain, rule, blocked };
         let (derivation, body) = (Arc::new(next), Body::default());
-        state.trial = Some(Trial { derivation, origin, drawn, warm, further: None, aim, body });
+        let parent = Worth::of(&tunes);
+        state.trial = Some(Trial { derivation, origin, drawn, warm, further: None, aim, parent, body });
         Ok(None)
     }
 
@@ -509,12 +524,12 @@ impl Bodies<'_> {
     }
 
     /// The design that a move starts from, and its curves: the chain's own, or one of the archive or the population.
-    fn parent(&self, chain: usize, aim: Option<&Aim>, random: &mut Stream) -> Parent {
-        let (rules, state) = (self.rules, &self.state);
-        if let Some(tournament) = Tournament::of(rules, aim)
+    fn parent(&self, chain: usize, aim: Option<&Aim>, random: &mut Stream) -> Result<Parent, Failure> {
+        let state = &self.state;
+        if let Some(tournament) = self.tournament(aim)?
             && let Some(winner) = self.winner(&tournament, random)
         {
-            return winner;
+            return Ok(winner);
         }
         let place = match self.elite(random).cloned() {
             Some(Best { derivation, tasks, value, found_at, .. }) => {
@@ -522,7 +537,7 @@ impl Bodies<'_> {
             }
             None => state.chains().get(chain).map_or(&state.first, |chain| &chain.at).clone(),
         };
-        Parent { place, further: None }
+        Ok(Parent { place, further: None })
     }
 
     /// Tunes the body that is being tried, and judges it.
@@ -532,7 +547,7 @@ impl Bodies<'_> {
         let Some(trial) = &mut self.state.trial else { return Ok(None) };
         trial.aim = trial.aim.take().or(aim);
         let Some(trial) = &self.state.trial else { return Ok(None) };
-        let known = self.known();
+        let known = self.known()?;
         let mut is_done = false;
         if let Some(ahead) = self.ahead {
             let key = Order::of(self.state.moves, trial, known.clone()).key;
@@ -548,6 +563,7 @@ impl Bodies<'_> {
             warm: trial.warm.clone(),
             further: trial.further.clone(),
             aim: trial.aim.clone(),
+            parent: trial.parent.clone(),
             bounds: self.bounds,
             tuner: None,
         };
@@ -585,25 +601,27 @@ impl Bodies<'_> {
     /// What a body must exceed. An archive has a best for each kind of design, so that one of its bodies may be of use without
     /// being the best, and a chain may go through worse ones to better ones; a population has a worst. Of several tasks none
     /// knows what the rest are worth.
-    fn known(&self) -> Known {
+    fn known(&self) -> Result<Known, Failure> {
         let search = &self.rules.search;
         // What is good enough for a front no single number says.
         if search.front().is_some() {
             let front = self.state.front().map(Best::each).collect();
-            return Known { front, hardest: self.state.hardest.clone(), ..Known::NOTHING };
+            return Ok(Known { front, hardest: self.state.hardest.clone(), ..Known::NOTHING });
         }
         let is_alone = self.rules.tasks.len() == 1;
         let best = self.state.best.as_ref().map(|best| best.value).filter(|_| is_alone);
         let of_use = best.filter(|_| search.archive().is_none() && search.population().is_none());
-        let least = search.population().filter(|_| is_alone).map(|population| self.least_kept(population));
-        Known {
+        let is_kept = is_alone && search.population().is_some();
+        let least = if is_kept { self.least_kept(self.size()?) } else { f64::NEG_INFINITY };
+        Ok(Known {
             of_use: self.fitness(of_use),
-            kept: least.unwrap_or(f64::NEG_INFINITY),
+            kept: least,
             best: self.fitness(best),
             front: Vec::new(),
             tuned: 0,
+            parent: None,
             hardest: self.state.hardest.clone(),
-        }
+        })
     }
 
     /// Accepts a body or not, and keeps the best.
@@ -664,7 +682,7 @@ impl Bodies<'_> {
         let kept = match cell {
             Some(cell) => self.keep_of_kind(cell, place)?,
             None if self.rules.search.front().is_some() => self.keep_on_front(&place, &beside, &tuned)?,
-            None => self.keep_member(place, tuned, further.is_some()),
+            None => self.keep_member(place, tuned, further.is_some())?,
         };
         if kept {
             self.state.idle_moves = 0;

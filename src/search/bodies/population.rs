@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::{Direction, Population, RuleSet, Schedule};
+use grammar_lang::ir::{Direction, MOST_ON_FRONT, Schedule, Selection};
 
 use super::super::Failure;
 use super::super::aim::Aim;
@@ -31,16 +31,6 @@ pub(super) struct Parent {
     pub(super) further: Option<Tuned>,
 }
 
-impl<'a> Tournament<'a> {
-    /// That of a population or a front.
-    pub(super) fn of(rules: &RuleSet, aim: Option<&'a Aim>) -> Option<Self> {
-        let search = &rules.search;
-        let of_population = search.population().map(|population| population.tournament);
-        let size = of_population.or_else(|| search.front().map(|front| front.tournament))?;
-        Some(Self { size, further: search.further(), aim })
-    }
-}
-
 impl Members<Arc<Derivation>> {
     /// None yet.
     pub(super) fn none(direction: Direction) -> Self {
@@ -55,12 +45,13 @@ impl Bodies<'_> {
         let (rules, direction) = (self.rules, self.rules.objective.direction);
         let Some(population) = rules.search.population() else { return Ok(()) };
         let first = Arc::clone(&self.state.first.derivation);
+        let around = self.around();
         let Some(Designs::Population(members)) = &mut self.state.designs else { return Ok(()) };
         let fitness = |member: &Member<_>| direction.fitness(member.best.value);
         let best = members.kept.iter().max_by(|a, b| fitness(a).total_cmp(&fitness(b)));
         members.course.complete(best.map(|member| member.best.value));
         let (course, stand) = (&members.course, Stand::Bodies);
-        let plan = Plan { rules, derivation: &first, schedule, course, stand, tuned: 0 };
+        let plan = Plan { rules, derivation: &first, schedule, course, stand, around };
         if plan.restarts(population.restart.as_ref())? {
             *members = Members::none(direction);
             self.state.idle_moves = 0;
@@ -107,10 +98,29 @@ impl Bodies<'_> {
         }
     }
 
+    /// How a move chooses among the bodies of a population or a front, as things stand.
+    pub(super) fn tournament<'a>(&self, aim: Option<&'a Aim>) -> Result<Option<Tournament<'a>>, Failure> {
+        let Some((selection, plan)) = self.selection() else { return Ok(None) };
+        let (size, further) = plan.choice(selection)?;
+        Ok(Some(Tournament { size, further, aim }))
+    }
+
+    /// How many bodies a population or a front keeps, as things stand.
+    pub(super) fn size(&self) -> Result<usize, Failure> {
+        let Some((selection, plan)) = self.selection() else { return Ok(usize::MAX) };
+        let most = if self.rules.search.front().is_some() { MOST_ON_FRONT } else { usize::MAX };
+        Ok(plan.size(selection)?.min(most))
+    }
+
+    fn selection(&self) -> Option<(&Selection, Plan<'_>)> {
+        let schedule = &self.rules.search.bodies.as_ref()?.schedule;
+        Some((self.rules.search.selection()?, self.plain_plan(schedule)))
+    }
+
     /// The value that a design must exceed to come into the population, where more is better.
-    pub(super) fn least_kept(&self, population: &Population) -> f64 {
+    pub(super) fn least_kept(&self, size: usize) -> f64 {
         let members = self.state.members();
-        if members.len() < population.size {
+        if members.len() < size {
             return f64::NEG_INFINITY;
         }
         members.iter().map(|member| self.fitness(Some(member.best.value))).fold(f64::INFINITY, f64::min)
@@ -123,12 +133,14 @@ impl Bodies<'_> {
         place: Place<Arc<Derivation>>,
         tuned: Tuned,
         is_further: bool,
-    ) -> bool {
+    ) -> Result<bool, Failure> {
         let (rules, direction) = (self.rules, self.rules.objective.direction);
-        let (Some(population), Some(value)) = (rules.search.population(), place.value) else { return false };
-        let least = self.least_kept(population);
+        let (Some(_), Some(value)) = (rules.search.population(), place.value) else { return Ok(false) };
+        self.shrink()?;
+        let size = self.size()?;
+        let least = self.least_kept(size);
         let Some(Designs::Population(Members { kept: members, .. })) = &mut self.state.designs else {
-            return false;
+            return Ok(false);
         };
         let Place { number, derivation, tunes, .. } = place;
         let hash = |derivation: &Derivation| derivation.design.canonical_hash(rules);
@@ -144,17 +156,31 @@ impl Bodies<'_> {
             if is_better || is_further {
                 same.tuned = tuned;
             }
-            return is_better;
+            return Ok(is_better);
         }
-        if members.len() < population.size {
+        if members.len() < size {
             members.push(Member { best, tuned });
-            return true;
+            return Ok(true);
         }
         let is_better = direction.fitness(value) > least;
         // Of equals the last that came in leaves.
         if is_better && let Some(worst) = members.iter().rposition(|member| fitness(member) <= least) {
             members[worst] = Member { best, tuned };
         }
-        is_better
+        Ok(is_better)
+    }
+
+    /// The worst leave where fewer are kept than before.
+    fn shrink(&mut self) -> Result<(), Failure> {
+        let (size, direction) = (self.size()?, self.rules.objective.direction);
+        let Some(Designs::Population(Members { kept, .. })) = &mut self.state.designs else { return Ok(()) };
+        while kept.len() > size {
+            let fitness = |member: &Member<_>| direction.fitness(member.best.value);
+            // Of equals the last that came in leaves.
+            let worst = kept.iter().enumerate().rev().min_by(|a, b| fitness(a.1).total_cmp(&fitness(b.1)));
+            let Some((worst, _)) = worst else { break };
+            kept.remove(worst);
+        }
+        Ok(())
     }
 }

@@ -59,7 +59,8 @@ impl<'a> Bodies<'a> {
             let Some((place, _)) = open.iter().enumerate().max_by(likelier) else { break };
             let (chance, state) = open.remove(place);
             let Some(trial) = &state.trial else { continue };
-            let order = Order::of(state.moves, trial, self.known());
+            let Ok(known) = self.known() else { break };
+            let order = Order::of(state.moves, trial, known);
             let is_at_hand = state.moves == self.state.moves;
             let found = self.ahead.and_then(|ahead| ahead.found(&order.key)).filter(|_| !is_at_hand);
             let is_done = found.is_some();
@@ -227,7 +228,7 @@ mod tests {
         };
         loop {
             let end = if let Some(trial) = &search.state.trial {
-                let own = Order::of(search.state.moves, trial, search.known());
+                let own = Order::of(search.state.moves, trial, search.known().unwrap());
                 bodies += 1;
                 hits += usize::from(expected.iter().any(|order| order.key == own.key));
                 expected = search.prospects(2);

@@ -36,6 +36,7 @@ impl Tuner<'_> {
         {
             return self.walk(walk, tuning, chains, spent);
         }
+        self.spent = self.bounds.share(*spent);
         let Some(iteration) = (match chains.iteration {
             Some(iteration) => Some(iteration),
             None => self.begin_iteration(how, chains)?,
@@ -51,6 +52,7 @@ impl Tuner<'_> {
             if !self.judge_offered(tuning, spent, When::Underway)? {
                 return self.stopped();
             }
+            self.spent = self.bounds.share(*spent);
             // If judging is stopped, the iteration ends once more from here.
             let mut after = chains.clone();
             let pace = self.end_iteration(how, tuning, &mut after)?;
@@ -120,7 +122,7 @@ impl Tuner<'_> {
         stand: Stand<'p>,
     ) -> Plan<'p> {
         let Candidate { rules, derivation, .. } = self.candidate();
-        Plan { rules, derivation, schedule, course, stand, tuned: self.known.tuned }
+        Plan { rules, derivation, schedule, course, stand, around: self.around() }
     }
 
     /// Goes on with the random walk: points drawn evenly, as the steps of a walk depend on the

@@ -44,6 +44,7 @@ impl Tuner<'_> {
         if let Some(end) = self.bounds.exhausted(*spent) {
             return Ok(Pace::Cut(end));
         }
+        self.spent = self.bounds.share(*spent);
         let Some(Iteration { moves, .. }) = self.plan_of(schedule, state).begin()? else {
             let is_judged = self.judge_offered(tuning, spent, When::AtTheEnd)?;
             return if is_judged { Ok(Pace::Done) } else { self.stopped() };
@@ -82,6 +83,7 @@ impl Tuner<'_> {
         let mut next = state.clone();
         let is_sound = next.follow(samples);
         next.course.complete(best(&now));
+        self.spent = self.bounds.share(counted);
         let is_over = self.plan_of(schedule, &next).stops()?;
         if is_over && !self.judge_offered(&mut now, &mut counted, When::AtTheEnd)? {
             return self.stopped();
@@ -108,7 +110,7 @@ impl Tuner<'_> {
     fn plan_of<'p>(&'p self, schedule: &'p Schedule, state: &'p Distribution) -> Plan<'p> {
         let stand = Stand::Distribution(state.spread());
         let Candidate { rules, derivation, .. } = self.candidate();
-        Plan { rules, derivation, schedule, course: &state.course, stand, tuned: self.known.tuned }
+        Plan { rules, derivation, schedule, course: &state.course, stand, around: self.around() }
     }
 }
 

@@ -10,7 +10,7 @@ use grammar_lang::ir::{CurveLoop, CurveMethod, RuleSet, Task};
 
 use super::body::Known;
 use super::evaluator::Evaluator;
-use super::schedule::Course;
+use super::schedule::{Around, Course};
 use super::state::{Curves, Tuning};
 use super::{Bounds, End, Failure};
 use crate::derive::Candidate;
@@ -19,6 +19,9 @@ use crate::drive::Parameters;
 use forecast::Forecast;
 use futures::Annealed;
 use judging::{Counted, When};
+
+/// The value of a parent that is none, where more is better: anything is better than that.
+const NO_PARENT: f64 = -1e100;
 
 /// How a loop stands after a batch of evaluations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +68,8 @@ pub(super) struct Tuner<'a> {
     bounds: Bounds<'a>,
     /// What the run knows already.
     known: Known,
+    /// The share of its evaluations that the run had spent when it was asked last.
+    spent: f64,
 }
 
 impl<'a> Tuner<'a> {
@@ -78,7 +83,7 @@ impl<'a> Tuner<'a> {
     ) -> Self {
         let forecast = Forecast::new(&evaluator, bounds.lanes);
         let warm = warm.filter(|warm| evaluator.drive.fits(warm)).cloned();
-        Self { evaluator, forecast, streams, warm, bounds, known }
+        Self { evaluator, forecast, streams, warm, bounds, known, spent: 0.0 }
     }
 
     fn stream(&self, what: &str) -> Stream {
@@ -101,6 +106,12 @@ impl<'a> Tuner<'a> {
     /// The loop, where there is something to tune.
     fn looped(&self) -> Option<&'a CurveLoop> {
         self.candidate().rules.search.curves.as_ref().filter(|_| !self.evaluator.drive.is_fixed())
+    }
+
+    /// What the loop knows of what is around it.
+    fn around(&self) -> Around {
+        let lowest = self.task().objective.direction.fitness(NO_PARENT);
+        Around { tuned: self.known.tuned, parent: self.known.parent.unwrap_or(lowest), spent: self.spent }
     }
 
     /// Curves that a chain begins with.

@@ -6,7 +6,7 @@ use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::loops::{Loop, Looped, whole};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, SearchWord, Ty, Word};
+use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, Limit, SearchWord, Selection, Ty, Word};
 use crate::syntax::ast::{self, Block, Field, Name};
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
@@ -50,9 +50,6 @@ const EXAMPLE: &str = "size { value = count(part)  from = 0  to = 20  cells = 10
 
 /// More cells than this never fill.
 const MOST_CELLS: f64 = 100_000.0;
-
-/// More designs than this nobody looks at, and it takes long to say which of them is missed least.
-const MOST_ON_FRONT: usize = 100;
 
 impl Declarations<'_> {
     /// The method of a loop over bodies, by its name.
@@ -111,54 +108,29 @@ impl Declarations<'_> {
     }
 
     fn population(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Population> {
-        let cx = Context::new(Stage::Declaration, damaged);
-        let size = self.counted(from, "size", "16", 2.0, &cx);
-        let tournament = self.counted(from, "tournament", "2", 1.0, &cx);
-        let further = self.number(from, "further", Dimension::NUMBER, Sign::NotNegative, "30 %", &cx);
-        if let (Some(further), Some((_, tree))) = (further, from.values.get("further"))
-            && further >= 1.0
-        {
-            self.report(
-                Diagnostic::new(
-                    Code::OUT_OF_DOMAIN,
-                    tree.span,
-                    "`further` is a share of the moves, and some must change bodies: it must be below 100 %",
-                )
-                .label("no move is left for new bodies")
-                .help("write for example `further = 30 %`"),
-            );
-            return None;
-        }
+        let selection = self.selection(from, Selection::limits(false), damaged);
         let restart = self.restart(from, "idle >= 50", damaged);
-        Some(ir::Population { size: size?, tournament: tournament?, further: further?, restart: restart? })
+        Some(ir::Population { selection: selection?, restart: restart? })
     }
 
     fn front(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Front> {
-        let cx = Context::new(Stage::Declaration, damaged);
-        let size = self.counted(from, "size", "24", 2.0, &cx);
-        let tournament = self.counted(from, "tournament", "4", 1.0, &cx);
-        let further = self.number(from, "further", Dimension::NUMBER, Sign::NotNegative, "50 %", &cx);
-        let mut is_sound = true;
-        let mut refuse = |place, message: String, label, help: &str| {
-            is_sound = false;
-            self.report(Diagnostic::new(Code::OUT_OF_DOMAIN, place, message).label(label).help(help));
-        };
-        if let (Some(size), Some((_, tree))) = (size, from.values.get("size"))
-            && size > MOST_ON_FRONT
-        {
-            let message = format!("a front keeps at most {MOST_ON_FRONT} designs");
-            refuse(tree.span, message, "too many to choose from", "write for example `size = 24`");
-        }
-        if let (Some(further), Some((_, tree))) = (further, from.values.get("further"))
-            && further > 1.0
-        {
-            let message = "`further` is a share of the moves: it must lie within 0 % .. 100 %".to_owned();
-            refuse(tree.span, message, "too much", "write for example `further = 50 %`");
-        }
-        if !is_sound {
-            return None;
-        }
-        Some(ir::Front { size: size?, tournament: tournament?, further: further? })
+        Some(ir::Front { selection: self.selection(from, Selection::limits(true), damaged)? })
+    }
+
+    fn selection(&mut self, from: &Values<'_>, limits: [Limit; 3], damaged: bool) -> Option<Selection> {
+        let [size, tournament, further] = limits.map(|limit| {
+            let ty = if limit.name == "further" { Ty::NUMBER } else { Ty::Count };
+            let value = self.scheduled(from, limit.name, &ty, limit.example, damaged)?;
+            let plain = self.expressions.quiet_number(&value);
+            let Some(why) = plain.and_then(|plain| limit.excludes(plain, plain)) else { return Some(value) };
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, why)
+                    .label("outside of that")
+                    .help(format!("write for example `{} = {}`", limit.name, limit.example)),
+            );
+            None
+        });
+        Some(Selection { size: size?, tournament: tournament?, further: further? })
     }
 
     fn archive(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Archive> {
@@ -298,6 +270,10 @@ impl Declarations<'_> {
                     SearchWord::Tuned if *which == Loop::Bodies => Some((
                         "only a loop over curves knows how often the curves were tuned",
                         "read `tuned` within `curves METHOD { ... }`",
+                    )),
+                    SearchWord::Parent if *which == Loop::Bodies => Some((
+                        "only a loop over curves is about one body, which was made of another",
+                        "read `parent` within `curves METHOD { ... }`",
                     )),
                     _ if method.has(word) => None,
                     SearchWord::Deviation => {

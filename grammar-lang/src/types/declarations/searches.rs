@@ -87,7 +87,8 @@ impl Declarations<'_> {
             bodies: whole(bodies)?,
             curves: whole(curves)?,
         };
-        if search.curves.is_none() && search.further() > 0.0 {
+        if search.curves.is_none() && search.selection().is_some_and(|selection| !is_zero(&selection.further))
+        {
             let place = group(Loop::Bodies).map_or(block.name.span, |bodies| bodies.name.span);
             self.report(
                 Diagnostic::new(
@@ -372,6 +373,11 @@ impl Declarations<'_> {
         (text.get(open..=open)? == "{" && text.get(close..=close)? == "}")
             .then(|| [Span::new(file, from.start, open + 1), Span::new(file, close, close + 1)])
     }
+}
+
+/// Whether an expression is a plain zero.
+fn is_zero(expr: &Expr) -> bool {
+    matches!(expr.kind, ir::ExprKind::Number(0.0))
 }
 
 /// The method that a loop is meant to have, by a field that only this method has.

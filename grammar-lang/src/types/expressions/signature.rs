@@ -9,7 +9,12 @@ pub(super) fn word(word: Word) -> Ty {
         Word::Pi
         | Word::Cycle
         | Word::Search(
-            SearchWord::Temperature | SearchWord::Best | SearchWord::Deviation | SearchWord::Spread,
+            SearchWord::Temperature
+            | SearchWord::Best
+            | SearchWord::Deviation
+            | SearchWord::Spread
+            | SearchWord::Parent
+            | SearchWord::Spent,
         ) => Ty::NUMBER,
         Word::Time
         | Word::Motion(

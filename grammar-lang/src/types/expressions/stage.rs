@@ -119,7 +119,9 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
             | SearchWord::Deviation
             | SearchWord::Chain
             | SearchWord::Spread
-            | SearchWord::Tuned,
+            | SearchWord::Tuned
+            | SearchWord::Parent
+            | SearchWord::Spent,
         ) => &[S::Schedule],
         Word::Design(DesignWord::Connected | DesignWord::NoOverlap) => &[S::Derivation, S::Choice, S::Weight],
         Word::Design(DesignWord::Middle) => &[S::Derivation, S::Choice, S::Weight, S::Score, S::Objective],

@@ -55,6 +55,7 @@ pub(crate) mod tests {
                 max_evals: Some(8),
                 time: None,
                 from: None,
+                design: None,
                 entry: "tiny.sgr".to_owned(),
                 parameters: Vec::new(),
                 sources: Vec::new(),

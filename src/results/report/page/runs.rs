@@ -78,6 +78,9 @@ fn facts(group: &Group) -> String {
     if let Some(from) = &asked.from {
         facts.push(("started from", format!("the example {}", escape(from))));
     }
+    if let Some(design) = &asked.design {
+        facts.push(("started from", format!("the saved design {}", code(design))));
+    }
     if !asked.parameters.is_empty() {
         let all: Vec<String> =
             asked.parameters.iter().map(|(name, text)| code(&format!("{name}={text}"))).collect();
