@@ -98,11 +98,36 @@ fn a_front_holds_what_no_other_body_is_better_than() {
     let first = named[0].replace(".design.json", ".view.html");
     assert!(page.contains("<h2>The front</h2>") && page.contains(&format!("../front/{first}")), "{page}");
     assert!(page.contains("<code>minimize energy in J</code>"), "{page}");
-    let numbers = std::fs::read_to_string(out.join("report/front.csv")).unwrap();
+    let numbers = std::fs::read_to_string(out.join("report/fronts.csv")).unwrap();
     assert!(numbers.contains("energy,") && numbers.contains(",travel - fall,"), "{numbers}");
     // A run with its pages may be replaced as any other.
     let again = sgc(&["run", path(&grammar), "--max-evals", "60", "--force", "--out", path(&out)]);
     assert_eq!(again.status.code(), Some(0), "{}", said(&again));
+}
+
+/// What somebody put among the designs of a front stays there, whatever it is called.
+#[test]
+fn a_front_removes_only_its_own_designs() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = grammar(folder.path(), "minimize energy in J");
+    let out = folder.path().join("run");
+    let run =
+        ["run", path(&grammar), "--max-evals", "100000", "--jobs", "1", "--time", "2s", "--out", path(&out)];
+    let stopped = sgc(&run);
+    assert_eq!(stopped.status.code(), Some(75), "{}", said(&stopped));
+    let own = std::fs::read_dir(out.join("front")).unwrap().next().unwrap().unwrap().path();
+    let (notes, kept) = (out.join("front/999991.design.json"), out.join("front/999992.design.json"));
+    std::fs::write(&notes, "my notes").unwrap();
+    std::fs::copy(own, &kept).unwrap();
+    let spent = std::fs::read_to_string(out.join("evals.csv")).unwrap();
+    let spent: u64 = spent.lines().last().unwrap().split(',').nth(10).unwrap().parse().unwrap();
+    let resumed = sgc(&["resume", path(&out), "--max-evals", &(spent + 300).to_string()]);
+    assert_eq!(resumed.status.code(), Some(0), "{}", said(&resumed));
+    assert_eq!(std::fs::read_to_string(&notes).unwrap(), "my notes");
+    assert!(kept.exists());
+    let view = sgc(&["view", path(&out)]);
+    assert_eq!(view.status.code(), Some(0), "what is not of the front has no page: {}", said(&view));
+    assert!(!out.join("front/999992.view.html").exists());
 }
 
 #[test]

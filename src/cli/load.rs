@@ -95,12 +95,17 @@ fn check_with(
 
 /// That the solver cannot simulate the design that a search begins with.
 fn unfit(rules: &RuleSet) -> Option<Diagnostic> {
-    let candidate = Candidate::new(rules, Arc::new(Derivation::begin(rules)));
+    let first = Derivation::start(rules, rules.from.as_deref()).ok()?;
+    let candidate = Candidate::new(rules, Arc::new(first));
     let unfit = search::unfit(&candidate)?;
-    let place = rules.lattice.as_ref().map(|lattice| lattice.span);
-    let place = place.or_else(|| rules.begin.first().map(|placed| placed.span))?;
-    let told = Diagnostic::new(Code::MODEL_MISFIT, place, "the initial design cannot be simulated");
-    Some(told.label("the initial design").help(unfit.reason))
+    let lattice = || rules.lattice.as_ref().map(|lattice| lattice.span);
+    let begun = || rules.begin.first().map(|placed| placed.span);
+    let example = rules.from.as_ref().and_then(|name| rules.examples.get(name)).map(|example| example.span);
+    let place = example.or_else(lattice).or_else(begun)?;
+    let what =
+        if example.is_some() { "the example that the search starts from" } else { "the initial design" };
+    let told = Diagnostic::new(Code::MODEL_MISFIT, place, format!("{what} cannot be simulated"));
+    Some(told.label(what).help(unfit.reason))
 }
 
 /// Checks the grammar of a text and each of its variants. What several of them share is

@@ -305,7 +305,7 @@ impl Keeper<'_> {
             let design = self.saved(best).map_err(Fault::usage)?;
             self.folder.on_front(best, &design).map_err(Fault::usage)?;
         }
-        self.folder.front(self.rules, designs).map_err(Fault::usage)
+        self.folder.front(self.rules, designs, (self.seed, &self.grammar.rules)).map_err(Fault::usage)
     }
 
     /// The end of a session that can be gone on with.
@@ -352,7 +352,7 @@ impl Observer for Keeper<'_> {
                 self.folder.on_front(best, &design)?;
             }
         }
-        Ok(self.folder.front(self.rules, designs)?)
+        Ok(self.folder.front(self.rules, designs, (self.seed, &self.grammar.rules))?)
     }
 
     fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), Unkept> {

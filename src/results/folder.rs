@@ -268,13 +268,13 @@ impl RunFolder {
         self.write_here(|| front::write_design(&self.path, best, design))
     }
 
-    /// Replaces the table of the front, and removes the designs that left it.
+    /// Replaces the table of the front, and removes the designs that left it: those of this seed and of rules with this hash.
     ///
     /// # Errors
     ///
     /// A sentence with the system's reason.
-    pub fn front(&self, rules: &RuleSet, designs: &[Best]) -> Result<(), FileError> {
-        self.write_here(|| front::write_table(&self.path, rules, designs))
+    pub fn front(&self, rules: &RuleSet, designs: &[Best], own: (u64, &str)) -> Result<(), FileError> {
+        self.write_here(|| front::write_table(&self.path, rules, designs, own))
     }
 
     /// Which designs on the front have to be written again; none inside if nothing has.

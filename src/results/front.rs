@@ -8,6 +8,7 @@ use grammar_lang::ir::{RuleSet, objective_name};
 
 use super::evals::{objectives, quoted};
 use super::saved::SavedDesign;
+use super::seal::is_as_written;
 use super::whole::{check_no_link, entries, read, write_own};
 use super::{FileError, archive, describe};
 use crate::search::Best;
@@ -41,15 +42,32 @@ pub(super) fn write_design(run: &Path, best: &Best, design: &SavedDesign) -> Res
     write_own(&folder.join(file(best)), &design.text())
 }
 
-/// Writes the table of the designs, which have their files, and removes the files of those that left the front.
-pub(super) fn write_table(run: &Path, rules: &RuleSet, front: &[Best]) -> Result<(), FileError> {
+/// Writes the table of the designs, which have their files, and removes the files of those that left the front, with their pages. What else is
+/// in their folder stays: only a design of this run is removed, by its seed and its rules.
+pub(super) fn write_table(
+    run: &Path,
+    rules: &RuleSet,
+    front: &[Best],
+    (seed, hash): (u64, &str),
+) -> Result<(), FileError> {
     write_own(&run.join(TABLE), &table(rules, front))?;
     let folder = run.join(FOLDER);
     check_no_link(&folder)?;
+    let is_ours = |name: &str| {
+        let design = SavedDesign::read_own(&folder.join(name));
+        design.is_ok_and(|design| {
+            (design.seed, design.grammar.rules.as_str()) == (seed, hash)
+                && name == format!("{}.design.json", design.found_at)
+        })
+    };
     for name in entries(&folder).map_err(FileError::read(&folder))? {
-        if is_design(&name) && front.iter().all(|best| file(best) != name) {
-            let left = folder.join(name);
+        if is_design(&name) && front.iter().all(|best| file(best) != name) && is_ours(&name) {
+            let left = folder.join(&name);
+            let page = page_of(&left);
             fs::remove_file(&left).map_err(FileError::remove(&left))?;
+            if is_as_written(&page) {
+                fs::remove_file(&page).map_err(FileError::remove(&page))?;
+            }
         }
     }
     Ok(())
@@ -76,15 +94,13 @@ pub(super) fn lost(run: &Path, rules: &RuleSet, front: &[Best]) -> Option<Vec<us
     (!is_whole).then_some(lost)
 }
 
-/// The files of the designs on the front of a run, in the order in which they were found; none where it has no front.
+/// The files of the designs on the front of a run, as its table has them; none where it has no front.
 #[must_use]
 pub fn designs(run: &Path) -> Vec<PathBuf> {
-    let folder = run.join(FOLDER);
-    let mut names = entries(&folder).unwrap_or_default();
-    names.retain(|name| is_design(name));
-    let number = |name: &String| name.split('.').next().and_then(|number| number.parse::<u64>().ok());
-    names.sort_by_key(number);
-    names.iter().map(|name| folder.join(name)).collect()
+    let Ok(table) = read(&run.join(TABLE)) else { return Vec::new() };
+    let names = table.lines().skip(1).filter_map(|line| line.split(',').next());
+    let files = names.filter(|name| is_design(name)).map(|name| run.join(FOLDER).join(name));
+    files.filter(|file| file.is_file()).collect()
 }
 
 /// Where the page of a saved design is, unless another place is asked for: `view.html` beside it, or `NUMBER.view.html` where

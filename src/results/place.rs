@@ -64,7 +64,8 @@ fn foreign_within(path: &Path) -> Option<String> {
     let sources = asked(path).map(|asked| asked.sources).unwrap_or_default();
     let is_source = |name: &str| sources.iter().any(|source| source.file == name);
     let is_page = |folder: &str, name: &str| {
-        name.ends_with(".view.html") && is_as_written(&path.join(folder).join(name))
+        // Pages and drawings of single designs.
+        is_as_written(&path.join(folder).join(name))
     };
     let is_kept = |name: &str| {
         archive::is_kind(name) && path.join(archive::TABLE).exists() || is_page(archive::FOLDER, name)

@@ -10,6 +10,7 @@ use sha2::{Digest, Sha256};
 
 use super::evals::Mark;
 use super::saved::{Grammar, hex};
+use super::sittings::SITTINGS;
 use super::whole::read;
 use super::{Damage, FileError, Unfit, archive, front};
 use crate::reading;
@@ -64,7 +65,7 @@ pub fn is_of_run(file: &Path) -> bool {
         |names: &[&str]| file.parent().is_some_and(|folder| folder.is_dir() && is_in(folder, names));
     let is_design =
         file.file_name().and_then(|name| name.to_str()).is_some_and(|n| n.ends_with(".design.json"));
-    is_in(file, &[RUN, EVALS, CHECKPOINT, BEST, RESULT])
+    is_in(file, &[RUN, EVALS, CHECKPOINT, BEST, RESULT, SITTINGS, archive::TABLE, front::TABLE])
         || is_within(&[SOURCES])
         || is_design && is_within(&[archive::FOLDER, front::FOLDER])
 }

@@ -42,7 +42,7 @@ type Table = (&'static str, fn(&[Group]) -> String);
 const TABLES: [Table; 10] = [
     ("runs.csv", runs::csv),
     ("convergence.csv", convergence::csv),
-    ("front.csv", gather::front::csv),
+    ("fronts.csv", gather::front::csv),
     ("temperature.csv", temperature::csv),
     ("rules.csv", rules::csv),
     ("spending.csv", spending::csv),

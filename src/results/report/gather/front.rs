@@ -7,6 +7,7 @@ use grammar_lang::ir::{Direction, Objective, objective_name};
 use super::{or_empty, table};
 use crate::results::report::moves::Move;
 use crate::results::report::read::{Group, Run};
+use crate::results::saved::SavedDesign;
 use crate::search::hypervolume;
 
 /// An objective, for people.
@@ -77,11 +78,45 @@ fn point(one: &Valued<'_>, wanted: &[Wanted]) -> Vec<f64> {
 }
 
 impl Valued<'_> {
-    /// The file of the saved design, if it is on the front that the run has kept.
+    /// The file of the saved design, if it is on the front that the run has kept, and says the same.
     pub(crate) fn file(&self, run: &Run) -> Option<PathBuf> {
         let file = run.path.join("front").join(format!("{}.design.json", self.made.number));
-        file.exists().then_some(file)
+        let design = SavedDesign::read_own(&file).ok()?;
+        let own: Vec<f64> = [design.value].into_iter().chain(design.beside.iter().map(|b| b.value)).collect();
+        (design.found_at as u64 == self.made.number && own == self.each).then_some(file)
     }
+}
+
+/// What groups want, and the fronts of their runs; none of a group that has one objective.
+pub(crate) type Found<'r> = Vec<Option<(Vec<Wanted>, Vec<Front<'r>>)>>;
+
+/// The fronts of all groups.
+pub(crate) fn fronts(groups: &[Group]) -> Found<'_> {
+    groups
+        .iter()
+        .map(|group| {
+            let wanted = wanted(group)?;
+            let fronts = group.runs.iter().map(|run| front(run, &wanted)).collect();
+            Some((wanted, fronts))
+        })
+        .collect()
+}
+
+/// The shares that the fronts cover, by groups: those of the same objectives on one scale.
+pub(crate) fn shares(all: &Found<'_>) -> Vec<Vec<f64>> {
+    let of = |found: &Option<(Vec<Wanted>, Vec<Front<'_>>)>| {
+        let Some((wanted, fronts)) = found else { return Vec::new() };
+        let others = alike(all, wanted);
+        let shares = covered(&others, wanted);
+        let is_own = |front: &&Front<'_>| fronts.iter().any(|own| own.run.path == front.run.path);
+        others.iter().zip(shares).filter(|(front, _)| is_own(front)).map(|(_, share)| share).collect()
+    };
+    all.iter().map(of).collect()
+}
+
+/// The fronts of all groups that want the same.
+pub(crate) fn alike<'a, 'r>(all: &'a Found<'r>, wanted: &[Wanted]) -> Vec<&'a Front<'r>> {
+    all.iter().flatten().filter(|(other, _)| other == wanted).flat_map(|(_, fronts)| fronts).collect()
 }
 
 /// How much of the space between the worst and the best values on all the fronts each of them covers (the hypervolume),
@@ -140,34 +175,29 @@ impl Space {
 }
 
 impl<'r> Front<'r> {
-    /// The design where the front bends: the sum of its values is the greatest, each as a share of the front's range. None
-    /// of fewer than three designs, and none at an end.
+    /// The design where the front bends, if it does: of those between the ends the one whose sum of values is the greatest, each as a
+    /// share of the front's range; none where no sum is above those of the ends.
     pub(crate) fn knee(&self, wanted: &[Wanted]) -> Option<&Valued<'r>> {
-        let points: Vec<Vec<f64>> = self.best.iter().map(|one| point(one, wanted)).collect();
-        let range = |place: usize| {
-            let own = || points.iter().map(|point| point[place]);
-            (own().fold(f64::INFINITY, f64::min), own().fold(f64::NEG_INFINITY, f64::max))
-        };
-        let ranges: Vec<(f64, f64)> = (0..wanted.len()).map(range).collect();
-        let sum = |point: &Vec<f64>| -> f64 {
-            let shares = point.iter().zip(&ranges).filter(|(_, (low, high))| high > low);
-            shares.map(|(x, (low, high))| (x - low) / (high - low)).sum()
-        };
-        let is_end = |point: &Vec<f64>| point.iter().zip(&ranges).any(|(x, (_, high))| x == high);
-        let inner = points.iter().enumerate().filter(|(_, point)| !is_end(point));
-        let (place, _) = inner.max_by(|a, b| sum(a.1).total_cmp(&sum(b.1)))?;
-        self.best.get(place)
+        let all: Vec<&Valued<'r>> = self.best.iter().collect();
+        let places: Vec<usize> = (0..wanted.len()).collect();
+        bend(&all, wanted, &places)
     }
 
-    /// For each value of an objective beside the first the best that the first can be: by those that nothing beats in these two. The best by the
+    /// For each value of an objective beside the first the best that the first can be: those that nothing beats in these two. The best by the
     /// first objective first.
     pub(crate) fn trade(&self, beside: usize, wanted: &[Wanted]) -> Vec<&Valued<'r>> {
+        let Some(other) = wanted.get(beside).map(|wanted| wanted.direction) else { return Vec::new() };
+        let first = wanted[0].direction;
+        let mut order: Vec<&Valued<'r>> = self.best.iter().collect();
+        let by = |direction: Direction, place: usize, a: &Valued<'_>, b: &Valued<'_>| {
+            direction.fitness(b.each[place]).total_cmp(&direction.fitness(a.each[place]))
+        };
+        order.sort_by(|a, b| by(first, 0, a, b).then(by(other, beside, a, b)));
         let mut kept: Vec<&Valued<'r>> = Vec::new();
-        let Some(direction) = wanted.get(beside).map(|wanted| wanted.direction) else { return kept };
-        // They are in the order of the first objective: whoever comes later must be better in the other.
-        for one in &self.best {
-            let value = direction.fitness(one.each[beside]);
-            if kept.last().is_none_or(|last| value > direction.fitness(last.each[beside])) {
+        for one in order {
+            // Whoever comes later must be better in the other.
+            let value = other.fitness(one.each[beside]);
+            if kept.last().is_none_or(|last| value > other.fitness(last.each[beside])) {
                 kept.push(one);
             }
         }
@@ -175,15 +205,39 @@ impl<'r> Front<'r> {
     }
 }
 
-/// `front.csv`: the designs on the fronts, all objectives in their units.
+/// Where a front bends in some of its objectives: see [`Front::knee`].
+pub(crate) fn bend<'a, 'r>(
+    all: &[&'a Valued<'r>],
+    wanted: &[Wanted],
+    places: &[usize],
+) -> Option<&'a Valued<'r>> {
+    let fitness = |one: &Valued<'_>, place: usize| wanted[place].direction.fitness(one.each[place]);
+    let ranges: Vec<(f64, f64)> = places
+        .iter()
+        .map(|place| {
+            let own = || all.iter().map(|one| fitness(one, *place));
+            (own().fold(f64::INFINITY, f64::min), own().fold(f64::NEG_INFINITY, f64::max))
+        })
+        .collect();
+    let sum = |one: &Valued<'_>| -> f64 {
+        let shares = places.iter().zip(&ranges).filter(|(_, (low, high))| high > low);
+        shares.map(|(place, (low, high))| (fitness(one, *place) - low) / (high - low)).sum()
+    };
+    let is_end =
+        |one: &Valued<'_>| places.iter().zip(&ranges).any(|(place, (_, high))| fitness(one, *place) == *high);
+    let of_ends = all.iter().filter(|one| is_end(one)).map(|one| sum(one)).fold(f64::NEG_INFINITY, f64::max);
+    let inner = all.iter().filter(|one| !is_end(one));
+    inner.max_by(|a, b| sum(a).total_cmp(&sum(b))).copied().filter(|one| sum(one) > of_ends)
+}
+
+/// `fronts.csv`: the designs on the fronts, all objectives in their units.
 pub(crate) fn csv(groups: &[Group]) -> String {
     let columns =
         ["group", "seed", "move", "parts", "actuators", "objective", "value", "unit", "covered", "design"];
     let mut rows = Vec::new();
-    for group in groups {
-        let Some(wanted) = wanted(group) else { continue };
-        let fronts: Vec<Front<'_>> = group.runs.iter().map(|run| front(run, &wanted)).collect();
-        let shares = covered(&fronts.iter().collect::<Vec<_>>(), &wanted);
+    let all = fronts(groups);
+    for ((group, found), shares) in groups.iter().zip(&all).zip(shares(&all)) {
+        let Some((wanted, fronts)) = found else { continue };
         for (front, share) in fronts.iter().zip(shares) {
             for one in &front.best {
                 for (wanted, value) in wanted.iter().zip(&one.each) {
@@ -255,6 +309,21 @@ mod tests {
         assert_eq!(shares[0], 1.0);
         assert_eq!(shares[1], 0.0, "each of its designs is the worst in one of the two");
         assert_eq!(fronts[0].knee(&wanted()).map(|one| one.made.number), None);
+    }
+
+    #[test]
+    fn a_hollow_front_has_no_knee_and_of_equals_the_one_that_is_better_in_the_other_begins_a_trade() {
+        let run = found(&[(10.0, 10.0), (4.0, 6.0), (0.0, 0.0)]);
+        assert!(front(&run, &wanted()).knee(&wanted()).is_none());
+        let mut three = wanted();
+        three.push(Wanted { name: "height".to_owned(), ..three[0].clone() });
+        let mut run = found(&[(10.0, 9.0), (10.0, 5.0), (3.0, 1.0)]);
+        for (made, height) in run.moves.iter_mut().zip([2.0, 1.0, 0.0]) {
+            made.beside.push(height);
+        }
+        let front = front(&run, &three);
+        let trade: Vec<u64> = front.trade(1, &three).iter().map(|one| one.made.number).collect();
+        assert_eq!((front.best.len(), trade), (3, vec![1, 2]));
     }
 
     #[test]

@@ -6,18 +6,11 @@ use super::chart::{Chart, Scale, hint};
 use super::words::{counted, figures, key, number, or_dash, percent, table, value};
 use super::{Link, colour, heading, label, told};
 use crate::markup::escape;
-use crate::results::report::gather::front::{Front, Valued, Wanted, course, covered, front, wanted};
+use crate::results::report::gather::front::{Front, Valued, Wanted, alike, bend, course, fronts, shares};
 use crate::results::report::read::Group;
 
 pub(super) fn section(groups: &[Group], link: Link) -> String {
-    let all: Vec<Option<(Vec<Wanted>, Vec<Front<'_>>)>> = groups
-        .iter()
-        .map(|group| {
-            let wanted = wanted(group)?;
-            let fronts = group.runs.iter().map(|run| front(run, &wanted)).collect();
-            Some((wanted, fronts))
-        })
-        .collect();
+    let all = fronts(groups);
     if all.iter().all(Option::is_none) {
         return String::new();
     }
@@ -32,9 +25,7 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
         out += &heading(groups, place);
         let mut charts: Vec<String> =
             (1..wanted.len()).map(|beside| chart(fronts, wanted, beside, &colour(place), link)).collect();
-        let same = all.iter().flatten().filter(|(other, _)| other == wanted);
-        let others: Vec<&Front<'_>> = same.flat_map(|(_, fronts)| fronts).collect();
-        charts.push(growth(fronts, &others, wanted, &colour(place)));
+        charts.push(growth(fronts, &alike(&all, wanted), wanted, &colour(place)));
         out += &figures(&charts);
         let best = fronts.iter().zip(&shares[place]).max_by(|a, b| a.1.total_cmp(b.1));
         out += &told(groups, group, &said(fronts, best, wanted));
@@ -47,19 +38,6 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
     }
     out + "<p class=\"small\">A front covers the share of the box between the worst and the best values on all the fronts of the same objectives here (the hypervolume): 100\u{a0}% if one design were the best in everything. \
            <code>sgc view RUN</code> writes a page for each design on a front; those that are there are linked.</p>\n"
-}
-
-/// The shares that the fronts cover, by groups: those of the same objectives on one scale.
-fn shares(all: &[Option<(Vec<Wanted>, Vec<Front<'_>>)>]) -> Vec<Vec<f64>> {
-    let of = |found: &Option<(Vec<Wanted>, Vec<Front<'_>>)>| {
-        let Some((wanted, fronts)) = found else { return Vec::new() };
-        let same = all.iter().flatten().filter(|(other, _)| other == wanted);
-        let others: Vec<&Front<'_>> = same.flat_map(|(_, fronts)| fronts).collect();
-        let shares = covered(&others, wanted);
-        let is_own = |front: &&Front<'_>| fronts.iter().any(|own| own.run.path == front.run.path);
-        others.iter().zip(shares).filter(|(front, _)| is_own(front)).map(|(_, share)| share).collect()
-    };
-    all.iter().map(of).collect()
 }
 
 /// What an axis shows.
@@ -217,14 +195,12 @@ fn said(fronts: &[Front<'_>], best: Option<(&Front<'_>, &f64)>, wanted: &[Wanted
         let is_count = |one: &&Valued<'_>| one.each[beside].fract() == 0.0;
         if other.unit.is_empty() && trade.len() <= FEW_STEPS && trade.iter().all(is_count) {
             said.extend(trade.windows(2).map(|pair| price(pair[0], pair[1], beside, wanted)));
-        } else if let (Some(first), Some(last)) = (trade.first(), trade.last())
-            && let Some(knee) = front.knee(wanted)
-        {
-            for (from, to) in [(*first, knee), (knee, *last)] {
-                if from.made.number != to.made.number {
-                    said.push(price(from, to, beside, wanted));
-                }
-            }
+        } else if let (Some(first), Some(last)) = (trade.first(), trade.last()) {
+            // By way of the design where the trade bends, if it does.
+            let knee = bend(&trade, wanted, &[0, beside]);
+            let stops: Vec<&Valued<'_>> = [*first].into_iter().chain(knee).chain([*last]).collect();
+            let pairs = stops.windows(2).filter(|pair| pair[0].made.number != pair[1].made.number);
+            said.extend(pairs.map(|pair| price(pair[0], pair[1], beside, wanted)));
         }
     }
     said
