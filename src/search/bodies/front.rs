@@ -168,7 +168,6 @@ mod tests {
 
     #[test]
     fn the_hypervolume_of_three_objectives_is_that_of_the_union_of_boxes() {
-        // 2 x 2 x 2 + 3 x 1 x 1 - 2 x 1 x 1 + 1 x 3 x 1 - 1 x 2 x 1, and what all three share was taken twice: + 0.
         let three = points(&[[2.0, 2.0, 2.0], [3.0, 1.0, 1.0], [1.0, 3.0, 1.0]]);
         let mut counted = 0;
         for x in 0..30 {
