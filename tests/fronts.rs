@@ -162,6 +162,26 @@ fn a_front_over_three_objectives_tells_what_actuators_cost() {
     assert!(page.contains("of count(actuator) costs"), "{page}");
 }
 
+/// Where designs are equal by the first objective, the best of a run is none that the front is ahead of.
+#[test]
+fn the_best_of_a_front_is_on_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = grammar(folder.path(), "maximize travel - fall in cm");
+    let text = std::fs::read_to_string(&file).unwrap();
+    let text = text.replacen("maximize travel - fall in cm", "minimize count(actuator)", 1);
+    std::fs::write(&file, text.replace(", energy }", " }")).unwrap();
+    let out = folder.path().join("run");
+    run(&file, &out, "2");
+    let text = std::fs::read_to_string(out.join("best.design.json")).unwrap();
+    let best: serde_json::Value = serde_json::from_str(&text).unwrap();
+    let (value, beside) = (best["value"].as_f64().unwrap(), best["beside"][0]["value"].as_f64().unwrap());
+    let front = table(&out.join("front.csv"));
+    let number = |text: &str| text.parse::<f64>().unwrap();
+    let equals: Vec<f64> =
+        front[1..].iter().filter(|row| number(&row[1]) == value).map(|row| number(&row[2])).collect();
+    assert!(!equals.is_empty() && equals.iter().all(|x| *x <= beside), "{value} {beside} {front:?}");
+}
+
 /// Values of tasks can be traded: each task has its curves, whatever the front is over.
 #[test]
 fn a_front_over_the_values_of_two_tasks() {

@@ -44,7 +44,11 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     }
     let curves = curves(section);
     let sign = sign(section, &curves)?;
-    let turned = |points: &[(f64, f64)]| points.iter().map(|(t, a)| (*t, sign * a)).collect();
+    // From the beginning of each run: a clock that counts from 1970 has no digits left for milliseconds.
+    let turned = |points: &[(f64, f64)]| {
+        let begin = points.first().map_or(0.0, |(t, _)| *t);
+        points.iter().map(|(t, a)| (t - begin, sign * a)).collect()
+    };
     let runs: Vec<Run> = curves.iter().map(|curve| Run { points: turned(&curve.points) }).collect();
     let mut problems = Vec::new();
     for (curve, run) in curves.iter().zip(&runs) {

@@ -442,6 +442,30 @@ fn intervals_hold_their_value_and_end_at_zero() {
     assert!(block.contains("friction = 0 % .. "), "{block}");
 }
 
+/// A logger may count seconds from 1970, and another one from its start.
+#[test]
+fn a_film_may_begin_at_any_time() {
+    let film = |begin: f64| {
+        let mut csv = "time [s], angle [deg]\n".to_owned();
+        for i in 0..60 {
+            let t = f64::from(i) * 0.03125;
+            let bend = 90.0 * (1.0 - libm::exp(-2.0 * (t - 0.25).max(0.0)));
+            let _ = writeln!(csv, "{}, {bend:.1}", begin + t);
+        }
+        let text = "[i]\nkind = \"inflate\"\nfor = \"bender\"\nfile = \"more.csv\"\n";
+        fitted_from("bench.toml", text, &csv).unwrap().remove(0).change.shown()
+    };
+    let zero = film(0.0);
+    assert!(zero.contains("rows"), "{zero}");
+    assert_eq!([1e4, 1.764e9].map(film), [zero.clone(), zero]);
+}
+
+#[test]
+fn a_thread_that_gets_shorter_is_told() {
+    let told = fitted(&format!("{THREAD}\"angle [deg]\" = [-90, 0, 90]\n\"thread [mm]\" = [21, 0, -21]\n"));
+    assert!(told[0].warnings.iter().any(|w| w.contains("gets shorter")), "{:?}", told[0].warnings);
+}
+
 #[test]
 fn a_film_to_the_other_side_has_negative_bends() {
     let film = |sign: f64| {

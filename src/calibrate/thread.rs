@@ -32,6 +32,19 @@ struct Group {
     rows: Vec<usize>,
 }
 
+/// A thread that gets shorter where the bend grows: the sign of one of the columns is turned round.
+fn shrinks(section: &Section, groups: &[Group]) -> Option<String> {
+    let (first, last) = (groups.first()?, groups.last()?);
+    (last.length < first.length).then(|| {
+        format!(
+            "`{}`: the thread gets shorter as the bend grows, from {} to {}. Is the sign of one column the wrong way round?",
+            section.name,
+            mm(first.length),
+            mm(last.length)
+        )
+    })
+}
+
 /// Fits a section of kind `thread`.
 pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Problem>> {
     let (actuator, declared) = declared::actuator(rules, section).map_err(|p| vec![p])?;
@@ -69,6 +82,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         (Figure::with_decimals(row.angle, "deg", 2), Figure::with_decimals(row.length, "mm", decimals))
     });
     let rows = distinct(figures);
+    warnings.extend(shrinks(section, &groups));
     warnings.extend(other_unit(section, &groups, declared_bend));
     warnings.extend(ends_early(section, &groups, declared_bend));
     let within = within(section, lengths, &groups, &rows);

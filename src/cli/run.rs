@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, without_spans};
 
 use super::live::Live;
 use super::output::{self, Fault};
@@ -174,6 +174,29 @@ fn begun_with(path: &Path, rules: &RuleSet) -> Result<Begun, Fault> {
             file.display()
         ))
     })?;
+    if let Ok(theirs) = saved.grammar.compile() {
+        if !derive_alike(&theirs, rules)
+            && let Err(why) = Derivation::follow_all(rules, &saved.derivation)
+        {
+            return Err(Fault::input(format!(
+                "the rules of `{0}` do not make the design in {1} by its own steps: {why}; `sgc audit GRAMMAR --design {1}` tells whether they \
+                 make it in another way",
+                rules.name,
+                file.display()
+            )));
+        }
+        let before = Derivation::replay(&theirs, &saved.derivation).map(|made| kinds(&made));
+        let now = kinds(&derivation);
+        if let Some(before) = before.ok().filter(|before| *before != now) {
+            output::note(&format!(
+                "by the rules of `{}` the steps of {} make another body, of {} parts instead of {}: the search begins with that",
+                rules.name,
+                file.display(),
+                now.len(),
+                before.len()
+            ));
+        }
+    }
     let candidate = Candidate::new(rules, Arc::new(derivation.clone()));
     let curves = curves_of(&candidate, &saved);
     if curves.is_empty() {
@@ -186,4 +209,19 @@ fn begun_with(path: &Path, rules: &RuleSet) -> Result<Begun, Fault> {
     let named =
         format!("{} ({} of seed {}, body {})", file.display(), saved.grammar.name, saved.seed, saved.body);
     Ok(Begun { derivation, curves, named })
+}
+
+/// The kinds of the parts of a design, sorted.
+fn kinds(derivation: &Derivation) -> Vec<String> {
+    let mut kinds: Vec<String> = derivation.design.parts.values().map(|part| part.kind.clone()).collect();
+    kinds.sort_unstable();
+    kinds
+}
+
+/// Whether two grammars make designs by the same rules from the same beginning.
+fn derive_alike(one: &RuleSet, other: &RuleSet) -> bool {
+    let of = |r: &RuleSet| {
+        without_spans(&(&r.rules, &r.fallbacks, &r.begin, &r.symmetry, &r.params, &r.lattice)).ok()
+    };
+    of(one).is_some() && of(one) == of(other)
 }

@@ -21,7 +21,7 @@ mod unrepeatable;
 use grammar_lang::bounds::{Facts, locals_of};
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::eval::{EvalError, Value, evaluate};
-use grammar_lang::ir::{Rule, RuleSet};
+use grammar_lang::ir::{Rule, RuleSet, Ty};
 
 pub use apply::Blocked;
 pub use candidate::Candidate;
@@ -187,6 +187,19 @@ impl Derivation {
         }
     }
 
+    /// Makes recorded steps by these rules, as moves would: each rule must match there. A design that these rules have made need not pass
+    /// this: what a step relied on may have been taken back since.
+    ///
+    /// # Errors
+    ///
+    /// Which step cannot be made, and why.
+    pub fn follow_all(rules: &RuleSet, steps: &[Step]) -> Result<Self, BadStep> {
+        let follow = |derivation: Self, (i, step): (usize, &Step)| {
+            derivation.follow(rules, step, 0.0).map_err(|why| BadStep { number: i + 1, why })
+        };
+        steps.iter().enumerate().try_fold(Self::begin(rules), follow)
+    }
+
     /// Makes the design that recorded steps lead to.
     ///
     /// # Errors
@@ -220,7 +233,9 @@ fn within(facts: &Facts<'_>, rules: &RuleSet, step: &Step) -> Result<(), Unrepea
     for ((choice, recorded), known) in chosen {
         let (Value::Number(value), within) = (recorded.value(), known.numbers()) else { continue };
         let slack = 1e-9 * (1.0 + value.abs().min(1e9));
-        if !(value >= within.low - slack && value <= within.high + slack) {
+        let is_part_of_one =
+            choice.domain.ty == Ty::Domain(Box::new(Ty::Count)) && libm::floor(value) != value;
+        if is_part_of_one || !(value >= within.low - slack && value <= within.high + slack) {
             let (choice, rule) = (choice.name.clone(), rule.name.clone());
             return Err(Unrepeatable::Beyond { choice, value, rule });
         }

@@ -190,12 +190,13 @@ impl Plan<'_> {
         Ok(self.value(expr)? == Value::Bool(true))
     }
 
-    /// The next iteration; none if the schedule has no more.
+    /// The next iteration, with at least one move; none if the schedule has no more.
     pub(super) fn begin(&self) -> Result<Option<Iteration>, EvalError> {
         if self.course.iteration >= self.number(&self.schedule.iterations)? as usize {
             return Ok(None);
         }
-        let moves = self.number(&self.schedule.moves)? as usize;
+        // Iterations without a move would go on without an end: they cost no evaluation.
+        let moves = (self.number(&self.schedule.moves)? as usize).max(1);
         Ok(Some(Iteration { moves, made: 0 }))
     }
 

@@ -108,6 +108,16 @@ impl Bodies<'_> {
         Ok(score::beside(self.rules, derivation, &values, each)?)
     }
 
+    /// Whether what a design comes to beside its first objective is nowhere worse than that of another, and better somewhere.
+    pub(super) fn is_ahead(&self, beside: &[f64], other: &[f64]) -> bool {
+        let objectives = || self.rules.objectives().skip(1);
+        let on_scale = |values: &[f64]| -> Point {
+            objectives().zip(values).map(|(objective, x)| objective.direction.fitness(*x)).collect()
+        };
+        let (new, old) = (on_scale(beside), on_scale(other));
+        new.len() == old.len() && covers(&new, &old) && !covers(&old, &new)
+    }
+
     /// Keeps a design if no other is as good in every objective; those that it is better than leave. Whether it is kept.
     pub(super) fn keep_on_front(
         &mut self,

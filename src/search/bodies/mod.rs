@@ -714,8 +714,11 @@ impl Bodies<'_> {
         beside: &[f64],
     ) -> Option<Best> {
         let (tasks, value) = found?;
-        let best = self.state.best.as_ref().map(|best| self.fitness(Some(best.value)));
-        best.is_none_or(|best| self.fitness(Some(value)) > best).then(|| Best {
+        let is_better = |best: &Best| {
+            let (new, old) = (self.fitness(Some(value)), self.fitness(Some(best.value)));
+            new > old || new == old && self.is_ahead(beside, &best.beside)
+        };
+        self.state.best.as_ref().is_none_or(is_better).then(|| Best {
             derivation: Arc::clone(derivation),
             tasks,
             value,
