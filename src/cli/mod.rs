@@ -16,6 +16,7 @@ mod fmt;
 mod interrupt;
 mod live;
 mod load;
+mod man;
 mod mend;
 mod new;
 mod novelty;
@@ -110,6 +111,7 @@ enum Command {
     Drive(drive::Drive),
     Doc(doc::Doc),
     Completions(completions::Completions),
+    Man(man::Manual),
 }
 
 /// Runs the program with the process's arguments.
@@ -151,6 +153,7 @@ pub fn main() -> ExitCode {
         Command::Drive(command) => command.run(),
         Command::Doc(command) => command.run(),
         Command::Completions(command) => command.run(),
+        Command::Man(command) => command.run(),
     };
     match done {
         Ok(code) => ExitCode::from(code),
