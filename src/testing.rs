@@ -44,10 +44,11 @@ impl Checked {
         let mut sources = SourceMap::default();
         let entry = sources.add(name, text);
         let compiled = grammar_lang::compile(&loader, &mut sources, entry, &[], None);
-        let begun = check_begun(&compiled, entry, &sources);
-        let mut findings = compiled.diagnostics;
-        findings.extend(begun);
+        let mut findings = compiled.told(check_begun(&compiled, entry, &sources));
         let sound = !findings.iter().any(Diagnostic::is_error);
+        if sound && compiled.offers.len() < 2 {
+            findings.extend(compiled.unneeded(entry));
+        }
         let rules = compiled.ruleset.filter(|_| sound && compiled.is_grammar);
         Ok(Self { rules, is_grammar: compiled.is_grammar, findings, sources })
     }

@@ -30,6 +30,7 @@ const CLASSES: &[(&str, &str)] = &[
 /// The rows: what a file's name begins with, and what that is in a grammar.
 const DECLARATIONS: &[(&str, &str)] = &[
     ("grammar", "grammar"),
+    ("allow", "allow"),
     ("use", "use"),
     ("param", "param"),
     ("part", "part"),
@@ -95,9 +96,10 @@ fn check(name: &str, text: &str) -> (Vec<Diagnostic>, SourceMap) {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
-    let begun = check_begun(&compiled, entry, &sources);
-    let mut found = compiled.diagnostics;
-    found.extend(begun);
+    let mut found = compiled.told(check_begun(&compiled, entry, &sources));
+    if compiled.offers.len() < 2 && !found.iter().any(Diagnostic::is_error) {
+        found.extend(compiled.unneeded(entry));
+    }
     for (name, example) in compiled.ruleset.iter().flat_map(|r| &r.examples) {
         found.extend(compiled.ruleset.iter().filter_map(|r| run_example(r, name, example).err()).map(|e| *e));
     }

@@ -66,8 +66,10 @@ fn check_one(
     let entry = sources.add("main.sgr", files["main.sgr"].as_str());
     let loader = Frozen { texts: files.clone() };
     let compiled = grammar_lang::compile(&loader, &mut sources, entry, overrides, wanted);
-    let mut found = compiled.diagnostics;
-    found.extend(compiled.ruleset.as_ref().and_then(check_start));
+    let mut found = compiled.told(compiled.ruleset.as_ref().and_then(check_start));
+    if compiled.offers.len() < 2 && !found.iter().any(Diagnostic::is_error) {
+        found.extend(compiled.unneeded(entry));
+    }
     // Examples are derived, too, as `sgc test` does.
     for (name, example) in compiled.ruleset.iter().flat_map(|r| &r.examples) {
         found.extend(compiled.ruleset.iter().filter_map(|r| run_example(r, name, example).err()).map(|e| *e));

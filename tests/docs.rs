@@ -17,6 +17,34 @@ fn blocks(text: &str) -> Vec<(usize, String)> {
     out
 }
 
+/// The usual values as `docs/usual.md` shows them.
+fn usual_values() -> String {
+    let mut table = "| of | field | usual | between |\n|---|---|---|---|\n".to_owned();
+    for usual in grammar_lang::types::USUAL {
+        let unit = if usual.unit.is_empty() { String::new() } else { format!(" {}", usual.unit) };
+        let number = |x: f64| {
+            if (1e-3..1e5).contains(&x.abs()) || x == 0.0 {
+                format!("{}", (x * 1e4).round() / 1e4)
+            } else {
+                format!("{x:e}")
+            }
+        };
+        let (of, field, ends) = (usual.of, usual.field, usual.ends);
+        table += &format!(
+            "| {of} | `{field}` | {} .. {}{unit} | {ends} |\n",
+            number(usual.least),
+            number(usual.most)
+        );
+    }
+    table
+}
+
+#[test]
+fn the_table_of_usual_values_is_that_of_the_checker() {
+    let table = usual_values();
+    assert!(read("docs/usual.md").contains(&table), "docs/usual.md must hold\n{table}");
+}
+
 #[test]
 fn every_block_of_the_documentation_is_free_of_findings() {
     let mut pages: Vec<String> = std::fs::read_dir(root().join("docs"))

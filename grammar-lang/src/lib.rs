@@ -37,6 +37,8 @@ pub struct Compiled {
     pub idle: types::Idle,
     /// What variants changed.
     pub changes: Vec<names::Change>,
+    /// The warnings that the texts allow: [`Compiled::diagnostics`] are without them.
+    pub allowed: names::Allowed,
 }
 
 impl Compiled {
@@ -44,6 +46,26 @@ impl Compiled {
     #[must_use]
     pub fn has_errors(&self) -> bool {
         self.diagnostics.iter().any(Diagnostic::is_error)
+    }
+
+    /// All that is told of the text: what compiling it found, and what `more` whoever built its initial design found. Warnings that it
+    /// allows are left out, and so is what an error makes of the rest of the text.
+    #[must_use]
+    pub fn told(&self, more: impl IntoIterator<Item = Diagnostic>) -> Vec<Diagnostic> {
+        let mut all: Vec<Diagnostic> = self.diagnostics.iter().cloned().chain(more).collect();
+        self.allowed.hush(&mut all);
+        if all.iter().any(Diagnostic::is_error) {
+            all.retain(Diagnostic::is_error);
+        }
+        all
+    }
+
+    /// Warnings of what a sound grammar allows without need, once everything has been [told](Self::told). Where the text declares several
+    /// grammars, another one may need it.
+    #[must_use]
+    pub fn unneeded(&self, entry: FileId) -> Vec<Diagnostic> {
+        let is_whole = self.is_grammar && self.ruleset.is_some();
+        if is_whole { self.allowed.unused(entry).collect() } else { Vec::new() }
     }
 
     /// What more is found where it is known how many parts the initial design has: only whoever
@@ -56,6 +78,7 @@ impl Compiled {
         let known =
             |d: &Diagnostic| self.diagnostics.iter().any(|k| (k.code, k.span()) == (d.code, d.span()));
         found.retain(|d| !known(d));
+        self.allowed.hush(&mut found);
         found.into_iter().map(|d| names::with_changes(d, &self.changes, sources)).collect()
     }
 }
@@ -104,16 +127,23 @@ impl<'l> Compiler<'l> {
         let is_grammar = !offers.is_empty();
         let types::Checked { ruleset, found, idle } = types::check(&program, sources, overrides);
         diagnostics.extend(found);
+        let allowed = names::Allowed::of(&program, &mut diagnostics);
         let clean = !diagnostics.iter().any(Diagnostic::is_error);
         if let Some(ruleset) = ruleset.as_ref().filter(|_| clean) {
             lint::run(ruleset, entry, is_varied(&offers, ruleset), &mut diagnostics);
         }
         let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
         names::with_imports(&mut diagnostics, *loader, sources);
+        diagnostics::with_habits(&mut diagnostics, sources);
         names::told_once(&mut diagnostics);
+        allowed.hush(&mut diagnostics);
+        // What an error makes of the rest of a text is no news.
+        if diagnostics.iter().any(Diagnostic::is_error) {
+            diagnostics.retain(Diagnostic::is_error);
+        }
         let changes = program.changes;
         let diagnostics =
             diagnostics.into_iter().map(|d| names::with_changes(d, &changes, sources)).collect();
-        Compiled { ruleset, is_grammar, offers, diagnostics, idle, changes }
+        Compiled { ruleset, is_grammar, offers, diagnostics, idle, changes, allowed }
     }
 }

@@ -27,6 +27,9 @@ pub(super) struct Check {
     /// Print what --fix would change, and change nothing; findings go to standard error
     #[arg(long, conflicts_with = "fix")]
     diff: bool,
+    /// End with 1 where there are warnings, as where there are errors
+    #[arg(long)]
+    deny_warnings: bool,
     /// Set a parameter of the grammars
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
@@ -91,7 +94,8 @@ impl Check {
             checked.extend(found);
         }
         self.tell_all(&checked)?;
-        let sound = checked.iter().all(|c| errors(c) == 0);
+        let is_wrong = |c: &Checked| errors(c) > 0 || self.deny_warnings && !c.diagnostics.is_empty();
+        let sound = !checked.iter().any(is_wrong);
         // The worst code counts.
         Ok(unreadable.unwrap_or(if sound { exit::DONE } else { exit::INPUT }))
     }

@@ -35,6 +35,8 @@ pub(super) struct Checked {
     pub(super) diagnostics: Vec<Diagnostic>,
     /// What it could use, and what it does not, where the file declares several.
     idle: Idle,
+    /// Warnings of warnings that it allows without need; where the file declares several, another may need them.
+    unneeded: Vec<Diagnostic>,
     pub(super) sources: SourceMap,
 }
 
@@ -67,7 +69,11 @@ pub(super) fn check(
     overrides: &[(String, String)],
     wanted: Option<&str>,
 ) -> Checked {
-    check_with(&mut Compiler::new(loader), name, text, overrides, wanted)
+    let mut checked = check_with(&mut Compiler::new(loader), name, text, overrides, wanted);
+    if checked.offers.len() < 2 {
+        checked.diagnostics.append(&mut checked.unneeded);
+    }
+    checked
 }
 
 fn check_with(
@@ -80,17 +86,16 @@ fn check_with(
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = compiler.compile(&mut sources, entry, overrides, wanted);
-    let begun = check_begun(&compiled, entry, &sources);
-    let mut diagnostics = compiled.diagnostics;
-    diagnostics.extend(begun);
+    let mut diagnostics = compiled.told(check_begun(&compiled, entry, &sources));
     if !diagnostics.iter().any(Diagnostic::is_error) {
         diagnostics.extend(compiled.ruleset.as_ref().and_then(unfit));
     }
-    let offers = compiled.offers;
     let sound = !diagnostics.iter().any(Diagnostic::is_error);
+    let unneeded = if sound { compiled.unneeded(entry) } else { Vec::new() };
+    let offers = compiled.offers;
     let rules = compiled.ruleset.filter(|_| sound);
     let (is_grammar, idle, wanted) = (compiled.is_grammar, compiled.idle, wanted.map(str::to_owned));
-    Checked { wanted, sound, offers, rules, is_grammar, diagnostics, idle, sources }
+    Checked { wanted, sound, offers, rules, is_grammar, diagnostics, idle, unneeded, sources }
 }
 
 /// That the solver cannot simulate the design that a search begins with.
@@ -117,9 +122,10 @@ pub(super) fn check_all(
     overrides: &[(String, String)],
 ) -> Vec<Checked> {
     let mut compiler = Compiler::new(loader);
-    let first = check_with(&mut compiler, name, text, overrides, None);
+    let mut first = check_with(&mut compiler, name, text, overrides, None);
     // That there are too many is told by each.
     if first.offers.len() < 2 || first.offers.len() > MOST_VARIANTS {
+        first.diagnostics.append(&mut first.unneeded);
         return vec![first];
     }
     let mut all: Vec<Checked> = Vec::new();
@@ -143,8 +149,10 @@ pub(super) fn check_all(
         all.push(one);
     }
     let idle = used_by_none(&all);
+    let unneeded = needed_by_none(&all);
     if let Some(first) = all.first_mut() {
         first.diagnostics.extend(idle);
+        first.diagnostics.extend(unneeded);
     }
     all
 }
@@ -166,6 +174,13 @@ fn used_by_none(all: &[Checked]) -> Vec<Diagnostic> {
         }
     }
     found
+}
+
+/// Warnings of warnings that none of several grammars and variants needs to allow.
+fn needed_by_none(all: &[Checked]) -> Vec<Diagnostic> {
+    let Some((first, others)) = all.split_first() else { return Vec::new() };
+    let by_none = first.unneeded.iter().filter(|d| others.iter().all(|one| one.unneeded.contains(d)));
+    by_none.cloned().collect()
 }
 
 /// Reads a grammar that is to be run: findings go to standard error.

@@ -162,6 +162,18 @@ codes! {
     FEW_CHANNELS      "W0722" "too-few-channels" Warning;
     OUT_OF_RANGE      "W0723" "bend-out-of-range" Warning;
     OF_PARTS          "W0724" "not-of-lattices" Warning;
+    UNUSUAL           "W0725" "unusual-value" Warning;
+    WEAK              "W0726" "weaker-than-its-weight" Warning;
+    STRAY_PORT        "W0727" "port-off-its-shape" Warning;
+    PORTS_TOGETHER    "W0728" "ports-in-one-place" Warning;
+    BEYOND_BEND       "W0729" "drive-beyond-bend" Warning;
+    NEAR_ZERO         "W0730" "divisor-may-be-zero" Warning;
+    NO_SPREAD         "W0731" "spread-of-zero" Warning;
+    TOO_SHORT         "W0732" "valves-too-slow" Warning;
+    LITTLE_TURN       "W0733" "little-of-its-turn" Warning;
+    CONSTANT_AIM      "W0734" "constant-objective" Warning;
+    SETTLES_LATE      "W0735" "settles-too-late" Warning;
+    UNUSED_ALLOW      "W0736" "unused-allow" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

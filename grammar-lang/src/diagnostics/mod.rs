@@ -3,11 +3,13 @@
 mod codes;
 mod fix;
 mod guess;
+mod habits;
 pub mod render;
 
 pub use codes::{CODES, Code, Severity, find};
 pub use fix::{Edit, Fix, Together, apply};
 pub use guess::{did_you_mean, nearest, respell, sure};
+pub(crate) use habits::with_habits;
 
 use crate::source::Span;
 

@@ -38,6 +38,9 @@ pub struct Variable {
     pub domain: (f64, f64),
     /// How it is mutated.
     pub mutation: Mutation,
+    /// Where it is declared.
+    #[serde(default)]
+    pub span: Span,
 }
 
 /// Who has a varied quantity of its own. Images always follow their originals.

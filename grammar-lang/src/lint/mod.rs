@@ -3,8 +3,10 @@
 mod bad_schedule;
 mod bad_spread;
 mod below;
+mod beyond_bend;
 mod circles;
 mod clash;
+mod constant_aim;
 mod constant_if;
 mod constant_requirement;
 mod counts;
@@ -17,12 +19,15 @@ mod excludes_nothing;
 mod few_channels;
 mod fronts;
 mod known;
+mod little_turn;
+mod near_zero;
 mod negative_weight;
 mod never_applies;
 mod never_drawn;
 mod never_matches;
 mod no_possible_value;
 mod no_room;
+mod no_spread;
 mod no_such_port;
 mod no_value;
 mod nothing_drawn;
@@ -33,10 +38,13 @@ mod out_of_range;
 mod out_of_reach;
 mod outside_lattice;
 mod outside_motion;
+mod over_nothing;
+mod periods;
 mod places;
 mod pointless;
 mod twice_in_set;
 mod unread;
+mod weak;
 mod worlds;
 
 use crate::bounds::Begun;
@@ -89,6 +97,14 @@ const DOUBTFUL: &[Lint] = &[
     out_of_range::check,
     of_parts::check,
     unread::check,
+    weak::check,
+    beyond_bend::check,
+    near_zero::check,
+    no_spread::check,
+    periods::check,
+    little_turn::check,
+    constant_aim::check,
+    over_nothing::check,
 ];
 
 /// What says nothing. A text that several grammars share may say in one of them

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::bounds::Truth;
 use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Effect, Expr, ExprKind, Rule};
 use crate::source::Span;
 
 use super::known::Known;
@@ -20,6 +21,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             .any(|s| s.end <= condition.end)
     };
     for (rule, locals) in known.rules() {
+        findings.extend(port_twice(rule));
         let mut reasoning = known.reasoning(&locals.narrowed);
         let never = conditions(rule).find(|condition| reasoning.truth(condition) == Truth::Never);
         if let Some(never) = never.filter(|never| !told(never.span)) {
@@ -34,4 +36,28 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         }
     }
+}
+
+/// A rule that attaches two parts to one port.
+fn port_twice(rule: &Rule) -> Option<Diagnostic> {
+    let mut taken: Vec<&Expr> = Vec::new();
+    for effect in &rule.effects {
+        let Effect::Attach { on, .. } = effect else { continue };
+        if let Some(first) = taken.iter().find(|first| first.kind == on.port.kind) {
+            return Some(
+                Diagnostic::new(
+                    Code::NEVER_APPLIES,
+                    on.port.span,
+                    format!("the rule `{}` can never apply: it attaches two parts to one port", rule.name),
+                )
+                .label("this port is taken by then")
+                .also(first.span, "taken here")
+                .help("attach the second one elsewhere: name the first with `as a`, and write for example `to a.front`"),
+            );
+        }
+        if matches!(on.port.kind, ExprKind::Local(_)) {
+            taken.push(&on.port);
+        }
+    }
+    None
 }

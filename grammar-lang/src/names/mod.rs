@@ -1,11 +1,13 @@
 //! Modules and what their names mean: imports, scopes, cycles, duplicates, variants.
 
+mod allowed;
 mod blame;
 mod variant;
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
+pub use allowed::Allowed;
 pub use blame::{Change, with_changes};
 pub(crate) use blame::{UNDECLARED, told_once, with_imports};
 pub use variant::MOST_VARIANTS;
@@ -15,7 +17,7 @@ use indexmap::IndexMap;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::source::{FileId, Loader, NoModule, SourceMap, Span};
 use crate::syntax::Trees;
-use crate::syntax::ast::{Item, ItemKind, Module, Name};
+use crate::syntax::ast::{Allow, Item, ItemKind, Module, Name};
 
 /// A declaration: item `item` of module `module`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -60,6 +62,8 @@ pub struct Program {
     pub dropped: BTreeMap<Declaration, Span>,
     /// What variants changed.
     pub changes: Vec<Change>,
+    /// The warnings that its variants allow.
+    pub allows: Vec<Allow>,
 }
 
 impl Program {

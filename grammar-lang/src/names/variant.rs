@@ -304,6 +304,7 @@ fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
                 observe::replace(loading, module, item);
             }
             EditKind::Replace(item) => replace(loading, module, item, &taking_part),
+            EditKind::Allow(allow) => loading.program.allows.push(allow.clone()),
             EditKind::Add(item) => add(loading, module, item),
         }
     }
@@ -317,7 +318,7 @@ fn note(loading: &mut Loading<'_>, module: usize, variant: &Variant, edit: &Edit
     let path: Vec<String> = match &edit.kind {
         EditKind::Set(path, _) | EditKind::Narrow(path, _) => path.iter().map(|n| n.text.clone()).collect(),
         EditKind::Replace(item) => declared(item).map(|n| n.text.clone()).into_iter().collect(),
-        EditKind::Drop(_) | EditKind::DropObserved(_) | EditKind::Add(_) => return,
+        EditKind::Drop(_) | EditKind::DropObserved(_) | EditKind::Allow(_) | EditKind::Add(_) => return,
     };
     let Some(loaded) = loading.program.modules.get(module) else { return };
     let declaration = path.first().and_then(|head| loaded.scope.get(head));
@@ -345,7 +346,7 @@ fn target_of(edit: &Edit) -> (String, Span) {
     };
     match &edit.kind {
         EditKind::Set(p, _) | EditKind::Narrow(p, _) | EditKind::Drop(p) => path(p),
-        EditKind::DropObserved(_) => (format!("at {}", edit.span.start), edit.span),
+        EditKind::DropObserved(_) | EditKind::Allow(_) => (format!("at {}", edit.span.start), edit.span),
         EditKind::Replace(item) | EditKind::Add(item) => match (declared(item), &item.kind) {
             (Some(name), _) => (name.text.clone(), name.span),
             (None, ItemKind::Actuate(kind, _)) => (format!("actuate {}", kind.text), kind.span),

@@ -20,10 +20,25 @@ pub struct Name {
 pub struct Module {
     /// What the text declares, in order. Variants of one text share what they do not change.
     pub items: Vec<Rc<Item>>,
+    /// The warnings that it allows, but for those that a variant allows.
+    pub allows: Vec<Allow>,
     /// Names of items that could not be read: uses of them are not errors of their own.
     pub broken: Vec<String>,
     /// Whether the first line of a declaration is missing: what it declares is not known.
     pub headless: bool,
+}
+
+/// `allow CODE because TEXT`: a warning that is meant.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Allow {
+    /// The code or the name of the warning.
+    pub code: Name,
+    /// Why.
+    pub because: Option<String>,
+    /// Its place.
+    pub span: Span,
+    /// The declaration that it stands in; none where it stands outside of all.
+    pub within: Option<Span>,
 }
 
 /// A declaration.
@@ -302,6 +317,8 @@ pub enum EditKind {
     Drop(Vec<Name>),
     /// `drop observe TERM, ...`
     DropObserved(Vec<Name>),
+    /// `allow CODE because TEXT`
+    Allow(Allow),
     /// `replace ITEM`
     Replace(Box<Item>),
     /// `add ITEM`

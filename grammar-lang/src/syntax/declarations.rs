@@ -345,6 +345,14 @@ pub const KINDS: &[Kind] = &[
         counts: Counts::Everywhere,
     },
     Kind {
+        word: "allow",
+        form: "allow unusual-value because \"a robot for the Moon\"",
+        several: SETTINGS,
+        what: "a declaration",
+        clauses: Clauses::None,
+        counts: Counts::Everywhere,
+    },
+    Kind {
         word: "observe",
         form: "observe travel, fall",
         several: SETTINGS,

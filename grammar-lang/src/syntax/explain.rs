@@ -7,7 +7,7 @@ use super::forms::form;
 use super::parser::{Rule, SgrParser};
 use super::slip::Stop;
 use super::tokens::{Stretch, TokenKind};
-use crate::diagnostics::{Code, Diagnostic};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::source::{FileId, Span};
 
 /// What may follow a piece that is complete.
@@ -46,14 +46,20 @@ pub(super) fn explain(piece: Stretch<'_>, entry: Rule, file: FileId) -> Diagnost
     } else {
         (Span::new(file, place, place + text.len()), format!("expected {wanted}, found `{text}`"))
     };
-    let help = no_name(&wanted, text);
+    let words =
+        || expected.iter().filter_map(|e| e.strip_prefix('`')?.strip_suffix('`')).filter(|w| w.len() > 1);
+    // A word of the language is no other one misspelt.
+    let misspelt = if is_reserved(text) { "" } else { text };
+    let (meant, respelt) = (did_you_mean(misspelt, words()), respell(span, misspelt, words()));
+    let help = no_name(&wanted, text).or(meant);
     let like = help.is_none().then(|| looks_like(entry, piece, place, &expected)).flatten();
     if in_expression && !expected.contains(&"an operator") {
         expected.push("an operator");
     }
     let error = Diagnostic::new(Code::SYNTAX, span, message)
         .label(if text.is_empty() { "something is missing here" } else { "not expected here" })
-        .help_if(help);
+        .help_if(help)
+        .fix_if(respelt);
     let error = Stop { piece, place, found: text, expected: &expected, file }.explain(error);
     if error.help.is_some() { error } else { error.help_if(like) }
 }
@@ -92,18 +98,19 @@ fn listed(expected: &[&str]) -> String {
     }
 }
 
+/// Whether a word can name nothing.
+fn is_reserved(word: &str) -> bool {
+    SgrParser::parse(Rule::keyword, word).is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == word))
+}
+
 /// What to say where a word of the language stands in the place of a name.
 fn no_name(wanted: &str, found: &str) -> Option<String> {
-    let reserved = || {
-        SgrParser::parse(Rule::keyword, found)
-            .is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == found))
-    };
     if !wanted.contains("a name") {
         None
     } else if matches!(found, "part" | "actuator" | "cell") {
         Some(format!("give it a name first, as in `p : {found}`"))
     } else {
-        reserved().then(|| format!("`{found}` is a word of the language: choose another name"))
+        is_reserved(found).then(|| format!("`{found}` is a word of the language: choose another name"))
     }
 }
 

@@ -77,6 +77,7 @@ fn items(scan: &Scan<'_>, file: FileId) -> (Module, Vec<Diagnostic>) {
             _ => {}
         }
     }
+    found.module.allows = lowering.allows();
     found.errors.extend(lowering.finish());
     (found.module, found.errors)
 }

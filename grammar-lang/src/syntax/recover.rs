@@ -17,13 +17,13 @@ use crate::source::{FileId, Span};
 
 const RULE_CLAUSES: &[&str] = &[
     "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "fill",
-    "paint", "clear", "weight",
+    "paint", "clear", "weight", "allow",
 ];
-const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize"];
-const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect"];
-const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add"];
-const NOVELTY_CLAUSES: &[&str] = &["feature", "known"];
-const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive"];
+const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize", "allow"];
+const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect", "allow"];
+const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add", "allow"];
+const NOVELTY_CLAUSES: &[&str] = &["feature", "known", "allow"];
+const ACTUATION_CLAUSES: &[&str] = &["shared", "vary", "let", "drive", "allow"];
 
 /// Reports a run of junk, declaration by declaration.
 pub(super) fn junk(scan: &Scan<'_>, junk: Stretch<'_>, file: FileId, found: &mut Found) {
@@ -113,7 +113,7 @@ fn clauses_of(word: &str) -> Option<(&'static [&'static str], Rule)> {
     Some(match kind(word)?.clauses {
         Clauses::Rule => (RULE_CLAUSES, Rule::only_rule),
         Clauses::Actuation => (ACTUATION_CLAUSES, Rule::only_actuation),
-        Clauses::Begin => (&["place"], Rule::only_begin),
+        Clauses::Begin => (&["place", "allow"], Rule::only_begin),
         Clauses::Task => (TASK_CLAUSES, Rule::only_task),
         Clauses::Example => (EXAMPLE_CLAUSES, Rule::only_example),
         Clauses::Edits => (EDITS, Rule::only_edit),
@@ -234,13 +234,11 @@ fn fill<'a>(item: &mut Item, lowering: &mut Lowering<'a>, clause: Pair<'a, Rule>
     match &mut item.kind {
         ItemKind::Rule(_, clauses) => clauses.extend(lowering.rule_clause(clause)),
         ItemKind::Actuation { clauses, .. } => clauses.extend(lowering.actuation_clause(clause)),
-        ItemKind::Begin(places, fills) => {
-            if clause.as_rule() == Rule::place_clause {
-                places.extend(lowering.place(clause));
-            } else {
-                fills.extend(lowering.cells(clause));
-            }
-        }
+        ItemKind::Begin(places, fills) => match clause.as_rule() {
+            Rule::place_clause => places.extend(lowering.place(clause)),
+            Rule::allow_item => {}
+            _ => fills.extend(lowering.cells(clause)),
+        },
         ItemKind::Task(_, items) => items.extend(lowering.item(clause)),
         ItemKind::Example(_, clauses) => clauses.extend(lowering.example_clause(clause)),
         ItemKind::Novelty(_, clauses) => clauses.extend(lowering.novelty_clause(clause)),
@@ -277,6 +275,11 @@ fn no_clause(word: &str, start: usize, words: &[&str], block: &str, file: FileId
         .label("unknown word")
         .help(
             did_you_mean(word, words.iter().copied())
+                .or_else(|| {
+                    ITEM_WORDS.contains(&word).then(|| {
+                        format!("`{word}` is a declaration: it stands outside of `{block} {{ ... }}`")
+                    })
+                })
                 .unwrap_or_else(|| format!("a clause of `{block}` starts with one of: {}", words.join(", "))),
         )
         .fix_if(respell(span, word, words.iter().copied()))
@@ -314,7 +317,7 @@ fn opens_field(line: Stretch<'_>, is_after_others: bool) -> bool {
     // A `=` was left out.
     let is_value = next.is_some_and(|t| t.kind == TokenKind::Number);
     let names_a_method = next.is_some_and(|t| t.kind == TokenKind::Word) && is(after, &["{"]);
-    matches!(word, "param" | "port")
+    matches!(word, "param" | "port" | "allow")
         || is(next, &["=", "==", "{", ":"])
         || is_value
         || names_a_method

@@ -22,6 +22,8 @@ use environment::Environment;
 use expressions::Expressions;
 use found::Found;
 
+pub use declarations::usual::{USUAL, Usual};
+
 /// Of a text with several grammars and variants, what one of them could use: each may leave to the
 /// others what it does not use itself.
 #[derive(Clone, Debug, Default)]

@@ -28,7 +28,7 @@ impl<'v> Heads<'v> {
                 _ => return None,
             },
             EditKind::Replace(item) => (&declared(item)?.text, None, Some((span, "replaced"))),
-            EditKind::DropObserved(_) | EditKind::Add(_) => return None,
+            EditKind::DropObserved(_) | EditKind::Allow(_) | EditKind::Add(_) => return None,
         };
         let known = |part: Option<Span>, whole: Option<(Span, &'static str)>| Some((part?, whole?));
         let clash = known(part, self.whole.get(head.as_str()).copied())

@@ -17,7 +17,12 @@ impl<'a> Lowering<'a> {
     pub(in super::super) fn item(&mut self, node: Node<'a>) -> Option<Item> {
         let span = self.span(&node);
         let doc = self.doc(node.as_span().start());
-        let kind = self.item_kind(children(node).next()?)?;
+        let node = children(node).next().and_then(|node| self.unless_allow(node))?;
+        let before = self.allows.len();
+        let kind = self.item_kind(node)?;
+        for allow in self.allows.iter_mut().skip(before) {
+            allow.within.get_or_insert(span);
+        }
         Some(Item { kind, span, doc, damaged: false })
     }
 
@@ -173,8 +178,9 @@ impl<'a> Lowering<'a> {
     }
 
     fn begin(&mut self, node: Node<'a>) -> ItemKind {
+        let clauses: Vec<Node<'_>> = parts(node).filter_map(|node| self.unless_allow(node)).collect();
         let (places, fills): (Vec<Node<'_>>, Vec<Node<'_>>) =
-            parts(node).partition(|n| n.as_rule() == Rule::place_clause);
+            clauses.into_iter().partition(|n| n.as_rule() == Rule::place_clause);
         ItemKind::Begin(
             places.into_iter().filter_map(|n| self.place(n)).collect(),
             fills.into_iter().filter_map(|n| self.cells(n)).collect(),

@@ -8,8 +8,9 @@ use std::sync::LazyLock;
 use pest::iterators::Pair;
 
 use super::ast::{
-    ActuationClause, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field, ItemKind,
-    Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Typed, Variable,
+    ActuationClause, Allow, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field,
+    ItemKind, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Typed,
+    Variable,
 };
 use super::parser::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -26,6 +27,8 @@ pub(super) struct Lowering<'a> {
     level: usize,
     /// Where the last declaration began whose comment was searched, and that comment.
     last_doc: (usize, String),
+    /// The warnings that are allowed.
+    allows: Vec<Allow>,
     errors: Vec<Diagnostic>,
 }
 
@@ -84,7 +87,31 @@ fn parts(node: Node<'_>) -> impl Iterator<Item = Node<'_>> {
 
 impl<'a> Lowering<'a> {
     pub(super) fn new(text: &'a str, file: FileId, offset: usize) -> Self {
-        Self { text, file, offset, level: 0, last_doc: (usize::MAX, String::new()), errors: Vec::new() }
+        let last_doc = (usize::MAX, String::new());
+        Self { text, file, offset, level: 0, last_doc, allows: Vec::new(), errors: Vec::new() }
+    }
+
+    /// The warnings that the text allows.
+    pub(super) fn allows(&mut self) -> Vec<Allow> {
+        std::mem::take(&mut self.allows)
+    }
+
+    /// Reads what a warning is allowed with.
+    fn allow(&self, node: Node<'_>) -> Option<Allow> {
+        let span = self.span(&node);
+        let mut inner = parts(node);
+        let code = self.name(&inner.next()?);
+        Some(Allow { code, because: inner.next().map(|text| unquote(&text)), span, within: None })
+    }
+
+    /// Sets aside what allows a warning, and gives back everything else.
+    fn unless_allow<'n>(&mut self, node: Node<'n>) -> Option<Node<'n>> {
+        if node.as_rule() != Rule::allow_item {
+            return Some(node);
+        }
+        let allow = self.allow(node);
+        self.allows.extend(allow);
+        None
     }
 
     /// The errors found since the last call.
@@ -149,7 +176,7 @@ impl<'a> Lowering<'a> {
     }
 
     pub(super) fn novelty_clause(&mut self, node: Node<'a>) -> Option<NoveltyClause> {
-        let node = children(node).next()?;
+        let node = children(node).next().and_then(|node| self.unless_allow(node))?;
         let rule = node.as_rule();
         let mut inner = parts(node);
         let first = inner.next()?;
@@ -165,7 +192,7 @@ impl<'a> Lowering<'a> {
     }
 
     pub(super) fn example_clause(&mut self, node: Node<'_>) -> Option<ExampleClause> {
-        let node = children(node).next()?;
+        let node = children(node).next().and_then(|node| self.unless_allow(node))?;
         let rule = node.as_rule();
         let mut inner = parts(node.clone());
         if rule == Rule::expect_clause {
@@ -193,6 +220,9 @@ impl<'a> Lowering<'a> {
     pub(super) fn edit(&mut self, node: Node<'a>) -> Option<Edit> {
         let span = self.span(&node);
         let rule = node.as_rule();
+        if rule == Rule::allow_item {
+            return Some(Edit { kind: EditKind::Allow(self.allow(node)?), span });
+        }
         let mut inner = parts(node);
         let first = inner.next()?;
         let kind = match rule {
@@ -279,7 +309,7 @@ impl<'a> Lowering<'a> {
     }
 
     pub(super) fn field(&mut self, node: Node<'_>) -> Option<Field> {
-        let node = children(node).next()?;
+        let node = children(node).next().and_then(|node| self.unless_allow(node))?;
         Some(match node.as_rule() {
             Rule::param_item => Field::Param(self.param(node)?),
             Rule::port_clause => Field::Port(Box::new(self.port(node)?)),
@@ -316,7 +346,7 @@ impl<'a> Lowering<'a> {
 
     pub(super) fn rule_clause(&mut self, node: Node<'a>) -> Option<RuleClause> {
         let span = self.span(&node);
-        let node = children(node).next()?;
+        let node = children(node).next().and_then(|node| self.unless_allow(node))?;
         let rule = node.as_rule();
         let mut inner = parts(node.clone());
         let kind = match rule {
@@ -374,7 +404,7 @@ impl<'a> Lowering<'a> {
     }
 
     pub(super) fn actuation_clause(&mut self, node: Node<'a>) -> Option<ActuationClause> {
-        let node = children(node).next()?;
+        let node = children(node).next().and_then(|node| self.unless_allow(node))?;
         let rule = node.as_rule();
         let mut inner = parts(node.clone());
         Some(match rule {

@@ -242,6 +242,7 @@ impl Declarations<'_> {
             ty,
             domain,
             mutation: ir::Mutation { probability, kernel, bound },
+            span: variable.name.span,
         })
     }
 

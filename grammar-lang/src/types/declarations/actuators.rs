@@ -49,6 +49,11 @@ impl Declarations<'_> {
             "0.01 N*m*s/rad^2",
             &cx,
         );
+        if let (Some(stiffness), Some(damping), Some((_, tree))) =
+            (stiffness, damping, from.values.get("damping"))
+        {
+            self.slow_hinge(damping / stiffness, tree);
+        }
         let colour = self.colour(&from, &cx);
         let params = self.actuator_params(block, damaged);
         Some(ir::Actuator {
@@ -87,6 +92,8 @@ impl Declarations<'_> {
             );
             return None;
         }
+        let farthest = if high >= -low { high } else { low };
+        self.usual(from.what, "bend", farthest, tree);
         Some((low, high))
     }
 

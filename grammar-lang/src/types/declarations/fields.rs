@@ -35,7 +35,7 @@ impl<'f> Fields<'f> {
 /// A block with its values by name.
 pub(super) struct Values<'b> {
     block: &'b Block,
-    what: &'static str,
+    pub(super) what: &'static str,
     pub(in crate::types) values: IndexMap<&'b str, (&'b Name, &'b ast::Expr)>,
     pub(super) groups: IndexMap<&'b str, &'b Block>,
     /// Names that are there, but misspelt, which has been reported.
@@ -274,6 +274,9 @@ impl Declarations<'_> {
                     .help(format!("write for example `{name} = {example}`")),
             );
             return None;
+        }
+        if let Some((_, tree)) = from.values.get(name) {
+            self.usual(from.what, name, x, tree);
         }
         Some(x)
     }

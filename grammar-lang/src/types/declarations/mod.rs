@@ -18,6 +18,7 @@ mod searches;
 pub(super) mod singles;
 mod targets;
 pub(super) mod tasks;
+pub(super) mod usual;
 
 use indexmap::{IndexMap, IndexSet};
 

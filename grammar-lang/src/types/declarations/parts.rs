@@ -1,5 +1,7 @@
 //! Checks passive parts, and what actuators have as they do: shape, mass, colour.
 
+use nalgebra::Point3;
+
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use crate::diagnostics::{Code, Diagnostic};
@@ -20,6 +22,9 @@ impl Declarations<'_> {
         let friction = self.number(&from, "friction", Dimension::NUMBER, Sign::NotNegative, "0.8", &cx);
         let colour = self.colour(&from, &cx);
         let ports = self.ports(block, &cx);
+        if let (Some(form), Some(ports)) = (shape, &ports) {
+            self.check_places(block, form, ports);
+        }
         Some(ir::Part {
             shape: shape?,
             mass: mass?,
@@ -70,6 +75,46 @@ impl Declarations<'_> {
             return None;
         }
         sound.then_some(ports)
+    }
+
+    /// Warns of ports that lie off the part, and of two in one place.
+    fn check_places(&mut self, block: &Block, form: Form, ports: &[ir::Port]) {
+        let place = |name: &str| {
+            block.fields.iter().find_map(|field| match field {
+                Field::Port(port) if port.name.text == name => Some(port.at.span),
+                _ => None,
+            })
+        };
+        let shape = form.shape;
+        let slack = 0.05 * shape.longest() + 1e-3;
+        let mut told: Vec<&str> = Vec::new();
+        for (i, port) in ports.iter().enumerate() {
+            let Some(span) = place(&port.name) else { continue };
+            let at = Point3::from(port.at);
+            // What stands has its own x axis upright.
+            let own = if form.stands { Point3::new(at.y, at.x, at.z) } else { at };
+            if !shape.holds(&own, slack) && !told.contains(&port.name.as_str()) {
+                told.push(&port.name);
+                self.stray_port(&port.name, span, at.coords.norm(), shape.reach());
+            }
+            let same = |other: &&ir::Port| {
+                let apart = (Point3::from(other.at) - at).norm();
+                let aligned: f64 = (0..3).map(|k| other.facing[k] * port.facing[k]).sum();
+                apart < 1e-6 && aligned > 0.5
+            };
+            let Some(first) = ports[..i].iter().find(same) else { continue };
+            let names = if first.name == port.name {
+                format!("`{0}[{1}]` and `{0}[{2}]`", port.name, first.index, port.index)
+            } else {
+                format!("`{}` and `{}`", first.name, port.name)
+            };
+            self.report(
+                Diagnostic::new(Code::PORTS_TOGETHER, span, format!("the ports {names} lie in one place"))
+                    .label("the same place, and the same direction")
+                    .help("what is attached to both would overlap: move one of them, or take it out"),
+            );
+            return;
+        }
     }
 
     fn port(&mut self, port: &ast::Port, cx: &Context) -> Option<Vec<ir::Port>> {
@@ -131,8 +176,12 @@ impl Declarations<'_> {
             self.missing(from, "density", "1 g/cm^3` or `mass = 8 g", cx.damaged);
             return None;
         }
-        if from.values.contains_key("mass") {
-            return self.number(from, "mass", Dimension::MASS, Sign::Positive, "8 g", cx);
+        if let Some((_, tree)) = from.values.get("mass") {
+            let mass = self.number(from, "mass", Dimension::MASS, Sign::Positive, "8 g", cx);
+            if let (Some(mass), Some(shape)) = (mass, shape) {
+                self.usual_density(from.what, mass, shape.shape.volume(), tree);
+            }
+            return mass;
         }
         Some(
             self.number(from, "density", Dimension::DENSITY, Sign::Positive, "1 g/cm^3", cx)?

@@ -230,6 +230,8 @@ impl Declarations<'_> {
             );
             return None;
         }
+        let farthest = if high >= -low { high } else { low };
+        self.usual(from.what, name, farthest, tree);
         Some((low, high))
     }
 

@@ -189,9 +189,9 @@ impl<'a> Declarations<'a> {
         let mut cx = Context::new(Stage::Declaration, false);
         let span = duration.span;
         let time = Ty::Quantity(crate::units::Dimension::TIME);
-        let duration = self.expressions.expect(duration, &mut cx, &time, "the simulated time");
-        let duration = self.expressions.constant_number(&duration);
-        if let Some(d) = duration
+        let seconds = self.expressions.expect(duration, &mut cx, &time, "the simulated time");
+        let seconds = self.expressions.constant_number(&seconds);
+        if let Some(d) = seconds
             && !(d > 0.0 && d <= 3600.0)
         {
             self.report(
@@ -205,6 +205,10 @@ impl<'a> Declarations<'a> {
             );
             return None;
         }
+        if let Some(time) = seconds {
+            self.usual("a motion", "duration", time, duration);
+        }
+        let duration = seconds;
         match self.named(name, "model", |k| matches!(k, ItemKind::Block(BlockKind::Model, _))) {
             Some(ItemKind::Block(BlockKind::Model, block)) => self.model(block, Some(duration?), false),
             _ => None,

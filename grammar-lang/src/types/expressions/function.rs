@@ -115,7 +115,28 @@ impl Expressions<'_> {
             );
             return unknown;
         };
+        if function == Function::Clamp {
+            self.ends_in_order(&checked);
+        }
         Expr { kind: ExprKind::Call(function, checked), ty, span }
+    }
+
+    /// `clamp` takes the lower end first: the other way round it always gives the same.
+    fn ends_in_order(&mut self, arguments: &[Expr]) {
+        let [_, low, high] = arguments else { return };
+        let (Some(least), Some(most)) = (self.quiet_number(low), self.quiet_number(high)) else { return };
+        if least > most {
+            self.report(
+                Diagnostic::new(Code::BAD_VALUE, low.span, "the ends of `clamp` are the wrong way round")
+                    .label(format!(
+                        "above the other end: {} > {}",
+                        super::shown(least, &low.ty),
+                        super::shown(most, &high.ty)
+                    ))
+                    .also(high.span, "the other end")
+                    .help("write the lower end first: `clamp(x, low, high)`"),
+            );
+        }
     }
 
     /// Arguments as a function takes them; `known` errors were there before them.

@@ -169,6 +169,10 @@ impl Expressions<'_> {
                 "`{name}` is a function: call it as `{}`",
                 Function::named(name).map_or("", |f| signature::usage(f).0)
             )
+        } else if self.environment.ports.contains(name) {
+            format!(
+                "`{name}` is a port: ask for it with `is`, as in `q is {name}`, or say of which part, as in `p.{name}`"
+            )
         } else {
             let candidates = cx
                 .locals

@@ -1,0 +1,292 @@
+//! Habits of other languages: what people write who know Python, C, Matlab, YAML or OpenSCAD, and what `sgc` writes instead.
+
+use super::{Code, Diagnostic};
+use crate::source::SourceMap;
+
+/// How a habit is told from other text.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Told {
+    /// A name that is not known.
+    Name,
+    /// A function that is not known.
+    Function,
+    /// A unit that is not known.
+    Unit,
+    /// A word that begins a declaration or a clause, and does not begin one here.
+    Opening,
+    /// A word that cannot stand where it stands.
+    Word,
+    /// Where a finding stands on this sign, or within it.
+    Sign,
+    /// Where this stands in the line of a finding.
+    Line,
+}
+
+const NAME: Told = Told::Name;
+const FUNCTION: Told = Told::Function;
+const UNIT: Told = Told::Unit;
+const OPENING: Told = Told::Opening;
+const WORD: Told = Told::Word;
+const SIGN: Told = Told::Sign;
+const LINE: Told = Told::Line;
+
+/// What is written elsewhere, how it is told, and what helps.
+const HABITS: &[(&str, Told, &str)] = &[
+    // Operators
+    ("**", SIGN, "there are no powers: write `x * x`; in a unit, `m^2`"),
+    ("+=", LINE, "a value is given once: write `name = value`; in a rule, `set p.turn = p.turn + 90 deg`"),
+    ("-=", LINE, "a value is given once: write `name = value`; in a rule, `set p.turn = p.turn - 90 deg`"),
+    ("!=", SIGN, "compare with `!=` or `is not`"),
+    ("<>", SIGN, "write `!=` for quantities, `is not` for parts"),
+    ("&&", SIGN, "write `and` instead of `&&`"),
+    ("||", SIGN, "write `or` instead of `||`"),
+    ("?", SIGN, "write `if CONDITION then A else B`"),
+    ("!", SIGN, "write `not` instead of `!`"),
+    ("|", SIGN, "write `abs(x)` instead of `|x|`"),
+    (
+        "%",
+        SIGN,
+        "there is no remainder: `n / 2 - floor(n / 2)` is 0 for even numbers, `fraction(x)` what stands behind the point",
+    ),
+    (
+        "mod",
+        WORD,
+        "there is no remainder: `n / 2 - floor(n / 2)` is 0 for even numbers, `fraction(x)` what stands behind the point",
+    ),
+    ("^", SIGN, "there are no powers: write `x * x`; in a unit, `m^2`"),
+    ("√", SIGN, "write `sqrt(x)`"),
+    ("AND", WORD, "write `and`: words have small letters"),
+    ("OR", WORD, "write `or`: words have small letters"),
+    ("NOT", WORD, "write `not`: words have small letters"),
+    // Comments
+    ("/*", SIGN, "a comment begins with `#` and ends with its line"),
+    ("//", SIGN, "a comment begins with `#`"),
+    (" --", LINE, "a comment begins with `#`"),
+    // Values
+    ("True", NAME, "write `true`"),
+    ("False", NAME, "write `false`"),
+    ("TRUE", NAME, "write `true`"),
+    ("FALSE", NAME, "write `false`"),
+    ("None", NAME, "nothing stands for no value: leave the line out"),
+    ("null", NAME, "nothing stands for no value: ask whether something is so, as in `p is core`"),
+    ("nil", NAME, "nothing stands for no value: ask whether something is so, as in `p is core`"),
+    ("this", NAME, "what a rule matched has the name that `match` gave it, as in `match p : part`"),
+    ("self", NAME, "what a rule matched has the name that `match` gave it, as in `match p : part`"),
+    ("inf", NAME, "no number is infinite: write one that is large enough"),
+    // Functions
+    ("range", FUNCTION, "write `3 .. 6`: both ends belong to it"),
+    (
+        "len",
+        FUNCTION,
+        "write `count(part)` for parts; a list has the length that it was declared with, as in `points[4]`",
+    ),
+    ("sum", FUNCTION, "write `sum over p in part of p.mass`"),
+    ("mean", FUNCTION, "write `mean over e in elements of e.size`"),
+    ("any", FUNCTION, "write `exists p in part: CONDITION`"),
+    ("all", FUNCTION, "write `forall p in part: CONDITION`"),
+    ("pow", FUNCTION, "there are no powers: write `x * x`, or `exp(n * ln(x))`"),
+    ("log", FUNCTION, "write `ln(x)` for the natural logarithm"),
+    ("rand", FUNCTION, "chance belongs to `choose` and `mutate`: `choose n in 3 .. 6`"),
+    ("random", FUNCTION, "chance belongs to `choose` and `mutate`: `choose n in 3 .. 6`"),
+    // Declarations and clauses
+    ("def", OPENING, "write `let name(x : Length) = ...` for a function, `rule name { ... }` for a rule"),
+    ("fn", OPENING, "write `let name(x : Length) = ...`"),
+    ("func", OPENING, "write `let name(x : Length) = ...`"),
+    ("function", OPENING, "write `let name(x : Length) = ...`"),
+    ("const", OPENING, "write `let name = ...`; what a user may set is a `param`"),
+    (
+        "var",
+        OPENING,
+        "write `let name = ...`; what a user may set is a `param`, what a search varies stands in an `actuation`",
+    ),
+    ("import", OPENING, "write `use std.blocks { cube }`, or `use \"./mine.sgr\" { brick }`"),
+    ("include", OPENING, "write `use std.blocks { cube }`, or `use \"./mine.sgr\" { brick }`"),
+    ("from", OPENING, "write `use std.blocks { cube }`, or `use \"./mine.sgr\" { brick }`"),
+    ("module", OPENING, "a kind of part is a `part`, a file of declarations needs no word of its own"),
+    ("class", OPENING, "a kind of part is written `part name { ... }`, fields alone `record Name { ... }`"),
+    ("struct", OPENING, "write `record Name { field : Type, ... }`"),
+    ("print", OPENING, "what is to be written beside the value of each design is `observe TERM`"),
+    ("echo", OPENING, "what is to be written beside the value of each design is `observe TERM`"),
+    ("return", OPENING, "a function is one expression: `let twice(x : Length) = 2 * x`"),
+    (
+        "for",
+        OPENING,
+        "a rule is applied once for each match: say in `match` for what. Over many things, write `sum over p in part of ...`",
+    ),
+    (
+        "while",
+        OPENING,
+        "nothing repeats by itself: the search applies rules again and again, as long as `when` allows it",
+    ),
+    (
+        "repeat",
+        OPENING,
+        "nothing repeats by itself: the search applies rules again and again, as long as `when` allows it",
+    ),
+    ("elif", WORD, "write `else if`"),
+    ("elseif", WORD, "write `else if`"),
+    ("new", WORD, "a kind is named without `new`: `attach cube to q`"),
+    (
+        "set",
+        OPENING,
+        "a declaration is edited where it stands; to leave it as it is, write a variant: `variant mine of \"./x.sgr\" { set ... }`",
+    ),
+    // Units
+    ("Nm", UNIT, "a torque is `N*m/rad`"),
+    ("Ncm", UNIT, "a torque is `N*m/rad`: 1 N cm is `0.01 N*m/rad`"),
+    ("mNm", UNIT, "a torque is `N*m/rad`: 1 mN m is `0.001 N*m/rad`"),
+    ("kgcm", UNIT, "a torque is `N*m/rad`: 1 kg cm is `0.0981 N*m/rad`"),
+    ("rpm", UNIT, "1 rpm is `6 deg/s`"),
+    ("psi", UNIT, "1 psi is `6.895 kPa`"),
+    ("mbar", UNIT, "1 mbar is `0.1 kPa`"),
+    ("atm", UNIT, "1 atm is `101.3 kPa`"),
+    ("inch", UNIT, "1 inch is `25.4 mm`"),
+    ("inches", UNIT, "1 inch is `25.4 mm`"),
+    ("ft", UNIT, "1 foot is `304.8 mm`"),
+    ("lb", UNIT, "1 lb is `453.6 g`"),
+    ("oz", UNIT, "1 oz is `28.35 g`"),
+    ("dm", UNIT, "1 dm is `10 cm`"),
+    ("kHz", UNIT, "1 kHz is `1000 Hz`"),
+    ("mW", UNIT, "1 mW is `0.001 W`"),
+    ("kN", UNIT, "1 kN is `1000 N`"),
+    ("GPa", UNIT, "1 GPa is `1000 MPa`"),
+    ("ml", UNIT, "1 ml is `1 cm^3`"),
+    ("l", UNIT, "1 l is `1000 cm^3`"),
+    ("turn", UNIT, "a full turn is `360 deg`"),
+    ("rev", UNIT, "a full turn is `360 deg`"),
+    ("rps", UNIT, "1 turn a second is `360 deg/s`"),
+];
+
+/// What findings can be about a habit: names, words, units and text that cannot be read.
+fn may_be(code: &Code) -> bool {
+    [Code::SYNTAX, Code::UNKNOWN_KEYWORD, Code::UNKNOWN_NAME, Code::UNKNOWN_UNIT].contains(&code)
+}
+
+/// Says in findings what is written instead of a habit of another language.
+pub(crate) fn with_habits(findings: &mut [Diagnostic], sources: &SourceMap) {
+    for finding in findings.iter_mut().filter(|finding| may_be(finding.code)) {
+        let span = finding.span();
+        let Some(source) = sources.get(span.file) else { continue };
+        let (start, end) = (span.start as usize, span.end as usize);
+        let text = source.text.as_str();
+        if let Some(help) = number(text, start).filter(|_| finding.code != Code::UNKNOWN_UNIT) {
+            finding.help = Some(help);
+            continue;
+        }
+        // What is said of a sign already, knows more of what stands around it.
+        let is_open = finding.fix.is_none()
+            && finding.help.as_ref().is_none_or(|help| help.starts_with("write for example"));
+        let habit = HABITS.iter().find(|(habit, told, _)| match told {
+            Told::Name => finding.code == Code::UNKNOWN_NAME && text.get(start..end) == Some(habit),
+            Told::Function => {
+                finding.message.starts_with("unknown function") && text.get(start..end) == Some(habit)
+            }
+            Told::Unit => finding.code == Code::UNKNOWN_UNIT && text.get(start..end) == Some(habit),
+            Told::Opening => finding.code == Code::UNKNOWN_KEYWORD && text.get(start..end) == Some(habit),
+            Told::Word => {
+                [Code::SYNTAX, Code::UNKNOWN_KEYWORD].contains(&finding.code)
+                    && text.get(start..end) == Some(habit)
+            }
+            Told::Sign => is_open && finding.code == Code::SYNTAX && is_at(text, start, habit),
+            Told::Line => {
+                let unread = [Code::SYNTAX, Code::UNKNOWN_KEYWORD].contains(&finding.code);
+                unread && finding.fix.is_none() && line(text, start).contains(habit)
+            }
+        });
+        if let Some((_, _, help)) = habit {
+            finding.help = Some((*help).to_owned());
+            finding.fix = None;
+        }
+    }
+}
+
+/// Whether a sign stands at a place, or around it.
+fn is_at(text: &str, place: usize, sign: &str) -> bool {
+    (0..sign.len()).any(|back| {
+        place.checked_sub(back).and_then(|from| text.get(from..)).is_some_and(|t| t.starts_with(sign))
+    })
+}
+
+/// The line around a place, up to its comment.
+fn line(text: &str, place: usize) -> &str {
+    let from = text.get(..place).and_then(|before| before.rfind('\n')).map_or(0, |i| i + 1);
+    let rest = text.get(from..).unwrap_or("");
+    rest.split(['\n', '#', '"']).next().unwrap_or("")
+}
+
+/// What helps where a number is written as elsewhere: `.4`, `1.`, `+4`, `10_000`, `0,8`, `kg/m3`, `cm³`.
+fn number(text: &str, place: usize) -> Option<String> {
+    let before = text.get(..place)?;
+    let after = text.get(place..)?;
+    let last = before.chars().next_back();
+    let mut rest = after.chars();
+    let (sign, next) = (rest.next(), rest.next());
+    let is_digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+    let digits = |text: &str| text.chars().take_while(char::is_ascii_digit).collect::<String>();
+    let word_before =
+        before.rsplit(|c: char| !(c.is_alphanumeric() || "^/*".contains(c))).next().unwrap_or("");
+    let is_unit = |word: &str| crate::units::parse(word).is_ok();
+    match sign {
+        Some('.') if is_digit(next) && !is_digit(last) => {
+            Some(format!("write `0.{}`: a number begins with a digit", digits(after.get(1..)?)))
+        }
+        Some('+') if is_digit(next) => {
+            Some(format!("write `{}`: a number has no `+`", digits(after.get(1..)?)))
+        }
+        Some('_') if is_digit(last) && is_digit(next) => {
+            Some("write the digits without `_`, as in `10000`".to_owned())
+        }
+        Some(',') if is_digit(last) && is_digit(next) => {
+            let whole: String = before.chars().rev().take_while(char::is_ascii_digit).collect();
+            let whole: String = whole.chars().rev().collect();
+            Some(format!("write `{whole}.{}`: decimals stand behind a point", digits(after.get(1..)?)))
+        }
+        Some('²' | '³') if is_unit(word_before) => {
+            let power = if sign == Some('²') { 2 } else { 3 };
+            Some(format!("write `{word_before}^{power}`"))
+        }
+        Some(power @ '1'..='9') if is_unit(word_before) && !word_before.is_empty() => {
+            Some(format!("write `{word_before}^{power}`"))
+        }
+        _ if before.trim_end().ends_with('.') => {
+            let whole = before.trim_end().trim_end_matches('.');
+            is_digit(whole.chars().next_back()).then(|| {
+                "write the number without the point at its end, or with a digit behind it: `1.0`".to_owned()
+            })
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{HABITS, is_at, line, number};
+
+    #[test]
+    fn habits_are_there_once() {
+        let mut all: Vec<&str> = HABITS.iter().map(|(habit, ..)| *habit).collect();
+        all.sort_unstable();
+        let count = all.len();
+        all.dedup();
+        assert_eq!(all.len(), count);
+    }
+
+    #[test]
+    fn a_sign_is_known_from_within() {
+        assert!(is_at("a ** b", 3, "**") && is_at("a ** b", 2, "**") && !is_at("a * b", 2, "**"));
+        assert_eq!(line("a\nb += 1 # c += 2\nd", 3), "b += 1 ");
+    }
+
+    #[test]
+    fn numbers_of_other_notations_are_known() {
+        let told = |text: &str, place: usize| number(text, place).unwrap_or_default();
+        assert_eq!(told("x = .4", 4), "write `0.4`: a number begins with a digit");
+        assert_eq!(told("x = +4", 4), "write `4`: a number has no `+`");
+        assert!(told("x = 10_000", 6).contains("10000"));
+        assert_eq!(told("x = 0,8", 5), "write `0.8`: decimals stand behind a point");
+        assert_eq!(told("x = 1 kg/m3", 10), "write `kg/m^3`");
+        assert_eq!(told("x = 1 g/cm³", 10), "write `g/cm^3`");
+        assert!(told("x = 1.", 6).contains("1.0"));
+        assert_eq!(number("x = 4 + 3", 6), None);
+    }
+}

@@ -1,0 +1,119 @@
+//! Drives that ask an actuator for more than it bends.
+//!
+//! A drive is tried in the middle of what it varies, and at the ends of it, over two periods: what is told certainly happens.
+
+use std::collections::BTreeSet;
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::eval::{PartId, Reference, Scope, Value};
+use crate::ir::{Actuation, Actuator, Attribute, PartAttribute, Ty, Word};
+use crate::units::Dimension;
+
+use super::known::Known;
+
+/// How far beyond its bend a drive may go, as a share of the bend: what is written in other units is rounded.
+const CLOSE: f64 = 0.02;
+/// The same at the ends of what it varies: a search may well try more than serves.
+const FAR: f64 = 1.05;
+/// At so many moments of two periods.
+const MOMENTS: usize = 32;
+
+/// An actuator that is driven at a time.
+struct Driven<'k> {
+    known: &'k Known<'k>,
+    actuator: &'k Actuator,
+    time: f64,
+}
+
+impl Scope for Driven<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(self.known.ruleset)
+    }
+    fn word(&self, word: Word) -> Option<Value> {
+        (word == Word::Time).then_some(Value::Number(self.time))
+    }
+    fn attribute(&self, _: Reference, attribute: &Attribute) -> Option<Value> {
+        match attribute {
+            Attribute::Part(PartAttribute::Image | PartAttribute::Turn) => Some(Value::Number(0.0)),
+            Attribute::Part(PartAttribute::Depth) => Some(Value::Number(1.0)),
+            Attribute::Param(name) => {
+                let default = self.actuator.params.get(name)?.default.as_ref()?;
+                self.known.value(default).ok()
+            }
+            _ => None,
+        }
+    }
+}
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
+    let mut told = BTreeSet::new();
+    for (kind, name) in ruleset.tasks.values().flat_map(|task| &task.actuated) {
+        let (Some(actuator), Some(actuation)) = (ruleset.actuators.get(kind), ruleset.actuations.get(name))
+        else {
+            continue;
+        };
+        if actuation.drive.ty != Ty::Quantity(Dimension::ANGLE) {
+            continue;
+        }
+        let (low, high) = actuator.bend;
+        let beyond = |(share, slack): (f64, f64)| {
+            let slack = slack * (high - low);
+            let (least, most) = range(known, actuator, actuation, share)?;
+            let farthest = if most - high >= low - least { most } else { least };
+            (least < low - slack || most > high + slack).then_some(farthest)
+        };
+        if let Some(beyond) = [(0.5, CLOSE), (0.0, FAR), (1.0, FAR)].into_iter().find_map(beyond)
+            && told.insert(actuation.drive.span)
+        {
+            let angle = |x: f64| format!("{} deg", (x.to_degrees() * 10.0).round() / 10.0);
+            findings.push(
+                Diagnostic::new(
+                    Code::BEYOND_BEND,
+                    actuation.drive.span,
+                    format!("this asks `{kind}` for {} and more", angle(beyond)),
+                )
+                .label(format!("beyond its bend of {} .. {}", angle(low), angle(high)))
+                .also(actuator.span, "it stops at the ends of `bend`")
+                .help("narrow what the drive varies, or widen `bend` if the actuator can do it"),
+            );
+        }
+    }
+}
+
+/// The least and the greatest angle that a drive asks for, where all that it varies is at this share of its domain.
+fn range(known: &Known<'_>, actuator: &Actuator, actuation: &Actuation, share: f64) -> Option<(f64, f64)> {
+    let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut locals = vec![Value::Reference(Reference::Part(PartId::from_number(1)))];
+    let mut period = None;
+    for variable in &actuation.variables {
+        let (low, high) = variable.domain;
+        let number = low + share * (high - low);
+        let one = match &variable.ty {
+            Ty::Bool => Value::Bool(number > 0.5),
+            Ty::Count => Value::Number(libm::round(number)),
+            _ => Value::Number(number),
+        };
+        if variable.name == "period" {
+            period = Some(number);
+        }
+        locals.push(match variable.size {
+            Some(n) => Value::List(vec![one; n].into()),
+            None => one,
+        });
+    }
+    let still = locals.len();
+    for moment in 0..MOMENTS {
+        locals.truncate(still);
+        let time = 2.0 * period.unwrap_or(4.0) * moment as f64 / MOMENTS as f64;
+        let driven = Driven { known, actuator, time };
+        for (_, value) in actuation.lets.iter().chain(&actuation.moving) {
+            let value = known.value_with(value, &driven, &mut locals)?;
+            locals.push(value);
+        }
+        let angle = known.value_with(&actuation.drive, &driven, &mut locals)?.as_number()?;
+        least = least.min(angle);
+        most = most.max(angle);
+    }
+    Some((least, most))
+}

@@ -1,0 +1,32 @@
+//! Servos that use a small part of their turn: a wheel that is too large.
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::Backend;
+
+use super::known::Known;
+
+/// The least part of its turn that a servo should use: its resolution and its play count against that.
+const LEAST: f64 = 0.2;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    for (name, target) in &known.ruleset.targets {
+        let Backend::Tendon(threads) = &target.backend else { continue };
+        let Some(actuator) = known.ruleset.actuators.get(&target.kind) else { continue };
+        let (low, high) = threads.thread.domain();
+        let wound = |bend: f64| threads.thread.at(bend.clamp(low, high)) / threads.wheel;
+        let used = (wound(actuator.bend.1) - wound(actuator.bend.0)).abs();
+        let turn = threads.turn.1 - threads.turn.0;
+        if used < LEAST * turn {
+            let degrees = |x: f64| format!("{:.0} deg", x.to_degrees());
+            findings.push(
+                Diagnostic::new(
+                    Code::LITTLE_TURN,
+                    target.span,
+                    format!("the servos of `{name}` use {:.0} % of their turn", 100.0 * used / turn),
+                )
+                .label(format!("{} of {}", degrees(used), degrees(turn)))
+                .help("take a smaller wheel: the bend is coarse where a servo turns little"),
+            );
+        }
+    }
+}

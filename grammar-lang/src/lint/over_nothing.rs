@@ -1,0 +1,73 @@
+//! Aggregates that run over nothing in a motion as short as that of the task.
+
+use std::collections::BTreeSet;
+
+use crate::bounds::{Facts, Interval, Reasoning};
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Expr, ExprKind, MotionWord, Task, Word, builds_on};
+use crate::source::Span;
+use crate::units::{Dimension, shown};
+
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
+    let mut told: BTreeSet<Span> = BTreeSet::new();
+    for task in ruleset.tasks.values() {
+        let facts = facts_of(known, task);
+        for value in task.objectives().map(|objective| &objective.value) {
+            for (term, expr) in builds_on(value, &ruleset.terms) {
+                let mut empty = None;
+                expr.any(&mut |e| {
+                    empty = empty.or_else(|| runs_over_nothing(&facts, e));
+                    empty.is_some()
+                });
+                let place = if term.is_some() { value.span } else { empty.unwrap_or_default() };
+                if let Some(where_from) = empty
+                    && told.insert(place)
+                {
+                    findings.push(report(term, task, place, where_from));
+                }
+            }
+        }
+    }
+}
+
+/// What is known of the motion of a task: its duration, and the period of its actuations.
+fn facts_of<'r>(known: &Known<'r>, task: &Task) -> Facts<'r> {
+    let whole = Interval::point(task.model.duration);
+    let facts = known.facts.clone();
+    let facts = facts.with(Word::Motion(MotionWord::End), whole);
+    let facts = facts.with(Word::Motion(MotionWord::Duration), whole);
+    let actuations = task.actuated.values().filter_map(|name| known.ruleset.actuations.get(name));
+    let periods = actuations.flat_map(|a| &a.variables).filter(|v| v.name == "period");
+    match periods.map(|v| Interval::new(v.domain.0, v.domain.1)).reduce(Interval::hull) {
+        Some(period) => facts.with(Word::Motion(MotionWord::Period), period),
+        None => facts,
+    }
+}
+
+/// Where an aggregate says over what it runs, if that is nothing.
+fn runs_over_nothing(facts: &Facts<'_>, expr: &Expr) -> Option<Span> {
+    let ExprKind::Aggregate { binders, otherwise: Some(_), .. } = &expr.kind else { return None };
+    let empty = binders.iter().find(|binder| match &binder.over.kind {
+        ExprKind::Range(low, high) => {
+            let mut reasoning = Reasoning::new(facts, Vec::new());
+            reasoning.numbers(high).high < reasoning.numbers(low).low
+        }
+        _ => false,
+    });
+    empty.map(|binder| binder.over.span)
+}
+
+fn report(term: Option<&str>, task: &Task, place: Span, over: Span) -> Diagnostic {
+    let duration = shown(task.model.duration, Dimension::TIME);
+    let message = match term {
+        Some(term) => format!("in a motion of {duration}, `{term}` leaves out what it compares"),
+        None => format!("in a motion of {duration} this runs over nothing"),
+    };
+    Diagnostic::new(Code::SETTLES_LATE, place, message)
+        .label("its value there is what stands behind `otherwise`")
+        .also(over, "there is nothing in this range")
+        .help("simulate for longer, or ask for something that a short motion has")
+}

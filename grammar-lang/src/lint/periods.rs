@@ -1,0 +1,74 @@
+//! Periods that are shorter than a few samples of the drive, or longer than the motion, and schedules of valves that are
+//! too slow for them.
+
+use std::collections::BTreeSet;
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Actuation, Backend, Task, Variable};
+use crate::units::{Dimension, shown};
+
+use super::known::Known;
+
+/// A search may try periods that are too long, but not many times so.
+const FAR: f64 = 5.0;
+/// A curve needs so many samples in a period to be one.
+const FEWEST_SAMPLES: f64 = 4.0;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
+    let mut told = BTreeSet::new();
+    for task in ruleset.tasks.values() {
+        for (kind, name) in &task.actuated {
+            let Some(period) = ruleset.actuations.get(name).and_then(period) else { continue };
+            if let Some(finding) = unusual(task, period)
+                && told.insert(period.span)
+            {
+                findings.push(finding);
+            }
+            for (target, air) in &ruleset.targets {
+                let Backend::Pneumatic(valves) = &air.backend else { continue };
+                if air.kind == *kind && valves.shortest > period.domain.0 && told.insert(air.span) {
+                    findings.push(too_slow(target, air.span, valves.shortest, period));
+                }
+            }
+        }
+    }
+}
+
+/// The varied period of an actuation.
+fn period(actuation: &Actuation) -> Option<&Variable> {
+    actuation.variables.iter().find(|v| v.name == "period" && v.ty.dimension() == Some(Dimension::TIME))
+}
+
+fn unusual(task: &Task, period: &Variable) -> Option<Diagnostic> {
+    let time = |x: f64| shown(x, Dimension::TIME);
+    let (low, high) = period.domain;
+    let (control, duration) = (task.model.control, task.model.duration);
+    let (message, label) = if low < FEWEST_SAMPLES * control * (1.0 - 1e-9) {
+        (
+            format!("a period of {} is too short for the drive", time(low)),
+            format!("a drive is sampled every {}", time(control)),
+        )
+    } else if low > duration || high > FAR * duration {
+        let long = if low > duration { low } else { high };
+        (
+            format!("a period of {} is longer than the motion", time(long)),
+            format!("the motion lasts {}", time(duration)),
+        )
+    } else {
+        return None;
+    };
+    Some(
+        Diagnostic::new(Code::UNUSUAL, period.span, message)
+            .label(label)
+            .help("is the unit right? A gait repeats itself within a few seconds"),
+    )
+}
+
+fn too_slow(target: &str, place: crate::source::Span, shortest: f64, period: &Variable) -> Diagnostic {
+    let time = |x: f64| shown(x, Dimension::TIME);
+    Diagnostic::new(Code::TOO_SHORT, place, format!("the valves of `{target}` are too slow for some periods"))
+        .label(format!("a valve stays as it is for {} at least", time(shortest)))
+        .also(period.span, format!("a period may be as short as {}", time(period.domain.0)))
+        .help("begin the domain of the period higher, or set a shorter `shortest` if the valves can do it")
+}

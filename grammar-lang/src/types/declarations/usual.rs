@@ -1,0 +1,234 @@
+//! What quantities of robots usually lie within. What lies beyond is possible, but mostly a slip of the unit.
+
+use super::Declarations;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::source::Span;
+use crate::syntax::ast::{self, ExprKind};
+use crate::units::{self, Dimension, Unit};
+
+/// The usual values of a field.
+#[derive(Clone, Copy, Debug)]
+pub struct Usual {
+    /// What has the field: `a part`.
+    pub of: &'static str,
+    /// The field.
+    pub field: &'static str,
+    /// The least, in the unit.
+    pub least: f64,
+    /// The greatest, in the unit.
+    pub most: f64,
+    /// The unit; empty for a number.
+    pub unit: &'static str,
+    /// What lies at the ends, for people.
+    pub ends: &'static str,
+}
+
+const fn usual(
+    of: &'static str,
+    field: &'static str,
+    (least, most): (f64, f64),
+    unit: &'static str,
+    ends: &'static str,
+) -> Usual {
+    Usual { of, field, least, most, unit, ends }
+}
+
+/// Rubber on dry concrete is at 1, racing tyres at 1.7 (Persson, Sliding Friction, 2nd ed., 2000).
+const FRICTION: (f64, f64) = (0.0, 3.0);
+/// Densities from the CRC Handbook of Chemistry and Physics, 97th ed.
+const DENSITY: (f64, f64) = (0.02, 23.0);
+
+/// All fields of which usual values are known. Of densities and friction the sources stand above. Gravity: NASA planetary fact sheets.
+/// Supplies, valves, servos and wheels: catalogues of what is sold for small robots (SMC, Festo, Dynamixel, Hitec). Everything else: a
+/// decade or more beyond the robots that `std.novelty` knows.
+pub const USUAL: &[Usual] = &[
+    usual("a part", "density", DENSITY, "g/cm^3", "foam and osmium"),
+    usual("an actuator", "density", DENSITY, "g/cm^3", "foam and osmium"),
+    usual("a part", "mass", (1e-6, 20.0), "kg", "a grain of sand and a bucket of water"),
+    usual("an actuator", "mass", (1e-6, 20.0), "kg", "a grain of sand and a bucket of water"),
+    usual("a part", "friction", FRICTION, "", "ice and racing tyres"),
+    usual("an actuator", "friction", FRICTION, "", "ice and racing tyres"),
+    usual("a cell", "friction", FRICTION, "", "ice and racing tyres"),
+    usual("a cell", "spacing", (0.1, 200.0), "mm", "a hair and a hand"),
+    usual("an actuator", "bend", (-360.0, 360.0), "deg", "a full turn either way"),
+    usual(
+        "an actuator",
+        "bending_speed",
+        (1.0, 7200.0),
+        "deg/s",
+        "a turn in six minutes and 20 turns a second",
+    ),
+    usual(
+        "an actuator",
+        "relaxing_speed",
+        (1.0, 7200.0),
+        "deg/s",
+        "a turn in six minutes and 20 turns a second",
+    ),
+    usual("an actuator", "torque", (1e-5, 100.0), "N*m/rad", "a watch spring and a car's wiper motor"),
+    usual("an actuator", "stiffness", (1e-5, 1000.0), "N*m/rad^2", "a thread and a steel beam"),
+    usual("a model", "step", (1e-6, 1.0 / 60.0), "s", "a millionth of a second and a frame of film"),
+    usual("a model", "control", (0.5, 200.0), "ms", "a servo drive and five samples a second"),
+    usual("a model", "record", (0.5, 500.0), "ms", "a high-speed camera and two frames a second"),
+    usual("a model", "gravity", (1.0, 30.0), "m/s^2", "the Moon at 1.6 and Jupiter at 25"),
+    usual("a model", "ground_friction", FRICTION, "", "ice and racing tyres"),
+    usual("a model", "tolerance", (0.0, 0.1), "", "0 and a tenth of all impulses"),
+    usual("a model", "speed_limit", (0.1, 100.0), "m/s", "a tortoise and an express train"),
+    usual("a model", "pace_limit", (0.005, 10.0), "m/s", "a snail and a sprinter"),
+    usual("a supply", "pressure", (0.02, 12.0), "bar", "a balloon and a workshop's compressor"),
+    usual("a supply", "full", (0.01, 12.0), "bar", "a balloon and a workshop's compressor"),
+    usual("a supply", "line", (0.1, 1e5), "cm^3/s/bar", "a hair of a tube and a garden hose"),
+    usual("a supply", "valve", (0.1, 1e5), "cm^3/s/bar", "a hair of a tube and a garden hose"),
+    usual("a target", "shortest", (1.0, 1000.0), "ms", "a piezo valve and a motor valve"),
+    usual("a target", "wheel", (1.0, 60.0), "mm", "a servo's shaft and a saucer"),
+    usual("a target", "servo_speed", (30.0, 3000.0), "deg/s", "a slow winch and a fast servo"),
+    usual("a target", "turn", (-3600.0, 3600.0), "deg", "ten turns of a winch either way"),
+    usual("a prototype", "simulated", (1e-6, 10.0), "m/s", "an hour for 4 mm and a sprinter"),
+    usual("a prototype", "measured", (1e-6, 10.0), "m/s", "an hour for 4 mm and a sprinter"),
+    usual("a motion", "duration", (0.5, 600.0), "s", "half a second and ten minutes"),
+];
+
+/// A finger of silicone that is let go is straight within about a second, s.
+const LONGEST_LAG: f64 = 2.0;
+
+impl Declarations<'_> {
+    /// Warns where a field, which comes to `value` (SI), lies beyond what is usual.
+    pub(super) fn usual(&mut self, of: &str, field: &str, value: f64, tree: &ast::Expr) {
+        let Some(usual) = USUAL.iter().find(|u| (u.of, u.field) == (of, field)) else { return };
+        let size = unit(usual.unit);
+        let (least, most) = (usual.least * size.factor, usual.most * size.factor);
+        // Rounding is no slip.
+        let slack = 1e-9 * least.abs().max(most.abs());
+        if value >= least - slack && value <= most + slack {
+            return;
+        }
+        let written = written(tree).filter(|(_, unit)| unit.dimension == size.dimension);
+        let (name, scale) = written.map_or((usual.unit, size.factor), |(name, unit)| (name, unit.factor));
+        let shown = |x: f64| shown(x / scale, name);
+        let range = format!("{} .. {}", shown(least), shown(most));
+        let slip = slip(tree, size.dimension, (least, most));
+        let mend = slip.map_or("check the unit. ".to_owned(), |meant| format!("is `{meant}` meant? "));
+        self.report(
+            Diagnostic::new(
+                Code::UNUSUAL,
+                tree.span,
+                format!("`{field} = {}` is far from what robots have", shown(value)),
+            )
+            .label(format!("usual: {range}, between {}", usual.ends))
+            .help(mend + &allowed()),
+        );
+    }
+
+    /// Warns where a mass makes a shape denser or lighter than any material; volume in m^3.
+    pub(super) fn usual_density(&mut self, of: &str, mass: f64, volume: f64, tree: &ast::Expr) {
+        let Some(usual) = USUAL.iter().find(|u| (u.of, u.field) == (of, "density")) else { return };
+        let density = mass / volume / unit(usual.unit).factor;
+        if !density.is_finite() || (usual.least..=usual.most).contains(&density) {
+            return;
+        }
+        let range = format!("{} .. {}", shown(usual.least, usual.unit), shown(usual.most, usual.unit));
+        let message = format!("this mass makes a density of {}", shown(density, usual.unit));
+        self.report(
+            Diagnostic::new(Code::UNUSUAL, tree.span, message)
+                .label(format!("usual: {range}, between {}", usual.ends))
+                .help(format!("check the unit of the mass and the sizes of the shape. {}", allowed())),
+        );
+    }
+
+    /// Warns of a hinge that follows its drive within `lag` s: damping over stiffness.
+    pub(super) fn slow_hinge(&mut self, lag: f64, tree: &ast::Expr) {
+        if lag <= LONGEST_LAG {
+            return;
+        }
+        let message = format!("with this damping a hinge needs {} to follow its drive", shown(lag, "s"));
+        self.report(
+            Diagnostic::new(Code::UNUSUAL, tree.span, message)
+                .label(format!("usual: up to {LONGEST_LAG} s, which is damping over stiffness"))
+                .help(format!("check the units of `damping` and `stiffness`. {}", allowed())),
+        );
+    }
+
+    /// Warns of a port that lies well outside of its part.
+    pub(super) fn stray_port(&mut self, name: &str, place: Span, distance: f64, reach: f64) {
+        let length = |x: f64| units::shown((x * 1e5).round() / 1e5, Dimension::LENGTH);
+        self.report(
+            Diagnostic::new(Code::STRAY_PORT, place, format!("the port `{name}` lies off its part"))
+                .label(format!("{} from the middle; the part reaches {}", length(distance), length(reach)))
+                .help("a port lies on the surface: what is attached there would float in the air"),
+        );
+    }
+}
+
+/// How a warning is allowed.
+fn allowed() -> String {
+    format!("To keep the value, write `allow {} because \"...\"` in the declaration", Code::UNUSUAL.id)
+}
+
+/// A unit of the table: all of them can be read.
+fn unit(name: &str) -> Unit {
+    let number = Unit { dimension: Dimension::NUMBER, factor: 1.0 };
+    if name.is_empty() { number } else { units::parse(name).unwrap_or(number) }
+}
+
+/// A number of a unit for people, to four digits.
+fn shown(x: f64, unit: &str) -> String {
+    let digits = if x == 0.0 { 0.0 } else { 3.0 - libm::floor(libm::log10(x.abs())) };
+    let scale = libm::pow(10.0, digits);
+    let rounded = if scale.is_finite() && scale > 0.0 { (x * scale).round() / scale } else { x };
+    let number = if (1e-4..1e7).contains(&rounded.abs()) || rounded == 0.0 {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    };
+    if unit.is_empty() { number } else { format!("{number} {unit}") }
+}
+
+/// The first unit that an expression is written in.
+fn written(tree: &ast::Expr) -> Option<(&str, Unit)> {
+    match &tree.kind {
+        ExprKind::Quantity(_, Some(name)) => Some((&name.text, units::parse(&name.text).ok()?)),
+        ExprKind::Negate(x) => written(x),
+        ExprKind::Range(a, b) => written(a).or_else(|| written(b)),
+        _ => None,
+    }
+}
+
+/// The same number with another prefix, if that would be usual: `16 g` for `16 kg`.
+fn slip(tree: &ast::Expr, dimension: Dimension, (least, most): (f64, f64)) -> Option<String> {
+    let ExprKind::Quantity(number, Some(name)) = &tree.kind else { return None };
+    const LIKELY: &[&str] = &[
+        "mm", "cm", "m", "g", "kg", "ms", "s", "g/cm^3", "kg/m^3", "m/s^2", "cm/s", "m/s", "deg", "rad",
+        "bar", "kPa",
+    ];
+    let mut likely = LIKELY.iter().filter(|unit| **unit != name.text);
+    let meant = likely.find(|name| {
+        let unit = unit(name);
+        unit.dimension == dimension && (least..=most).contains(&(number * unit.factor))
+    })?;
+    Some(format!("{number} {meant}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{USUAL, shown, unit};
+
+    #[test]
+    fn every_row_has_a_unit_and_two_ends() {
+        for usual in USUAL {
+            assert!(usual.unit.is_empty() || crate::units::parse(usual.unit).is_ok(), "{}", usual.unit);
+            assert!(usual.least < usual.most, "{} of {}", usual.field, usual.of);
+            assert!(unit(usual.unit).factor > 0.0);
+        }
+        let fields: std::collections::BTreeSet<_> = USUAL.iter().map(|u| (u.of, u.field)).collect();
+        assert_eq!(fields.len(), USUAL.len(), "a field is there twice");
+    }
+
+    #[test]
+    fn numbers_have_four_digits() {
+        let told = [932.066, 0.0, 0.000_012_34, 9.81, 1.0 / 3.0, 2e9].map(|x| shown(x, "g/cm^3"));
+        assert_eq!(
+            told,
+            ["932.1 g/cm^3", "0 g/cm^3", "1.234e-5 g/cm^3", "9.81 g/cm^3", "0.3333 g/cm^3", "2e9 g/cm^3"]
+        );
+    }
+}
