@@ -638,15 +638,23 @@ fn a_saved_design_is_what_it_says() {
     assert_eq!(code(&output), 2);
     assert!(errors(&output).contains("it gives \"value\" twice"), "{}", errors(&output));
     // A choice that no rule makes.
-    let turned = |design: &mut serde_json::Value| {
+    let chosen = |design: &mut serde_json::Value, is_it: &dyn Fn(f64) -> bool, value: f64| {
         let steps = design["derivation"].as_array_mut().unwrap();
         let mut locals = steps.iter_mut().flat_map(|step| step["locals"].as_array_mut().unwrap());
-        let number = locals.find(|local| local.get("number").is_some()).expect("a number that was chosen");
-        number["number"] = 1e300.into();
+        let is_it =
+            |local: &&mut serde_json::Value| local.get("number").is_some_and(|x| is_it(x.as_f64().unwrap()));
+        locals.find(is_it).expect("a number that was chosen")["number"] = value.into();
+    };
+    let turned = |design: &mut serde_json::Value| chosen(design, &|_| true, 1e300);
+    // Segments are counted.
+    let half = |design: &mut serde_json::Value| {
+        chosen(design, &|x| (3.0..=6.0).contains(&x) && x.fract() == 0.0, 3.5)
     };
     for command in [&["eval", &path][..], &["view", &path], &["export", &path, "--to", "begin"]] {
-        let (code, said) = said(command, &turned);
-        assert!(code != 0 && said.contains("never chooses"), "{command:?}: {code}, {said}");
+        for forged in [&turned as &dyn Fn(&mut serde_json::Value), &half] {
+            let (code, said) = said(command, forged);
+            assert!(code != 0 && said.contains("never chooses"), "{command:?}: {code}, {said}");
+        }
     }
     // Another body than the one that was saved, also where nothing is simulated.
     let body = |design: &mut serde_json::Value| design["body"] = "0".repeat(64).into();
@@ -670,6 +678,35 @@ fn an_example_that_the_search_starts_from_is_derived_by_check() {
     let check = sgc(&["check", &file.to_string_lossy()]);
     assert_eq!(code(&check), 1, "{}", printed(&check));
     assert!(printed(&check).contains("E0603") && printed(&check).contains("the search starts from"));
+}
+
+#[test]
+fn every_command_has_a_manual_page() {
+    let all = sgc(&["man"]);
+    assert_eq!(code(&all), 0);
+    assert!(printed(&all).starts_with(".ie") && printed(&all).contains("sgc\\-resume"), "{}", printed(&all));
+    for command in ["run", "check", "drive"] {
+        let page = printed(&sgc(&["man", command]));
+        assert!(page.contains(&format!("sgc\\-{command}")) && page.contains(".SH OPTIONS"), "{page}");
+    }
+    assert_eq!(code(&sgc(&["man", "fly"])), 2);
+}
+
+/// What a schedule comes to may be no move at all: each iteration has one.
+#[test]
+fn iterations_without_moves_come_to_an_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(quick_grammar(folder.path())).unwrap();
+    let file = folder.path().join("dwindling.sgr");
+    let text = text
+        + "\nsearch dwindling {\n keep = 80 %\n bodies annealing { iterations = 1000000000000  moves = floor(3 * (1 - spent))  temperature = 9  stop = false }\n}\n";
+    let text = text
+        .replace("search   nested_annealing", "search dwindling")
+        .replace("use std.search     { nested_annealing }\n", "");
+    std::fs::write(&file, text).unwrap();
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let run = sgc(&["run", &file.to_string_lossy(), "--max-evals", "20", "--quiet", "--out", &out]);
+    assert_eq!(code(&run), 0, "{}", errors(&run));
 }
 
 /// A search goes on from the body and the curves of a saved design, also by another grammar of the same rules.
@@ -701,7 +738,27 @@ fn a_search_begins_with_a_saved_design() {
     let (refused, _) = next(&other.to_string_lossy(), "other");
     assert_eq!(code(&refused), 1, "{}", errors(&refused));
     assert!(errors(&refused).contains("the rules of `worm` do not make the design"), "{}", errors(&refused));
+    // So are rules whose conditions do not hold where its steps need them.
     let text = std::fs::read_to_string(&grammar).unwrap();
+    let guarded = text.replace("with free port q\n", "with free port q where count(ball) >= 9\n");
+    assert_ne!(guarded, text);
+    let file = folder.path().join("guarded.sgr");
+    std::fs::write(&file, guarded).unwrap();
+    let (refused, out) = next(&file.to_string_lossy(), "guarded");
+    assert_eq!(code(&refused), 1, "{}", errors(&refused));
+    assert!(errors(&refused).contains("by its own steps: step 1"), "{}", errors(&refused));
+    assert!(!out.exists());
+    // Where the same step makes another body, that is told: here without the image of a part.
+    let small = folder.path().join("small").to_string_lossy().into_owned();
+    let few = ["-p", "max_parts=3", "--seed", "1", "--max-evals", "30", "--quiet", "--out", &small];
+    assert_eq!(code(&sgc(&[&["run", &grammar][..], &few].concat())), 0);
+    let file = folder.path().join("halves.sgr");
+    std::fs::write(&file, text.replace("symmetry mirror xy", "symmetry none")).unwrap();
+    let halves = folder.path().join("halves").to_string_lossy().into_owned();
+    let more = ["--from-design", &small, "--max-evals", "20", "--quiet", "--out", &halves];
+    let output = sgc(&[&["run", &file.to_string_lossy()][..], &more].concat());
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    assert!(errors(&output).contains("make another body, of 2 parts instead of 3"), "{}", errors(&output));
     let shorter =
         text.replace("{ bezier_pac }", "{ two_sided_pac }").replace("with bezier_pac", "with two_sided_pac");
     let file = folder.path().join("two_sided.sgr");

@@ -464,3 +464,38 @@ fn what_is_only_redirected_is_not_written() {
         assert_eq!(read(&folder, file), before, "{arguments:?}");
     }
 }
+
+/// What people write who know another language is told in words of this one.
+#[test]
+fn habits_of_other_languages_are_told() {
+    let codesign = codesign();
+    for (here, habit, help) in [
+        ("count(part) <= max_parts ", "count(part) % 2 == 0 ", "there is no remainder"),
+        ("count(part) <= max_parts ", "count(part) ** 2 <= 9 ", "there are no powers"),
+        ("count(part) <= max_parts ", "connected && no_overlap ", "write `and`"),
+        ("count(part) <= max_parts ", "!connected ", "write `not`"),
+        ("count(part) <= max_parts ", "connected == True ", "write `true`"),
+        ("count(part) <= max_parts ", "len(part) <= 9 ", "write `count(part)`"),
+        ("count(part) <= max_parts ", "sum(part) <= 9 ", "sum over p in part"),
+        ("count(part) <= max_parts ", "(connected ? true : false) ", "if CONDITION then"),
+        ("count(part) <= max_parts ", "count(part) <= .5 ", "write `0.5`"),
+        ("count(part) <= max_parts ", "count(part) <= +5 ", "a number has no `+`"),
+        ("count(part) <= max_parts ", "count(part) <= 10_000 ", "without `_`"),
+        ("choose  n    in 3 .. 6", "choose  n    in range(3, 6)", "write `3 .. 6`"),
+        ("where p is not core", "where p != null", "nothing stands for no value"),
+        ("90 deg, 180 deg, 270 deg }\n  set", "90 deg, 180 deg, 270 rpm }\n  set", "`6 deg/s`"),
+        ("rule undo {", "def undo {", "write `let name"),
+        ("symmetry mirror xy", "import std.blocks", "write `use std.blocks"),
+        ("set     p.turn = p.turn + angle", "p.turn += angle", "set p.turn"),
+        ("set     p.turn", "repeat 3\n  set     p.turn", "nothing repeats by itself"),
+        ("max_parts         because", "max_parts         becuase", "did you mean `because`?"),
+        ("with free port q", "with fre port q", "did you mean `free`?"),
+        ("where p is not core", "where p is not core // all", "a comment begins with `#`"),
+    ] {
+        let text = codesign.replacen(here, habit, 1);
+        assert_ne!(text, codesign, "{here}");
+        let folder = folder(&[("x.sgr", &text)]);
+        let told = out(&sgc(folder.path(), &["check", "--format", "concise", "x.sgr"]));
+        assert!(told.contains(help), "`{habit}` should say `{help}`: {told}");
+    }
+}
