@@ -15,7 +15,7 @@ use crate::support::{codesign, is_long, read, root};
 
 /// What a complete run leaves; the first three are the same each time.
 const COMPLETE: [&str; 6] =
-    ["best.design.json", "evals.csv", "result.json", "run.toml", "sittings.csv", "sources"];
+    ["best.design.json", "evals.csv", "result.json", "run.toml", "processes.csv", "sources"];
 
 /// What there is beside that where a search keeps an archive of kinds, or a front.
 const KEPT: [&str; 4] = ["archive", "archive.csv", "front", "front.csv"];
@@ -295,7 +295,7 @@ fn a_long_motion_is_given_up_within_a_second() {
     assert!(asked.elapsed() < Duration::from_secs(5), "{:?}", asked.elapsed());
     assert_code(&sgc(&["eval", path(&out)]), 0);
 
-    // A bound on time ends a sitting in time, too.
+    // A bound on time ends a process in time, too.
     let begun = Instant::now();
     let output = sgc(&["resume", path(&out), "--time", "1.5s"]);
     assert_code(&output, 75);
@@ -425,7 +425,7 @@ fn a_run_goes_on_only_as_it_began() {
     }
     // What was moved away to be kept, with a link in its place, is not the run's any more.
     #[cfg(unix)]
-    for own in ["archive", "best.design.json", "evals.csv", "sittings.csv"] {
+    for own in ["archive", "best.design.json", "evals.csv", "processes.csv"] {
         let (damaged, kept) = (folder.path().join("damaged"), folder.path().join("kept"));
         copy(&out, &damaged);
         std::fs::create_dir(&kept).unwrap();
@@ -693,7 +693,7 @@ fn a_run_whose_folder_was_moved_leaves_the_next_one_alone() {
     let quick = grammar(folder.path(), "1");
     assert_code(&sgc(&short(&quick, &out)), 0);
     let kept = || {
-        ["best.design.json", "evals.csv", "sittings.csv", "result.json"]
+        ["best.design.json", "evals.csv", "processes.csv", "result.json"]
             .map(|name| std::fs::read(out.join(name)).unwrap())
     };
     let before = kept();

@@ -185,23 +185,23 @@ impl Observer for Stopper<'_> {
     }
 }
 
-/// Searches in as many sittings as it takes: how it ended, the rows, and the number of sittings.
-fn in_sittings(
+/// Searches in as many processes as it takes: how it ended, the rows, and the number of processes.
+fn in_processes(
     rules: &RuleSet,
     seed: u64,
     every: usize,
-    sitting: Option<Duration>,
+    process: Option<Duration>,
 ) -> (Outcome, Vec<String>, usize) {
     let flag = AtomicBool::new(false);
     let mut stopper = Stopper { rows: Vec::new(), flag: &flag, every, seen: 0, kept: None };
     let model = simulate::model("articulated").unwrap();
     let mut state = State::begin(Derivation::begin(rules));
-    for sittings in 1.. {
+    for processes in 1.. {
         flag.store(false, Ordering::Relaxed);
-        let deadline = sitting.map(|time| Instant::now() + time);
+        let deadline = process.map(|time| Instant::now() + time);
         let limits = Limits {
             seed,
-            jobs: Jobs::new(1 + sittings % 3),
+            jobs: Jobs::new(1 + processes % 3),
             max_evaluations: Some(200),
             lanes: None,
             gives_up: true,
@@ -209,7 +209,7 @@ fn in_sittings(
         };
         let outcome = go_on(rules, state, model, &limits, &flag, &mut stopper).unwrap();
         if !outcome.end.is_early() {
-            return (outcome, stopper.rows, sittings);
+            return (outcome, stopper.rows, processes);
         }
         let text = stopper.kept.take().expect("the state is kept when a search is stopped");
         let kept: State<Steps> = serde_json::from_str(&text).unwrap();
@@ -219,16 +219,16 @@ fn in_sittings(
     unreachable!()
 }
 
-pub(crate) fn same_end(rules: &RuleSet, seed: u64, every: usize, sitting: Option<Duration>) -> usize {
-    let (whole, rows, sittings) = in_sittings(rules, seed, usize::MAX, None);
-    assert_eq!(sittings, 1);
-    let (pieces, again, sittings) = in_sittings(rules, seed, every, sitting);
+pub(crate) fn same_end(rules: &RuleSet, seed: u64, every: usize, process: Option<Duration>) -> usize {
+    let (whole, rows, processes) = in_processes(rules, seed, usize::MAX, None);
+    assert_eq!(processes, 1);
+    let (pieces, again, processes) = in_processes(rules, seed, every, process);
     assert_eq!(again, rows, "every {every}");
     assert_eq!(pieces.best, whole.best);
     let counts = |o: &Outcome| (o.evaluations, o.moves, o.bodies, o.tally.clone(), o.end);
     assert_eq!(counts(&pieces), counts(&whole));
     assert!(whole.best.is_some());
-    sittings
+    processes
 }
 
 #[test]
@@ -236,10 +236,10 @@ fn a_search_in_pieces_is_the_same_search() {
     let rules = short();
     // How many batches there are depends on the lanes of the processor.
     for (every, least) in [(1, 30), (4, 8), (15, 2)] {
-        let sittings = same_end(&rules, 2, every, None);
-        assert!(sittings >= least, "{sittings} sittings, every {every}");
+        let processes = same_end(&rules, 2, every, None);
+        assert!(processes >= least, "{processes} processes, every {every}");
     }
-    let (whole, rows, _) = in_sittings(&rules, 2, usize::MAX, None);
+    let (whole, rows, _) = in_processes(&rules, 2, usize::MAX, None);
     assert!(whole.best.is_some_and(|best| best.value > 0.0), "the search got to tuning curves");
     assert!(rows.iter().any(|row| row.contains("\"undo\"")), "steps were taken back, too");
 }
@@ -264,7 +264,7 @@ fn what_has_no_value_is_counted_on_in_pieces() {
     texts.insert("grammars/codesign.sgr".into(), text);
     let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
     assert!(same_end(&rules, 2, 5, None) > 2);
-    let tally = in_sittings(&rules, 2, usize::MAX, None).0.tally;
+    let tally = in_processes(&rules, 2, usize::MAX, None).0.tally;
     assert!(!tally.no_value.is_empty() && !tally.refused.is_empty(), "{tally:?}");
 }
 
@@ -332,7 +332,7 @@ fn with_search(search: &str) -> RuleSet {
 
 const BODIES: &str = "bodies annealing { iterations = 50  moves = 3  temperature = 9  stop = false }";
 
-/// It goes the same way with any number of threads, in one sitting or in many.
+/// It goes the same way with any number of threads, in one process or in many.
 fn is_repeatable(rules: &RuleSet) -> (Outcome, Vec<String>) {
     assert!(same_end(rules, 2, 3, None) > 2);
     let (one, log) = search(rules, 2, 1, 300);
@@ -580,7 +580,7 @@ fn bodies_with_fixed_curves_are_checked_only_if_they_would_be_the_best() {
 
 #[test]
 fn a_batch_that_was_given_up_leaves_no_trace() {
-    // Sittings end in the middle of simulations.
+    // Processes end in the middle of simulations.
     assert!(same_end(&short(), 2, usize::MAX, Some(Duration::from_millis(25))) > 5);
 }
 

@@ -5,7 +5,7 @@ use grammar_lang::ir::{Actuator, Backend, Kind, Part, RuleSet, Table, Tendon};
 use grammar_lang::units::{Dimension, parse, shown, suggest};
 
 use super::measurements::Section;
-use super::problem::{Place, Problem, listed};
+use super::problem::{Location, Problem, listed};
 
 /// A part or an actuator.
 pub(super) enum Declared<'a> {
@@ -91,7 +91,7 @@ pub(super) fn tabulated(table: &Table, dimension: Dimension) -> String {
 }
 
 /// The part or actuator with a name.
-pub(super) fn part<'a>(rules: &'a RuleSet, name: &str, place: &Place) -> Result<Declared<'a>, Problem> {
+pub(super) fn part<'a>(rules: &'a RuleSet, name: &str, place: &Location) -> Result<Declared<'a>, Problem> {
     match rules.kind(name) {
         Some(Kind::Block(part)) => Ok(Declared::Part(part)),
         Some(Kind::Actuator(actuator)) => Ok(Declared::Actuator(actuator)),
@@ -131,7 +131,7 @@ fn unsaid<'a>(what: &str, names: impl Iterator<Item = &'a str>, section: &Sectio
     )
 }
 
-fn unknown<'a>(what: &str, name: &str, names: impl Iterator<Item = &'a str>, place: &Place) -> Problem {
+fn unknown<'a>(what: &str, name: &str, names: impl Iterator<Item = &'a str>, place: &Location) -> Problem {
     let names: Vec<&str> = names.collect();
     let help = did_you_mean(name, names.iter().copied()).unwrap_or_else(|| {
         if names.is_empty() {

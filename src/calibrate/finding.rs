@@ -4,7 +4,7 @@ use std::fmt;
 
 use grammar_lang::units;
 
-use super::problem::Place;
+use super::problem::Location;
 
 /// A number in a unit, with as many decimals as its error allows.
 #[derive(Clone, Debug, PartialEq)]
@@ -206,7 +206,7 @@ pub struct Finding {
     /// The section that it comes from.
     pub section: String,
     /// Where that begins.
-    pub place: Place,
+    pub place: Location,
     /// The file that the points stand in.
     pub source: String,
     /// What is measured, such as `bender.torque`.

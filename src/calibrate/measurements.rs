@@ -9,7 +9,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use super::kind::{Column, Kind};
-use super::problem::{Place, Problem, listed};
+use super::problem::{Location, Problem, listed};
 
 /// One measurement, in SI units.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,13 +19,13 @@ pub struct Section {
     /// What the file calls it.
     pub name: String,
     /// Where it begins.
-    pub place: Place,
+    pub place: Location,
     /// What it says beside its columns: `for`, `target`, `tolerance`, each with its place.
-    pub(super) settings: BTreeMap<String, (String, Place)>,
+    pub(super) settings: BTreeMap<String, (String, Location)>,
     /// The file that its rows stand in, as it is called from where the measurements are.
     pub source: String,
     /// Where each of its rows stands.
-    pub(super) places: Vec<Place>,
+    pub(super) places: Vec<Location>,
     numbers: BTreeMap<&'static str, Vec<f64>>,
     words: BTreeMap<&'static str, Vec<String>>,
 }
@@ -47,12 +47,12 @@ impl Section {
     }
 
     /// Where a row stands.
-    pub(super) fn place(&self, row: usize) -> &Place {
+    pub(super) fn place(&self, row: usize) -> &Location {
         self.places.get(row).unwrap_or(&self.place)
     }
 
     /// What it says beside its columns.
-    pub(super) fn setting(&self, key: &str) -> Option<&(String, Place)> {
+    pub(super) fn setting(&self, key: &str) -> Option<&(String, Location)> {
         self.settings.get(key)
     }
 }
@@ -60,13 +60,13 @@ impl Section {
 /// A cell of a column, before anything is known of it.
 struct Cell {
     text: String,
-    place: Place,
+    place: Location,
 }
 
 /// A column as it was found: a single value counts for all rows.
 struct Raw {
     header: String,
-    place: Place,
+    place: Location,
     cells: Vec<Cell>,
     is_single: bool,
 }
@@ -100,7 +100,7 @@ pub fn read(name: &str, text: &str, load: &Load<'_>) -> Reading {
     let sections =
         if is_csv { alone(name, text, &mut problems) } else { document(name, text, load, &mut problems) };
     if sections.is_empty() && problems.is_empty() {
-        let place = Place { file: name.to_owned(), line: 1 };
+        let place = Location { file: name.to_owned(), line: 1 };
         problems.push(Problem::unreadable(&place, "there is no measurement in this file"));
     }
     Reading { sections, problems }
@@ -108,7 +108,7 @@ pub fn read(name: &str, text: &str, load: &Load<'_>) -> Reading {
 
 /// A CSV file without a TOML file around it.
 fn alone(name: &str, text: &str, problems: &mut Vec<Problem>) -> Vec<Section> {
-    let place = Place { file: name.to_owned(), line: 1 };
+    let place = Location { file: name.to_owned(), line: 1 };
     let columns = csv(name, text, problems);
     let file = last_of(name);
     let stem = file.rsplit_once('.').map_or(file, |(stem, _)| stem);
@@ -125,7 +125,7 @@ fn line_of(text: &str, offset: usize) -> usize {
 }
 
 fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>) -> Vec<Section> {
-    let at = |offset: usize| Place { file: name.to_owned(), line: line_of(text, offset) };
+    let at = |offset: usize| Location { file: name.to_owned(), line: line_of(text, offset) };
     let (root, errors) = DeTable::parse_recoverable(text);
     for error in &errors {
         let place = at(error.span().map_or(0, |span| span.start));
@@ -167,16 +167,16 @@ fn document(name: &str, text: &str, load: &Load<'_>, problems: &mut Vec<Problem>
 }
 
 /// Where a line begins.
-fn key_start(text: &str, place: &Place) -> usize {
+fn key_start(text: &str, place: &Location) -> usize {
     text.split_inclusive('\n').take(place.line - 1).map(str::len).sum()
 }
 
 /// A section of a document.
 fn one(
     name: &str,
-    place: &Place,
+    place: &Location,
     table: &DeTable<'_>,
-    at: &dyn Fn(usize) -> Place,
+    at: &dyn Fn(usize) -> Location,
     load: &Load<'_>,
     problems: &mut Vec<Problem>,
 ) -> Option<Section> {
@@ -242,7 +242,7 @@ fn text_of(value: &DeValue<'_>) -> Option<String> {
 
 /// The columns of a CSV file. Where semicolons part them, numbers may have a decimal comma.
 fn csv(name: &str, text: &str, problems: &mut Vec<Problem>) -> Vec<Raw> {
-    let at = |line: u64| Place { file: name.to_owned(), line: usize::try_from(line).unwrap_or(1).max(1) };
+    let at = |line: u64| Location { file: name.to_owned(), line: usize::try_from(line).unwrap_or(1).max(1) };
     let header = text.lines().find(|l| !l.trim().is_empty() && !l.starts_with('#')).unwrap_or("");
     let delimiter = [b';', b'\t', b','].into_iter().find(|d| header.as_bytes().contains(d)).unwrap_or(b',');
     let mut reader = csv::ReaderBuilder::new()
@@ -310,8 +310,8 @@ fn header(text: &str) -> (String, Option<&str>) {
 /// Makes sense of columns.
 fn section(
     name: &str,
-    place: &Place,
-    settings: BTreeMap<String, (String, Place)>,
+    place: &Location,
+    settings: BTreeMap<String, (String, Location)>,
     source: &str,
     columns: Vec<Raw>,
     problems: &mut Vec<Problem>,
@@ -358,8 +358,8 @@ fn section(
 /// What is measured: what is said, or what the columns tell.
 fn kind_of(
     name: &str,
-    place: &Place,
-    said: Option<&(String, Place)>,
+    place: &Location,
+    said: Option<&(String, Location)>,
     names: &[&str],
 ) -> Result<Kind, Problem> {
     if let Some((text, at)) = said {

@@ -33,7 +33,7 @@ use grammar_lang::ir::RuleSet;
 pub use finding::{Change, Figure, Finding, Plot, Residual, Table};
 pub use kind::Kind;
 pub use measurements::{Load, Reading, Section, read};
-pub use problem::{Place, Problem};
+pub use problem::{Location, Problem};
 
 /// What measurements come to, in their order, for a grammar whose declarations they are for.
 ///

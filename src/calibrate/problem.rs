@@ -4,14 +4,14 @@ use std::fmt;
 
 /// A place in a file.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Place {
+pub struct Location {
     /// The file, as the user called it.
     pub file: String,
     /// The line, counted from 1.
     pub line: usize,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Location {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}:{}", self.file, self.line)
     }
@@ -21,7 +21,7 @@ impl fmt::Display for Place {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Where.
-    pub place: Place,
+    pub place: Location,
     /// What, and what would do instead.
     pub message: String,
     /// Whether the measurement contradicts itself or the grammar; else the file is not as it should be.
@@ -30,12 +30,12 @@ pub struct Problem {
 
 impl Problem {
     /// A file that is not as it should be.
-    pub(super) fn unreadable(place: &Place, message: impl Into<String>) -> Self {
+    pub(super) fn unreadable(place: &Location, message: impl Into<String>) -> Self {
         Self { place: place.clone(), message: message.into(), is_contradiction: false }
     }
 
     /// A measurement that contradicts itself or the grammar.
-    pub(super) fn contradiction(place: &Place, message: impl Into<String>) -> Self {
+    pub(super) fn contradiction(place: &Location, message: impl Into<String>) -> Self {
         Self { place: place.clone(), message: message.into(), is_contradiction: true }
     }
 }

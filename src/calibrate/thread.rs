@@ -5,7 +5,7 @@ use super::finding::{Change, Figure, Finding, Plot, Residual, Table};
 use super::lines::{at, reduce};
 use super::measurements::{Section, quantity};
 use super::monotone::ascending;
-use super::problem::{Place, Problem};
+use super::problem::{Location, Problem};
 use super::robust::quantiles;
 use super::statistics::{mean_and_deviation, slope};
 use crate::derive::random::Stream;
@@ -259,7 +259,7 @@ fn contradiction(section: &Section, lengths: &[f64], group: &Group, tolerance: f
 }
 
 /// Where another row is.
-fn seen(other: &Place, here: &Place) -> String {
+fn seen(other: &Location, here: &Location) -> String {
     if other == here { "in the same line".to_owned() } else { format!("in {other}") }
 }
 

@@ -14,8 +14,8 @@ use super::progress::{Progress, span};
 use super::{exit, interrupt, load};
 use crate::results::DesignError;
 use crate::results::folder::{Reopened, RunFolder};
+use crate::results::processes::Processes;
 use crate::results::saved::{Grammar, SavedDesign};
-use crate::results::sittings::Sittings;
 use crate::results::{archive, front, leftovers, robustness, saving, summary};
 use crate::search::{self, Best, End, Failure, Jobs, Limits, Observer, Outcome, Row, State, Unkept};
 use crate::simulate::{self, Stop};
@@ -66,7 +66,7 @@ impl Session<'_> {
         let before = state.spent();
         let mut progress = Progress::new(before, max_evals, deadline, &unit, quiet);
         progress.moved(state.moves(), state.best().map(|best| best.value), 0.0);
-        let sittings = Sittings::begin(folder.path(), before, threads);
+        let processes = Processes::begin(folder.path(), before, threads);
         let mut keeper = Keeper {
             rules: &rules,
             grammar,
@@ -77,7 +77,7 @@ impl Session<'_> {
             max_evals,
             every: work.checkpoint.1,
             kept: Instant::now(),
-            sittings,
+            processes,
             live,
         };
         if let Some(best) = state.best()
@@ -96,7 +96,7 @@ impl Session<'_> {
         // A run that found nothing gives its place back to the older one.
         if !keeper.folder.is_replacing() {
             keeper.folder.check_here().map_err(Fault::usage)?;
-            keeper.sittings.note(outcome.evaluations).map_err(Fault::usage)?;
+            keeper.processes.note(outcome.evaluations).map_err(Fault::usage)?;
         }
         if told {
             account(&outcome, before, started.elapsed(), &sources);
@@ -233,7 +233,7 @@ struct Keeper<'a> {
     /// How often a checkpoint is saved, and when the last one was.
     every: Duration,
     kept: Instant,
-    sittings: Sittings,
+    processes: Processes,
     live: Option<&'a Live>,
 }
 
@@ -358,7 +358,7 @@ impl Observer for Keeper<'_> {
     fn checkpoint(&mut self, state: &State, last: bool) -> Result<(), Unkept> {
         if last || self.kept.elapsed() >= self.every {
             self.folder.checkpoint(state, self.max_evals)?;
-            self.sittings.note(state.spent())?;
+            self.processes.note(state.spent())?;
             self.kept = Instant::now();
         }
         Ok(())

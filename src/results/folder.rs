@@ -13,11 +13,11 @@ use super::evals::{Evals, More};
 use super::genuine;
 use super::leftovers;
 use super::place::check_place;
+use super::processes::{self, PROCESSES};
 use super::run_files::{
     Asked, BEST, CHECKPOINT, EVALS, Finished, RESULT, RUN, SOURCES, asked, finished, frozen, is_run,
 };
 use super::saved::{Grammar, SavedDesign, hex};
-use super::sittings::SITTINGS;
 use super::whole::{
     aside, check_no_link, is_same, lock, lock_again, make_folder, read, write_own, write_whole,
 };
@@ -132,9 +132,17 @@ impl RunFolder {
         if finished(path)?.is_some() {
             return Err(FileError::Complete { folder: path.to_owned() });
         }
-        for own in
-            [archive::FOLDER, archive::TABLE, front::FOLDER, front::TABLE, BEST, EVALS, CHECKPOINT, SITTINGS]
-        {
+        for own in [
+            archive::FOLDER,
+            archive::TABLE,
+            front::FOLDER,
+            front::TABLE,
+            BEST,
+            EVALS,
+            CHECKPOINT,
+            PROCESSES,
+            processes::BEFORE,
+        ] {
             check_no_link(&path.join(own))?;
         }
         let text = read(&path.join(RUN))?;

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::processes::{self, PROCESSES};
 use super::run_files::{BEST, CHECKPOINT, EVALS, RESULT, RUN, SOURCES, asked, is_run};
 use super::seal::is_as_written;
-use super::sittings::SITTINGS;
 use super::whole::{entries, is_unfinished, lock};
 use super::{FileError, Unfit, archive, front, report};
 use crate::reading;
@@ -88,7 +88,7 @@ fn foreign_within(path: &Path) -> Option<String> {
 
 /// Whether what has this name in a folder was written by a run, or of it.
 fn is_own(path: &Path, name: &str) -> bool {
-    let of_run = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, SITTINGS];
+    let of_run = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, PROCESSES, processes::BEFORE];
     let kept = [archive::FOLDER, archive::TABLE, front::FOLDER, front::TABLE];
     // Pages and drawings are ours as long as nobody has edited them.
     let drawn = ["view.html", "schedule.svg", "difference.svg"];

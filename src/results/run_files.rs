@@ -9,8 +9,8 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::evals::Mark;
+use super::processes::{self, PROCESSES};
 use super::saved::{Grammar, hex};
-use super::sittings::SITTINGS;
 use super::whole::read;
 use super::{Damage, FileError, Unfit, archive, front};
 use crate::reading;
@@ -65,8 +65,10 @@ pub fn is_of_run(file: &Path) -> bool {
         |names: &[&str]| file.parent().is_some_and(|folder| folder.is_dir() && is_in(folder, names));
     let is_design =
         file.file_name().and_then(|name| name.to_str()).is_some_and(|n| n.ends_with(".design.json"));
-    is_in(file, &[RUN, EVALS, CHECKPOINT, BEST, RESULT, SITTINGS, archive::TABLE, front::TABLE])
-        || is_within(&[SOURCES])
+    is_in(
+        file,
+        &[RUN, EVALS, CHECKPOINT, BEST, RESULT, PROCESSES, processes::BEFORE, archive::TABLE, front::TABLE],
+    ) || is_within(&[SOURCES])
         || is_design && is_within(&[archive::FOLDER, front::FOLDER])
 }
 

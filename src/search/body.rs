@@ -3,7 +3,7 @@
 use grammar_lang::ir::{RuleSet, Task};
 
 use super::aim::Aim;
-use super::curves::{Pace, Streams, Tuner};
+use super::curves::{Progress, Streams, Tuner};
 use super::evaluator::{Engine, Evaluator};
 use super::state::{Body, Tune, Tuned, Tuning, Worth};
 use super::tally::{Missing, Tally};
@@ -67,36 +67,41 @@ pub(super) struct Tasks<'a> {
 
 impl<'a> Tasks<'a> {
     /// Goes on by a batch of evaluations.
-    pub(super) fn advance(&mut self, body: &mut Body, spent: &mut u64) -> Result<Pace, Failure> {
+    pub(super) fn advance(&mut self, body: &mut Body, spent: &mut u64) -> Result<Progress, Failure> {
         let tasks = &self.candidate.rules.tasks;
-        let Some((_, task)) = tasks.get_index(body.done) else { return Ok(Pace::Done) };
-        let pace = match self.advance_task(task, body, spent) {
+        let Some((_, task)) = tasks.get_index(body.done) else { return Ok(Progress::Done) };
+        let progress = match self.advance_task(task, body, spent) {
             // What the actuation cannot say of this body it may say of others. It counts as an
             // evaluation, or a search among such bodies would not end.
             Err(Failure::Expression(error)) if *spent > 1 => {
                 *spent += 1;
                 body.tuning = Tuning::default();
                 body.tuning.tally.count(Missing::Expression(error));
-                Pace::Done
+                Progress::Done
             }
             // So is what the solver cannot simulate: springs of a body may be too stiff for the step of the model.
             Err(Failure::Unfit(unfit)) if *spent > 0 => {
                 *spent += 1;
                 body.tuning = Tuning::default();
                 body.tuning.tally.count(Missing::Unfit(unfit.reason));
-                Pace::Done
+                Progress::Done
             }
-            pace => pace?,
+            progress => progress?,
         };
-        if pace != Pace::Done {
-            return Ok(pace);
+        if progress != Progress::Done {
+            return Ok(progress);
         }
         self.tuner = None;
         body.close();
-        Ok(if body.done < tasks.len() { Pace::More } else { Pace::Done })
+        Ok(if body.done < tasks.len() { Progress::More } else { Progress::Done })
     }
 
-    fn advance_task(&mut self, task: &'a Task, body: &mut Body, spent: &mut u64) -> Result<Pace, Failure> {
+    fn advance_task(
+        &mut self,
+        task: &'a Task,
+        body: &mut Body,
+        spent: &mut u64,
+    ) -> Result<Progress, Failure> {
         let tuner = match &mut self.tuner {
             Some(tuner) => tuner,
             none => {
@@ -167,7 +172,7 @@ impl Body {
         (self.tuning.temperature(), value)
     }
 
-    /// What was found, and the value of all tasks together; and what came to nothing.
+    /// What was found, and the value of all tasks together; and the evaluations that failed.
     pub(super) fn found(self, rules: &RuleSet, derivation: &Derivation) -> (Option<(Vec<Tune>, f64)>, Tally) {
         let mut tally = self.tally;
         if self.tunes.len() != rules.tasks.len() {

@@ -8,10 +8,10 @@ use super::Failure;
 
 /// Threads that several searches share: each gets more when others have ended.
 #[derive(Clone, Debug)]
-pub struct Threads(Arc<Table>);
+pub struct Threads(Arc<Roster>);
 
 #[derive(Debug)]
-struct Table {
+struct Roster {
     /// How many threads there are.
     all: usize,
     seats: Mutex<Seats>,
@@ -25,7 +25,7 @@ struct Seats {
     held: BTreeSet<usize>,
 }
 
-impl Table {
+impl Roster {
     fn seats(&self) -> MutexGuard<'_, Seats> {
         // Every change is whole.
         self.seats.lock().unwrap_or_else(PoisonError::into_inner)
@@ -36,7 +36,7 @@ impl Threads {
     /// So many threads; at least one.
     #[must_use]
     pub fn new(all: usize) -> Self {
-        Self(Arc::new(Table { all: all.max(1), seats: Mutex::default() }))
+        Self(Arc::new(Roster { all: all.max(1), seats: Mutex::default() }))
     }
 
     /// The share of one more search, until it and all its clones are dropped.
@@ -52,7 +52,7 @@ impl Threads {
 
 #[derive(Debug)]
 struct Seat {
-    table: Arc<Table>,
+    table: Arc<Roster>,
     number: usize,
 }
 

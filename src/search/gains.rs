@@ -12,7 +12,7 @@ pub(super) struct Gains(Vec<VecDeque<f64>>);
 impl Gains {
     pub(super) const NONE: Self = Self(Vec::new());
 
-    /// What a move of a chain gained; negative infinity if it came to nothing.
+    /// What a move of a chain gained; negative infinity if it failed.
     pub(super) fn learn(&mut self, chain: usize, gain: f64) {
         if self.0.len() <= chain {
             self.0.resize(chain + 1, VecDeque::new());

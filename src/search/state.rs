@@ -26,13 +26,13 @@ pub struct State<D = Arc<Derivation>> {
     pub(super) bodies: usize,
     /// Moves in a row that could do nothing.
     pub(super) idle_moves: usize,
-    /// Evaluations that came to nothing, of all bodies judged.
+    /// Failed evaluations, of all bodies judged.
     pub(super) tally: Tally,
     /// The worlds that were the hardest for the body that was judged last, where there is one task and it runs over worlds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) hardest: Vec<usize>,
     /// The design that the search began with.
-    pub(super) first: Place<D>,
+    pub(super) first: Incumbent<D>,
     /// The designs that moves start from; none before the first design is judged, and where bodies are not searched
     /// for.
     pub(super) designs: Option<Designs<D>>,
@@ -91,9 +91,9 @@ pub(super) struct BodyChains<D> {
     pub(super) walk: Vec<f64>,
 }
 
-/// A design that was judged.
+/// A design that was judged, and that moves may go on from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub(super) struct Place<D> {
+pub(super) struct Incumbent<D> {
     /// The move that made it; 0 is the initial design.
     pub(super) number: usize,
     pub(super) derivation: D,
@@ -107,7 +107,7 @@ pub(super) struct Place<D> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct BodyChain<D> {
     /// The design that its next move starts from.
-    pub(super) at: Place<D>,
+    pub(super) at: Incumbent<D>,
     pub(super) standing: Standing,
 }
 
@@ -226,7 +226,7 @@ pub(super) struct Body {
     /// Where the search for their curves stands, in case that it goes on.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(super) tunings: Vec<Tuning>,
-    /// Evaluations that came to nothing in them.
+    /// Failed evaluations in them.
     pub(super) tally: Tally,
     /// The task after those.
     pub(super) tuning: Tuning,
@@ -378,7 +378,7 @@ impl State {
             idle_moves: 0,
             tally: Tally::default(),
             hardest: Vec::new(),
-            first: Place { number: 0, derivation: Arc::clone(&first), value: None, tunes: Vec::new() },
+            first: Incumbent { number: 0, derivation: Arc::clone(&first), value: None, tunes: Vec::new() },
             designs: None,
             course: Course::default(),
             iteration: None,
@@ -520,7 +520,7 @@ impl<D> State<D> {
 
 impl<D: Clone> BodyChains<D> {
     /// So many chains at one design.
-    pub(super) fn at(design: &Place<D>, count: usize) -> Self {
+    pub(super) fn at(design: &Incumbent<D>, count: usize) -> Self {
         let chain = BodyChain { at: design.clone(), standing: Standing::default() };
         Self { chains: vec![chain; count], turn: 0, walk: Vec::new() }
     }
@@ -560,10 +560,10 @@ impl<D> Designs<D> {
     }
 }
 
-impl<D> Place<D> {
-    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Place<T>, E> {
+impl<D> Incumbent<D> {
+    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Incumbent<T>, E> {
         let Self { number, derivation, value, tunes } = self;
-        Ok(Place { number, derivation: change(derivation)?, value, tunes })
+        Ok(Incumbent { number, derivation: change(derivation)?, value, tunes })
     }
 }
 

@@ -1,4 +1,4 @@
-//! Evaluations that came to nothing, counted by reason.
+//! Failed evaluations, counted by reason.
 
 use std::collections::BTreeMap;
 
@@ -29,7 +29,7 @@ pub(crate) enum Missing {
     Unfit(String),
 }
 
-/// How many evaluations came to nothing, and why.
+/// How many evaluations failed, and why.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tally {
     /// Evaluations whose motion may not be scored.

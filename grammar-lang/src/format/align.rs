@@ -2,7 +2,7 @@
 
 use super::layout::Layout;
 use super::lines::Line;
-use super::table::{SECOND, TABLES, Table, WIDTH};
+use super::table::{Columns, SECOND, TABLES, WIDTH};
 use super::trivia::Trivia;
 use crate::syntax::{Node, Tree};
 
@@ -67,7 +67,7 @@ fn row<'a>(tree: &Tree<'_>, line: &'a Line) -> Option<Row<'a>> {
 }
 
 /// Pads the rows of one run: as many columns as there is room for.
-fn settle(layout: &mut Layout, table: &Table, rows: &[&Row<'_>]) {
+fn settle(layout: &mut Layout, table: &Columns, rows: &[&Row<'_>]) {
     let width = |layout: &Layout, row: &Row<'_>| row.line.indent + layout.width(row.line.first..row.line.end);
     let fits = |layout: &Layout, row: &Row<'_>| {
         width(layout, row) <= table.width && !layout.is_broken(row.line.first..row.line.end)

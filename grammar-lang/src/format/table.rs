@@ -16,7 +16,7 @@ pub(super) const LINES: &[&str] = &["item", "_clause", "_edit"];
 pub(super) const FIRST_WORDS: &[(&str, usize)] = &[("rule_clause", 8), ("actuation_clause", 7)];
 
 /// Lines that are aligned with each other where they follow one upon the other.
-pub(super) struct Table {
+pub(super) struct Columns {
     /// The pairs that are its rows.
     pub(super) rows: &'static [&'static str],
     /// What begins each further column: one of some direct parts of the row.
@@ -28,7 +28,7 @@ pub(super) struct Table {
 /// A column that begins with the second word of the line, whatever it is.
 pub(super) const SECOND: &[&str] = &[];
 
-pub(super) const TABLES: &[Table] = &[
+pub(super) const TABLES: &[Columns] = &[
     table(&["use_item"], &[&["name_list"]]),
     table(&["param_item"], &[&["colon"], &["kw_in"], &["equals"]]),
     table(&["let_item", "drive_clause"], &[&["equals"]]),
@@ -79,10 +79,10 @@ pub(super) const PREFIXES: &[(&str, &str)] = &[("sign", "-")];
 /// Signs that stand right after what precedes them, by the pair that they are part of.
 pub(super) const SUFFIXES: &[(&str, &str)] = &[("quantifier", ":")];
 
-const fn table(rows: &'static [&'static str], columns: &'static [&'static [&'static str]]) -> Table {
-    Table { rows, columns, width: WIDTH }
+const fn table(rows: &'static [&'static str], columns: &'static [&'static [&'static str]]) -> Columns {
+    Columns { rows, columns, width: WIDTH }
 }
 
-const fn wide_table(rows: &'static [&'static str], columns: &'static [&'static [&'static str]]) -> Table {
-    Table { rows, columns, width: TABLE_WIDTH }
+const fn wide_table(rows: &'static [&'static str], columns: &'static [&'static [&'static str]]) -> Columns {
+    Columns { rows, columns, width: TABLE_WIDTH }
 }

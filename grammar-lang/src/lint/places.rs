@@ -6,7 +6,7 @@ use crate::ir::{Effect, Expr, Kernel, Rule, SearchMethod, Spread};
 use super::known::Known;
 
 /// Expressions that stand together, with what is known of the locals that they may read.
-pub(super) struct Place<'r> {
+pub(super) struct Scoped<'r> {
     pub(super) exprs: Vec<&'r Expr>,
     pub(super) locals: Vec<Abstract>,
 }
@@ -18,10 +18,10 @@ pub(super) fn conditions(rule: &Rule) -> impl Iterator<Item = &Expr> {
 }
 
 /// Every expression that is evaluated while designs are made, driven, scored and searched.
-pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Place<'r>> {
+pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
     let ruleset = known.ruleset;
     let mut all = Vec::new();
-    let mut add = |exprs: Vec<&'r Expr>, locals: Vec<Abstract>| all.push(Place { exprs, locals });
+    let mut add = |exprs: Vec<&'r Expr>, locals: Vec<Abstract>| all.push(Scoped { exprs, locals });
     for (rule, locals) in known.rules() {
         add(in_rule(rule), locals.narrowed.clone());
         add(vec![&rule.weight], Vec::new());

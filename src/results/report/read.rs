@@ -15,11 +15,11 @@ use crate::results::elsewhere::{Tested, tested};
 use crate::results::folder;
 use crate::results::genuine;
 use crate::results::place::{RUNS, is_series};
+use crate::results::processes::{self, Process};
 use crate::results::robustness::confirmed;
 use crate::results::run_files::{self, Asked, BEST, EVALS, Finished, RUN};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::series::{self, run_folder};
-use crate::results::sittings::{self, Sitting};
 use crate::results::whole::is_locked;
 
 /// The rules of a grammar and their texts, or why this version of sgc cannot read them.
@@ -49,7 +49,7 @@ pub(crate) struct Run {
     /// The best design so far, or why it cannot be read; none if there is none.
     pub(crate) design: Option<Result<Found, Lost>>,
     /// None where nobody kept count.
-    pub(crate) sittings: Option<Vec<Sitting>>,
+    pub(crate) processes: Option<Vec<Process>>,
 }
 
 /// A saved design with the rules that made it.
@@ -306,7 +306,7 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
         Ok(Found { design, rules })
     };
     let design = best.exists().then(found);
-    Ok(Run { path: path.to_owned(), asked, rules, standing, moves, design, sittings: sittings::read(path) })
+    Ok(Run { path: path.to_owned(), asked, rules, standing, moves, design, processes: processes::read(path) })
 }
 
 /// Grammars that have been compiled already: runs share them.

@@ -5,7 +5,7 @@ use std::path::Path;
 use super::gather::tests::{group, run, two};
 use super::read::{Group, Standing};
 use super::{Reload, TABLES, page, relative};
-use crate::results::sittings::Sitting;
+use crate::results::processes::Process;
 
 /// The words of a page: what is not in the style or a tag, a line for each tag that ends one.
 fn words(page: &str) -> String {
@@ -40,7 +40,7 @@ fn written(groups: &[Group]) -> String {
 /// Two complete runs, and a group of one that was stopped.
 fn both() -> Vec<Group> {
     let mut first = two();
-    first.runs[0].sittings = Some(vec![Sitting { begin: 0, end: 8, seconds: 2.0, threads: 2 }]);
+    first.runs[0].processes = Some(vec![Process { begin: 0, end: 8, seconds: 2.0, threads: 2 }]);
     let mut other = group(vec![run(3, "0,0,,,1,0,1,true,1,0,1,0,0,\n1,0,add,,2,0,3,true,3,9,2,0,0,\n")]);
     other.name = "other <b>".to_owned();
     other.runs[0].standing = Standing::Stopped;

@@ -18,7 +18,7 @@ use super::super::aim::Aim;
 use super::super::body::{Known, Tasks};
 use super::super::cache::{self, Subject};
 use super::super::crew::{Crew, Jobs};
-use super::super::curves::Pace;
+use super::super::curves::Progress;
 use super::super::evaluator::Engine;
 use super::super::state::{Body, Trial, Tune, Tuned, Worth};
 use crate::derive::{Candidate, Derivation};
@@ -240,11 +240,11 @@ impl Helper {
         let (mut body, mut spent) = (Body::default(), 2);
         loop {
             match tasks.advance(&mut body, &mut spent) {
-                Ok(Pace::More) if self.relieved.load(Ordering::Relaxed) => return None,
-                Ok(Pace::More) => {}
-                Ok(Pace::Done) => return Some(body.found(rules, &derivation).0),
+                Ok(Progress::More) if self.relieved.load(Ordering::Relaxed) => return None,
+                Ok(Progress::More) => {}
+                Ok(Progress::Done) => return Some(body.found(rules, &derivation).0),
                 // The search itself will come to the same error, if it comes there.
-                Ok(Pace::Cut(_)) | Err(_) => return None,
+                Ok(Progress::Cut(_)) | Err(_) => return None,
             }
         }
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use grammar_lang::ir::{Annealing, Schedule};
 
 use super::super::schedule::{Plan, Stand, deviation, exchange, neighbours};
-use super::super::state::{BodyChain, BodyChains, Designs, Place, State};
+use super::super::state::{BodyChain, BodyChains, Designs, Incumbent, State};
 use super::super::{Failure, accepts};
 use super::{Begun, Bodies, End};
 use crate::derive::Derivation;
@@ -94,7 +94,7 @@ impl Bodies<'_> {
     }
 
     /// Metropolis's rule for the chain that tried a design; a random walk accepts whatever has a value.
-    pub(super) fn accept(&mut self, chain: usize, tried: &Place<Arc<Derivation>>, drawn: f64) -> bool {
+    pub(super) fn accept(&mut self, chain: usize, tried: &Incumbent<Arc<Derivation>>, drawn: f64) -> bool {
         let is_walk = self.is_walk(&self.state);
         let new = self.fitness(tried.value);
         let Some(current) = self.state.chains().get(chain).map(|chain| self.fitness(chain.at.value)) else {

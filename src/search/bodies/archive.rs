@@ -6,7 +6,7 @@ use std::sync::Arc;
 use grammar_lang::ir::{Archive, Descriptor};
 
 use super::super::evaluator::Evaluator;
-use super::super::state::{Best, Designs, Place, Trial};
+use super::super::state::{Best, Designs, Incumbent, Trial};
 use super::super::{Bounds, Failure};
 use super::{Bodies, Described, End};
 use crate::derive::random::Stream;
@@ -67,7 +67,7 @@ impl Bodies<'_> {
     pub(super) fn keep_of_kind(
         &mut self,
         cell: Vec<usize>,
-        place: Place<Arc<Derivation>>,
+        place: Incumbent<Arc<Derivation>>,
     ) -> Result<bool, Failure> {
         let Some(value) = place.value else { return Ok(false) };
         let direction = self.rules.objective.direction;
@@ -78,7 +78,7 @@ impl Bodies<'_> {
         {
             return Ok(false);
         }
-        let Place { derivation, tunes, .. } = place;
+        let Incumbent { derivation, tunes, .. } = place;
         let best = Best { derivation, tasks: tunes, value, beside: Vec::new(), found_at: self.state.moves };
         let place = match found {
             Ok(known) => {

@@ -7,7 +7,7 @@ use grammar_lang::ir::{Direction, RuleSet};
 
 use super::super::Failure;
 use super::super::aim::Aim;
-use super::super::state::{Best, Designs, Member, Place, Tune, Tuned};
+use super::super::state::{Best, Designs, Incumbent, Member, Tune, Tuned};
 use super::Bodies;
 use crate::derive::Derivation;
 use crate::derive::random::Stream;
@@ -121,7 +121,7 @@ impl Bodies<'_> {
     /// Keeps a design if no other is as good in every objective; those that it is better than leave. Whether it is kept.
     pub(super) fn keep_on_front(
         &mut self,
-        place: &Place<Arc<Derivation>>,
+        place: &Incumbent<Arc<Derivation>>,
         beside: &[f64],
         tuned: &Tuned,
     ) -> Result<bool, Failure> {
@@ -129,7 +129,7 @@ impl Bodies<'_> {
         let (Some(_), Some(value)) = (rules.search.front(), place.value) else { return Ok(false) };
         let size = self.size()?;
         let Some(Designs::Front(members)) = &mut self.state.designs else { return Ok(false) };
-        let Place { number, derivation, tunes, .. } = place.clone();
+        let Incumbent { number, derivation, tunes, .. } = place.clone();
         let best = Best { derivation, tasks: tunes, value, beside: beside.to_vec(), found_at: number };
         let own = point(rules, &best.each());
         let points = |members: &[Member<_>]| -> Vec<Point> {

@@ -16,11 +16,13 @@ use super::aim::Aim;
 use super::body::{Known, Tasks, inherited};
 use super::cache::Cache;
 use super::crew::Crew;
-use super::curves::{Pace, Streams};
+use super::curves::{Progress, Streams};
 use super::evaluator::Engine;
 use super::gains::Gains;
 use super::schedule::{Around, Course, Iteration, Plan, Stand};
-use super::state::{Best, Body, Designs, Members, Origin, Place, State, Trial, Tune, Tuned, Tuning, Worth};
+use super::state::{
+    Best, Body, Designs, Incumbent, Members, Origin, State, Trial, Tune, Tuned, Tuning, Worth,
+};
 use super::tally::Tally;
 use super::{Bounds, End, Failure, Limits, MOST_IDLE_MOVES, Unkept};
 use crate::derive::random::Stream;
@@ -67,7 +69,7 @@ pub struct Row {
     pub beside: Vec<f64>,
     /// All evaluations spent so far.
     pub evaluations: u64,
-    /// Evaluations of this move that came to nothing.
+    /// Failed evaluations of this move.
     pub tally: Tally,
     /// What was observed of the design with its best curves, in the order of the rule set; empty if it has no value.
     pub observed: Vec<Option<Observed>>,
@@ -136,7 +138,7 @@ pub struct Outcome {
     pub moves: usize,
     /// Bodies whose curves were tuned.
     pub bodies: usize,
-    /// Evaluations that came to nothing.
+    /// Failed evaluations.
     pub tally: Tally,
     /// Why it ended.
     pub end: End,
@@ -316,9 +318,9 @@ pub fn tune_body(
     let (mut body, mut spent) = (Body::default(), 0);
     let end = loop {
         match tasks.advance(&mut body, &mut spent)? {
-            Pace::More => {}
-            Pace::Done => break End::Stopped,
-            Pace::Cut(end) => {
+            Progress::More => {}
+            Progress::Done => break End::Stopped,
+            Progress::Cut(end) => {
                 body.close();
                 break end;
             }
@@ -371,7 +373,7 @@ impl Bodies<'_> {
     }
 
     /// Begins the loop with the first design.
-    fn begin_designs(&mut self, first: Place<Arc<Derivation>>) {
+    fn begin_designs(&mut self, first: Incumbent<Arc<Derivation>>) {
         self.state.course = Course::new(self.rules.objective.direction, first.value);
         self.state.first = first;
         match self.rules.search.bodies.as_ref().map(|bodies| &bodies.method) {
@@ -451,7 +453,7 @@ impl Bodies<'_> {
         let drawn = random.unit();
         let aim = self.aim(number);
         let Parent { place, further } = self.parent(chain, aim.as_ref(), &mut random)?;
-        let Place { number: parent, derivation, tunes, .. } = place;
+        let Incumbent { number: parent, derivation, tunes, .. } = place;
         if further.is_some() {
             self.made_move(number);
             // It is of use if it finds something.
@@ -533,7 +535,7 @@ impl Bodies<'_> {
         }
         let place = match self.elite(random).cloned() {
             Some(Best { derivation, tasks, value, found_at, .. }) => {
-                Place { number: found_at, derivation, value: Some(value), tunes: tasks }
+                Incumbent { number: found_at, derivation, value: Some(value), tunes: tasks }
             }
             None => state.chains().get(chain).map_or(&state.first, |chain| &chain.at).clone(),
         };
@@ -575,13 +577,13 @@ impl Bodies<'_> {
             }
             let State { trial: Some(trial), spent, .. } = &mut self.state else { return Ok(None) };
             match tasks.advance(&mut trial.body, spent)? {
-                Pace::Done => break None,
-                Pace::Cut(end) if end.is_early() => return Ok(Some(end)),
-                Pace::Cut(end) => {
+                Progress::Done => break None,
+                Progress::Cut(end) if end.is_early() => return Ok(Some(end)),
+                Progress::Cut(end) => {
                     trial.body.close();
                     break Some(end);
                 }
-                Pace::More => {}
+                Progress::More => {}
             }
             let (temperature, best) = trial.body.progress();
             self.observer.evaluated(self.state.spent, best, temperature);
@@ -667,7 +669,7 @@ impl Bodies<'_> {
             if let [one] = tunes.as_slice() { (one.nominal, one.at_most_in) } else { (None, None) };
         let number = self.state.moves;
         let beside = self.beside(&derivation, &tunes)?;
-        let place = Place { number, derivation: Arc::clone(&derivation), value, tunes };
+        let place = Incumbent { number, derivation: Arc::clone(&derivation), value, tunes };
         if let Some(best) = self.better(&derivation, found, &beside) {
             self.observer.improved(&best)?;
             self.state.best = Some(best);

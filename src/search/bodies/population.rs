@@ -8,7 +8,7 @@ use grammar_lang::ir::{Direction, MOST_ON_FRONT, Schedule, Selection};
 use super::super::Failure;
 use super::super::aim::Aim;
 use super::super::schedule::{Course, Plan, Stand};
-use super::super::state::{Best, Designs, Member, Members, Place, Tuned};
+use super::super::state::{Best, Designs, Incumbent, Member, Members, Tuned};
 use super::Bodies;
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation};
@@ -26,7 +26,7 @@ pub(super) struct Tournament<'a> {
 
 /// What a move begins with.
 pub(super) struct Parent {
-    pub(super) place: Place<Arc<Derivation>>,
+    pub(super) place: Incumbent<Arc<Derivation>>,
     /// Where the search for its curves stands, if the move is to tune them further.
     pub(super) further: Option<Tuned>,
 }
@@ -76,7 +76,7 @@ impl Bodies<'_> {
         let Best { derivation, tasks, value, found_at, .. } = best.clone();
         let further = (wants_further && self.is_tunable(&derivation)).then(|| tuned.clone());
         Some(Parent {
-            place: Place { number: found_at, derivation, value: Some(value), tunes: tasks },
+            place: Incumbent { number: found_at, derivation, value: Some(value), tunes: tasks },
             further,
         })
     }
@@ -130,7 +130,7 @@ impl Bodies<'_> {
     /// of those that are kept, with its curves tuned further.
     pub(super) fn keep_member(
         &mut self,
-        place: Place<Arc<Derivation>>,
+        place: Incumbent<Arc<Derivation>>,
         tuned: Tuned,
         is_further: bool,
     ) -> Result<bool, Failure> {
@@ -142,7 +142,7 @@ impl Bodies<'_> {
         let Some(Designs::Population(Members { kept: members, .. })) = &mut self.state.designs else {
             return Ok(false);
         };
-        let Place { number, derivation, tunes, .. } = place;
+        let Incumbent { number, derivation, tunes, .. } = place;
         let hash = |derivation: &Derivation| derivation.design.canonical_hash(rules);
         let own = hash(&derivation);
         let best = Best { derivation, tasks: tunes, value, beside: Vec::new(), found_at: number };

@@ -8,7 +8,7 @@ use super::super::state::{Chain, Chains, Tuning};
 use super::super::{Failure, accepts};
 use super::futures::{Annealed, Neighbour};
 use super::judging::{Counted, When};
-use super::{Pace, Tuner, best};
+use super::{Progress, Tuner, best};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
 
@@ -27,9 +27,9 @@ impl Tuner<'_> {
         tuning: &mut Tuning,
         chains: &mut Chains,
         spent: &mut u64,
-    ) -> Result<Pace, Failure> {
+    ) -> Result<Progress, Failure> {
         if let Some(end) = self.bounds.exhausted(*spent) {
-            return Ok(Pace::Cut(end));
+            return Ok(Progress::Cut(end));
         }
         if let Some(walk) = how.annealing.walk
             && chains.course.deviation.is_none()
@@ -42,7 +42,7 @@ impl Tuner<'_> {
             None => self.begin_iteration(how, chains)?,
         }) else {
             let is_judged = self.judge_offered(tuning, spent, When::AtTheEnd)?;
-            return if is_judged { Ok(Pace::Done) } else { self.stopped() };
+            return if is_judged { Ok(Progress::Done) } else { self.stopped() };
         };
         chains.iteration = Some(iteration);
         if iteration.made < iteration.moves && !self.moves(how, tuning, chains, spent)? {
@@ -55,14 +55,14 @@ impl Tuner<'_> {
             self.spent = self.bounds.share(*spent);
             // If judging is stopped, the iteration ends once more from here.
             let mut after = chains.clone();
-            let pace = self.end_iteration(how, tuning, &mut after)?;
-            if pace == Pace::Done && !self.judge_offered(tuning, spent, When::AtTheEnd)? {
+            let progress = self.end_iteration(how, tuning, &mut after)?;
+            if progress == Progress::Done && !self.judge_offered(tuning, spent, When::AtTheEnd)? {
                 return self.stopped();
             }
             *chains = after;
-            return Ok(pace);
+            return Ok(progress);
         }
-        Ok(Pace::More)
+        Ok(Progress::More)
     }
 
     fn begin_iteration(&self, how: Annealed<'_>, chains: &mut Chains) -> Result<Option<Iteration>, Failure> {
@@ -84,7 +84,7 @@ impl Tuner<'_> {
         how: Annealed<'_>,
         tuning: &Tuning,
         chains: &mut Chains,
-    ) -> Result<Pace, Failure> {
+    ) -> Result<Progress, Failure> {
         chains.iteration = None;
         chains.course.complete(best(tuning));
         let Chains { course, chains, .. } = chains;
@@ -94,7 +94,7 @@ impl Tuner<'_> {
             is_over &= self.plan(how.schedule, course, Stand::Chain(number, &chain.standing)).stops()?;
         }
         if is_over {
-            return Ok(Pace::Done);
+            return Ok(Progress::Done);
         }
         if chains.len() > 1
             && self
@@ -112,7 +112,7 @@ impl Tuner<'_> {
                 }
             }
         }
-        Ok(Pace::More)
+        Ok(Progress::More)
     }
 
     pub(super) fn plan<'p>(
@@ -133,7 +133,7 @@ impl Tuner<'_> {
         tuning: &mut Tuning,
         chains: &mut Chains,
         spent: &mut u64,
-    ) -> Result<Pace, Failure> {
+    ) -> Result<Progress, Failure> {
         let (threads, lanes) = self.evaluator.room();
         let from = chains.walk.1;
         let to = walk.min(from + threads * lanes);
@@ -143,7 +143,7 @@ impl Tuner<'_> {
         let Some(values) = self.evaluator.evaluate(self.bounds.stop, &points) else { return self.stopped() };
         for (point, evaluated) in points.iter().zip(values) {
             if let Some(end) = self.bounds.exhausted(*spent) {
-                return Ok(Pace::Cut(end));
+                return Ok(Progress::Cut(end));
             }
             match self.count(tuning, point, evaluated, spent)? {
                 Counted::Stopped => return self.stopped(),
@@ -155,7 +155,7 @@ impl Tuner<'_> {
             chains.course.deviation = Some(deviation(&chains.walk.0));
             chains.walk.0.clear();
         }
-        Ok(Pace::More)
+        Ok(Progress::More)
     }
 
     /// Makes moves as far as a batch of evaluations reaches, the chains in turn; whether it was not stopped.

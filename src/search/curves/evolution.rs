@@ -10,7 +10,7 @@ use super::super::Failure;
 use super::super::schedule::{Course, Iteration, Plan, Stand};
 use super::super::state::{Distribution, Tuning};
 use super::judging::{Counted, When};
-use super::{Pace, Tuner, best};
+use super::{Progress, Tuner, best};
 use crate::derive::Candidate;
 use crate::drive::Parameters;
 
@@ -40,14 +40,14 @@ impl Tuner<'_> {
         tuning: &mut Tuning,
         state: &mut Distribution,
         spent: &mut u64,
-    ) -> Result<Pace, Failure> {
+    ) -> Result<Progress, Failure> {
         if let Some(end) = self.bounds.exhausted(*spent) {
-            return Ok(Pace::Cut(end));
+            return Ok(Progress::Cut(end));
         }
         self.spent = self.bounds.share(*spent);
         let Some(Iteration { moves, .. }) = self.plan_of(schedule, state).begin()? else {
             let is_judged = self.judge_offered(tuning, spent, When::AtTheEnd)?;
-            return if is_judged { Ok(Pace::Done) } else { self.stopped() };
+            return if is_judged { Ok(Progress::Done) } else { self.stopped() };
         };
         let mut random = self.stream(&format!("generation {}", state.course.iteration));
         let points = state.sample(moves.clamp(FEWEST, MOST), &mut || random.normal(0.0, 1.0));
@@ -65,7 +65,7 @@ impl Tuner<'_> {
                 if !end.is_early() {
                     (*tuning, *spent) = (now, counted);
                 }
-                return Ok(Pace::Cut(end));
+                return Ok(Progress::Cut(end));
             }
             let each = evaluated.each.clone();
             let fitness = match self.count(&mut now, candidate, evaluated, &mut counted)? {
@@ -90,12 +90,12 @@ impl Tuner<'_> {
         }
         (*tuning, *spent, *state) = (now, counted, next);
         if is_over {
-            return Ok(Pace::Done);
+            return Ok(Progress::Done);
         }
         if !is_sound || self.plan_of(schedule, state).restarts(cma_es.restart.as_ref())? {
             self.restart(cma_es, state);
         }
-        Ok(Pace::More)
+        Ok(Progress::More)
     }
 
     /// Begins anew elsewhere, with the course of the search as it is.
@@ -206,9 +206,9 @@ impl Distribution {
             next += one * one.transpose() * (rate_many * *weight);
         }
         self.mean = (mean + step * self.sigma).iter().map(|x| x.clamp(0.0, 1.0)).collect();
-        let pace = (rate_sigma / damping) * (sigma_path.norm() / normal_length - 1.0);
+        let change = (rate_sigma / damping) * (sigma_path.norm() / normal_length - 1.0);
         // At most by a factor in a generation, and no wider than the ranges.
-        self.sigma = (self.sigma * libm::exp(pace.min(1.0))).min(1.0);
+        self.sigma = (self.sigma * libm::exp(change.min(1.0))).min(1.0);
         self.covariance = next.as_slice().to_vec();
         self.sigma_path = sigma_path.as_slice().to_vec();
         self.path = path.as_slice().to_vec();

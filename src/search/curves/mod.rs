@@ -25,7 +25,7 @@ const NO_PARENT: f64 = -1e100;
 
 /// How a loop stands after a batch of evaluations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Pace {
+pub(super) enum Progress {
     /// There is more to do.
     More,
     /// It is complete.
@@ -125,7 +125,7 @@ impl<'a> Tuner<'a> {
 
     /// Goes on by a batch of evaluations. Moves are made whole or not at all, so that the state is
     /// sound whenever this returns.
-    pub(super) fn advance(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
+    pub(super) fn advance(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Progress, Failure> {
         self.forecast.threads = self.evaluator.room().0;
         // What is no better than the best so far will not become it.
         self.evaluator.observed_above = match self.evaluator.worlds() {
@@ -136,9 +136,9 @@ impl<'a> Tuner<'a> {
         let Some(mut curves) = tuning.loops.take() else { return self.begin(tuning, spent) };
         let Some(CurveLoop { schedule, method, .. }) = self.looped() else {
             tuning.loops = Some(curves);
-            return Ok(Pace::Done);
+            return Ok(Progress::Done);
         };
-        let pace = match (&mut curves, method) {
+        let progress = match (&mut curves, method) {
             (Curves::Chains(chains), CurveMethod::Annealing(annealing)) => {
                 self.anneal(Annealed { schedule, annealing }, tuning, chains, spent)
             }
@@ -147,22 +147,22 @@ impl<'a> Tuner<'a> {
             }
             // A state is begun with the method that it goes on with.
             (Curves::Chains(_), CurveMethod::CmaEs(_))
-            | (Curves::Distribution(_), CurveMethod::Annealing(_)) => Ok(Pace::Done),
+            | (Curves::Distribution(_), CurveMethod::Annealing(_)) => Ok(Progress::Done),
         };
         tuning.loops = Some(curves);
         // Where the evaluations end before any curves were judged in all worlds, the best of them are.
-        if let Ok(Pace::Cut(end)) = &pace
+        if let Ok(Progress::Cut(end)) = &progress
             && !end.is_early()
             && tuning.found.is_none()
             && !self.judge_offered(tuning, spent, When::AtTheEnd)?
         {
             return self.stopped();
         }
-        pace
+        progress
     }
 
     /// Evaluates the curves that the search starts from.
-    fn begin(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Pace, Failure> {
+    fn begin(&mut self, tuning: &mut Tuning, spent: &mut u64) -> Result<Progress, Failure> {
         let method = self.looped().map(|looped| &looped.method);
         let chains = match method {
             Some(CurveMethod::Annealing(annealing)) => annealing.chains.unwrap_or(1),
@@ -193,11 +193,11 @@ impl<'a> Tuner<'a> {
             }
         });
         (*tuning, *spent) = (now, counted);
-        Ok(if method.is_some() { Pace::More } else { Pace::Done })
+        Ok(if method.is_some() { Progress::More } else { Progress::Done })
     }
 
-    fn stopped(&self) -> Result<Pace, Failure> {
-        Ok(Pace::Cut(self.bounds.stopped().unwrap_or(End::Interrupted)))
+    fn stopped(&self) -> Result<Progress, Failure> {
+        Ok(Progress::Cut(self.bounds.stopped().unwrap_or(End::Interrupted)))
     }
 }
 

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::place::Place;
+use super::place::LineColumn;
 use crate::diagnostics::{Diagnostic, Fix};
 use crate::source::SourceMap;
 
@@ -20,7 +20,7 @@ struct Finding<'a> {
 #[derive(Serialize)]
 struct Label<'a> {
     #[serde(flatten)]
-    place: Place<'a>,
+    place: LineColumn<'a>,
     text: &'a str,
 }
 
@@ -33,7 +33,7 @@ struct Mend<'a> {
 #[derive(Serialize)]
 struct Replacement<'a> {
     #[serde(flatten)]
-    place: Place<'a>,
+    place: LineColumn<'a>,
     replacement: &'a str,
 }
 
@@ -41,7 +41,7 @@ fn mend<'a>(fix: &'a Fix, sources: &'a SourceMap) -> Mend<'a> {
     let edits = fix
         .edits
         .iter()
-        .map(|e| Replacement { place: Place::of(e.span, sources), replacement: &e.replacement })
+        .map(|e| Replacement { place: LineColumn::of(e.span, sources), replacement: &e.replacement })
         .collect();
     Mend { message: &fix.message, edits }
 }
@@ -52,7 +52,7 @@ pub fn render(diagnostic: &Diagnostic, sources: &SourceMap) -> String {
     let labels = diagnostic
         .labels
         .iter()
-        .map(|l| Label { place: Place::of(l.span, sources), text: &l.text })
+        .map(|l| Label { place: LineColumn::of(l.span, sources), text: &l.text })
         .collect();
     let finding = Finding {
         code: diagnostic.code.id,

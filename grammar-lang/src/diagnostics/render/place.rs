@@ -6,7 +6,7 @@ use crate::source::{SourceMap, Span};
 
 /// A stretch of a text: in bytes from 0, and where it begins in lines and characters from 1.
 #[derive(Serialize)]
-pub(super) struct Place<'a> {
+pub(super) struct LineColumn<'a> {
     pub(super) file: &'a str,
     pub(super) line: usize,
     pub(super) column: usize,
@@ -14,7 +14,7 @@ pub(super) struct Place<'a> {
     pub(super) end: u32,
 }
 
-impl<'a> Place<'a> {
+impl<'a> LineColumn<'a> {
     pub(super) fn of(span: Span, sources: &'a SourceMap) -> Self {
         let (line, column) = sources.line_column(span);
         let file = sources.get(span.file).map_or("", |s| s.name.as_str());

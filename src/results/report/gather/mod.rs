@@ -79,7 +79,7 @@ pub(crate) mod tests {
             })),
             moves,
             design: None,
-            sittings: None,
+            processes: None,
         }
     }
 

@@ -1,11 +1,11 @@
-//! What came to nothing, and why.
+//! Refused moves and failed evaluations, and why.
 
 use std::collections::BTreeMap;
 
 use super::table;
 use crate::results::report::read::Group;
 
-/// What came to nothing in the runs of a group.
+/// Refused moves and failed evaluations in the runs of a group.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Rejections {
     /// Draws that were blocked, by rule and what blocked them.
@@ -22,7 +22,7 @@ pub(crate) struct Rejections {
     pub(crate) evaluations: u64,
 }
 
-/// What came to nothing in a group.
+/// Refused moves and failed evaluations of a group.
 pub(crate) fn rejections(group: &Group) -> Rejections {
     let mut all = Rejections::default();
     for run in &group.runs {

@@ -9,7 +9,7 @@ use crate::results::report::read::{Found, Group};
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Rule {
     pub(crate) name: String,
-    /// Draws that came to nothing.
+    /// Draws without a result.
     pub(crate) blocked: u64,
     pub(crate) applied: u64,
     /// Applications whose design became the current one.

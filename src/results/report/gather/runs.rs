@@ -11,20 +11,20 @@ pub(crate) struct Time {
     pub(crate) seconds: f64,
     /// Evaluations in that time: some may have been lost with a process that was killed.
     pub(crate) evaluations: u64,
-    pub(crate) sittings: usize,
-    /// The fewest and the most threads of a sitting.
+    pub(crate) processes: usize,
+    /// The fewest and the most threads of a process.
     pub(crate) threads: (usize, usize),
 }
 
 impl Time {
     /// None where nobody kept count.
     pub(crate) fn of(run: &Run) -> Option<Self> {
-        let sittings = run.sittings.as_ref()?;
-        let threads = || sittings.iter().map(|sitting| sitting.threads);
+        let processes = run.processes.as_ref()?;
+        let threads = || processes.iter().map(|process| process.threads);
         Some(Self {
-            seconds: sittings.iter().map(|sitting| sitting.seconds).sum(),
-            evaluations: sittings.iter().map(|sitting| sitting.end - sitting.begin).sum(),
-            sittings: sittings.len(),
+            seconds: processes.iter().map(|process| process.seconds).sum(),
+            evaluations: processes.iter().map(|process| process.end - process.begin).sum(),
+            processes: processes.len(),
             threads: (threads().min()?, threads().max()?),
         })
     }
@@ -114,16 +114,16 @@ mod tests {
 
     use super::super::tests::{group, run, two};
     use super::*;
-    use crate::results::sittings::Sitting;
+    use crate::results::processes::Process;
 
     #[test]
-    fn time_is_summed_over_the_sittings() {
+    fn time_is_summed_over_the_processes() {
         let mut timed = run(1, "0,0,,,1,0,0,true,0,0,1,0,0,\n");
         assert_eq!(Time::of(&timed), None);
-        let sitting = |begin, end, seconds, threads| Sitting { begin, end, seconds, threads };
-        timed.sittings = Some(vec![sitting(0, 100, 2.0, 2), sitting(90, 190, 3.0, 1)]);
+        let process = |begin, end, seconds, threads| Process { begin, end, seconds, threads };
+        timed.processes = Some(vec![process(0, 100, 2.0, 2), process(90, 190, 3.0, 1)]);
         let time = Time::of(&timed).unwrap();
-        assert_eq!(time, Time { seconds: 5.0, evaluations: 200, sittings: 2, threads: (1, 2) });
+        assert_eq!(time, Time { seconds: 5.0, evaluations: 200, processes: 2, threads: (1, 2) });
         assert_eq!(time.rate(), Some(40.0));
     }
 

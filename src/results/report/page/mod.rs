@@ -51,7 +51,7 @@ const SECTIONS: [Section; 11] = [
     Section { id: "spending", heading: "Where evaluations went", body: spending::section },
     Section { id: "sizes", heading: "Size and value", body: sizes::section },
     Section { id: "observed", heading: "What was observed", body: observed::section },
-    Section { id: "rejections", heading: "What came to nothing", body: rejections::section },
+    Section { id: "rejections", heading: "Refused moves and failed evaluations", body: rejections::section },
     Section { id: "time", heading: "Time spent", body: time::section },
 ];
 

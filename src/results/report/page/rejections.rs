@@ -1,4 +1,4 @@
-//! What came to nothing, as tables.
+//! Failed evaluations and refused moves, as tables.
 
 use std::collections::BTreeMap;
 
@@ -94,7 +94,7 @@ fn without_value(rejected: &Rejections) -> String {
             part(unstable),
         ]);
     }
-    table(&["evaluations that came to nothing", "#count", "#of all evaluations"], &rows)
+    table(&["failed evaluations", "#count", "#of all evaluations"], &rows)
 }
 
 /// What is seen, in words.

@@ -17,7 +17,7 @@ pub(super) fn section(groups: &[Group], _: Link) -> String {
                     span(time.seconds),
                     count(time.evaluations),
                     or_dash(time.rate().map(number)),
-                    time.sittings.to_string(),
+                    time.processes.to_string(),
                     match time.threads {
                         (a, b) if a == b => a.to_string(),
                         (a, b) => format!("{a} to {b}"),
@@ -34,7 +34,7 @@ pub(super) fn section(groups: &[Group], _: Link) -> String {
             }
         })
         .collect();
-    let head = ["run", "#wall time", "#evaluations", "#evaluations a second", "#sittings", "#threads"];
+    let head = ["run", "#wall time", "#evaluations", "#evaluations a second", "#processes", "#threads"];
     table(&head, &rows) + &paragraph(&said(groups))
 }
 
