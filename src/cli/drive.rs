@@ -167,7 +167,7 @@ impl Drive {
                 session.clear()?;
             }
             session.load(schedule)?;
-            // Whoever has thought better of it while the board was loaded wants nothing to move.
+            // The user may have stopped the command while the board was loaded: then nothing moves.
             if stop.load(Ordering::Relaxed) {
                 return Ok(Outcome::Stopped { cycles: 0 });
             }

@@ -275,7 +275,7 @@ impl Session<'_> {
         if self.done.is_empty() {
             output::note("nothing was mended: no finding has a certain fix");
         }
-        // Whoever pipes a text through gets it back, mended or not.
+        // A text from standard input is printed, mended or not.
         for text in self.texts.iter().filter(|t| t.name == STDIN) {
             output::data(self.loader.get(STDIN).unwrap_or(&text.text))?;
         }

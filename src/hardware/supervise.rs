@@ -38,7 +38,7 @@ impl Default for Plan {
     }
 }
 
-/// What whoever watches a run wants next.
+/// What the observer of a run wants next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wish {
     /// The run goes on.

@@ -66,7 +66,7 @@ pub(super) fn lost(run: &Path, rules: &RuleSet, archive: &[(Vec<usize>, Best)]) 
     let mut lost: Vec<usize> = kinds.filter(|(_, kind)| !is_there(kind)).map(|(n, _)| n).collect();
     let is_table = read(&run.join(TABLE)).is_ok_and(|text| text == table(rules, archive));
     if lost.is_empty() && !is_table && !archive.is_empty() {
-        // Whoever writes a design writes the table.
+        // The table is written with each design.
         lost.push(0);
     }
     lost

@@ -7,7 +7,7 @@
 //! are neither counted nor used.
 //!
 //! All that the loops know is in [`State`]: it can be saved between any two batches of
-//! evaluations, and a search that goes on from it does what it would have done.
+//! evaluations, and a search that goes on from it gives the same result, bit for bit.
 
 mod aim;
 mod bodies;

@@ -108,7 +108,7 @@ pub enum Invalid {
     Sunk,
     /// There was energy that no servo had put in.
     EnergyFromNowhere,
-    /// Whoever watched it gave it up: nothing is said of the motion.
+    /// The observer stopped it: the motion is not known.
     GivenUp,
     /// The solver cannot simulate the body in this world, though it can in the nominal one.
     Unfit,

@@ -73,7 +73,7 @@ pub trait Scope {
     fn adds(&self, step: &Value, group: &Group) -> Option<bool> {
         self.outer()?.adds(step, group)
     }
-    /// An attribute of a thing. Whoever answers matches [`Attribute`] without a wildcard.
+    /// An attribute of a thing. Each implementation matches [`Attribute`] without a wildcard.
     fn attribute(&self, of: Reference, attribute: &Attribute) -> Option<Value> {
         self.outer()?.attribute(of, attribute)
     }

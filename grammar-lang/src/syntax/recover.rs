@@ -1,4 +1,4 @@
-//! Says what is wrong with text that is no item, piece by piece.
+//! Reports syntax errors one declaration, and one clause, at a time.
 
 use std::rc::Rc;
 

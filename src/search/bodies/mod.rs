@@ -241,7 +241,7 @@ pub fn run(
     go_on(rules, State::begin(first), model, limits, stop, observer)
 }
 
-/// Goes on with a search from where it stands; it does what it would have done.
+/// Goes on with a search from its state. The result is the same, bit for bit, as without the stop.
 ///
 /// # Errors
 ///

@@ -130,7 +130,7 @@ impl<'a> Tuner<'a> {
         // What is no better than the best so far will not become it.
         self.evaluator.observed_above = match self.evaluator.worlds() {
             None => best(tuning).map_or(f64::NEG_INFINITY, |value| self.fitness(value)),
-            // Whoever is judged in all worlds is observed there.
+            // Curves that are judged in all worlds are observed there.
             Some(_) => f64::INFINITY,
         };
         let Some(mut curves) = tuning.loops.take() else { return self.begin(tuning, spent) };

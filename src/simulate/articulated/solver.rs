@@ -481,7 +481,7 @@ impl<S: Scalar> Solver<S> {
     fn check(&mut self) {
         let zero = S::zero(self.tree.kit);
         let away = self.state.position.square();
-        // Infinity times nothing is not a number, and less than none.
+        // inf x 0 is NaN, and every comparison with NaN is false.
         let mut fine = (away * zero).at_most(zero);
         for (frame, &reach) in self.frames.iter().zip(&self.reach) {
             // Only lanes in which a body might be too fast are looked at closely.

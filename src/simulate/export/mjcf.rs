@@ -19,7 +19,7 @@ use crate::design::assembly::{Assembly, Hinge, Shape};
 use crate::simulate::lowering::{Body, Lowered, Piece};
 use crate::simulate::{Settings, Unfit};
 
-/// What whoever opens the file should know.
+/// What the reader of the file should know.
 const ABOUT: [&str; 4] = [
     "SI units and radians. The y of sgc is up and is z here: x, y, z there are x, -z, y here.",
     "Bodies are rigidly joined parts; element N is the N-th element of the design.",

@@ -244,7 +244,7 @@ fn said(group: &Group) -> Vec<String> {
         && sd > 0.5 * spread.mean.abs()
     {
         said.push(format!(
-            "Luck matters: the standard deviation is {} of the mean, so a few runs say little.",
+            "The standard deviation is {} of the mean: results differ much from seed to seed, and a few runs say little.",
             percent(sd / spread.mean.abs().max(f64::MIN_POSITIVE))
         ));
     }
