@@ -83,3 +83,13 @@ fn every_word_function_and_unit_is_in_the_reference() {
         assert!(found, "docs/language.md does not mention `{word}`");
     }
 }
+
+/// The site colours every word that opens a declaration.
+#[test]
+fn the_site_knows_the_words_of_the_language() {
+    let script = read("docs/site/sgr.js");
+    let words: Vec<&str> = script.split(|c: char| !c.is_alphanumeric()).collect();
+    for kind in grammar_lang::syntax::declarations::KINDS {
+        assert!(words.contains(&kind.word), "docs/site/sgr.js lacks `{}`", kind.word);
+    }
+}

@@ -123,6 +123,9 @@ const HABITS: &[(&str, Told, &str)] = &[
         OPENING,
         "nothing repeats by itself: the search applies rules again and again, as long as `when` allows it",
     ),
+    ("if", OPENING, "a condition of a rule is written `when n > 3`"),
+    ("if", WORD, "write `if CONDITION then A else B`"),
+    ("not is", LINE, "write `is not`"),
     ("elif", WORD, "write `else if`"),
     ("elseif", WORD, "write `else if`"),
     ("new", WORD, "a kind is named without `new`: `attach cube to q`"),
@@ -132,6 +135,7 @@ const HABITS: &[(&str, Told, &str)] = &[
         "a declaration is edited where it stands; to leave it as it is, write a variant: `variant mine of \"./x.sgr\" { set ... }`",
     ),
     // Units
+    ("Nmm", UNIT, "a torque is `N*mm/rad`"),
     ("Nm", UNIT, "a torque is `N*m/rad`"),
     ("Ncm", UNIT, "a torque is `N*m/rad`: 1 N cm is `0.01 N*m/rad`"),
     ("mNm", UNIT, "a torque is `N*m/rad`: 1 mN m is `0.001 N*m/rad`"),
@@ -173,9 +177,24 @@ pub(crate) fn with_habits(findings: &mut [Diagnostic], sources: &SourceMap) {
             finding.help = Some(help);
             continue;
         }
+        if let Some(help) = unit_apart(text, start, end).filter(|_| finding.code == Code::SYNTAX) {
+            finding.help = Some(help.to_owned());
+            continue;
+        }
+        if let Some(help) =
+            without_set(&finding.message, text, start).filter(|_| finding.code == Code::UNKNOWN_KEYWORD)
+        {
+            finding.help = Some(help);
+            finding.fix = None;
+            continue;
+        }
         // What is said of a sign already, knows more of what stands around it.
         let is_open = finding.fix.is_none()
-            && finding.help.as_ref().is_none_or(|help| help.starts_with("write for example"));
+            && finding.help.as_ref().is_none_or(|help| {
+                ["write for example", "a declaration ends before this"]
+                    .iter()
+                    .any(|open| help.starts_with(open))
+            });
         let habit = HABITS.iter().find(|(habit, told, _)| match told {
             Told::Name => finding.code == Code::UNKNOWN_NAME && text.get(start..end) == Some(habit),
             Told::Function => {
@@ -198,6 +217,30 @@ pub(crate) fn with_habits(findings: &mut [Diagnostic], sources: &SourceMap) {
             finding.fix = None;
         }
     }
+}
+
+/// What helps where a unit stands apart from its number: `box(2, 2, 2) cm`, `1 in`.
+fn unit_apart(text: &str, start: usize, end: usize) -> Option<&'static str> {
+    let (word, before) = (text.get(start..end)?, text.get(..start)?.trim_end());
+    if before.ends_with(')')
+        && word != "in"
+        && word.chars().all(char::is_alphabetic)
+        && crate::units::parse(word).is_ok()
+    {
+        return Some("a unit follows its number: `box(2 cm, 2 cm, 2 cm)`");
+    }
+    let inch = before.strip_suffix("in").map(str::trim_end)?;
+    let is_number = inch.ends_with(|c: char| c.is_ascii_digit());
+    (is_number && matches!(word, "," | ")")).then_some("1 inch is `25.4 mm`")
+}
+
+/// What helps where a value is changed without `set`.
+fn without_set(message: &str, text: &str, start: usize) -> Option<String> {
+    let is_block = ["clause of `rule`", "clause of `variant`"].iter().any(|block| message.contains(block));
+    let line = line(text, start).trim();
+    let (path, value) = line.split_once('=')?;
+    let is_path = path.trim_end().chars().all(|c| c.is_alphanumeric() || "._".contains(c));
+    (is_block && is_path && !value.starts_with('=')).then(|| format!("to change a value, write `set {line}`"))
 }
 
 /// Whether a sign stands at a place, or around it.
@@ -264,7 +307,8 @@ mod tests {
 
     #[test]
     fn habits_are_there_once() {
-        let mut all: Vec<&str> = HABITS.iter().map(|(habit, ..)| *habit).collect();
+        let mut all: Vec<String> =
+            HABITS.iter().map(|(habit, told, _)| format!("{habit} {told:?}")).collect();
         all.sort_unstable();
         let count = all.len();
         all.dedup();

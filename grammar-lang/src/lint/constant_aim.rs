@@ -1,14 +1,18 @@
 //! An objective that is the same for every design and every motion.
 
+use crate::bounds::Reasoning;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::units::shown;
 
 use super::known::Known;
+use super::over_nothing::facts_of;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
-    for objective in ruleset.tasks.values().map(|task| &task.objective).chain(ruleset.objectives()) {
-        let value = known.numbers(&objective.value).single();
+    let of_tasks = ruleset.tasks.values().map(|task| (&task.objective, facts_of(known, task)));
+    let of_all = ruleset.objectives().map(|objective| (objective, known.facts.clone()));
+    for (objective, facts) in of_tasks.chain(of_all) {
+        let value = Reasoning::new(&facts, Vec::new()).numbers(&objective.value).single();
         let Some(value) = value.filter(|_| findings.iter().all(|d| d.span() != objective.value.span)) else {
             continue;
         };

@@ -42,9 +42,11 @@ mod over_nothing;
 mod periods;
 mod places;
 mod pointless;
+mod stops_at_once;
 mod twice_in_set;
 mod unread;
 mod weak;
+mod whole_turns;
 mod worlds;
 
 use crate::bounds::Begun;
@@ -105,6 +107,8 @@ const DOUBTFUL: &[Lint] = &[
     little_turn::check,
     constant_aim::check,
     over_nothing::check,
+    stops_at_once::check,
+    whole_turns::check,
 ];
 
 /// What says nothing. A text that several grammars share may say in one of them

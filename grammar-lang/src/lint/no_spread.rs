@@ -2,7 +2,7 @@
 
 use crate::bounds::Reasoning;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Expr, Kernel, Spread};
+use crate::ir::{Choice, Expr, Kernel, Spread};
 
 use super::known::Known;
 
@@ -15,7 +15,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Spread::Uniform(low, high) => (high, is_same(&mut reasoning, low, high)),
                 Spread::Even | Spread::Fixed | Spread::Weights(_) => continue,
             };
-            if is_single {
+            if is_single || is_beyond(&mut reasoning, choice) {
                 findings.push(told(what, &format!("`{}` is always drawn the same", choice.name)));
             }
         }
@@ -34,8 +34,26 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         };
         if is_single {
             findings.push(told(what, &format!("`{}` never changes", variable.name)));
+        } else if let Kernel::Normal(mean, _) = &variable.mutation.kernel {
+            let (low, high) = variable.domain;
+            let mean = reasoning.numbers(mean);
+            if mean.low > high - low || mean.high < low - high {
+                findings.push(told(
+                    what,
+                    &format!("each move takes `{}` to an end of its domain", variable.name),
+                ));
+            }
         }
     }
+}
+
+/// Whether the mean of a normal distribution lies so far outside of the domain that an end of it is always drawn.
+fn is_beyond(reasoning: &mut Reasoning<'_>, choice: &Choice) -> bool {
+    let Spread::Normal(mean, deviation) = &choice.spread else { return false };
+    let within = reasoning.value(&choice.domain).item().numbers();
+    let far = 6.0 * reasoning.numbers(deviation).high;
+    let mean = reasoning.numbers(mean);
+    within.is_finite() && (mean.low - far > within.high || mean.high + far < within.low)
 }
 
 fn is_zero(reasoning: &mut Reasoning<'_>, expr: &Expr) -> bool {
@@ -49,6 +67,6 @@ fn is_same(reasoning: &mut Reasoning<'_>, low: &Expr, high: &Expr) -> bool {
 
 fn told(what: &Expr, message: &str) -> Diagnostic {
     Diagnostic::new(Code::NO_SPREAD, what.span, message)
-        .label("no width")
-        .help("give it a width above zero; what shall stay the same is a `let`")
+        .label("nothing is left to draw")
+        .help("give it a width above zero, and a mean within the domain; what shall stay the same is a `let`")
 }

@@ -7,6 +7,14 @@ use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
+    let is_driven = ruleset.tasks.values().any(|task| !task.actuated.is_empty());
+    if let Some(lattice) = ruleset.lattice.as_ref().filter(|_| !is_driven) {
+        findings.push(
+            Diagnostic::new(Code::NOTHING_TO_SEARCH, lattice.span, "nothing moves: no cell is driven")
+                .label("its bodies only fall and lie")
+                .help("write for example `actuate soft with wave`, with an actuation that drives `strain`"),
+        );
+    }
     let Some(core) = ruleset.begin.first() else { return };
     let used = ruleset.tasks.values().flat_map(|task| task.actuated.values());
     let varied = used.filter_map(|name| ruleset.actuations.get(name)).any(|a| !a.variables.is_empty());
@@ -21,7 +29,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             "the only design, and nothing of it varies",
             "add a rule, or an actuation with a `vary` clause",
         ));
-    } else if ruleset.rules.is_empty() && bodies && !curves {
+    } else if ruleset.rules.is_empty() && bodies && (!curves || !has_actuators(known)) {
         findings.push(told(
             "the only design: no rule changes it",
             "add a rule, or search for curves of this body with `search gait_annealing`",

@@ -34,7 +34,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 }
 
 /// What is known of the motion of a task: its duration, and the period of its actuations.
-fn facts_of<'r>(known: &Known<'r>, task: &Task) -> Facts<'r> {
+pub(super) fn facts_of<'r>(known: &Known<'r>, task: &Task) -> Facts<'r> {
     let whole = Interval::point(task.model.duration);
     let facts = known.facts.clone();
     let facts = facts.with(Word::Motion(MotionWord::End), whole);

@@ -547,7 +547,7 @@ fn add(loading: &mut Loading<'_>, module: usize, item: &Item) {
         let mut error = Diagnostic::new(
             Code::DUPLICATE,
             item.span,
-            format!("the base already has a `{}`", word_of(&item.kind)),
+            format!("the base already has {} `{}`", article(word_of(&item.kind)), word_of(&item.kind)),
         )
         .label("another one")
         .help("write `replace` instead of `add`");
@@ -596,4 +596,9 @@ fn misplaced(loading: &mut Loading<'_>, item: &Item) -> bool {
             .help(help),
     );
     true
+}
+
+/// The article of a word.
+fn article(word: &str) -> &'static str {
+    if word.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" }
 }

@@ -94,7 +94,10 @@ impl<'a> Assembly<'a> {
         }
         let examples = self.declarations.examples(&items, &rules, &requirements);
         // A module without `grammar` is only imported; it has been checked.
-        let name = program.name.as_ref()?;
+        let Some(name) = program.name.as_ref() else {
+            self.nameless(&items);
+            return None;
+        };
         let complete = self.complete(&singles, program.base.unwrap_or(name.span));
         let from = self.starting_example(&singles, &examples);
         let fallbacks = self.declarations.fallbacks(&rules);
@@ -109,6 +112,29 @@ impl<'a> Assembly<'a> {
         ruleset.params = self.declarations.expressions.parameters();
         (complete && !self.declarations.expressions.errors.iter().any(Diagnostic::is_error))
             .then_some(ruleset)
+    }
+
+    /// Reports a text that says how a grammar begins and what is wanted of its designs, and is none.
+    fn nameless(&mut self, items: &[(Declaration, &Item)]) {
+        let find =
+            |is_it: fn(&ItemKind) -> bool| items.iter().map(|(_, item)| *item).find(|item| is_it(&item.kind));
+        let begin = find(|kind| matches!(kind, ItemKind::Begin(..)));
+        let objective = find(|kind| matches!(kind, ItemKind::Objective { .. }));
+        let (Some(item), Some(_)) = (begin, objective) else { return };
+        if self.is_partial() || self.declarations.expressions.errors.iter().any(Diagnostic::is_error) {
+            return;
+        }
+        let word = item.kind.word();
+        let place = Span { end: item.span.start + word.len() as u32, ..item.span };
+        self.report(
+            Diagnostic::new(
+                Code::MISSING_ITEM,
+                place,
+                format!("`{word}` is of a grammar, but this text has no name"),
+            )
+            .label("a module for others to import has none")
+            .help("write `grammar NAME` above all other declarations"),
+        );
     }
 
     /// The example that the search starts from.

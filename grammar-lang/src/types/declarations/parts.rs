@@ -97,6 +97,19 @@ impl Declarations<'_> {
                 told.push(&port.name);
                 self.stray_port(&port.name, span, at.coords.norm(), shape.reach());
             }
+            let outwards: f64 = (0..3).map(|k| port.facing[k] * at.coords[k]).sum();
+            if outwards < -0.1 * at.coords.norm() && !told.contains(&port.name.as_str()) {
+                told.push(&port.name);
+                self.report(
+                    Diagnostic::new(
+                        Code::STRAY_PORT,
+                        span,
+                        format!("the port `{}` looks into its part", port.name),
+                    )
+                    .label("`facing` points from here towards the middle")
+                    .help("let it look outwards: turn the sign of `facing` round"),
+                );
+            }
             let same = |other: &&ir::Port| {
                 let apart = (Point3::from(other.at) - at).norm();
                 let aligned: f64 = (0..3).map(|k| other.facing[k] * port.facing[k]).sum();

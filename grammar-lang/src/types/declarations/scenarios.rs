@@ -28,6 +28,9 @@ const CASE: Fields<'static> = Fields::values(&DIFFERENCES);
 /// A case as it may stand in a text.
 const EXAMPLE: &str = "case ice { ground_friction = 0.2 }";
 
+/// Worlds in which all factors are below this are no likely ones.
+const LEAST_FACTOR: f64 = 0.2;
+
 /// What stands for the world that nothing differs in.
 const NOMINAL: &str = "nominal";
 
@@ -61,6 +64,22 @@ impl Declarations<'_> {
             let range = self.expressions.constant_range(&expr);
             let range = range.filter(|range| self.within(difference, *range, tree.span));
             is_sound &= range.is_some();
+            let is_factor = Ty::from(difference) == Ty::NUMBER && difference != Difference::GroundFriction;
+            if let Some((_, high)) = range
+                && is_factor
+                && high < LEAST_FACTOR
+            {
+                let message = format!("`{}` is far less than it is in the grammar", difference.text());
+                self.report(
+                    Diagnostic::new(Code::UNUSUAL, tree.span, message)
+                        .label(format!("{} of it at most", difference.shown(high)))
+                        .help(format!(
+                            "it is a factor: write for example `{} = {}`",
+                            difference.text(),
+                            difference.example()
+                        )),
+                );
+            }
             ranges.extend(range.map(|range| (difference, range)));
         }
         let asked = from.values.get("drawn").map(|(_, tree)| tree.span);

@@ -35,6 +35,9 @@ const PROTOTYPE: Fields<'static> = Fields::values(&["simulated", "measured", "le
 /// Reads the fields of a back end.
 type Reader<C> = fn(&mut C, &Values<'_>, &Context) -> Option<Backend>;
 
+/// The pulses at the ends of a servo's turn are at least so far apart, s.
+const SHORTEST_WAY: f64 = 200e-6;
+
 /// What a target does when something goes wrong.
 const SAFE_AIR: [&str; 2] = ["vent", "hold"];
 const SAFE_THREADS: [&str; 2] = ["rest", "release"];
@@ -115,6 +118,7 @@ impl Declarations<'_> {
                         (_, "D0" | "D1") => "the serial line needs D0 and D1".to_owned(),
                         (_, "D2") => "the stop circuit is connected to D2".to_owned(),
                         (_, "D13") => "the lamp of the board is on D13".to_owned(),
+                        _ if PINS.contains(&format!("D{text}").as_str()) => format!("write `D{text}`"),
                         _ => did_you_mean(&text, PINS.iter().copied())
                             .unwrap_or_else(|| "pins are D3 to D12 and A0 to A5".to_owned()),
                     };
@@ -341,6 +345,15 @@ impl Declarations<'_> {
                     .help("write for example `pulse = 1000 us .. 2000 us`"),
             );
             return None;
+        }
+        if let (Some((low, high)), Some((_, tree))) = (pulse, from.values.get("pulse"))
+            && high - low < SHORTEST_WAY
+        {
+            self.report(
+                Diagnostic::new(Code::UNUSUAL, tree.span, "between the ends of `pulse` a servo hardly turns")
+                    .label("less than 200 us apart")
+                    .help("write for example `pulse = 1000 us .. 2000 us`"),
+            );
         }
         let (servo, opposite) = pins?;
         let (wheel, thread, speed) = (wheel?, thread?, speed?);

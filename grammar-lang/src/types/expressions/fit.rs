@@ -284,7 +284,10 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
         "`cycle` runs from 0 to 1: write `cycle * 360 deg`".to_owned()
     } else if have.is_number() && !literal {
         let unit = units::suggest(want);
-        format!("give one of its numbers a unit of {want}, such as {unit}, or multiply it by `1 {unit}`")
+        let turn = if unit == "deg" { "; a full turn is `360 deg`, not `2 * pi`" } else { "" };
+        format!(
+            "give one of its numbers a unit of {want}, such as {unit}, or multiply it by `1 {unit}`{turn}"
+        )
     } else if !want.is_number() && !per_angle && !literal {
         if what == "this term" {
             format!("declare it as `: {have}`, or change what it is calculated from")

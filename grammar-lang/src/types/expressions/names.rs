@@ -134,8 +134,8 @@ impl Expressions<'_> {
     pub(super) fn stage_error(&mut self, span: Span, name: &str, stage: Stage, where_known: &str) -> Expr {
         self.report(
             Diagnostic::new(Code::WRONG_STAGE, span, format!("`{name}` cannot be read in {}", stage.name()))
-                .label("not known yet, or not any more")
-                .help(format!("`{name}` is known only in {where_known}")),
+                .label("not known here")
+                .help(format!("`{name}` is known only in {where_known}{}", stage.instead(name, where_known))),
         );
         unknown(span)
     }

@@ -83,6 +83,26 @@ impl Stage {
         self.sees_word(word) || others.iter().any(|other| other.sees_word(word))
     }
 
+    /// What can be done in this stage in place of reading a word or a term that is not known here.
+    pub(super) fn instead(self, name: &str, where_known: &str) -> &'static str {
+        let is_of_design = where_known.contains("rules");
+        let is_of_motion =
+            !is_of_design && (where_known.contains("term") || where_known.contains("objective"));
+        match self {
+            Self::Weight | Self::Choice if name == "iteration" => {
+                "; here, `temperature` falls with the iterations"
+            }
+            Self::Drive => "; a drive reads `t`, its actuator, and what the actuation varies",
+            Self::Declaration if is_of_design => {
+                "; the fields of a part are the same in all designs: a number that may differ is a `param`"
+            }
+            Self::Derivation if is_of_motion => {
+                "; what the motion must fulfil belongs to the objective, as in `maximize travel - 10 * fall in cm`"
+            }
+            _ => "",
+        }
+    }
+
     /// Whether elements have positions and rotations.
     pub(super) fn sees_motion(self) -> bool {
         matches!(self, Self::Score | Self::Objective)
