@@ -692,6 +692,25 @@ fn every_command_has_a_manual_page() {
     assert_eq!(code(&sgc(&["man", "fly"])), 2);
 }
 
+/// What a schedule comes to is held within the limits of its field: a tournament of a million million bodies aborted the run.
+#[test]
+fn a_schedule_stays_within_its_limits() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = std::fs::read_to_string(quick_grammar(folder.path())).unwrap();
+    let text = text
+        .replace("{ nested_annealing }", "{ recommended }")
+        .replace("search   nested_annealing", "search recommended");
+    let base = folder.path().join("base.sgr");
+    std::fs::write(&base, text).unwrap();
+    let file = folder.path().join("hostile.sgr");
+    let hostile = "variant hostile of \"./base.sgr\" {\n  set recommended.bodies.tournament = if spent > 50 % then 1000000000000 else 8\n  \
+                   set recommended.bodies.size = if spent > 50 % then -3 else 16\n}\n";
+    std::fs::write(&file, hostile).unwrap();
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let run = sgc(&["run", &file.to_string_lossy(), "--max-evals", "40", "--quiet", "--out", &out]);
+    assert_eq!(code(&run), 0, "{}", errors(&run));
+}
+
 /// What a schedule comes to may be no move at all: each iteration has one.
 #[test]
 fn iterations_without_moves_come_to_an_end() {

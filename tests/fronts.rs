@@ -180,6 +180,11 @@ fn the_best_of_a_front_is_on_it() {
     let equals: Vec<f64> =
         front[1..].iter().filter(|row| number(&row[1]) == value).map(|row| number(&row[2])).collect();
     assert!(!equals.is_empty() && equals.iter().all(|x| *x <= beside), "{value} {beside} {front:?}");
+    // The report names the same design, not the first one with this value.
+    assert_eq!(sgc(&["report", path(&out)]).status.code(), Some(0));
+    let runs = table(&out.join("report/runs.csv"));
+    let column = runs[0].iter().position(|name| name == "found_at_move").unwrap();
+    assert_eq!(runs[1][column], best["found_at"].to_string());
 }
 
 /// Values of tasks can be traded: each task has its curves, whatever the front is over.

@@ -221,7 +221,13 @@ fn kinds(derivation: &Derivation) -> Vec<String> {
 /// Whether two grammars make designs by the same rules from the same beginning.
 fn derive_alike(one: &RuleSet, other: &RuleSet) -> bool {
     let of = |r: &RuleSet| {
-        without_spans(&(&r.rules, &r.fallbacks, &r.begin, &r.symmetry, &r.params, &r.lattice)).ok()
+        let rules: Vec<_> = r
+            .rules
+            .iter()
+            .map(|rule| (&rule.name, &rule.matches, &rule.choices, &rule.guards, &rule.effects))
+            .collect();
+        let read = (&r.parts, &r.actuators, &r.params, &r.lattice);
+        without_spans(&(rules, &r.fallbacks, &r.begin, &r.symmetry, read)).ok()
     };
     of(one).is_some() && of(one) == of(other)
 }

@@ -200,15 +200,19 @@ impl Plan<'_> {
         Ok(Some(Iteration { moves, made: 0 }))
     }
 
-    /// How many designs are kept: at least two.
-    pub(super) fn size(&self, selection: &Selection) -> Result<usize, EvalError> {
-        Ok((self.number(&selection.size)? as usize).max(2))
+    /// How many designs are kept, within the limits of the field: what a schedule comes to may lie beyond them.
+    pub(super) fn size(&self, selection: &Selection, is_front: bool) -> Result<usize, EvalError> {
+        let [size, ..] = Selection::limits(is_front);
+        Ok(self.number(&selection.size)?.clamp(size.low, size.high) as usize)
     }
 
-    /// How many designs a move chooses among, at least one, and the share of moves that tune curves further.
+    /// How many designs a move chooses among, and the share of moves that tune curves further, within their limits.
     pub(super) fn choice(&self, selection: &Selection) -> Result<(usize, f64), EvalError> {
-        let tournament = (self.number(&selection.tournament)? as usize).max(1);
-        Ok((tournament, self.number(&selection.further)?))
+        let [_, tournament, further] = Selection::limits(false);
+        Ok((
+            self.number(&selection.tournament)?.clamp(tournament.low, tournament.high) as usize,
+            self.number(&selection.further)?.clamp(further.low, further.high),
+        ))
     }
 
     /// The temperature of the iteration that begins.

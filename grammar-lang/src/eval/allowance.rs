@@ -22,7 +22,12 @@ pub(crate) struct Allowance {
 impl Allowance {
     /// That of a check.
     pub(crate) const fn of_check() -> Self {
-        Self { left: Cell::new(TIMES * COMBINATIONS * OPERATIONS), spent_at: Cell::new(None) }
+        Self::of(TIMES * COMBINATIONS * OPERATIONS)
+    }
+
+    /// So many operations: for what is only tried, and may be given up.
+    pub(crate) const fn of(operations: u64) -> Self {
+        Self { left: Cell::new(operations), spent_at: Cell::new(None) }
     }
 
     /// Evaluates an expression, as [`evaluate`](super::evaluate) does, as long as there is something left.

@@ -5,7 +5,7 @@
 use std::collections::BTreeSet;
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{PartId, Reference, Scope, Value};
+use crate::eval::{Allowance, PartId, Reference, Scope, Value};
 use crate::ir::{Actuation, Actuator, Attribute, PartAttribute, Ty, Word};
 use crate::units::Dimension;
 
@@ -15,6 +15,8 @@ use super::known::Known;
 const CLOSE: f64 = 0.02;
 /// The same at the ends of what it varies: a search may well try more than serves.
 const FAR: f64 = 1.05;
+/// A drive that takes more operations than this is not tried: a check must come to its end.
+const MOST_OPERATIONS: u64 = 2_000_000;
 /// At so many moments of two periods.
 const MOMENTS: usize = 32;
 
@@ -83,6 +85,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 
 /// The least and the greatest angle that a drive asks for, where all that it varies is at this share of its domain.
 fn range(known: &Known<'_>, actuator: &Actuator, actuation: &Actuation, share: f64) -> Option<(f64, f64)> {
+    let allowance = Allowance::of(MOST_OPERATIONS);
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut locals = vec![Value::Reference(Reference::Part(PartId::from_number(1)))];
     let mut period = None;
@@ -108,10 +111,10 @@ fn range(known: &Known<'_>, actuator: &Actuator, actuation: &Actuation, share: f
         let time = 2.0 * period.unwrap_or(4.0) * moment as f64 / MOMENTS as f64;
         let driven = Driven { known, actuator, time };
         for (_, value) in actuation.lets.iter().chain(&actuation.moving) {
-            let value = known.value_with(value, &driven, &mut locals)?;
+            let value = allowance.evaluate(value, &driven, &mut locals).ok()?;
             locals.push(value);
         }
-        let angle = known.value_with(&actuation.drive, &driven, &mut locals)?.as_number()?;
+        let angle = allowance.evaluate(&actuation.drive, &driven, &mut locals).ok()?.as_number()?;
         least = least.min(angle);
         most = most.max(angle);
     }

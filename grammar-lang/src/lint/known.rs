@@ -54,16 +54,6 @@ impl<'r> Known<'r> {
         self.allowance.evaluate(expr, scope, &mut Vec::new())
     }
 
-    /// The same where locals are known, too; none where it has no value.
-    pub(super) fn value_with(
-        &self,
-        expr: &Expr,
-        scope: &dyn Scope,
-        locals: &mut Vec<Value>,
-    ) -> Option<Value> {
-        self.allowance.evaluate(expr, scope, locals).ok()
-    }
-
     /// The error of the value that was too much, if one was.
     pub(super) fn spent(&self) -> Option<EvalError> {
         self.allowance.spent()

@@ -1,7 +1,7 @@
 //! Warnings that a text allows, with a reason: `allow CODE because TEXT`.
 //!
-//! In a declaration it holds for what is found there, outside of all declarations for what is found in that text, and in a variant
-//! for what is found anywhere in the grammar that the variant makes.
+//! In a declaration it holds for what is found there, outside of all declarations, or in a variant, for what is found anywhere in the
+//! grammar; outside of the declarations of a module for what is found in that text.
 
 use std::cell::Cell;
 
@@ -52,14 +52,15 @@ pub struct Allowed(Vec<One>);
 impl Allowed {
     /// What the texts of a program allow. Reports codes that are none, and those of errors.
     pub(crate) fn of(program: &Program, found: &mut Vec<Diagnostic>) -> Self {
-        let in_texts = program.modules.iter().flat_map(|module| {
-            let reach = |allow: &Allow| allow.within.map_or(Reach::Text(module.file), Reach::Declaration);
+        let in_texts = program.modules.iter().enumerate().flat_map(|(place, module)| {
+            let own = if program.own.contains(&place) { Reach::Grammar } else { Reach::Text(module.file) };
+            let reach = move |allow: &Allow| allow.within.map_or(own, Reach::Declaration);
             module.tree.allows.iter().map(move |allow| (allow, reach(allow)))
         });
         let in_variants = program.allows.iter().map(|allow| (allow, Reach::Grammar));
         let mut all = Vec::new();
         for (allow, reach) in in_texts.chain(in_variants) {
-            if allow.because.is_none() {
+            if allow.because.as_ref().is_none_or(|reason| reason.trim().is_empty()) {
                 found.push(without_reason(allow));
             }
             match warning(&allow.code) {

@@ -121,7 +121,10 @@ impl<'a> Assembly<'a> {
         let begin = find(|kind| matches!(kind, ItemKind::Begin(..)));
         let objective = find(|kind| matches!(kind, ItemKind::Objective { .. }));
         let (Some(item), Some(_)) = (begin, objective) else { return };
-        if self.is_partial() || self.declarations.expressions.errors.iter().any(Diagnostic::is_error) {
+        let is_module =
+            self.environment.program.modules.first().is_none_or(|m| crate::names::offers(&m.tree).is_empty());
+        let errors = &self.declarations.expressions.errors;
+        if !is_module || self.is_partial() || errors.iter().any(Diagnostic::is_error) {
             return;
         }
         let word = item.kind.word();

@@ -97,10 +97,17 @@ impl Run {
         self.moves.last().and_then(|m| m.best)
     }
 
-    /// The row of the move that found the best.
+    /// The row of the move that found the best: of several with the best value, as in a search for a front, the one that the design
+    /// names.
     pub(crate) fn found(&self) -> Option<&Move> {
         let best = self.value()?;
-        self.moves.iter().find(|m| m.best == Some(best))
+        let number = self
+            .design
+            .as_ref()
+            .and_then(|design| design.as_ref().ok())
+            .map(|found| found.design.found_at as u64);
+        let named = self.moves.iter().find(|m| Some(m.number) == number && m.value == Some(best));
+        named.or_else(|| self.moves.iter().find(|m| m.best == Some(best)))
     }
 
     /// The bound on its evaluations.

@@ -61,7 +61,15 @@ fn least_missed(points: &[Point]) -> Option<usize> {
     };
     let shares: Vec<Point> = points.iter().map(share).collect();
     let zero = vec![0.0; worst.len()];
-    let is_end = |point: &Point| point.iter().zip(&best).any(|(x, best)| x == best);
+    // Of equals in an objective the one that is best in the others: else all of them would stay.
+    let ends: Vec<Option<usize>> = (0..best.len())
+        .map(|objective| {
+            let at_best =
+                (0..points.len()).filter(|place| points[*place].get(objective) == best.get(objective));
+            let sum = |place: usize| shares.get(place).map_or(0.0, |share| share.iter().sum::<f64>());
+            at_best.reduce(|one, other| if sum(other) > sum(one) { other } else { one })
+        })
+        .collect();
     let without = |left_out: usize| {
         let rest: Vec<Point> = shares
             .iter()
@@ -71,7 +79,7 @@ fn least_missed(points: &[Point]) -> Option<usize> {
             .collect();
         hypervolume(&rest, &zero)
     };
-    let inner = (0..points.len()).filter(|place| !is_end(&points[*place]));
+    let inner = (0..points.len()).filter(|place| !ends.contains(&Some(*place)));
     inner.map(|place| (place, without(place))).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(place, _)| place)
 }
 
@@ -189,6 +197,18 @@ mod tests {
             }
         }
         assert!((hypervolume(&three, &[0.0; 3]) - f64::from(counted) / 1000.0).abs() < 1e-9);
+    }
+
+    /// Where all are equal in an objective, one of them is enough to be the best by it.
+    #[test]
+    fn of_equals_in_an_objective_one_stays() {
+        let points = points(&[[1.0, 5.0, 1.0], [1.0, 3.0, 3.0], [1.0, 1.0, 5.0], [1.0, 2.9, 2.9]]);
+        assert_eq!(least_missed(&points), Some(3));
+        let mut rest = points;
+        while let Some(place) = least_missed(&rest) {
+            rest.remove(place);
+        }
+        assert!(rest.len() <= 3, "{rest:?}");
     }
 
     #[test]

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::{Direction, MOST_ON_FRONT, Schedule, Selection};
+use grammar_lang::ir::{Direction, Schedule, Selection};
 
 use super::super::Failure;
 use super::super::aim::Aim;
@@ -108,8 +108,7 @@ impl Bodies<'_> {
     /// How many bodies a population or a front keeps, as things stand.
     pub(super) fn size(&self) -> Result<usize, Failure> {
         let Some((selection, plan)) = self.selection() else { return Ok(usize::MAX) };
-        let most = if self.rules.search.front().is_some() { MOST_ON_FRONT } else { usize::MAX };
-        Ok(plan.size(selection)?.min(most))
+        Ok(plan.size(selection, self.rules.search.front().is_some())?)
     }
 
     fn selection(&self) -> Option<(&Selection, Plan<'_>)> {
