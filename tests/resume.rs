@@ -226,7 +226,9 @@ fn kill_and_resume(folder: &Path, grammar: &Path) {
     let takes = begun.elapsed().as_secs_f64();
     let mut random = Stream::named(u64::from(std::process::id()), "kills");
     let (mut killed, mut runs, mut resumed) = (0, 0, 0);
-    while killed < kills {
+    // On a busy machine the first kills may come before there is anything to go on with.
+    let goes_on = |killed: usize, resumed: usize| killed < kills || resumed == 0 && killed < 20 * kills;
+    while goes_on(killed, resumed) {
         runs += 1;
         let out = folder.join(format!("run-{runs}"));
         loop {
@@ -239,7 +241,7 @@ fn kill_and_resume(folder: &Path, grammar: &Path) {
             };
             arguments.extend(["--jobs", jobs]);
             let mut child = start(&arguments);
-            if killed < kills {
+            if goes_on(killed, resumed) {
                 std::thread::sleep(Duration::from_secs_f64(takes * 0.35 * random.unit()));
                 child.kill().unwrap();
             }
