@@ -61,12 +61,19 @@ impl Export {
         let Candidate { derivation, body, .. } = replay::candidate(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         if matches!(self.to, Format::Begin) {
+            if rules.lattice.is_some() {
+                return Err(Fault::usage(format!(
+                    "{}: `--to begin` writes parts, and this body is made of cells of a lattice; begin another search with it by \
+                     `sgc run GRAMMAR --from-design {0}`",
+                    path.display()
+                )));
+            }
             return self.write(&beginning(&rules, &names, &derivation.design));
         }
         design::check_values(&path, &rules, &design)?;
         if matches!(self.to, Format::Mjcf) && rules.lattice.is_some() {
             return Err(Fault::usage(format!(
-                "{}: a body of balls and springs has no model of hinges for MuJoCo; `--to motion` writes its motion, `--to begin` its cells",
+                "{}: a body of balls and springs has no model of hinges for MuJoCo; `--to motion` writes its motion",
                 path.display()
             )));
         }

@@ -188,8 +188,15 @@ pub fn shown(value: f64, dimension: Dimension) -> String {
     if shown.is_finite() { format!("{shown} {unit}") } else { format!("{value:e} {}", dimension.si()) }
 }
 
-/// A number without what comes behind its first decimals; a huge one has none.
+/// What is smaller than this, in its unit, is rounding.
+const ROUNDING: f64 = 1e-12;
+
+/// A number without what comes behind its first decimals; a huge one has none, a small one keeps six digits.
 fn rounded(value: f64, one: f64) -> f64 {
+    if (ROUNDING..1e-3).contains(&value.abs()) {
+        let scale = libm::pow(10.0, 5.0 - libm::floor(libm::log10(value.abs())));
+        return (value * scale).round() / scale;
+    }
     let scaled = (value * one).round();
     if scaled.is_finite() { scaled / one } else { value }
 }
@@ -203,6 +210,16 @@ mod tests {
         assert_eq!(shown(1e308, Dimension::LENGTH), "1e308 m");
         assert!(shown(1e303, Dimension::TIME).starts_with('1'), "{}", shown(1e303, Dimension::TIME));
         assert_eq!(shown(0.012_345_678, Dimension::LENGTH), "12.345678 mm");
+    }
+
+    #[test]
+    fn small_quantities_are_not_zero() {
+        let told = |value: f64, unit: &str| shown(value, parse(unit).unwrap().dimension);
+        assert_eq!(told(2e-8, "m^2"), "0.00000002 m^2");
+        assert_eq!(told(9e-9, "m^3"), "0.000000009 m^3");
+        assert_eq!(told(1.234_567_89e-5, "m^2"), "0.0000123457 m^2");
+        assert_eq!(told(6.1e-17, "m"), "0 mm");
+        assert_eq!(told(0.02, "m"), "20 mm");
     }
 
     #[test]
