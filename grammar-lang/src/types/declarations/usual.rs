@@ -33,14 +33,13 @@ const fn usual(
     Usual { of, field, least, most, unit, ends }
 }
 
-/// Rubber on dry concrete is at 1, racing tyres at 1.7 (Persson, Sliding Friction, 2nd ed., 2000).
+/// Rubber on dry concrete is near 1, racing tyres somewhat above (from memory).
 const FRICTION: (f64, f64) = (0.0, 3.0);
-/// Densities from the CRC Handbook of Chemistry and Physics, 97th ed.
+/// Foam is at some 0.02 g/cm^3, osmium at 22.6 (from memory).
 const DENSITY: (f64, f64) = (0.02, 23.0);
 
-/// All fields of which usual values are known. Of densities and friction the sources stand above. Gravity: NASA planetary fact sheets.
-/// Supplies, valves, servos and wheels: catalogues of what is sold for small robots (SMC, Festo, Dynamixel, Hitec). Everything else: a
-/// decade or more beyond the robots that `std.novelty` knows.
+/// All fields of which usual values are known. They are wide, and stand from memory: who looks one up writes the source here. What
+/// they are of, at both ends, is told to the user.
 pub const USUAL: &[Usual] = &[
     usual("a part", "density", DENSITY, "g/cm^3", "foam and osmium"),
     usual("an actuator", "density", DENSITY, "g/cm^3", "foam and osmium"),
