@@ -4,7 +4,7 @@ use grammar_lang::eval::{KindValue, Reference, Value};
 use grammar_lang::ir::RuleSet;
 use sgc::derive::Derivation;
 use sgc::derive::random::Stream;
-use sgc::design::{CORE, PartId, first_of};
+use sgc::design::{CORE, Design, PartId, first_of};
 use sgc::results::names::Names;
 use sgc::testing;
 
@@ -203,6 +203,48 @@ fn a_design_as_the_begin_of_a_grammar_is_the_same_body() {
         }
     }
     assert!(images > 10, "rules were applied to images, too");
+}
+
+/// Quantities are read back with the same bits, values of an enumeration with their type.
+#[test]
+fn a_begin_keeps_what_its_parts_are_given() {
+    let compiled = |text: String| {
+        let mut sources = grammar_lang::source::SourceMap::default();
+        let entry = sources.add(root().join("grammars/legs.sgr").to_string_lossy(), text);
+        let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
+        compiled.ruleset.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics))
+    };
+    let params = "param lean : Angle = 0 deg\n  param beat : Beat = Beat.still\n  param row ";
+    // An example would have to choose what is chosen here in addition.
+    let known = read("grammars/millipede.sgr");
+    let (text, _) = known.split_once("\nexample ").expect("an example");
+    let text = text
+        .replacen("part segment {", "enum Beat { still, late }\n\npart segment {", 1)
+        .replacen("param row ", params, 1)
+        .replacen("row = 0)", "row = 0, lean = lean, beat = beat)", 1)
+        .replacen("{\n  match   p : segment with free port q where q is left", "{\n  match   p : segment with free port q where q is left\n  choose  lean in 0 deg .. 90 deg\n  choose  beat in Beat", 1);
+    let rules = compiled(text.clone());
+    let mut given = 0;
+    for seed in 0..40 {
+        let derivation = derive(&rules, seed, 6);
+        let design = &derivation.design;
+        let begin = sgc::results::beginning::beginning(&rules, &Names::through(&rules, &derivation), design);
+        given += begin.matches("beat = Beat.late").count();
+        let again = compiled(text.replacen("begin {\n  place core : segment\n}\n", &begin, 1));
+        let begun = Derivation::begin(&again).design;
+        let params = |design: &Design| {
+            let mut all: Vec<String> = design
+                .parts
+                .values()
+                .filter(|part| part.image == 0)
+                .map(|part| format!("{:?}", part.params))
+                .collect();
+            all.sort();
+            all
+        };
+        assert_eq!(params(&begun), params(design), "{begin}");
+    }
+    assert!(given > 3, "{given}");
 }
 
 #[test]

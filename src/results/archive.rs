@@ -7,6 +7,7 @@ use std::path::Path;
 use grammar_lang::ir::{Descriptor, RuleSet};
 
 use super::FileError;
+use super::columns::{DESCRIPTOR, OBSERVED, distinct};
 use super::saved::SavedDesign;
 use super::whole::{check_no_link, read, write_own};
 use crate::search::Best;
@@ -72,16 +73,30 @@ pub(super) fn lost(run: &Path, rules: &RuleSet, archive: &[(Vec<usize>, Best)]) 
     lost
 }
 
+/// The columns that each table has behind those of the descriptors.
+const COLUMNS: [&str; 4] = ["value", "move", "parts", "actuators"];
+
+/// The first line of the table. No two columns have the same name.
+fn head<'n>(descriptors: impl Iterator<Item = &'n str>, observed: &[String]) -> String {
+    let mut columns = vec!["design".to_owned()];
+    for name in descriptors {
+        let ends = [name.to_owned(), format!("{name}_from"), format!("{name}_to")];
+        let taken = || columns.iter().map(String::as_str).chain(COLUMNS);
+        let is_taken = ends.iter().any(|end| taken().any(|other| other == end));
+        let of = if is_taken { DESCRIPTOR } else { "" };
+        columns.extend(ends.iter().map(|end| format!("{of}{end}")));
+    }
+    columns.extend(COLUMNS.map(str::to_owned));
+    for name in observed {
+        columns.push(distinct(name, OBSERVED, columns.iter().map(String::as_str)));
+    }
+    columns.join(",") + "\n"
+}
+
 fn table(rules: &RuleSet, archive: &[(Vec<usize>, Best)]) -> String {
-    let mut text = String::from("design");
     let descriptors: Vec<_> =
         rules.search.archive().into_iter().flat_map(|archive| &archive.descriptors).collect();
-    for (name, _) in &descriptors {
-        let _ = write!(text, ",{name},{name}_from,{name}_to");
-    }
-    text += ",value,move,parts,actuators";
-    rules.observed.iter().for_each(|name| text += &format!(",{name}"));
-    text += "\n";
+    let mut text = head(descriptors.iter().map(|(name, _)| name.as_str()), &rules.observed);
     for (cell, best) in archive {
         text += &file(cell);
         for ((_, descriptor), cell) in descriptors.iter().zip(cell) {
@@ -111,9 +126,20 @@ pub fn told(run: &Path) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use grammar_lang::ir::{Expr, ExprKind, Ty};
 
     use super::*;
+
+    #[test]
+    fn no_two_columns_have_the_same_name() {
+        let head = head(["size", "value", "size_from"].into_iter(), &["value".to_owned(), "size".to_owned()]);
+        let columns: BTreeSet<&str> = head.trim_end().split(',').collect();
+        assert_eq!(columns.len(), head.split(',').count(), "{head}");
+        assert!(head.contains(",descriptor value,descriptor value_from,"), "{head}");
+        assert!(head.ends_with(",value,move,parts,actuators,observed value,observed size\n"), "{head}");
+    }
 
     #[test]
     fn a_cell_lies_between_its_ends() {

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use grammar_lang::eval::evaluate;
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Ty};
 use grammar_lang::units::{self, Dimension};
 
 use super::describe::{Named, port_name};
@@ -80,6 +80,19 @@ fn turn(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> f64 {
     [part.turn, reflected].into_iter().chain(quarters).find(fits).unwrap_or(part.turn)
 }
 
+/// A value as a grammar writes it: the same bits when it is read again.
+fn literal(named: Named<'_>, value: &Recorded, ty: Option<&Ty>) -> String {
+    match (value, ty) {
+        (Recorded::Number(_), Some(Ty::Enum(of))) => format!("{of}.{}", named.value(value, ty)),
+        (Recorded::Number(x), _) => units::exact(*x, ty.and_then(Ty::dimension).unwrap_or_default()),
+        (Recorded::List(items), Some(Ty::List(of))) => {
+            let items: Vec<String> = items.iter().map(|item| literal(named, item, Some(of))).collect();
+            format!("[{}]", items.join(", "))
+        }
+        _ => named.value(value, ty),
+    }
+}
+
 fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
     let Named { rules, design, .. } = named;
     let mut text = part.kind.clone();
@@ -92,8 +105,8 @@ fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
             let default = param.and_then(|param| param.default.as_ref());
             let default = default.and_then(|default| evaluate(default, rules, &mut Vec::new()).ok());
             let differs = default.as_ref() != Some(given);
-            let shown = || named.value(&Recorded::new(given), param.map(|param| &param.ty));
-            differs.then(|| format!("{name} = {}", shown()))
+            let written = || literal(named, &Recorded::new(given), param.map(|param| &param.ty));
+            differs.then(|| format!("{name} = {}", written()))
         })
         .collect();
     if !params.is_empty() {
@@ -105,7 +118,7 @@ fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
     let _ = write!(text, " to {name}.{}", port_name(rules, holder, port).as_deref().unwrap_or("?"));
     let turn = turn(rules, holder, port, part);
     if turn != 0.0 {
-        let _ = write!(text, " turned {}", units::shown(turn, Dimension::ANGLE));
+        let _ = write!(text, " turned {}", units::exact(turn, Dimension::ANGLE));
     }
     if part.holding != ends(rules, &part.kind).0
         && let Some(own) = port_name(rules, part, part.holding)

@@ -8,6 +8,7 @@ use grammar_lang::ir::{Objective, RuleSet, objective_name};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
+use super::columns::{OBSERVED, distinct};
 use super::saved::hex;
 use super::whole::{check_no_link, is_same};
 use super::{FileError, Unfit};
@@ -62,8 +63,10 @@ impl More {
     /// The first line of a table.
     fn head(&self) -> String {
         let beside = self.beside.iter().map(|name| quoted(name));
-        let last = beside.chain([LAST.to_owned()]).chain(self.observed.iter().cloned());
-        let more: String = last.map(|name| format!(",{name}")).collect();
+        let fixed = || COLUMNS.split(',').chain([LAST]);
+        let observed = self.observed.iter().map(|name| distinct(name, OBSERVED, fixed()));
+        let more: String =
+            beside.chain([LAST.to_owned()]).chain(observed).map(|name| format!(",{name}")).collect();
         format!("{COLUMNS}{more}\n")
     }
 }

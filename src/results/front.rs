@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::{RuleSet, objective_name};
 
-use super::evals::{objectives, quoted};
+use super::columns::{OBSERVED, distinct};
+use super::evals::{BESIDE, objectives, quoted};
 use super::saved::SavedDesign;
 use super::seal::is_as_written;
 use super::whole::{check_no_link, entries, read, write_own};
@@ -118,12 +119,14 @@ pub fn page_of(design: &Path) -> PathBuf {
 }
 
 fn table(rules: &RuleSet, front: &[Best]) -> String {
-    let mut text = String::from("design");
-    for name in objectives(rules) {
-        let _ = write!(text, ",{}", quoted(&name));
+    let fixed = ["design", "move", "parts", "actuators"];
+    let named: Vec<String> =
+        objectives(rules).iter().map(|name| quoted(&distinct(name, BESIDE, fixed))).collect();
+    let mut text = format!("design,{},move,parts,actuators", named.join(","));
+    for name in &rules.observed {
+        let taken = fixed.into_iter().chain(named.iter().map(String::as_str));
+        let _ = write!(text, ",{}", distinct(name, OBSERVED, taken));
     }
-    text += ",move,parts,actuators";
-    rules.observed.iter().for_each(|name| text += &format!(",{name}"));
     text += "\n";
     for best in ordered(rules, front) {
         text += &file(best);

@@ -3,6 +3,7 @@
 pub mod archive;
 pub mod beginning;
 pub mod checkpoint;
+mod columns;
 pub mod describe;
 mod design_error;
 pub mod elsewhere;

@@ -6,7 +6,7 @@ mod observed;
 use std::cell::{OnceCell, RefCell};
 use std::collections::{BTreeMap, BTreeSet};
 
-use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
+use grammar_lang::eval::{EvalError, Reference, Scope, Value, bounded, evaluate, evaluate_result};
 use grammar_lang::ir::{
     Attribute, Difference, ElementAttribute, Expr, MotionWord, Objective, PartAttribute, RuleSet, Task, Term,
     Track, Word, builds_on,
@@ -109,7 +109,7 @@ pub fn objectives(recording: Recording<'_>) -> Result<Vec<f64>, EvalError> {
 /// [`EvalError`] when one has no value.
 pub fn quantities(recording: Recording<'_>, wanted: &[&Expr]) -> Result<Vec<f64>, EvalError> {
     let scope = MotionScope::new(recording)?;
-    wanted.iter().map(|expr| Ok(number(&evaluate(expr, &scope, &mut Vec::new())?))).collect()
+    wanted.iter().map(|expr| Ok(number(&evaluate_result(expr, &scope)?))).collect()
 }
 
 /// A value as a number: a Bool is 0 or 1, a value of an enumeration its place.
@@ -125,7 +125,7 @@ fn value(task: &Task, scope: &MotionScope<'_>) -> Result<f64, EvalError> {
 }
 
 fn number_of(objective: &Objective, scope: &dyn Scope) -> Result<f64, EvalError> {
-    Ok(evaluate(&objective.value, scope, &mut Vec::new())?.as_number().unwrap_or(0.0))
+    Ok(evaluate_result(&objective.value, scope)?.as_number().unwrap_or(0.0))
 }
 
 /// What terms can read: the design and the whole recorded motion; and objectives, the motions in other worlds.
@@ -180,8 +180,10 @@ impl<'a> MotionScope<'a> {
 
     fn named_terms(&self) -> Result<Vec<(String, f64)>, EvalError> {
         let (rules, task) = (self.recording.drive.candidate().rules, self.recording.drive.task());
-        let one =
-            |(name, term): (&str, &Term)| Ok((name.to_owned(), number(&observed::value(name, term, self)?)));
+        let one = |(name, term): (&str, &Term)| {
+            let value = bounded(observed::value(name, term, self)?, &term.value)?;
+            Ok((name.to_owned(), number(&value)))
+        };
         used(rules, task).into_iter().map(one).collect()
     }
 
@@ -320,7 +322,7 @@ pub fn penalties(rules: &RuleSet, derivation: &Derivation) -> Result<Vec<(String
     let mut found = Vec::new();
     for preference in &rules.preferences {
         if evaluate(&preference.condition, &scope, &mut Vec::new())? != Value::Bool(true) {
-            let weight = evaluate(&preference.weight, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0);
+            let weight = evaluate_result(&preference.weight, &scope)?.as_number().unwrap_or(0.0);
             found.push((preference.name.clone(), weight));
         }
     }
@@ -353,7 +355,7 @@ pub fn beside(
 /// [`EvalError`] when the objective or a preference has no value.
 pub fn outcome(rules: &RuleSet, derivation: &Derivation, values: &[(&str, f64)]) -> Result<f64, EvalError> {
     let scope = OutcomeScope { design: DesignScope::new(rules, derivation), values };
-    let value = evaluate(&rules.objective.value, &scope, &mut Vec::new())?.as_number().unwrap_or(0.0);
+    let value = number_of(&rules.objective, &scope)?;
     let lost: f64 = penalties(rules, derivation)?.iter().map(|(_, weight)| weight).sum();
     Ok(rules.objective.direction.worse_by(value, lost))
 }

@@ -4,6 +4,7 @@ use std::fmt;
 
 use grammar_lang::eval::{EvalError, Scope, Value, evaluate};
 use grammar_lang::ir::{RuleSet, Term, Ty};
+use grammar_lang::units;
 use serde::{Deserialize, Serialize};
 
 use super::{MotionScope, Recording};
@@ -42,9 +43,6 @@ pub fn observe(recording: Recording<'_>) -> Vec<Option<Observed>> {
     rules.observed.iter().map(one).collect()
 }
 
-/// A number beyond this could not be told in another unit, and statistics of it would overflow.
-const LARGEST: f64 = 1e100;
-
 /// A value of a type as people know it.
 fn told(rules: &RuleSet, ty: &Ty, value: &Value) -> Option<Observed> {
     match (ty, value) {
@@ -52,7 +50,7 @@ fn told(rules: &RuleSet, ty: &Ty, value: &Value) -> Option<Observed> {
         (Ty::Enum(of), Value::Number(place)) => {
             rules.value_of(of, *place).map(|word| Observed::Word(word.to_owned()))
         }
-        (_, Value::Number(x)) => (x.abs() <= LARGEST).then_some(Observed::Number(*x)),
+        (_, Value::Number(x)) => (x.abs() <= units::LARGEST).then_some(Observed::Number(*x)),
         _ => None,
     }
 }

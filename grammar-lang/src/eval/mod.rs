@@ -23,6 +23,7 @@ use crate::ir::{
     Word,
 };
 use crate::source::Span;
+use crate::units;
 
 /// Why an expression has no value.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -185,6 +186,27 @@ const OPERATIONS: u64 = 20;
 /// index beyond a list, a number that is not finite.
 pub fn evaluate(expr: &Expr, scope: &dyn Scope, locals: &mut Vec<Value>) -> Result<Value, EvalError> {
     Evaluation { scope, locals, left: COMBINATIONS * OPERATIONS, sizes: Vec::new() }.value(expr)
+}
+
+/// The same for what is kept and compared: a number beyond [`units::LARGEST`] is no value.
+///
+/// # Errors
+///
+/// [`EvalError`] where the value does not exist, or is too large.
+pub fn evaluate_result(expr: &Expr, scope: &dyn Scope) -> Result<Value, EvalError> {
+    bounded(evaluate(expr, scope, &mut Vec::new())?, expr)
+}
+
+/// What an expression comes to, if it is to be kept and compared.
+///
+/// # Errors
+///
+/// [`EvalError`] where it is a number beyond [`units::LARGEST`].
+pub fn bounded(value: Value, expr: &Expr) -> Result<Value, EvalError> {
+    match value {
+        Value::Number(x) if x.abs() > units::LARGEST => fail(expr, "this number is beyond 1e100"),
+        value => Ok(value),
+    }
 }
 
 /// The same for an expression that is a number, SI.

@@ -39,10 +39,29 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     .label("nothing to trade")
                     .help("let it read the motion or the design, or leave it out")
             }));
+            small(known, findings);
         }
         (None, None) => {}
     }
     most(ruleset, findings);
+}
+
+/// A front keeps the best of each objective, whatever its size: fewer are no front.
+fn small(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let Some(front) = known.ruleset.search.front() else { return };
+    let (size, objectives) = (&front.selection.size, known.ruleset.objectives().count());
+    if known.numbers(size).high < objectives as f64 {
+        let (one, all) = (known.numbers(size).high, objectives);
+        findings.push(
+            Diagnostic::new(
+                Code::FRONT_MISFIT,
+                size.span,
+                format!("a front of {all} objectives keeps at least {all} designs, the best of each"),
+            )
+            .label(format!("{one} are kept"))
+            .help(format!("write `size = {}`, or any number from {all} on", all * 8)),
+        );
+    }
 }
 
 /// More objectives than this make a front of nearly all designs.

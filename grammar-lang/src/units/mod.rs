@@ -4,4 +4,8 @@ mod dimension;
 mod table;
 
 pub use dimension::Dimension;
-pub use table::{Unit, UnitError, display_unit, parse, shown, suggest, unit_names, written_out};
+pub use table::{Unit, UnitError, display_unit, exact, parse, shown, suggest, unit_names, written_out};
+
+/// No number of a text, and no value of an objective or a term, is larger, in SI units: sums of its square over all designs of a run
+/// still have a value.
+pub const LARGEST: f64 = 1e100;

@@ -188,6 +188,23 @@ pub fn shown(value: f64, dimension: Dimension) -> String {
     if shown.is_finite() { format!("{shown} {unit}") } else { format!("{value:e} {}", dimension.si()) }
 }
 
+/// A number in SI units so that a grammar that reads it has the same bits: in the unit that people would write, or else in SI units.
+#[must_use]
+pub fn exact(value: f64, dimension: Dimension) -> String {
+    let number = |x: f64| if x.abs() < 1e15 { x.to_string() } else { format!("{x:e}") };
+    if dimension.is_number() {
+        return number(value);
+    }
+    let unit = suggest(dimension);
+    let factor = parse(&unit).map_or(1.0, |u| u.factor);
+    let near = value / factor;
+    let candidates = [rounded(near, 1e6), near, near.next_up(), near.next_down()];
+    match candidates.into_iter().find(|x| x * factor == value) {
+        Some(x) => format!("{} {unit}", number(x)),
+        None => format!("{} {}", number(value), dimension.si()),
+    }
+}
+
 /// What is smaller than this, in its unit, is rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -210,6 +227,21 @@ mod tests {
         assert_eq!(shown(1e308, Dimension::LENGTH), "1e308 m");
         assert!(shown(1e303, Dimension::TIME).starts_with('1'), "{}", shown(1e303, Dimension::TIME));
         assert_eq!(shown(0.012_345_678, Dimension::LENGTH), "12.345678 mm");
+    }
+
+    #[test]
+    fn what_is_exact_is_read_back_with_the_same_bits() {
+        let dimensions = ["mm", "deg", "g/cm^3", "N*m/rad", "s", "cm^3/s/bar"];
+        let mut value = 0.1;
+        for unit in dimensions.into_iter().cycle().take(600) {
+            let dimension = parse(unit).unwrap().dimension;
+            value = (value * 1.618_033_988_749) % 7.3;
+            let text = exact(value, dimension);
+            let (number, unit) = text.split_once(' ').unwrap();
+            assert_eq!(number.parse::<f64>().unwrap() * parse(unit).unwrap().factor, value, "{text}");
+        }
+        assert_eq!(exact(0.02, Dimension::LENGTH), "20 mm");
+        assert_eq!(exact(1e20, Dimension::NUMBER), "1e20");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use csv::StringRecord;
 
+use crate::results::columns::OBSERVED;
 use crate::results::evals::BESIDE;
 use crate::results::whole::read;
 
@@ -219,7 +220,8 @@ impl<'a> Columns<'a> {
             return Vec::new();
         };
         let more = self.head.iter().zip(record).skip(last + 1).filter(|(_, text)| !text.is_empty());
-        more.map(|(name, text)| (name.to_owned(), text.to_owned())).collect()
+        let own = |name: &str| name.strip_prefix(OBSERVED).unwrap_or(name).to_owned();
+        more.map(|(name, text)| (own(name), text.to_owned())).collect()
     }
 }
 

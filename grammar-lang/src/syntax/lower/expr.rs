@@ -10,6 +10,7 @@ use super::super::parser::Rule;
 use super::{Lowering, Node, children, parts, unquote};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::Span;
+use crate::units;
 
 /// The longest chain of operators or suffixes, and the deepest expression: all
 /// that walks the tree recurses as deep as it is.
@@ -90,25 +91,22 @@ impl Lowering<'_> {
                 let mut inner = parts(node);
                 let number = inner.next()?;
                 let value: f64 = number.as_str().parse().ok()?;
-                if !value.is_finite() {
+                // What is wrong with the number alone hides nothing else: the expression is read on.
+                let unfit = |message| Diagnostic::new(Code::BAD_NUMBER, self.span(&number), message);
+                if value > units::LARGEST {
                     self.errors.push(
-                        Diagnostic::new(Code::BAD_NUMBER, self.span(&number), "this number is too large")
-                            .label("larger than 1.8e308"),
+                        unfit("this number is too large")
+                            .label("larger than 1e100")
+                            .help("no quantity of a robot is so large: leave a zero or the exponent out"),
                     );
-                    return None;
-                }
-                if is_rounded(number.as_str(), value) {
+                } else if is_rounded(number.as_str(), value) {
                     self.errors.push(
-                        Diagnostic::new(
-                            Code::BAD_NUMBER,
-                            self.span(&number),
-                            "this whole number has more digits than are kept",
-                        )
-                        .label(format!("would be {value}"))
-                        .help("whole numbers up to 9007199254740992 are exact; write a larger one as `1e20`"),
+                        unfit("this whole number has more digits than are kept")
+                            .label(format!("would be {value}"))
+                            .help("whole numbers up to 9007199254740992 are exact; write a larger one as `1e20`"),
                     );
-                    return None;
                 }
+                let value = value.min(units::LARGEST);
                 let unit = inner.next().map(|u| self.name(&u));
                 at(ExprKind::Quantity(value, unit))
             }

@@ -8,7 +8,7 @@ use crate::eval::Value;
 use crate::ir::{Binder, Expr, ExprKind, Gather, Operator, Ty};
 use crate::source::Span;
 use crate::syntax::ast;
-use crate::units::Dimension;
+use crate::units::{self, Dimension};
 
 impl Expressions<'_> {
     pub(in crate::types) fn report(&mut self, diagnostic: Diagnostic) {
@@ -108,9 +108,9 @@ impl Expressions<'_> {
     fn quantity(&mut self, value: f64, unit: &ast::Name, span: Span) -> Expr {
         let Some(unit) = self.unit(unit) else { return unknown(span) };
         let si = value * unit.factor;
-        if !si.is_finite() {
+        if si > units::LARGEST {
             let error = Diagnostic::new(Code::BAD_NUMBER, span, "this number is too large");
-            self.report(error.label("in SI units"));
+            self.report(error.label("larger than 1e100 in SI units"));
             return unknown(span);
         }
         Expr { kind: ExprKind::Number(si), ty: Ty::Quantity(unit.dimension), span }

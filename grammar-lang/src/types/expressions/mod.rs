@@ -35,7 +35,7 @@ use crate::source::Span;
 use crate::syntax::ast;
 use crate::syntax::ast::{Item, ItemKind, Name};
 use crate::syntax::declarations::BlockKind;
-use crate::units::Dimension;
+use crate::units::{self, Dimension};
 use context::Context;
 pub(in crate::types) use named_types::is_type;
 use stage::Stage;
@@ -453,7 +453,7 @@ impl<'a> Expressions<'a> {
                 };
                 match (number.parse::<f64>(), unit) {
                     (Ok(x), Some((d, factor)))
-                        if x.is_finite()
+                        if (x * factor).abs() <= units::LARGEST
                             && Some(d) == ty.dimension()
                             && (*ty != Ty::Count || x.fract() == 0.0) =>
                     {
