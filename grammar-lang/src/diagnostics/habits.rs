@@ -291,6 +291,7 @@ fn number(text: &str, place: usize) -> Option<String> {
         Some(power @ '1'..='9') if is_unit(word_before) && !word_before.is_empty() => {
             Some(format!("write `{word_before}^{power}`"))
         }
+        Some('^') => spaced_unit(before, after),
         _ if before.trim_end().ends_with('.') => {
             let whole = before.trim_end().trim_end_matches('.');
             is_digit(whole.chars().next_back()).then(|| {
@@ -299,6 +300,22 @@ fn number(text: &str, place: usize) -> Option<String> {
         }
         _ => None,
     }
+}
+
+/// What helps where a unit has spaces: `1 g / cm^3`.
+fn spaced_unit(before: &str, after: &str) -> Option<String> {
+    let split = |text: &str| {
+        let text = text.trim_end();
+        let start = text.trim_end_matches(char::is_alphabetic).len();
+        Some((text.get(..start)?.to_owned(), text.get(start..)?.to_owned()))
+    };
+    let is_unit = |word: &str| !word.is_empty() && crate::units::parse(word).is_ok();
+    let (rest, last) = split(before)?;
+    let sign = rest.trim_end().chars().next_back().filter(|sign| "*/".contains(*sign))?;
+    let (_, first) = split(rest.trim_end().strip_suffix(sign)?)?;
+    let power: String = after.get(1..)?.trim_start().chars().take_while(char::is_ascii_digit).collect();
+    (is_unit(&first) && is_unit(&last))
+        .then(|| format!("write the unit without spaces: `{first}{sign}{last}^{power}`"))
 }
 
 #[cfg(test)]
@@ -331,6 +348,8 @@ mod tests {
         assert_eq!(told("x = 1 kg/m3", 10), "write `kg/m^3`");
         assert_eq!(told("x = 1 g/cm³", 10), "write `g/cm^3`");
         assert!(told("x = 1.", 6).contains("1.0"));
+        assert_eq!(told("x = 1 g / cm^3", 12), "write the unit without spaces: `g/cm^3`");
+        assert_eq!(number("x = a / b^3", 9), None);
         assert_eq!(number("x = 4 + 3", 6), None);
     }
 }

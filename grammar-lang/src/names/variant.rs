@@ -550,7 +550,7 @@ fn add(loading: &mut Loading<'_>, module: usize, item: &Item) {
             format!("the base already has {} `{}`", article(word_of(&item.kind)), word_of(&item.kind)),
         )
         .label("another one")
-        .help("write `replace` instead of `add`");
+        .help(format!("to change what the base says, write `replace {} ...`", item.kind.word()));
         if let Some(place) = place {
             error = error.also(place, "the one in the base");
         }
@@ -570,7 +570,11 @@ fn add(loading: &mut Loading<'_>, module: usize, item: &Item) {
                 format!("the base already declares `{}`", name.text),
             )
             .label("declared again here")
-            .help("write `replace` instead of `add`, or choose another name");
+            .help(format!(
+                "to change what the base says, write `replace {} {} ...`; or choose another name",
+                item.kind.word(),
+                name.text
+            ));
             if let Some(place) = place {
                 error = error.also(place, "declared in the base here");
             }

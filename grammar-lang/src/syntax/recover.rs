@@ -149,7 +149,16 @@ fn by_clause(scan: &Scan<'_>, piece: Stretch<'_>, file: FileId, found: &mut Foun
         found.errors.push(unclosed(piece, open, file));
     }
     let inside = block.part(open.end(), close.map_or(piece.end, |close| close.start));
-    for clause in clauses(inside, words) {
+    let all = clauses(inside, words);
+    // A brace that a clause leaves open, as that of a set, is the one that is missing, and told there.
+    let is_open =
+        |clause: &Stretch<'_>| clause.end != inside.end && clause.tokens().map(brace).sum::<i32>() > 0;
+    if close.is_none()
+        && all.iter().any(|clause| is_open(clause) && SgrParser::parse(entry, clause.text()).is_err())
+    {
+        found.errors.truncate(before);
+    }
+    for clause in all {
         match SgrParser::parse(entry, clause.text()) {
             Ok(mut pairs) => {
                 let Some(inner) =

@@ -89,6 +89,13 @@ impl Stop<'_> {
                 .help(help)
                 .fix(Fix::replace(span, "to", help));
         }
+        if let Some(span) = self.compared_to_set() {
+            let help = "write `=`: `==` compares two values";
+            return Diagnostic::new(error.code, span, "`set` gives a value by `=`, found `==`")
+                .label("not expected here")
+                .help(help)
+                .fix(Fix::replace(span, "=", help));
+        }
         let slip = self
             .look_alike()
             .or_else(|| self.quotes())
@@ -98,6 +105,8 @@ impl Stop<'_> {
             .or_else(|| self.needless())
             .or_else(|| self.time())
             .or_else(|| self.chained())
+            .or_else(|| self.where_to())
+            .or_else(|| self.open_bracket())
             .or_else(|| self.little_word());
         match slip {
             Some((help, fix)) => error.help(help).fix_if(fix),
@@ -246,6 +255,35 @@ impl Stop<'_> {
         let attaches = matches!(self.piece.first_word(), "attach" | "place");
         let at = self.read().tokens().find(|token| token.text == "at");
         at.filter(|_| attaches && self.expects("`to`")).map(|at| span(at, self.file))
+    }
+
+    /// `set p.turn == 90 deg`, of which the parser has taken all for what is to be set.
+    fn compared_to_set(&self) -> Option<Span> {
+        let sets = self.clause() == "set" && self.expects("`=`");
+        let sign = self.read().tokens().find(|token| token.text == "==");
+        sign.filter(|_| sets).map(|sign| span(sign, self.file))
+    }
+
+    /// `attach cube turned 90 deg to q`
+    fn where_to(&self) -> Option<(String, Option<Fix>)> {
+        let attaches = matches!(self.clause(), "attach" | "place") && self.expects("`to`");
+        let early = attaches && matches!(self.found, "turned" | "by" | "as");
+        let (early, others) = early.then(|| (self.found, self.unread(0).rest_of_line()))?;
+        let (own, to) = others.split_once(" to ")?;
+        let what = self.read().lines().last()?.text().trim();
+        Some((format!("say where to before `{early}`: `{what} to {} {}`", to.trim(), own.trim()), None))
+    }
+
+    /// A bracket that is open where the clause ends.
+    fn open_bracket(&self) -> Option<(String, Option<Fix>)> {
+        let pairs = [("{", "}"), ("(", ")"), ("[", "]")];
+        let count = |sign: &str| self.read().tokens().filter(|token| token.text == sign).count();
+        let (_, close) = pairs.into_iter().find(|(open, close)| {
+            self.found.is_empty() && self.expects(&format!("`{close}`")) && count(open) > count(close)
+        })?;
+        let gap = if close == "}" { " " } else { "" };
+        let line = self.read().lines().last()?.text().trim().to_owned();
+        Some((format!("end it with `{close}`: `{line}{gap}{close}`"), None))
     }
 
     /// A little word of plain English where the language has another, or a sign.

@@ -117,11 +117,15 @@ impl Expressions<'_> {
                 return unknown;
             }
             other => {
-                let message = format!("a {other} cannot be called");
+                let message = format!("{} cannot be called", super::fit::article(other));
+                let help = match other {
+                    Ty::List(_) => "an item stands in square brackets, counted from 0: `points[1]`",
+                    _ => "to multiply, write `*`",
+                };
                 self.report(
                     Diagnostic::new(Code::WRONG_TYPE, callee.span, message)
                         .label("not a function, curve, pattern or table")
-                        .help("to multiply, write `*`"),
+                        .help(help),
                 );
                 return unknown;
             }
@@ -141,8 +145,11 @@ impl Expressions<'_> {
             );
             return unknown;
         };
-        let what =
-            if matches!(curve.ty, Ty::Table(..)) { "what a table is asked" } else { "the place in a cycle" };
+        let what = if matches!(curve.ty, Ty::Table(..)) {
+            "what a table is read at"
+        } else {
+            "the place in a cycle"
+        };
         let place = self.expect(value, cx, &Ty::Quantity(asked), what);
         Expr { kind: ExprKind::Apply(Box::new(curve), Box::new(place)), ty, span }
     }

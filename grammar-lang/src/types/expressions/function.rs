@@ -76,10 +76,11 @@ impl Expressions<'_> {
         }
         if !arity.contains(&arguments.len()) || arguments.iter().any(|a| a.name.is_some()) {
             let message = format!("`{}` is called as `{usage}`", function.text());
+            let help = unnamed(usage, arguments).or_else(|| self.decimal_comma(arguments));
             self.report(
                 Diagnostic::new(Code::WRONG_ARGUMENTS, span, message)
                     .label(given(arguments))
-                    .help(self.decimal_comma(arguments).unwrap_or_else(|| function.doc().to_owned())),
+                    .help(help.unwrap_or_else(|| function.doc().to_owned())),
             );
             return unknown;
         }
@@ -245,4 +246,13 @@ fn result(function: Function, tys: &[Ty]) -> Option<Ty> {
         F::Design(DesignFunction::Cell) => Some(Ty::Cell),
         F::Design(DesignFunction::Region) => Some(Ty::List(Box::new(Ty::Cell))),
     }
+}
+
+/// What helps where arguments have names, as in OpenSCAD and Python.
+fn unnamed(usage: &str, arguments: &[ast::Argument]) -> Option<String> {
+    let mut names = arguments.iter().filter_map(|argument| argument.name.as_ref()).peekable();
+    names.peek()?;
+    let half = usage.contains("radius") && names.any(|name| ["d", "diameter"].contains(&name.text.as_str()));
+    let half = if half { "; the radius is half of the diameter" } else { "" };
+    Some(format!("write the values without names, in this order: `{usage}`{half}"))
 }

@@ -3,7 +3,7 @@
 use super::context::{Context, Local, unknown};
 use super::stage::{Stage, stages_of};
 use super::{Expressions, signature, task};
-use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
+use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
 use crate::ir::{DesignWord, Expr, ExprKind, Function, Group, Operator, Ty, Word};
 use crate::names::Declaration;
 use crate::source::Span;
@@ -163,12 +163,18 @@ impl Expressions<'_> {
         let help = if let Some(driven) = driven {
             format!("did you mean `{}.{name}`?", driven.name)
         } else if units::parse(name).is_ok() {
-            format!("`{name}` is a unit: write a number before it")
+            format!(
+                "`{name}` is a unit: write a number before it, and a unit without spaces, as in `1 g/cm^3`"
+            )
         } else if Function::named(name).is_some() {
             format!(
                 "`{name}` is a function: call it as `{}`",
                 Function::named(name).map_or("", |f| signature::usage(f).0)
             )
+        } else if let Some(of) = self.enumeration_with(span, name) {
+            let help = format!("write `{of}.{name}`: a value of an enumeration is named with it");
+            fix = Some(Fix::replace(span, format!("{of}.{name}"), help.clone()));
+            help
         } else if self.environment.ports.contains(name) {
             format!(
                 "`{name}` is a port: ask for it with `is`, as in `q is {name}`, or say of which part, as in `p.{name}`"
@@ -195,6 +201,16 @@ impl Expressions<'_> {
                 .fix_if(fix),
         );
         unknown(span)
+    }
+
+    /// The only enumeration that has a value of a name.
+    fn enumeration_with(&self, place: Span, value: &str) -> Option<String> {
+        let mut those = self.guessable(place).filter_map(|(name, item)| match &item.kind {
+            ItemKind::Enum(_, values) => values.iter().any(|v| v.text == value).then_some(name),
+            _ => None,
+        });
+        let only = those.next()?;
+        those.next().is_none().then(|| only.to_owned())
     }
 
     /// Whether an unknown name is the echo of another error.
@@ -352,6 +368,14 @@ fn not_declared(name: &str, cx: &Context) -> String {
     // Short names are those that clauses bind, longer ones are declared.
     if name.chars().count() > 2 {
         return crate::names::UNDECLARED.to_owned();
+    }
+    let matched = |l: &super::context::Local| {
+        matches!(l.ty, Ty::Part | Ty::Actuator | Ty::Port | Ty::Joint | Ty::Cell | Ty::Step)
+    };
+    if cx.stage == Stage::Derivation && !cx.locals.iter().any(matched) {
+        return "nothing is bound that it could be: a rule binds parts and ports by a line such as \
+                `match p : part with free port q`"
+            .to_owned();
     }
     let mut bound: Vec<String> =
         cx.locals.iter().filter(|l| !l.name.is_empty()).map(|l| format!("`{}`", l.name)).collect();

@@ -2,8 +2,9 @@
 
 use super::Expressions;
 use super::context::Context;
+use super::fit::article;
 use super::stage::Stage;
-use crate::diagnostics::{Code, Diagnostic};
+use crate::diagnostics::{Code, Diagnostic, Fix};
 use crate::ir::{self, Expr, ExprKind, Ty};
 use crate::source::Span;
 use crate::syntax::ast;
@@ -22,18 +23,37 @@ impl Expressions<'_> {
                         name.span,
                         "a table leads from a quantity to a quantity",
                     )
-                    .label(format!("this is {}", super::fit::article(ty)))
+                    .label(format!("this is {}", article(ty)))
                     .help("write for example `table lengths : Angle -> Length { ... }`"),
                 );
             }
         }
         let (Ty::Quantity(asked), Ty::Quantity(answer)) = (&from, &to) else { return unknown };
+        if from != to && self.is_other_way_round(table, &from, &to, damaged) {
+            let place = table.from.span.join(table.to.span);
+            let help = format!("write `{} -> {}`", table.to.text, table.from.text);
+            self.report(
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    place,
+                    format!("the rows of this table lead from {} to {}", article(&to), article(&from)),
+                )
+                .label("said the other way round here")
+                .help(help.clone())
+                .fix(Fix::replace(
+                    place,
+                    format!("{} -> {}", table.to.text, table.from.text),
+                    help,
+                )),
+            );
+            return unknown;
+        }
         let mut rows: Vec<([f64; 2], Span)> = Vec::new();
         let mut sound = true;
         for (x, y) in &table.rows {
             let mut cx = Context::new(Stage::Declaration, damaged);
-            let x = self.expect(x, &mut cx, &from, "what a table is asked");
-            let y = self.expect(y, &mut cx, &to, "what a table answers");
+            let x = self.expect(x, &mut cx, &from, "what stands on the left of `->`");
+            let y = self.expect(y, &mut cx, &to, "what stands on the right of `->`");
             match (self.constant_number(&x), self.constant_number(&y)) {
                 (Some(a), Some(b)) => rows.push(([a, b], x.span)),
                 _ => sound = false,
@@ -66,5 +86,16 @@ impl Expressions<'_> {
         let rows = rows.into_iter().map(|(row, _)| row).collect();
         let ty = Ty::Table(*asked, *answer);
         Expr { kind: ExprKind::Table(ir::Table { rows }), ty, span: table.name.span }
+    }
+
+    /// Whether each row leads from what the table should lead to, to what it should lead from.
+    fn is_other_way_round(&mut self, table: &ast::Table, from: &Ty, to: &Ty, damaged: bool) -> bool {
+        let known = self.errors.len();
+        let mut is =
+            |tree, ty: &Ty| self.infer(tree, &mut Context::new(Stage::Declaration, damaged)).ty == *ty;
+        let all = table.rows.iter().all(|(x, y)| is(x, to) && is(y, from));
+        // What is wrong within a row is told where it is read for good.
+        self.errors.split_off(known);
+        all && !table.rows.is_empty()
     }
 }
