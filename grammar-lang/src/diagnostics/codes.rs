@@ -174,6 +174,9 @@ codes! {
     CONSTANT_AIM      "W0734" "constant-objective" Warning;
     SETTLES_LATE      "W0735" "settles-too-late" Warning;
     UNUSED_ALLOW      "W0736" "unused-allow" Warning;
+    NO_GRIP           "W0737" "no-grip" Warning;
+    STILL_DRIVE       "W0738" "still-drive" Warning;
+    AGAINST_REQUIREMENT "W0739" "against-a-requirement" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

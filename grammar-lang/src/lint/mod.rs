@@ -1,5 +1,6 @@
 //! Checks of a whole rule set that need no design. One file each.
 
+mod against_requirements;
 mod bad_schedule;
 mod bad_spread;
 mod below;
@@ -25,6 +26,7 @@ mod negative_weight;
 mod never_applies;
 mod never_drawn;
 mod never_matches;
+mod no_grip;
 mod no_possible_value;
 mod no_room;
 mod no_spread;
@@ -42,6 +44,7 @@ mod over_nothing;
 mod periods;
 mod places;
 mod pointless;
+mod still_drive;
 mod stops_at_once;
 mod twice_in_set;
 mod unread;
@@ -109,6 +112,9 @@ const DOUBTFUL: &[Lint] = &[
     over_nothing::check,
     stops_at_once::check,
     whole_turns::check,
+    no_grip::check,
+    still_drive::check,
+    against_requirements::check,
 ];
 
 /// What says nothing. A text that several grammars share may say in one of them

@@ -70,7 +70,7 @@ pub const USUAL: &[Usual] = &[
     usual("a model", "control", (0.5, 200.0), "ms", "a servo drive and five samples a second"),
     usual("a model", "record", (0.5, 500.0), "ms", "a high-speed camera and two frames a second"),
     usual("a model", "gravity", (1.0, 30.0), "m/s^2", "the Moon at 1.6 and Jupiter at 25"),
-    usual("a model", "ground_friction", FRICTION, "", "ice and racing tyres"),
+    usual("a model", "ground_friction", (0.01, 3.0), "", "ice and racing tyres"),
     usual("a model", "tolerance", (0.0, 0.1), "", "0 and a tenth of all impulses"),
     usual("a model", "speed_limit", (0.1, 100.0), "m/s", "a tortoise and an express train"),
     usual("a model", "pace_limit", (0.005, 10.0), "m/s", "a snail and a sprinter"),
