@@ -141,6 +141,15 @@ fn a_design_of_another_grammar_is_refused_with_the_reason() {
     let output = sgc(&["eval", &out, "--grammar", "grammars/morphology.sgr"]);
     assert_eq!(code(&output), 1);
     assert!(errors(&output).contains("made by the grammar `codesign`"), "{}", errors(&output));
+    // By another grammar, values have the unit of that one.
+    let metres = folder.path().join("metres.sgr");
+    let text = format!("variant metres of \"{grammar}\" {{ replace maximize travel - fall in m }}\n");
+    std::fs::write(&metres, text).unwrap();
+    let judged = sgc(&["eval", &out, "--grammar", &metres.to_string_lossy()]);
+    let text = String::from_utf8_lossy(&judged.stdout);
+    let lines: Vec<&str> =
+        text.lines().filter(|line| line.contains("value") || line.contains("travel")).collect();
+    assert!(lines.len() == 2 && lines.iter().all(|line| line.ends_with(" m")), "{text}{}", errors(&judged));
     // A design whose text was tampered with.
     let path = folder.path().join("run/best.design.json");
     let text = std::fs::read_to_string(&path).unwrap();

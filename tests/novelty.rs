@@ -141,6 +141,7 @@ fn what_cannot_be_scored_is_told() {
     let moved = run(&novel, &folder.path().join("moved"), "20");
     says(&[&moved, &others], 1, "whose novelty set is another one: judge all designs by one grammar");
     says(&[&moved, &others, "--grammar", path(&other)], 0, "3 designs in the set");
+    says(&[&plain, "--grammar", path(&other)], 0, "was made by `none`: here it is simulated as `other` says");
 }
 
 #[test]

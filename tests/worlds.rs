@@ -236,6 +236,27 @@ fn a_condition_that_the_nominal_world_does_not_meet_can_be_searched_for() {
     assert_eq!(best.tasks[0].nominal.unwrap().to_bits(), values[0].to_bits());
 }
 
+/// Judged alone, a motion stands for all worlds: it has the same value whatever is gathered. But a condition on the motion holds or not.
+#[test]
+fn a_motion_that_is_judged_alone_stands_for_the_worlds_that_are_picked() {
+    let rules = robust(WORST, &annealed("every"));
+    let design = saved(&rules, &search(&rules, 2, 2, 60).0.best.expect("a best design"));
+    let alone = in_each(&rules, &design).0[0];
+    let on_ice = "over w in workshop where w.ground_friction < 0.5";
+    let count = "(count over w in workshop where w.ground_friction < 0.5)";
+    for (objective, expected) in [
+        (format!("min {on_ice} of (travel - fall) / 1 cm"), alone),
+        (format!("sum {on_ice} of (travel - fall) / 1 cm"), alone),
+        (format!("max {on_ice} of (travel - fall) / 1 cm otherwise 700"), alone),
+        (format!("({count}) * 3"), 3.0),
+        ("count over w in workshop where travel > 90 m".to_owned(), 0.0),
+    ] {
+        let judged = robust(&format!("maximize {objective}"), &annealed("every"));
+        let value = in_each(&judged, &design).0[0];
+        assert!((value - expected).abs() < 1e-9, "{objective}: {value}, not {expected}");
+    }
+}
+
 /// Terms are those of the world that is run over, and so are its own numbers.
 #[test]
 fn a_world_tells_what_differs_in_it() {

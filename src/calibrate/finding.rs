@@ -54,6 +54,11 @@ impl Figure {
         Self { decimals, ..full }
     }
 
+    /// The number in its unit as it is written: with its digits, and no others.
+    pub(super) fn written(&self) -> f64 {
+        self.digits(false).parse().unwrap_or(self.value)
+    }
+
     /// The number without its unit, and without zeros that say nothing where `is_short`.
     pub(super) fn digits(&self, is_short: bool) -> String {
         let text = format!("{:.*}", self.decimals, self.value);

@@ -38,7 +38,16 @@ fn one(section: &Section, rules: &RuleSet, row: usize, name: &str, mass: f64) ->
     }
     let segments = section.numbers("segments").get(row).copied();
     match declared {
-        Declared::Part(_) => Ok(mass),
+        // A table of both has a number for each.
+        Declared::Part(_) => match segments.filter(|segments| *segments > 1.0) {
+            Some(segments) => Err(Problem::contradiction(
+                section.place(row),
+                format!(
+                    "`{name}` is no actuator and has no segments, not {segments}: weigh one by itself, and write 1"
+                ),
+            )),
+            None => Ok(mass),
+        },
         Declared::Actuator(_) => match segments {
             Some(segments) if segments >= 1.0 && segments.fract() == 0.0 => Ok(mass / segments),
             Some(segments) => Err(Problem::contradiction(

@@ -442,6 +442,27 @@ fn intervals_hold_their_value_and_end_at_zero() {
     assert!(block.contains("friction = 0 % .. "), "{block}");
 }
 
+/// A world's factor is one of the number that is written, which has few digits: together they reach the ends of the interval.
+#[test]
+fn worlds_reach_the_interval_from_the_number_that_is_written() {
+    let found = fitted("[a]\nkind = \"mass\"\nfor = \"cube\"\n\"mass [g]\" = [8, 9]\n");
+    let interval = found[0].interval.clone().unwrap();
+    assert_eq!(found[0].change.shown(), "8 g", "of 8.5 g");
+    assert_eq!((interval.0.to_string(), interval.1.to_string()), ("5.4 g".into(), "11.6 g".into()));
+    let block = worlds::block("lab", &found).unwrap();
+    assert!(block.contains("mass = 67 % .. 145 %"), "5.4 and 11.6 of 8: {block}");
+}
+
+#[test]
+fn what_has_no_segments_is_not_weighed_by_them() {
+    let text = "[a]\nkind = \"mass\"\nfor = \"cube\"\n\"mass [g]\" = [8, 16]\nsegments = [1, 2]\n";
+    let problems = fitted_from("bench.toml", text, "").unwrap_err();
+    assert!(
+        problems[0].to_string().contains("`cube` is no actuator and has no segments, not 2"),
+        "{problems:?}"
+    );
+}
+
 /// A logger may count seconds from 1970, and another one from its start.
 #[test]
 fn a_film_may_begin_at_any_time() {

@@ -43,11 +43,11 @@ fn difference(quantity: &str) -> Option<(Difference, f64)> {
     })
 }
 
-/// The ends of an interval over the value.
+/// The ends of an interval over the value, all as they are written: a world's factor is one of the written value.
 fn factors(finding: &Finding) -> Option<(f64, f64)> {
     let over = |value: &Figure, (low, high): &(Figure, Figure)| {
-        let is_sound = value.value > 0.0 && low.value >= 0.0;
-        is_sound.then(|| (low.value / value.value, high.value / value.value))
+        let [value, low, high] = [value, low, high].map(Figure::written);
+        (value > 0.0 && low >= 0.0).then(|| (low / value, high / value))
     };
     match &finding.change {
         Change::Number { value, .. } => over(value, finding.interval.as_ref()?),

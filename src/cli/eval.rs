@@ -172,19 +172,21 @@ impl Eval {
         for (name, value) in &replayed.observed {
             output::data(&summary::observed(&rules, name, value.as_ref()))?;
         }
-        for (task, saved) in replayed.tasks.iter().zip(&design.tasks) {
+        for task in &replayed.tasks {
             let Some(score) = &task.score else { continue };
+            // In the unit of the grammar that judges.
+            let unit = rules.tasks.get(&task.name).map_or("", |task| &task.objective.unit);
             if task.name != RuleSet::ONLY_TASK {
-                let value = describe::quantity(score.value, &saved.unit);
+                let value = describe::quantity(score.value, unit);
                 output::data(&format!("task {} {value}\n", task.name))?;
             }
             if let Some(nominal) = task.nominal {
                 let nominal = design.less_penalties(rules.objective.direction, nominal);
-                let value = describe::quantity(nominal, &saved.unit);
+                let value = describe::quantity(nominal, unit);
                 output::data(&format!("  in the nominal world {value}\n"))?;
             }
             for (name, value) in &score.terms {
-                let text = describe::term(&rules, &saved.unit, name, *value);
+                let text = describe::term(&rules, unit, name, *value);
                 output::data(&format!("  {name} {text}\n"))?;
             }
         }
@@ -209,7 +211,8 @@ impl Eval {
         let task = self.task.as_deref();
         let (score, observed) =
             replay::score_of(rules, design, task, &text).map_err(|e| design::fault(motion, &e))?;
-        let unit = design.task(task).map_or("", |saved| saved.unit.as_str());
+        let judged = design.task(task).ok().and_then(|saved| rules.tasks.get(&saved.name));
+        let unit = judged.map_or("", |task| task.objective.unit.as_str());
         output::data(&format!("value {}\n", describe::quantity(score.value, unit)))?;
         if design.task(task).is_ok_and(|saved| saved.nominal.is_some()) {
             output::note(

@@ -91,6 +91,12 @@ impl Novelty {
                     design.grammar.name
                 )));
             }
+            if rules.name != design.grammar.name {
+                output::note(&format!(
+                    "{name} was made by `{}`: here it is simulated as `{}` says, in its model, for its time and on its target",
+                    design.grammar.name, rules.name
+                ));
+            }
             let values = novelty::features(&rules, &set, &design)
                 .map_err(|why| Fault::input(format!("{}: {why}", file.display())))?;
             others.push((name, values));

@@ -1,7 +1,7 @@
 //! Why a saved design cannot be simulated again, or is not what it says.
 
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::CoarseStep;
+use grammar_lang::ir::UnfitStep;
 use thiserror::Error;
 
 use super::names::BadNames;
@@ -63,7 +63,7 @@ pub enum DesignError {
     Unfit(simulate::Unfit),
     /// The step that was asked for is too long.
     #[error(transparent)]
-    CoarseStep(#[from] CoarseStep),
+    UnfitStep(#[from] UnfitStep),
     /// The motion may not be scored.
     #[error("its motion is not valid: {}", .0.describe())]
     Motion(Invalid),

@@ -81,10 +81,8 @@ pub fn scene(
         title: design.grammar.name.clone(),
         subtitle: vec![
             format!(
-                "seed {}, body {} of the search, solver {}",
-                design.seed,
-                design.found_at + 1,
-                design.solver
+                "seed {}, found by move {} of the search, solver {}",
+                design.seed, design.found_at, design.solver
             ),
             match &rules.lattice {
                 Some(_) => {

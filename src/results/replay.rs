@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use grammar_lang::eval::{EvalError, UNKNOWN_HERE};
-use grammar_lang::ir::{self, CoarseStep, Expr, RuleSet, Task, is_fine_enough};
+use grammar_lang::ir::{self, Expr, RuleSet, Task, UnfitStep, is_fine_enough};
 use indexmap::IndexMap;
 
 use super::DesignError;
@@ -154,7 +154,7 @@ pub enum Precision {
 
 impl Precision {
     /// The numbers of a model, simulated like this.
-    pub(super) fn apply(self, model: &ir::Model) -> Result<Settings, CoarseStep> {
+    pub(super) fn apply(self, model: &ir::Model) -> Result<Settings, UnfitStep> {
         let settings = settings(model);
         Ok(match self {
             Self::Model => settings,

@@ -590,7 +590,7 @@ impl Evaluation<'_> {
             sizes: vec![0; binders.len()],
         };
         let mut ran = self.gather(expr, binders, condition.as_deref(), &mut gathered);
-        if ran.is_ok() && gathered.count == 0 && self.is_of_one_world(expr) {
+        if ran.is_ok() && gathered.count == 0 && self.stands_for_all(expr) {
             ran = self.gather(expr, binders, None, &mut gathered);
         }
         self.locals.truncate(depth);
@@ -627,16 +627,35 @@ impl Evaluation<'_> {
         })
     }
 
-    /// Whether an aggregate asks for a value over worlds where there is but one: a motion that is judged alone stands for all of
-    /// them, also for those that a condition picks.
-    fn is_of_one_world(&self, expr: &Expr) -> bool {
-        let ExprKind::Aggregate { how, binders, otherwise: None, .. } = &expr.kind else { return false };
+    /// Whether the condition of an aggregate over worlds is left out where nothing meets it, as there is but one: a motion that is judged
+    /// alone stands for all worlds, also for those that a condition picks. A condition on the motion itself decides, unless
+    /// there would be no value.
+    fn stands_for_all(&self, expr: &Expr) -> bool {
+        let ExprKind::Aggregate { how, binders, condition: Some(condition), otherwise, .. } = &expr.kind
+        else {
+            return false;
+        };
         let [binder] = binders.as_slice() else { return false };
-        let has_value_of_nothing =
-            matches!(how, Gather::Count | Gather::Sum | Gather::Forall | Gather::Exists | Gather::Clusters);
+        let has_value_of_nothing = otherwise.is_some()
+            || matches!(
+                how,
+                Gather::Count | Gather::Sum | Gather::Forall | Gather::Exists | Gather::Clusters
+            );
+        let mut reads_motion = |e: &Expr| {
+            matches!(
+                e.kind,
+                ExprKind::Term(_)
+                    | ExprKind::At(..)
+                    | ExprKind::Word(Word::Motion(_))
+                    | ExprKind::Shared(..)
+                    | ExprKind::Placed(_)
+                    | ExprKind::Group(_)
+                    | ExprKind::Aggregate { .. }
+            )
+        };
         matches!(binder.over.kind, ExprKind::Scenarios(_))
-            && !has_value_of_nothing
             && self.scope.worlds() == Some(1)
+            && !(has_value_of_nothing && condition.any(&mut reads_motion))
     }
 
     fn clusters(&mut self, expr: &Expr) -> Result_ {

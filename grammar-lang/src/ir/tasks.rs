@@ -100,10 +100,12 @@ pub struct Model {
 const LONGEST_STEP: f64 = 1.0 / 60.0;
 /// A motion of fewer steps has no value that could be believed.
 const FEWEST_STEPS: f64 = 100.0;
+/// More steps than this take minutes, and mean a slip.
+const MOST_STEPS: f64 = 1e6;
 
-/// Why a step is too long for any value to come of it.
+/// Why a motion cannot be made of such steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum CoarseStep {
+pub enum UnfitStep {
     /// Hinges need shorter ones.
     #[error("a step of hinges must be at most 1/60 s: longer ones have no truth in them")]
     OfHinges,
@@ -113,6 +115,9 @@ pub enum CoarseStep {
     /// The motion has too few of them.
     #[error("a motion of fewer than 100 steps is too coarse to have a value")]
     TooFew,
+    /// The motion has too many of them.
+    #[error("a motion of more than a million steps is not simulated")]
+    TooMany,
 }
 
 /// Whether a value can come of a step, with so much time between the samples of the drive and for a motion of this
@@ -120,15 +125,17 @@ pub enum CoarseStep {
 ///
 /// # Errors
 ///
-/// [`CoarseStep`] if not.
-pub fn is_fine_enough(hinges: bool, step: f64, control: f64, duration: f64) -> Result<(), CoarseStep> {
+/// [`UnfitStep`] if not.
+pub fn is_fine_enough(hinges: bool, step: f64, control: f64, duration: f64) -> Result<(), UnfitStep> {
     let is_above = |most: f64| step > most * (1.0 + 1e-9);
     if hinges && is_above(LONGEST_STEP) {
-        Err(CoarseStep::OfHinges)
+        Err(UnfitStep::OfHinges)
     } else if is_above(control) {
-        Err(CoarseStep::AboveControl)
+        Err(UnfitStep::AboveControl)
     } else if is_above(duration / FEWEST_STEPS) {
-        Err(CoarseStep::TooFew)
+        Err(UnfitStep::TooFew)
+    } else if step * MOST_STEPS * (1.0 + 1e-9) < duration {
+        Err(UnfitStep::TooMany)
     } else {
         Ok(())
     }

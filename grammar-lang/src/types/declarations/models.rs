@@ -4,7 +4,7 @@ use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Value;
-use crate::ir::{self, CoarseStep, Ty};
+use crate::ir::{self, Ty, UnfitStep};
 use crate::syntax::ast::Block;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
@@ -69,14 +69,18 @@ impl Declarations<'_> {
         let [control, duration] = [control, duration].map(|time| time.unwrap_or(f64::INFINITY));
         let Err(coarse) = ir::is_fine_enough(!balls, step, control, duration) else { return Some(()) };
         let (label, help) = match coarse {
-            CoarseStep::OfHinges => ("too long".to_owned(), "write for example `step = 1 s / 240`"),
-            CoarseStep::AboveControl => (
+            UnfitStep::OfHinges => ("too long".to_owned(), "write for example `step = 1 s / 240`"),
+            UnfitStep::AboveControl => (
                 format!("longer than {control} s"),
                 "write for example `step = 1 s / 240` and `control = 1 s / 60`",
             ),
-            CoarseStep::TooFew => (
+            UnfitStep::TooFew => (
                 format!("{:.0} steps", duration / step),
                 "write a shorter `step`, or simulate for a longer time",
+            ),
+            UnfitStep::TooMany => (
+                format!("{:.0} steps", duration / step),
+                "write a longer `step`, or simulate for a shorter time",
             ),
         };
         let what = coarse.to_string();
@@ -125,7 +129,7 @@ impl Declarations<'_> {
                 .help("write for example `iterations = 10`"),
             );
         }
-        for (name, value) in [("step", step), ("control", control), ("record", record)] {
+        for (name, value) in [("control", control), ("record", record)] {
             let (Some(value), Some(duration), Some((_, tree))) = (value, duration, from.values.get(name))
             else {
                 continue;

@@ -36,7 +36,15 @@ pub(super) fn section(groups: &[Group], link: Link) -> String {
             out += &designs(groups, group, best, wanted, link);
         }
     }
-    out + "<p class=\"small\">A front covers the share of the box between the worst and the best values on all the fronts of the same objectives here (the hypervolume): 100\u{a0}% if one design were the best in everything. \
+    let mut wanted = all.iter().flatten().map(|(wanted, _)| wanted);
+    let first = wanted.next();
+    let apart = if wanted.any(|other| Some(other) != first) {
+        "<p class=\"small\">Here are fronts of different objectives, or of the same in different units. Each kind has a box of its own: do not compare their shares.</p>\n"
+    } else {
+        ""
+    };
+    out + apart
+        + "<p class=\"small\">A front covers the share of the box between the worst and the best values on all the fronts of the same objectives here (the hypervolume): 100\u{a0}% if one design were the best in everything. \
            <code>sgc view RUN</code> writes a page for each design on a front; those that are there are linked.</p>\n"
 }
 

@@ -99,7 +99,10 @@ fn said(windows: &[Window]) -> Vec<String> {
         said.push(format!("At the end {} are accepted: the search is frozen.", percent(late)));
     }
     if let Some(idle) = share(nothing, tried + nothing).filter(|idle| *idle > 0.01) {
-        said.push(format!("In {} of the moves no rule could be applied.", percent(idle)));
+        said.push(format!(
+            "In {} of the moves that were to change a body no rule could be applied.",
+            percent(idle)
+        ));
     }
     said
 }
