@@ -25,9 +25,9 @@ fn novelty(arguments: &[&str]) -> (i32, String) {
 }
 
 fn json(arguments: &[&str]) -> Value {
-    let (code, text) = novelty(&[arguments, &["--format", "json"]].concat());
-    assert_eq!(code, 0, "{text}");
-    serde_json::from_str(&text).unwrap()
+    let output = sgc(&root(), &[&["novelty"], arguments, &["--format", "json"]].concat());
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    serde_json::from_slice(&output.stdout).unwrap()
 }
 
 fn path(path: &Path) -> &str {

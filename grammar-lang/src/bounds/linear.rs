@@ -36,7 +36,7 @@ impl Row {
     }
 
     /// The variables that it is about.
-    fn variables(&self) -> impl Iterator<Item = usize> {
+    pub fn variables(&self) -> impl Iterator<Item = usize> {
         self.coefficients.iter().map(|(variable, _)| *variable)
     }
 

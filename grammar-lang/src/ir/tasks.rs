@@ -121,7 +121,7 @@ pub enum UnfitStep {
 }
 
 /// Whether a value can come of a step, with so much time between the samples of the drive and for a motion of this
-/// duration, all in s.
+/// duration, all in s; the duration is infinite where it is not known.
 ///
 /// # Errors
 ///
@@ -134,7 +134,7 @@ pub fn is_fine_enough(hinges: bool, step: f64, control: f64, duration: f64) -> R
         Err(UnfitStep::AboveControl)
     } else if is_above(duration / FEWEST_STEPS) {
         Err(UnfitStep::TooFew)
-    } else if step * MOST_STEPS * (1.0 + 1e-9) < duration {
+    } else if duration.is_finite() && step * MOST_STEPS * (1.0 + 1e-9) < duration {
         Err(UnfitStep::TooMany)
     } else {
         Ok(())

@@ -130,8 +130,12 @@ impl Writer<'_> {
                 for binder in binders {
                     let what = self.expr(&binder.over, &names);
                     names.resize(binder.slot, String::new());
-                    names.push(format!("x{}", binder.slot));
-                    over.push(format!("x{} in {what}", binder.slot));
+                    // The name that the text gave it is not kept; worlds are called as in the documentation.
+                    let is_world = matches!(binder.over.kind, ExprKind::Scenarios(_));
+                    let free = is_world && names.iter().all(|name| name != "w");
+                    let name = if free { "w".to_owned() } else { format!("x{}", binder.slot) };
+                    over.push(format!("{name} in {what}"));
+                    names.push(name);
                 }
                 let part = |word: &str, e: &Option<Box<Expr>>| {
                     e.as_ref().map_or(String::new(), |e| format!(" {word} {}", self.expr(e, &names)))

@@ -1,41 +1,71 @@
 //! Rules that ask for what a requirement forbids.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use crate::bounds::linear::{Row, contradictory};
 use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Expr, Rule};
 
 use super::counts::Counts;
 use super::known::Known;
 use super::places::conditions;
 
+/// A condition is compared with so many requirements at most that are about the same counts: the time grows with the text.
+const MOST: usize = 20;
+
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
-    let requirements = &known.ruleset.requirements;
-    for rule in &known.ruleset.rules {
-        for condition in conditions(rule) {
-            let mut counts = Counts::new(known);
-            let asked = counts.rows(condition);
-            if asked.is_empty() {
-                continue;
+    let ruleset = known.ruleset;
+    let mut counts = Counts::new(known);
+    let required: Vec<Vec<Row>> =
+        ruleset.requirements.iter().map(|requirement| counts.rows(&requirement.condition)).collect();
+    let all = ruleset.rules.iter().flat_map(|rule| conditions(rule).map(move |condition| (rule, condition)));
+    let asked: Vec<(&Rule, &Expr, Vec<Row>)> =
+        all.map(|(rule, condition)| (rule, condition, counts.rows(condition))).collect();
+    let about = About::new(&required);
+    let always: Vec<Vec<Row>> = counts.base().iter().map(|row| vec![row.clone()]).collect();
+    let always_about = About::new(&always);
+    for (rule, condition, asked) in asked {
+        let against = about.those(&asked).into_iter().take(MOST).find(|place| {
+            let both = || asked.iter().chain(required.get(*place).into_iter().flatten()).cloned();
+            let mut rows: Vec<Row> = both().collect();
+            for place in always_about.those(&rows) {
+                rows.extend(always.get(place).into_iter().flatten().cloned());
             }
-            let against = requirements.iter().find(|requirement| {
-                let required = counts.rows(&requirement.condition);
-                let both: Vec<Row> =
-                    asked.iter().cloned().chain(required).chain(counts.base().iter().cloned()).collect();
-                contradictory(&both)
-            });
-            let Some(against) = against else { continue };
-            findings.push(
-                Diagnostic::new(
-                    Code::AGAINST_REQUIREMENT,
-                    condition.span,
-                    format!(
-                        "the rule `{}` never applies: designs like this break the requirement `{}`",
-                        rule.name, against.name
-                    ),
-                )
-                .label("asks for what no design may be")
-                .also(against.condition.span, "required here")
-                .help("relax one of the two, or remove the rule"),
-            );
+            contradictory(&rows)
+        });
+        let Some(against) = against.and_then(|place| ruleset.requirements.get(place)) else { continue };
+        findings.push(
+            Diagnostic::new(
+                Code::AGAINST_REQUIREMENT,
+                condition.span,
+                format!(
+                    "the rule `{}` never applies: designs like this break the requirement `{}`",
+                    rule.name, against.name
+                ),
+            )
+            .label("asks for what no design may be")
+            .also(against.condition.span, "required here")
+            .help("relax one of the two, or remove the rule"),
+        );
+    }
+}
+
+/// Which of several sets of inequalities are about a variable.
+struct About(BTreeMap<usize, Vec<usize>>);
+
+impl About {
+    fn new(sets: &[Vec<Row>]) -> Self {
+        let mut about: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (place, rows) in sets.iter().enumerate() {
+            let variables: BTreeSet<usize> = rows.iter().flat_map(Row::variables).collect();
+            variables.into_iter().for_each(|variable| about.entry(variable).or_default().push(place));
         }
+        Self(about)
+    }
+
+    /// The sets that have a variable in common with some inequalities, in their order.
+    fn those(&self, rows: &[Row]) -> BTreeSet<usize> {
+        let variables = rows.iter().flat_map(Row::variables);
+        variables.filter_map(|variable| self.0.get(&variable)).flatten().copied().collect()
     }
 }

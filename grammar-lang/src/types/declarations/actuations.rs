@@ -351,7 +351,7 @@ impl Declarations<'_> {
             "reflect" => ir::Bound::Reflect,
             "resample" => ir::Bound::Resample,
             other => {
-                let message = format!("`{other}` is nothing that can happen at a bound");
+                let message = format!("`{other}` is no way to deal with a bound");
                 let help = did_you_mean(other, WORDS);
                 self.report(
                     Diagnostic::new(Code::UNKNOWN_FIELD, bound.span, message)

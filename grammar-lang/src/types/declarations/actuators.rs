@@ -85,7 +85,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::OUT_OF_DOMAIN,
                     tree.span,
-                    "the range of `bend` must hold 0 deg, and more than that",
+                    "the range of `bend` must contain 0 deg, and other angles, too",
                 )
                 .label("the actuator is straight at rest")
                 .help("write for example `bend = 0 deg .. 90 deg`"),

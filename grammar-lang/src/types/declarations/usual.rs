@@ -33,21 +33,23 @@ const fn usual(
     Usual { of, field, least, most, unit, ends }
 }
 
-/// Rubber on dry concrete is near 1, racing tyres somewhat above (from memory).
+/// Rubber on dry concrete has 0.6 to 1 in most tables, 1 to 4 in one (M. Michaels, "Coefficients of friction for rubber",
+/// hypertextbook.com/facts/2006/MatthewMichaels.shtml).
 const FRICTION: (f64, f64) = (0.0, 3.0);
-/// Foam is at some 0.02 g/cm^3, osmium at 22.6 (from memory).
-const DENSITY: (f64, f64) = (0.02, 23.0);
+/// Most slabstock foams have 12 to 40 kg/m^3 ("Handbook of Polymer Foams", 5.6.1), osmium has 22.59 g/cm^3 (Guinness World Records,
+/// "Densest naturally occurring element").
+const DENSITY: (f64, f64) = (0.01, 23.0);
 
-/// All fields of which usual values are known. They are wide, and stand from memory: who looks one up writes the source here. What
-/// they are of, at both ends, is told to the user.
+/// All fields of which usual values are known. They are wide. `docs/usual.md` says which were looked up, and where: the others
+/// stand from memory. What they are of, at both ends, is told to the user.
 pub const USUAL: &[Usual] = &[
     usual("a part", "density", DENSITY, "g/cm^3", "foam and osmium"),
     usual("an actuator", "density", DENSITY, "g/cm^3", "foam and osmium"),
     usual("a part", "mass", (1e-6, 20.0), "kg", "a grain of sand and a bucket of water"),
     usual("an actuator", "mass", (1e-6, 20.0), "kg", "a grain of sand and a bucket of water"),
-    usual("a part", "friction", FRICTION, "", "ice and racing tyres"),
-    usual("an actuator", "friction", FRICTION, "", "ice and racing tyres"),
-    usual("a cell", "friction", FRICTION, "", "ice and racing tyres"),
+    usual("a part", "friction", FRICTION, "", "ice and soft rubber"),
+    usual("an actuator", "friction", FRICTION, "", "ice and soft rubber"),
+    usual("a cell", "friction", FRICTION, "", "ice and soft rubber"),
     usual("a cell", "spacing", (0.1, 200.0), "mm", "a hair and a hand"),
     usual("an actuator", "bend", (-360.0, 360.0), "deg", "a full turn either way"),
     usual(
@@ -69,8 +71,8 @@ pub const USUAL: &[Usual] = &[
     usual("a model", "step", (1e-6, 1.0 / 60.0), "s", "a millionth of a second and a frame of film"),
     usual("a model", "control", (0.5, 200.0), "ms", "a servo drive and five samples a second"),
     usual("a model", "record", (0.5, 500.0), "ms", "a high-speed camera and two frames a second"),
-    usual("a model", "gravity", (1.0, 30.0), "m/s^2", "the Moon at 1.6 and Jupiter at 25"),
-    usual("a model", "ground_friction", (0.01, 3.0), "", "ice and racing tyres"),
+    usual("a model", "gravity", (1.0, 30.0), "m/s^2", "the Moon at 1.6 and Jupiter at some 25"),
+    usual("a model", "ground_friction", (0.01, 3.0), "", "ice and soft rubber"),
     usual("a model", "tolerance", (0.0, 0.1), "", "0 and a tenth of all impulses"),
     usual("a model", "speed_limit", (0.1, 100.0), "m/s", "a tortoise and an express train"),
     usual("a model", "pace_limit", (0.005, 10.0), "m/s", "a snail and a sprinter"),
