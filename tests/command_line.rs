@@ -262,7 +262,9 @@ fn bad_input_gets_its_exit_code_and_no_panic() {
     let strange = folder.path().to_string_lossy().into_owned();
     std::fs::write(folder.path().join("keep.txt"), "mine").unwrap();
     for (arguments, wanted, says) in [
-        (vec!["check", "nowhere.sgr"], 2, "cannot read nowhere.sgr"),
+        (vec!["check", "nowhere.sgr"], 2, "cannot read nowhere.sgr: there is no such file"),
+        (vec!["check", "grammars/codesing.sgr"], 2, "did you mean `codesign.sgr`?"),
+        (vec!["check", "grammars/millipede"], 2, "did you mean `millipede.sgr`?"),
         (vec!["check", binary.as_str()], 1, "1 error"),
         (vec!["check", "grammars"], 2, "cannot read grammars"),
         (vec!["check"], 2, "required"),

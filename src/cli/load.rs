@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use grammar_lang::Compiler;
 use grammar_lang::diagnostics::render::{Format, more, render};
-use grammar_lang::diagnostics::{Code, Diagnostic};
+use grammar_lang::diagnostics::{Code, Diagnostic, did_you_mean};
 use grammar_lang::ir::RuleSet;
 use grammar_lang::names::MOST_VARIANTS;
 use grammar_lang::source::{Loader, SourceMap};
@@ -51,7 +51,10 @@ pub(super) struct Text {
 
 /// Reads a file; `-` is standard input.
 pub(super) fn read(path: &Path) -> Result<Text, Fault> {
-    let fault = |e: std::io::Error| Fault::usage(format!("cannot read {}: {e}", path.display()));
+    let fault = |e: std::io::Error| match e.kind() {
+        std::io::ErrorKind::NotFound => Fault::usage(not_there(path)),
+        _ => Fault::usage(format!("cannot read {}: {e}", path.display())),
+    };
     let (name, text) = if path == Path::new("-") {
         let bytes = reading::bounded(std::io::stdin().lock()).map_err(fault)?;
         (STDIN.to_owned(), String::from_utf8_lossy(&bytes).into_owned())
@@ -59,6 +62,23 @@ pub(super) fn read(path: &Path) -> Result<Text, Fault> {
         (path.to_string_lossy().into_owned(), read_text(path).map_err(fault)?)
     };
     Ok(Text { path: path.to_owned(), name, text })
+}
+
+/// Says that there is no such file, and which one beside it may be meant.
+fn not_there(path: &Path) -> String {
+    let message = format!("cannot read {}: there is no such file", path.display());
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let beside = std::fs::read_dir(folder.unwrap_or(Path::new("."))).into_iter().flatten().flatten();
+    let mut names: Vec<String> =
+        beside.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    names.sort_unstable();
+    let wanted = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+    let with_end = format!("{wanted}.sgr");
+    let near = match names.contains(&with_end) {
+        true => Some(format!("did you mean `{with_end}`?")),
+        false => did_you_mean(&wanted, names.iter().map(String::as_str)),
+    };
+    near.map_or(message.clone(), |near| format!("{message}: {near}"))
 }
 
 /// Checks a text with what a loader gives; of several grammars and variants that it declares, the wanted one.

@@ -45,10 +45,20 @@ pub fn nearest<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) ->
         .map(|(_, c)| c)
 }
 
-/// "did you mean `x`?" for the nearest candidate.
+/// The only candidate of which a word is the first part: `hinge` of `hinge_model`.
+fn begun<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
+    let is_begun = |c: &str| word.len() > 3 && c.strip_prefix(word).is_some_and(|rest| rest.starts_with('_'));
+    let mut those = candidates.iter().copied().filter(|c| is_begun(c));
+    let only = those.next()?;
+    those.all(|c| c == only).then_some(only)
+}
+
+/// "did you mean `x`?" for the nearest candidate, or the only one that begins with the word.
 #[must_use]
 pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
-    nearest(word, candidates).filter(|c| *c != word).map(|c| format!("did you mean `{c}`?"))
+    let candidates: Vec<&str> = candidates.into_iter().collect();
+    let meant = nearest(word, candidates.iter().copied()).or_else(|| begun(word, &candidates));
+    meant.filter(|c| *c != word).map(|c| format!("did you mean `{c}`?"))
 }
 
 /// The word that `word` was certainly meant to be: no other candidate is as near, the two are one slip of the fingers apart,

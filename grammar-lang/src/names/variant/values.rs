@@ -30,7 +30,13 @@ pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], ch
     }
     let is_search = matches!(item.kind, ItemKind::Block(BlockKind::Search, _));
     let outcome = change_item(item, rest, &change);
-    if let Err(offers) = outcome {
+    if let Err(mut offers) = outcome {
+        // A part has one of the two, and may get the other in its place.
+        for (given, other) in [("density", "mass"), ("mass", "density")] {
+            if offers.iter().any(|o| o == given) && offers.iter().all(|o| o != other) {
+                offers.push(other.to_owned());
+            }
+        }
         if let Some(told) = earlier_path(rest).filter(|_| is_search) {
             loading.errors.push(told);
             return;

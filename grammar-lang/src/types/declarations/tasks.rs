@@ -284,7 +284,7 @@ impl<'a> Declarations<'a> {
                     )
                     .label(format!("of the dimension {d}"))
                     .help(format!(
-                        "write `in {}` after it: temperatures are numbers on this scale",
+                        "write for example `in {}` after it: a value, and the temperature of a search, is a number of some unit",
                         self.told_in(d)
                     )),
                 );
