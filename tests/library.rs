@@ -14,7 +14,7 @@ use sgc::score::Recording;
 use sgc::simulate::Motion;
 use sgc::simulate::motion::Placement;
 
-use crate::support::{compile_texts, texts};
+use crate::support::{compile_texts, read, root, texts};
 
 /// The places of the numbers in a text, outside comments and quotes.
 fn numbers(text: &str) -> Vec<std::ops::Range<usize>> {
@@ -297,4 +297,25 @@ fn every_number_of_the_library_changes_the_rule_set() {
         }
     }
     assert!(edited > 50, "only {edited} numbers found");
+}
+
+/// A grammar may use any modules together: no two of them give different things the same name.
+#[test]
+fn no_two_modules_declare_the_same_name() {
+    let mut known: BTreeMap<String, String> = BTreeMap::new();
+    for entry in std::fs::read_dir(root().join("std-rules")).unwrap() {
+        let module = entry.unwrap().file_name().to_string_lossy().into_owned();
+        for line in read(&format!("std-rules/{module}")).lines() {
+            let mut words = line.split(|c: char| !(c.is_alphanumeric() || c == '_'));
+            let (first, name) = (words.next().unwrap_or_default(), words.next().unwrap_or_default());
+            if !["use", "observe", ""].contains(&first) && !name.is_empty() {
+                let other = known.insert(name.to_owned(), module.clone());
+                assert!(
+                    other.as_ref().is_none_or(|other| *other == module),
+                    "{name}: {module} and {other:?}"
+                );
+            }
+        }
+    }
+    assert!(known.len() > 80, "{}", known.len());
 }

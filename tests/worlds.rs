@@ -220,6 +220,29 @@ fn a_deviation_is_told_over_all_worlds_of_the_test() {
     }
 }
 
+/// Of several tasks it is told what the objective of all of them comes to, not what the first one does.
+#[test]
+fn several_tasks_are_told_together_over_the_worlds_of_the_test() {
+    let rules = robust(
+        "task ahead { maximize min over w in workshop of travel in cm }\n\
+         task near { maximize min over w in workshop of travel in mm }\n\
+         maximize ahead.value + 2 * near.value in cm",
+        &annealed("every"),
+    );
+    let design = saved(&rules, &search(&rules, 2, 2, 300).0.best.expect("a best design"));
+    let design = final_check(&rules, &design, Stop::NEVER).unwrap();
+    let mean = |task: usize| {
+        let values: Vec<f64> = design.tasks[task].tests.iter().map(|world| world.value.unwrap()).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    let lost: f64 = design.penalties.iter().map(|(_, weight)| weight).sum();
+    let Some(Tested::Each(together)) = tested(&rules, &design) else {
+        panic!("{:?}", tested(&rules, &design))
+    };
+    let expected = mean(0) + 0.2 * mean(1) - lost;
+    assert!(mean(1) > 0.01 && (together.mean.unwrap() - expected).abs() < 1e-9, "{together:?} {expected}");
+}
+
 /// The nominal motion alone has a value, though a condition asks for other worlds.
 #[test]
 fn a_condition_that_the_nominal_world_does_not_meet_can_be_searched_for() {

@@ -84,7 +84,7 @@ impl Calibrate {
         let base = from_folder(&self.grammar, &out)?;
         let file = self.measurements.file_name().unwrap_or_default().to_string_lossy();
         let mut worlds = "measured".to_owned();
-        while sources.iter().any(|(_, source)| has_word(&source.text, &worlds)) {
+        while sources.iter().any(|(_, source)| declares(&source.text, &worlds)) {
             worlds.push_str("_worlds");
         }
         let named = Named { variant: &variant, worlds: &worlds };
@@ -155,6 +155,17 @@ impl Calibrate {
 /// Whether a word stands in a text.
 fn has_word(text: &str, word: &str) -> bool {
     text.split(|c: char| !(c.is_alphanumeric() || c == '_')).any(|w| w == word)
+}
+
+/// Whether a text may declare a name: it stands behind a word on its line, as in `let NAME` or `scenarios NAME`.
+fn declares(text: &str, name: &str) -> bool {
+    text.lines().any(|line| {
+        let mut words =
+            line.split(|c: char| !(c.is_alphanumeric() || c == '_')).filter(|word| !word.is_empty());
+        let first = words.next();
+        let begins = |word: &str| word.chars().all(|c| c.is_ascii_lowercase());
+        first.is_some_and(begins) && words.take(2).any(|word| word == name)
+    })
 }
 
 /// Checks the variant where it is to stand: what would be refused later is not written.

@@ -111,6 +111,11 @@ impl Session<'_> {
             return keeper.stopped(outcome);
         }
         let nothing = match &outcome.best {
+            // The gaits of one task may have taken all of the evaluations.
+            None if rules.tasks.len() > 1 && outcome.tally.invalid() == 0 => Some(format!(
+                "the evaluations were spent before each of the {} tasks had a gait: begin anew with more (--max-evals), or with a search that tries fewer curves for each task",
+                rules.tasks.len()
+            )),
             None => Some("no evaluation was valid: no feasible design was found".to_owned()),
             Some(_)
                 if is_stuck_at_the_start(

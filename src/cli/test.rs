@@ -34,6 +34,8 @@ struct Tally {
     passed: usize,
     failed: usize,
     code: u8,
+    /// Examples that are there, whatever they are called.
+    there: usize,
 }
 
 impl Test {
@@ -48,7 +50,10 @@ impl Test {
                 tally.code = tally.code.max(fault.code);
             }
         }
-        let Tally { passed, failed, code } = tally;
+        let Tally { passed, failed, mut code, there } = tally;
+        if self.only.is_some() && passed + failed == 0 && there > 0 {
+            code = code.max(exit::INPUT);
+        }
         output::note(&format!("{passed} passed, {failed} failed"));
         Ok(if failed > 0 { code.max(exit::INPUT) } else { code })
     }
@@ -75,6 +80,7 @@ impl Test {
         for wanted in wanted {
             let (rules, sources) = load::grammar(file, &self.params, wanted)?;
             left_out += rules.examples.len();
+            tally.there += rules.examples.len();
             let named = |name: &str| self.only.as_ref().is_none_or(|text| name.contains(text));
             for (name, example) in rules.examples.iter().filter(|(name, _)| named(name)) {
                 any = true;

@@ -5,7 +5,7 @@ use grammar_lang::ir::{Direction, RuleSet};
 
 use super::DesignError;
 use super::replay::{Driven, How, candidate};
-use super::saved::{SavedDesign, SavedTask};
+use super::saved::{InWorld, SavedDesign, SavedTask};
 use crate::derive::Candidate;
 use crate::scenarios::Scenario;
 use crate::score::{self, Recording};
@@ -153,9 +153,13 @@ impl Tested {
     }
 }
 
-/// What a design comes to in the worlds that it was tested in at the end of its run: in its first task that was.
+/// What a design comes to in the worlds that it was tested in at the end of its run. Of several tasks: by the objective of the whole grammar,
+/// if all of them were tested in the same worlds, and each world alone tells what they ask for.
 #[must_use]
 pub fn tested(rules: &RuleSet, design: &SavedDesign) -> Option<Tested> {
+    if !rules.tasks.contains_key(RuleSet::ONLY_TASK) {
+        return tested_in_tasks(rules, design);
+    }
     let saved = design.tasks.iter().find(|saved| !saved.tests.is_empty())?;
     let objective = &rules.tasks.get(&saved.name)?.objective;
     let less = |value: f64| design.less_penalties(objective.direction, value);
@@ -164,6 +168,28 @@ pub fn tested(rules: &RuleSet, design: &SavedDesign) -> Option<Tested> {
     }
     let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value.map(less)).collect();
     together(objective.direction, &values).map(Tested::Each)
+}
+
+fn tested_in_tasks(rules: &RuleSet, design: &SavedDesign) -> Option<Tested> {
+    let first = &design.tasks.first()?.tests;
+    let is_alike = |saved: &SavedTask| {
+        let names = |worlds: &[InWorld]| -> Vec<(String, String)> {
+            worlds.iter().map(|world| (world.name.clone(), world.differs.clone())).collect()
+        };
+        let told = rules.tasks.get(&saved.name).is_some_and(|task| task.objective.is_told_by_each_world());
+        told && names(&saved.tests) == names(first)
+    };
+    if design.tasks.len() != rules.tasks.len() || !design.tasks.iter().all(is_alike) {
+        return None;
+    }
+    let candidate = candidate(rules, design).ok()?;
+    let in_world = |place: usize| {
+        let values =
+            design.tasks.iter().map(|saved| Some((saved.name.as_str(), saved.tests.get(place)?.value?)));
+        score::outcome(rules, &candidate.derivation, &values.collect::<Option<Vec<_>>>()?).ok()
+    };
+    let values: Vec<Option<f64>> = (0..first.len()).map(in_world).collect();
+    together(rules.objective.direction, &values).map(Tested::Each)
 }
 
 #[cfg(test)]
