@@ -133,6 +133,8 @@ fn what_cannot_be_scored_is_told() {
     let bare = run(&novel, &folder.path().join("bare"), "1");
     says(&[&bare], 1, "its feature `connections` has no value: there is nothing to gather here");
     says(&[&bare, &bare], 2, "is named twice");
+    // By another path, too.
+    says(&[&bare, &format!("{bare}/../bare")], 2, "is named twice");
     says(&[&bare, "--variant", "novel"], 2, "name that, too");
     let plain = run(&none, &folder.path().join("plain"), "1");
     says(&[&plain], 1, "the grammar `none` has no novelty set");

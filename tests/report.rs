@@ -258,7 +258,7 @@ fn groups_are_compared_and_damage_is_told() {
     says(&[&one], "seed-5/evals.csv is damaged: its last row is not complete");
     std::fs::remove_file(one.join("seed-5/result.json")).unwrap();
     assert_code(&report(&[&one]), 0);
-    assert!(read(out.join("index.html")).contains("not complete: stopped or killed"));
+    assert!(read(out.join("index.html")).contains("stopped before its end"));
     std::fs::write(&evals, text.replacen("0,0,,", "0,0,,,", 1)).unwrap();
     says(&[&one], "line 2 has 22 fields, where its first line names 21 columns");
     std::fs::remove_file(&evals).unwrap();

@@ -236,9 +236,15 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
             problems.push(Problem::contradiction(
                 place,
                 format!(
-                    "the bend of {} {does}, so `{}` should be of kind `{other}`",
+                    "the bend of {} {does}, so `{}` should be of kind `{other}`{}",
                     called(curve),
-                    section.name
+                    section.name,
+                    // Rows of several runs, one after another, may do anything as one curve.
+                    if curve.name.is_empty() {
+                        "; or its rows are of several runs: then give them a column `run`"
+                    } else {
+                        ""
+                    }
                 ),
             ));
         }

@@ -84,11 +84,39 @@ pub(super) fn check_values(path: &Path, rules: &RuleSet, design: &SavedDesign) -
 }
 
 /// The same, to be judged by another grammar, if one is named: then the design may be of an older text of it.
-pub(super) fn open_by(path: &Path, grammar: Option<&Path>, variant: Option<&str>) -> Result<Opened, Fault> {
+pub(super) fn open_by(
+    path: &Path,
+    grammar: Option<&Path>,
+    params: &[(String, String)],
+    variant: Option<&str>,
+) -> Result<Opened, Fault> {
     let Some(file) = grammar else { return open(path) };
     let design = read(path)?;
-    let (rules, sources) = load::grammar(file, &[], variant)?;
+    let (rules, sources) = load::grammar(file, params, variant)?;
+    tell_other_parameters(path, &design, &rules, params);
     Ok(Opened { design, rules, sources })
+}
+
+/// Tells of parameters that were set from outside when a design was made, and are not set now.
+pub(super) fn tell_other_parameters(
+    path: &Path,
+    design: &SavedDesign,
+    rules: &RuleSet,
+    params: &[(String, String)],
+) {
+    let before: Vec<String> = design
+        .grammar
+        .parameters
+        .iter()
+        .filter(|(name, value)| {
+            rules.params.contains_key(name) && !params.contains(&(name.clone(), value.clone()))
+        })
+        .map(|(name, value)| format!("-p {name}={value}"))
+        .collect();
+    if !before.is_empty() {
+        let (before, named) = (before.join(" "), path.display());
+        output::note(&format!("{named} was made with {before}, which is not so here"));
+    }
 }
 
 /// What is wrong with a design, or with the task that was asked for: a name that it does not have is a matter of usage.

@@ -44,6 +44,9 @@ pub(super) struct Eval {
     /// The variant of that grammar
     #[arg(long, value_name = "NAME", requires = "grammar")]
     variant: Option<String>,
+    /// Set a parameter of that grammar
+    #[arg(short, long = "param", value_name = "NAME=VALUE", requires = "grammar", value_parser = super::assignment)]
+    params: Vec<(String, String)>,
 }
 
 /// What the prototypes of its kind of build make of a design's speed, for each task that is simulated on a target.
@@ -138,7 +141,7 @@ fn invalid(replayed: &Replayed<'_>) -> String {
 impl Eval {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let path = design::file(&self.design);
-        let opened = design::open_by(&path, self.grammar.as_deref(), self.variant.as_deref())?;
+        let opened = design::open_by(&path, self.grammar.as_deref(), &self.params, self.variant.as_deref())?;
         let Opened { mut design, rules, sources } = opened;
         let other = (rules.name != design.grammar.name).then(|| {
             format!("; it was made by the grammar `{}`, not by `{}`", design.grammar.name, rules.name)

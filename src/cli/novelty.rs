@@ -61,8 +61,13 @@ impl Novelty {
         if grammar.is_none() && self.variant.is_some() {
             return Err(Fault::usage("--variant names a variant of a grammar: name that, too"));
         }
+        // One file may have several paths.
+        let place = |path: &PathBuf| {
+            let file = design::file(path);
+            std::fs::canonicalize(&file).unwrap_or(file)
+        };
         let twice = |(number, path): &(usize, &PathBuf)| {
-            designs.iter().take(*number).any(|other| design::file(other) == design::file(path))
+            designs.iter().take(*number).any(|other| place(other) == place(path))
         };
         if let Some((_, path)) = designs.iter().enumerate().find(twice) {
             let name = path.display();
@@ -81,7 +86,7 @@ impl Novelty {
         for path in &designs {
             let name = path.display().to_string();
             let file = design::file(path);
-            let opened = design::open_by(&file, grammar.as_deref(), self.variant.as_deref())?;
+            let opened = design::open_by(&file, grammar.as_deref(), &[], self.variant.as_deref())?;
             let Opened { design, rules, .. } = opened;
             let set = self.set_of(&rules)?;
             let (_, first) = found.get_or_insert_with(|| (rules.clone(), set.clone()));

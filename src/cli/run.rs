@@ -75,7 +75,8 @@ impl Run {
         let before = interrupt::Cuttable::begin();
         let started = Instant::now();
         let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
-        let design = self.from_design.as_deref().map(|path| begun_with(path, &rules)).transpose()?;
+        let design =
+            self.from_design.as_deref().map(|path| begun_with(path, &rules, &self.params)).transpose()?;
         let from = self.from.clone().or_else(|| rules.from.clone()).filter(|_| design.is_none());
         let (first, curves, design) = match design {
             Some(Begun { derivation, curves, named }) => (derivation, curves, Some(named)),
@@ -164,9 +165,10 @@ struct Begun {
 }
 
 /// Makes a saved design by the rules of the grammar that is to be run.
-fn begun_with(path: &Path, rules: &RuleSet) -> Result<Begun, Fault> {
+fn begun_with(path: &Path, rules: &RuleSet, params: &[(String, String)]) -> Result<Begun, Fault> {
     let file = design::file(path);
     let saved = design::read(&file)?;
+    design::tell_other_parameters(&file, &saved, rules, params);
     let derivation = Derivation::replay(rules, &saved.derivation).map_err(|why| {
         Fault::input(format!(
             "the rules of `{}` do not make the design in {}: {why}",

@@ -77,7 +77,7 @@ impl Standing {
         match self {
             Self::Complete(finished) => &finished.end,
             Self::UnderWay => "under way",
-            Self::Stopped => "not complete: stopped or killed",
+            Self::Stopped => "stopped before its end",
             Self::Waiting => "waiting for its turn",
         }
     }

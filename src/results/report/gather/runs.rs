@@ -35,18 +35,24 @@ impl Time {
     }
 }
 
-/// The share of pairs, a run of each of two groups, in which the first has the better value; even pairs
-/// count half.
-pub(crate) fn better(one: &Group, other: &Group) -> Option<f64> {
+/// How two groups compare over all pairs of a run of each, as shares of the pairs.
+pub(crate) struct Pairs {
+    /// In which the first has the better value.
+    pub(crate) better: f64,
+    /// In which both have the same value.
+    pub(crate) even: f64,
+}
+
+/// Compares two groups; none where one has no values.
+pub(crate) fn pairs(one: &Group, other: &Group) -> Option<Pairs> {
     let (ours, theirs) = (one.values(), other.values());
-    let pairs = ours.len() * theirs.len();
-    let won = |a: f64, b: f64| match one.fitness(a).total_cmp(&one.fitness(b)) {
-        std::cmp::Ordering::Greater => 1.0,
-        std::cmp::Ordering::Equal => 0.5,
-        std::cmp::Ordering::Less => 0.0,
-    };
-    let sum: f64 = ours.iter().flat_map(|a| theirs.iter().map(move |b| won(*a, *b))).sum();
-    (pairs > 0).then(|| sum / pairs as f64)
+    let all: Vec<_> = ours
+        .iter()
+        .flat_map(|a| theirs.iter().map(|b| one.fitness(*a).total_cmp(&one.fitness(*b))))
+        .collect();
+    let share = |of| all.iter().filter(|order| **order == of).count() as f64 / all.len() as f64;
+    (!all.is_empty())
+        .then(|| Pairs { better: share(std::cmp::Ordering::Greater), even: share(std::cmp::Ordering::Equal) })
 }
 
 /// The best values of a group's runs.
@@ -131,16 +137,17 @@ mod tests {
     fn groups_are_compared_pair_by_pair() {
         // 8 and 2 against 4: better once, worse once.
         let four = group(vec![run(1, "0,0,,,1,0,4,true,4,0,1,0,0,\n")]);
-        assert_eq!(better(&two(), &four), Some(0.5));
+        let shares = |one: &Group, other: &Group| pairs(one, other).map(|pairs| (pairs.better, pairs.even));
+        assert_eq!(shares(&two(), &four), Some((0.5, 0.0)));
         // 8 and 2 against 2: better once, even once.
         let same = group(vec![run(1, "0,0,,,1,0,2,true,2,0,1,0,0,\n")]);
-        assert_eq!(better(&two(), &same), Some(0.75));
+        assert_eq!(shares(&two(), &same), Some((0.5, 0.5)));
         let mut least = same;
         least.direction = Direction::Minimize;
         let mut other = two();
         other.direction = Direction::Minimize;
-        assert_eq!(better(&other, &least), Some(0.25));
-        assert_eq!(better(&two(), &group(Vec::new())), None);
+        assert_eq!(shares(&other, &least), Some((0.0, 0.5)));
+        assert_eq!(shares(&two(), &group(Vec::new())), None);
     }
 
     #[test]

@@ -7,7 +7,7 @@ use super::words::{count, counted, number, or_dash, paragraph, percent, table, v
 use super::{Link, heading, told};
 use crate::markup::escape;
 use crate::results::elsewhere::Tested;
-use crate::results::report::gather::runs::{better, spread};
+use crate::results::report::gather::runs::{Pairs, pairs, spread};
 use crate::results::report::read::{Group, Run};
 
 /// The place of the column that says how a design does in other worlds.
@@ -265,13 +265,15 @@ fn compared(groups: &[Group]) -> Vec<String> {
     let mut said = Vec::new();
     for (i, one) in groups.iter().enumerate() {
         for other in groups.iter().skip(i + 1) {
-            let Some(share) = better(one, other) else { continue };
+            let Some(Pairs { better, even }) = pairs(one, other) else { continue };
             said.push(format!(
-                "Of all pairs of runs, one of each group, {} is better than {} in {}{}.",
+                "Of all pairs of runs, one of each group, {} is better than {} in {}{}{}.",
                 escape(&one.name),
                 escape(&other.name),
-                percent(share),
-                if (0.4..=0.6).contains(&share) { ": hardly a difference" } else { "" }
+                percent(better),
+                if even > 0.0 { format!(", and as good in {}", percent(even)) } else { String::new() },
+                // As if a coin decided even pairs.
+                if (0.4..=0.6).contains(&(better + 0.5 * even)) { ": hardly a difference" } else { "" }
             ));
         }
     }
