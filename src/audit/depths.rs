@@ -45,7 +45,7 @@ pub(super) fn depths(
     let mut breadth = Breadth {
         rules,
         settings,
-        known: BTreeSet::from([start.design.canonical_hash(rules)]),
+        known: BTreeSet::from([start.design.canonical_hash()]),
         random: Stream::named(settings.seed, "audit depths"),
         tried: 0,
         counted: Counted::All,
@@ -125,7 +125,7 @@ impl Breadth<'_> {
                         observer.progress("applications tried", self.tried, self.settings.budget);
                     }
                     if let Ok(next) = derivation.apply(self.rules, rule, &locals)
-                        && self.known.insert(next.design.canonical_hash(self.rules))
+                        && self.known.insert(next.design.canonical_hash())
                     {
                         found.push(next);
                     }

@@ -51,9 +51,9 @@ pub fn can_make(
     if let Some(kind) = wanted.design.parts.values().map(|p| &p.kind).find(|kind| !declared(rules, kind)) {
         return Ok(Answer::No(vec![format!("this grammar has no part `{kind}`")]));
     }
-    let body = wanted.design.canonical_hash(rules);
+    let body = wanted.design.canonical_hash();
     let unfollowed = match follow(rules, start, &wanted.steps, settings) {
-        Ok(derivation) if derivation.design.canonical_hash(rules) == body => {
+        Ok(derivation) if derivation.design.canonical_hash() == body => {
             return Ok(Answer::Yes(Box::new(Made { derivation, own_steps: true })));
         }
         Ok(_) => None,
@@ -67,7 +67,7 @@ pub fn can_make(
     let mut search = Search {
         rules,
         settings,
-        target: pieces(&wanted.design, rules),
+        target: pieces(&wanted.design),
         body,
         hints: hints(&wanted.design),
         random: Stream::named(settings.seed, "audit reach"),
@@ -76,7 +76,7 @@ pub fn can_make(
         sampled: false,
         furthest: None,
     };
-    if !contained(&pieces(&start.design, rules), &search.target) {
+    if !contained(&pieces(&start.design), &search.target) {
         let reason = "the design that it starts from is not contained in that body".to_owned();
         return Ok(if only_attaches(rules) { Answer::No(vec![reason]) } else { Answer::Open(vec![reason]) });
     }
@@ -160,9 +160,9 @@ type Pieces = BTreeMap<String, usize>;
 type Stops = BTreeMap<(String, String), usize>;
 
 /// The pieces of a design and how often it has each.
-fn pieces(design: &Design, rules: &RuleSet) -> Pieces {
+fn pieces(design: &Design) -> Pieces {
     let mut counted = Pieces::new();
-    for piece in design.pieces(rules) {
+    for piece in design.pieces() {
         *counted.entry(piece).or_default() += 1;
     }
     counted
@@ -210,7 +210,7 @@ struct Open {
 
 impl Search<'_> {
     fn run(&mut self, start: &Derivation, observer: &mut dyn Observer) -> Option<Derivation> {
-        if start.design.canonical_hash(self.rules) == self.body {
+        if start.design.canonical_hash() == self.body {
             return Some(start.clone());
         }
         let mut path = vec![self.open(start.clone())];
@@ -239,11 +239,11 @@ impl Search<'_> {
                     continue;
                 }
             };
-            let hash = next.design.canonical_hash(self.rules);
+            let hash = next.design.canonical_hash();
             if hash == self.body {
                 return Some(next);
             }
-            if self.known.insert(hash) && contained(&pieces(&next.design, self.rules), &self.target) {
+            if self.known.insert(hash) && contained(&pieces(&next.design), &self.target) {
                 let open = self.open(next);
                 path.push(open);
             }

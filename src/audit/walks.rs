@@ -104,7 +104,7 @@ fn one(rules: &RuleSet, start: &Derivation, settings: &Settings, number: usize) 
         if let Some(next) = step.result {
             derivation = next;
         }
-        walk.hashes.push(derivation.design.canonical_hash(rules));
+        walk.hashes.push(derivation.design.canonical_hash());
         walk.fulfilled.push(fulfilled(rules, &derivation)?);
     }
     let count = |group: &Group| {
@@ -128,7 +128,7 @@ fn together(rules: &RuleSet, start: &Derivation, walks: &[Walk]) -> Walked {
     for blocked in walks.iter().flat_map(|w| &w.blocked) {
         *stopped.entry(blocked.clone()).or_default() += 1;
     }
-    let mut seen = BTreeMap::from([(start.design.canonical_hash(rules), 0)]);
+    let mut seen = BTreeMap::from([(start.design.canonical_hash(), 0)]);
     for (i, hash) in walks.iter().flat_map(|w| w.hashes.iter().enumerate()) {
         let earliest = seen.entry(hash.clone()).or_insert(i + 1);
         *earliest = (*earliest).min(i + 1);

@@ -16,21 +16,31 @@ pub(super) enum Declared<'a> {
 }
 
 impl Declared<'_> {
-    /// Mass in kg; of an actuator, that of one segment.
-    pub(super) fn mass(&self) -> f64 {
+    /// Mass in kg; of an actuator, that of one segment. None if it depends on parameters of the part.
+    pub(super) fn mass(&self) -> Option<f64> {
         match self {
-            Self::Part(part) => part.mass,
-            Self::Actuator(actuator) => actuator.mass,
+            Self::Part(part) => part.mass.fixed(),
+            Self::Actuator(actuator) => actuator.mass.fixed(),
         }
     }
 
-    /// Coulomb coefficient of its surface.
-    pub(super) fn friction(&self) -> f64 {
+    /// Coulomb coefficient of its surface; none if it depends on parameters of the part.
+    pub(super) fn friction(&self) -> Option<f64> {
         match self {
-            Self::Part(part) => part.friction,
-            Self::Actuator(actuator) => actuator.friction,
+            Self::Part(part) => part.friction.fixed().copied(),
+            Self::Actuator(actuator) => actuator.friction.fixed().copied(),
         }
     }
+}
+
+/// What one number cannot say, as it is another for each part.
+pub(super) fn varies(name: &str, field: &str, place: &Location) -> Problem {
+    Problem::contradiction(
+        place,
+        format!(
+            "`{name}.{field}` depends on the parameters of each `{name}`, so one number cannot replace it: measure what it is made of, and write that into the grammar"
+        ),
+    )
 }
 
 /// The actuator that a section is for: the one that it names, or the only one that there is.

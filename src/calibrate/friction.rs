@@ -38,7 +38,8 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
         match declared::part(rules, name, place) {
             Err(problem) if problems.contains(&problem) => {}
             Err(problem) => problems.push(problem),
-            Ok(part) if part.friction() <= 0.0 => problems.push(Problem::contradiction(
+            Ok(part) if part.friction().is_none() => problems.push(declared::varies(name, "friction", place)),
+            Ok(part) if part.friction() <= Some(0.0) => problems.push(Problem::contradiction(
                 place,
                 format!("`{name}` has no friction in the grammar, so no ground gives it any: set `{name}.friction` first"),
             )),
@@ -55,7 +56,11 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
     let slips: Vec<Slip> =
         slips.into_iter().map(|(name, coefficients)| Slip { name: name.to_owned(), coefficients }).collect();
     let Some((first, others)) = slips.split_first() else { return Ok(Vec::new()) };
-    let own = declared::part(rules, &first.name, &section.place).map_err(|p| vec![p])?.friction();
+    let friction = |name: &str| {
+        let part = declared::part(rules, name, &section.place).map_err(|p| vec![p])?;
+        part.friction().ok_or_else(|| vec![declared::varies(name, "friction", &section.place)])
+    };
+    let own = friction(&first.name)?;
     let mut findings = Vec::new();
     let mut ground = None;
     for model in models(rules) {
@@ -64,7 +69,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
         findings.push(finding);
     }
     for slip in others {
-        let old = declared::part(rules, &slip.name, &section.place).map_err(|p| vec![p])?.friction();
+        let old = friction(&slip.name)?;
         findings.extend(ground.as_ref().map(|ground| on_part(section, slip, old, ground)));
     }
     Ok(findings)

@@ -66,6 +66,7 @@ fn one(section: &Section, rules: &RuleSet, row: usize, name: &str, mass: f64) ->
 
 fn finding(section: &Section, rules: &RuleSet, name: &str, masses: &[f64]) -> Result<Finding, Vec<Problem>> {
     let declared = declared::part(rules, name, &section.place).map_err(|p| vec![p])?;
+    let old = declared.mass().ok_or_else(|| vec![declared::varies(name, "mass", &section.place)])?;
     let many = masses.len();
     let centre = Centre::of(masses, &format!("{} {name}", section.name));
     let mean = centre.value;
@@ -91,10 +92,10 @@ fn finding(section: &Section, rules: &RuleSet, name: &str, masses: &[f64]) -> Re
         place: section.place.clone(),
         source: section.source.clone(),
         quantity: format!("{name}.mass"),
-        old: Some(shown(declared.mass(), Dimension::MASS)),
+        old: Some(shown(old, Dimension::MASS)),
         change: Change::Number { path: format!("{name}.mass"), value },
         interval: centre.figures("g"),
-        factor: Some(mean / declared.mass()),
+        factor: Some(mean / old),
         residual: Residual::of(&residuals, "g").filter(|_| many > 1),
         points: many,
         notes,

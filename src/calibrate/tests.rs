@@ -340,7 +340,7 @@ fn friction_makes_the_geometric_mean_right() {
         .collect();
     let [(ground_path, ground), (ball_path, ball)] = numbers.as_slice() else { panic!("{numbers:?}") };
     assert_eq!((ground_path.as_str(), ball_path.as_str()), ("hinge_model.ground_friction", "ball.friction"));
-    let cube = rules("tendon").parts["cube"].friction;
+    let cube = *rules("tendon").parts["cube"].friction.fixed().unwrap();
     assert!(((cube * ground).sqrt() - 0.05 / (0.0083 * 9.81)).abs() < 1e-9, "the cube slips when it did");
     assert!(((ball * ground).sqrt() - 0.03 / (0.0046 * 9.81)).abs() < 1e-9, "and so does the ball");
 }

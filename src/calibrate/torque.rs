@@ -16,6 +16,8 @@ const STRONG: f64 = 0.25;
 /// Fits a section of kind `tip`: force times arm.
 pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Problem>> {
     let (name, actuator) = declared::actuator(rules, section).map_err(|p| vec![p])?;
+    let old = actuator.torque.fixed().copied();
+    let old = old.ok_or_else(|| vec![declared::varies(&name, "torque", &section.place)])?;
     let (forces, arms) = (section.numbers("force"), section.numbers("arm"));
     let problems: Vec<Problem> = forces
         .iter()
@@ -73,10 +75,10 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         place: section.place.clone(),
         source: section.source.clone(),
         quantity: format!("{name}.torque"),
-        old: Some(shown(actuator.torque, Dimension::TORQUE)),
+        old: Some(shown(old, Dimension::TORQUE)),
         change: Change::Number { path: format!("{name}.torque"), value },
         interval: centre.figures("N*m/rad"),
-        factor: Some(mean / actuator.torque),
+        factor: Some(mean / old),
         residual: Residual::of(&residuals, "N*m/rad"),
         points: many,
         notes,

@@ -48,6 +48,7 @@ impl Blocked {
             Self::Refused(Refusal::PortTaken) => "port taken".to_owned(),
             Self::Refused(Refusal::Asymmetric) => "symmetry".to_owned(),
             Self::Refused(Refusal::BadParameter(name)) => format!("parameter {name}"),
+            Self::Refused(Refusal::NoSuchPart(unmade)) => format!("no {}", unmade.field),
             Self::Refused(Refusal::NoPort(name)) => format!("no port {name}"),
             Self::Refused(Refusal::Fixed) => "part of the beginning".to_owned(),
             Self::Refused(Refusal::NotJoined) => "not joined".to_owned(),
@@ -72,6 +73,9 @@ impl Blocked {
             Self::Refused(Refusal::PortTaken) => "the port is taken".to_owned(),
             Self::Refused(Refusal::Asymmetric) => "the symmetry would be lost".to_owned(),
             Self::Refused(Refusal::BadParameter(name)) => format!("`{name}` is outside its domain"),
+            Self::Refused(Refusal::NoSuchPart(unmade)) => {
+                format!("with its parameters the part has no `{}`: {}", unmade.field, unmade.reason)
+            }
             Self::Refused(Refusal::NoPort(name)) => format!("the part has no port `{name}`"),
             Self::Refused(Refusal::Fixed) => "a part of the initial design stays".to_owned(),
             Self::Refused(Refusal::NotJoined) => "the parts are not joined".to_owned(),

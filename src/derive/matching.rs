@@ -108,9 +108,7 @@ impl Search<'_> {
                     Some(slot) => part_in(slot).into_iter().collect(),
                     None => design.parts.keys().copied().collect(),
                 };
-                let ports = parts
-                    .into_iter()
-                    .flat_map(|id| (0..design.port_count(self.rules, id)).map(move |p| (id, p)));
+                let ports = parts.into_iter().flat_map(|id| (0..design.port_count(id)).map(move |p| (id, p)));
                 ports.map(|(id, p)| vec![of(Reference::Port(id, p))]).collect()
             }
             Matched::Part { kind, port, joined_to } => {
@@ -121,7 +119,7 @@ impl Search<'_> {
                 let parts = parts.into_iter().filter(|id| design.belongs(self.rules, *id, kind));
                 if *port {
                     parts
-                        .flat_map(|id| design.free_ports(self.rules, id).into_iter().map(move |p| (id, p)))
+                        .flat_map(|id| design.free_ports(id).into_iter().map(move |p| (id, p)))
                         .map(|(id, p)| vec![of(Reference::Part(id)), of(Reference::Port(id, p))])
                         .collect()
                 } else {

@@ -88,7 +88,7 @@ impl Derivation {
                 0.0
             }));
         }
-        let before = self.design.canonical_hash(rules);
+        let before = self.design.canonical_hash();
         loop {
             let total: f64 = weights.iter().sum();
             if total <= 0.0 {
@@ -99,7 +99,7 @@ impl Derivation {
                 return Move { result: None, rule: None, blocked };
             };
             match self.attempt(rules, rule, temperature, random) {
-                Ok(result) if result.design.canonical_hash(rules) == before => {
+                Ok(result) if result.design.canonical_hash() == before => {
                     blocked.push((index, Blocked::NoChange));
                 }
                 Ok(result) => return Move { result: Some(result), rule: Some(index), blocked },

@@ -55,9 +55,9 @@ impl<'a> DesignScope<'a> {
         let design = self.design_of(id);
         Some(match attribute {
             PortAttribute::Part => reference(Reference::Part(id)),
-            PortAttribute::Free => Value::Bool(design.is_free(self.rules, id, port)),
+            PortAttribute::Free => Value::Bool(design.is_free(id, port)),
             PortAttribute::Index => {
-                let frames = ports(self.rules, design.parts.get(&id)?);
+                let frames = ports(design.parts.get(&id)?);
                 Value::Number(frames.get(port as usize)?.number)
             }
         })
@@ -247,14 +247,14 @@ impl Scope for DesignScope<'_> {
 
     fn port(&self, of: &Value, name: &str, number: Option<f64>) -> Option<Value> {
         let id = part(of)?;
-        let frames = ports(self.rules, self.design_of(id).parts.get(&id)?);
+        let frames = ports(self.design_of(id).parts.get(&id)?);
         let found = frames.iter().position(|p| p.name == name && number.is_none_or(|n| n == p.number))?;
         Some(reference(Reference::Port(id, found as u8)))
     }
 
     fn is_port(&self, port: &Value, name: &str) -> Option<bool> {
         let Value::Reference(Reference::Port(id, port)) = port else { return None };
-        let frames = ports(self.rules, self.design_of(*id).parts.get(id)?);
+        let frames = ports(self.design_of(*id).parts.get(id)?);
         Some(frames.get(*port as usize)?.name == name)
     }
 

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::ir::{self, Form, Kind, RuleSet};
+use grammar_lang::eval::Made;
+use grammar_lang::ir::{self, Form, RuleSet};
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
 use super::assembly::{Assembly, Element, Hinge, Joint, JointKind, Shape};
@@ -32,7 +33,7 @@ impl Body {
         }
         let body = Self::of_parts(design, rules);
         match rules.method() {
-            ir::Method::Balls(Some(filling)) => filled::filled(design, rules, &body, filling),
+            ir::Method::Balls(Some(filling)) => filled::filled(design, &body, filling),
             _ => body,
         }
     }
@@ -80,14 +81,16 @@ impl Body {
             self.assembly.elements.push(Element { shape, pose, mass, friction });
             self.parts_of_elements.push(id);
         };
-        let actuator = match rules.kind(&part.kind) {
-            Some(Kind::Block(block)) => {
-                push(block.shape.shape, part.pose * upright(block.shape), block.mass, block.friction);
+        let actuator = match part.made.as_deref() {
+            Some(Made::Block(block)) => {
+                push(block.form.shape, part.pose * upright(block.form), block.mass, block.friction);
                 return (first, first);
             }
-            Some(Kind::Actuator(actuator)) => actuator,
-            Some(Kind::Cell(_)) | None => return (first, first),
+            Some(Made::Actuator(actuator)) => actuator,
+            None => return (first, first),
         };
+        // How far and how fast it bends is the same for all of its kind.
+        let Some(alike) = rules.actuators.get(&part.kind) else { return (first, first) };
         let Shape::Cylinder { radius, half_length } = actuator.segment.shape else { return (first, first) };
         let length = 2.0 * half_length;
         let count = segments(part);
@@ -116,12 +119,12 @@ impl Body {
                 axis,
                 actuator: self.actuators.len(),
                 share: 1.0 / shares,
-                limits: (actuator.bend.0 / shares, actuator.bend.1 / shares),
+                limits: (alike.bend.0 / shares, alike.bend.1 / shares),
                 stiffness: actuator.stiffness,
                 damping: actuator.damping,
                 torque: actuator.torque,
-                bending_rate: actuator.bending_speed.most() / shares,
-                relaxing_rate: actuator.relaxing_speed.most() / shares,
+                bending_rate: alike.bending_speed.most() / shares,
+                relaxing_rate: alike.relaxing_speed.most() / shares,
             };
             self.assembly.joints.push(Joint {
                 parent: first + i - 1,

@@ -1,7 +1,6 @@
 //! A hash of a body that ignores how it was derived.
 
-use grammar_lang::eval::Value;
-use grammar_lang::ir::RuleSet;
+use grammar_lang::eval::{Made, Value};
 use nalgebra::Vector3;
 use sha2::{Digest, Sha256};
 
@@ -28,12 +27,15 @@ fn line(v: Vector3<f64>) -> [i64; 3] {
 }
 
 /// What makes a part this part, apart from its joints.
-fn describe(part: &Part, rules: &RuleSet) -> String {
+fn describe(part: &Part) -> String {
     let p = part.pose.translation.vector;
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|a| part.pose.rotation * a);
     // With ports of its own a part has a front and a back wherever they are.
-    let plain = rules.parts.get(&part.kind).filter(|b| b.ports.is_empty());
-    let turned = match plain.map(|b| b.shape.shape) {
+    let plain = match part.made.as_deref() {
+        Some(Made::Block(block)) if block.ports.is_empty() => Some(block.form.shape),
+        _ => None,
+    };
+    let turned = match plain {
         Some(Shape::Ball { .. }) => String::new(),
         Some(Shape::Box { half }) => {
             // A cube turned by a quarter is the same cube.
@@ -58,8 +60,8 @@ fn describe(part: &Part, rules: &RuleSet) -> String {
 
 /// The parts of a design, each with its place and with what holds it, in order: two designs
 /// are the same body if all of these are the same.
-pub(super) fn pieces(design: &Design, rules: &RuleSet) -> Vec<String> {
-    let described = |id: PartId| design.parts.get(&id).map_or(String::new(), |part| describe(part, rules));
+pub(super) fn pieces(design: &Design) -> Vec<String> {
+    let described = |id: PartId| design.parts.get(&id).map_or(String::new(), describe);
     let mut pieces: Vec<String> = design
         .parts
         .iter()
@@ -72,9 +74,9 @@ pub(super) fn pieces(design: &Design, rules: &RuleSet) -> Vec<String> {
     pieces
 }
 
-pub(super) fn hash(design: &Design, rules: &RuleSet) -> String {
+pub(super) fn hash(design: &Design) -> String {
     let mut described: Vec<(String, PartId)> =
-        design.parts.iter().map(|(id, p)| (describe(p, rules), *id)).collect();
+        design.parts.iter().map(|(id, p)| (describe(p), *id)).collect();
     described.sort_unstable();
     let index = |id: PartId| described.iter().position(|(_, i)| *i == id);
     let mut joints: Vec<(Option<usize>, Option<usize>)> = design

@@ -1,6 +1,8 @@
 //! Changes of a design: attaching, setting, removing, replacing, with all images.
 
-use grammar_lang::eval::{KindValue, Value};
+use std::sync::Arc;
+
+use grammar_lang::eval::{KindValue, Made, Value};
 use grammar_lang::ir::{RuleSet, Settable};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
@@ -29,7 +31,7 @@ impl Design {
             // Where the symmetry leaves the place alone, the application is its own
             // image, or it cannot have one.
             let alone = places.iter().all(|p| *p == place)
-                && self.parts.get(&original).is_some_and(|p| images.iter().all(|i| i.keeps(rules, p)));
+                && self.parts.get(&original).is_some_and(|p| images.iter().all(|i| i.keeps(p)));
             return if alone { Ok(original) } else { Err(Refusal::Asymmetric) };
         }
         for (k, (part, port)) in places.into_iter().enumerate() {
@@ -47,13 +49,15 @@ impl Design {
         step: u64,
         image_of: Option<(PartId, usize)>,
     ) -> Result<PartId, Refusal> {
-        if !self.is_free(rules, attachment.part, attachment.port) {
+        if !self.is_free(attachment.part, attachment.port) {
             return Err(Refusal::PortTaken);
         }
         let id = self.next_id(step)?;
+        let (params, made) = params(rules, &attachment.kind, &attachment.params)?;
         let mut part = Part {
             kind: attachment.kind.clone(),
-            params: params(rules, &attachment.kind, &attachment.params)?,
+            params,
+            made,
             turn: normal_turn(attachment.turn),
             held_by: Some((attachment.part, attachment.port)),
             holding: ends(rules, &attachment.kind).0,
@@ -63,7 +67,7 @@ impl Design {
             pose: Isometry3::identity(),
         };
         if let Some(by) = &attachment.by {
-            let found = ports(rules, &part).iter().position(|p| p.name == *by);
+            let found = ports(&part).iter().position(|p| p.name == *by);
             part.holding = found.ok_or_else(|| Refusal::NoPort(by.clone()))? as u8;
         }
         self.parts.insert(id, part);
@@ -99,6 +103,7 @@ impl Design {
                 Settable::Param(name) => {
                     in_domain(rules, &part.kind, name, value)?;
                     part.params.insert(name.clone(), value.clone());
+                    part.made = made(rules, &part.kind, &part.params)?;
                 }
             }
         }
@@ -183,13 +188,8 @@ impl Design {
         let (near, far) = ends(rules, &with.name);
         let before = self.parts.shift_remove(&old).ok_or(Refusal::Gone)?;
         let holder = before.held_by.map(|(h, _)| h);
-        let mut part = Part {
-            kind: with.name.clone(),
-            params: params(rules, &with.name, &with.params)?,
-            holding: near,
-            step,
-            ..before.clone()
-        };
+        let (params, made) = params(rules, &with.name, &with.params)?;
+        let mut part = Part { kind: with.name.clone(), params, made, holding: near, step, ..before.clone() };
         if let Some((a, b)) = between
             && holder != Some(a)
         {
@@ -199,7 +199,7 @@ impl Design {
             }
             part.holding = far.ok_or_else(|| Refusal::NoPort("front".to_owned()))?;
         }
-        let (old_ports, new_ports) = (ports(rules, &before), ports(rules, &part));
+        let (old_ports, new_ports) = (ports(&before), ports(&part));
         let mut taken = vec![part.holding];
         let children: Vec<(PartId, u8)> = self
             .parts
@@ -234,9 +234,10 @@ impl Design {
         if images.is_empty() {
             return Ok(());
         }
-        let sound = self.parts.iter().all(|(id, part)| {
-            self.orbit(*id).len() > 1 || images.iter().all(|image| image.keeps(rules, part))
-        });
+        let sound = self
+            .parts
+            .iter()
+            .all(|(id, part)| self.orbit(*id).len() > 1 || images.iter().all(|image| image.keeps(part)));
         if sound { Ok(()) } else { Err(Refusal::Asymmetric) }
     }
 
@@ -249,7 +250,7 @@ impl Design {
                 None => Isometry3::identity(),
                 Some((holder, port)) => {
                     let holder = self.parts.get(&holder).ok_or(Refusal::Gone)?;
-                    port::pose_at(rules, holder, port, part).ok_or(Refusal::Gone)?
+                    port::pose_at(holder, port, part).ok_or(Refusal::Gone)?
                 }
             };
             let image = (part.image as usize).checked_sub(1).and_then(|k| images.get(k));
@@ -258,7 +259,7 @@ impl Design {
                     let original = self.parts.get(&original).ok_or(Refusal::Gone)?;
                     let pose = image.pose(&original.pose);
                     // An image must still sit where it is held.
-                    let (have, want) = (port::base(rules, part, &pose), port::base(rules, part, &held));
+                    let (have, want) = (port::base(part, &pose), port::base(part, &held));
                     if (have - want).norm() > symmetry::SAME {
                         return Err(Refusal::Asymmetric);
                     }
@@ -293,14 +294,20 @@ pub(super) fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) 
     }
 }
 
-/// The parameters of a new part: those given, and defaults for the others.
+/// What a part of a kind is with these parameters.
+fn made(rules: &RuleSet, kind: &str, params: &IndexMap<String, Value>) -> Result<Option<Arc<Made>>, Refusal> {
+    let Some(kind) = rules.kind(kind) else { return Ok(None) };
+    Ok(Made::of(kind, rules, params).map_err(Refusal::NoSuchPart)?.map(Arc::new))
+}
+
+/// The parameters of a new part, those given and defaults for the others, and what it is with them.
 pub(super) fn params(
     rules: &RuleSet,
     kind: &str,
     given: &[(String, Value)],
-) -> Result<IndexMap<String, Value>, Refusal> {
+) -> Result<(IndexMap<String, Value>, Option<Arc<Made>>), Refusal> {
     let mut out = IndexMap::new();
-    let Some(params) = rules.params_of(kind) else { return Ok(out) };
+    let Some(params) = rules.params_of(kind) else { return Ok((out, None)) };
     for (name, declared) in params {
         let given = given.iter().find(|(n, _)| n == name).map(|(_, v)| v.clone());
         let value = match (given, &declared.default) {
@@ -312,5 +319,6 @@ pub(super) fn params(
         in_domain(rules, kind, name, &value)?;
         out.insert(name.clone(), value);
     }
-    Ok(out)
+    let made = made(rules, kind, &out)?;
+    Ok((out, made))
 }

@@ -7,7 +7,8 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::ir::{Filling, JOINED, RuleSet};
+use grammar_lang::eval::Made;
+use grammar_lang::ir::{Filling, JOINED};
 use nalgebra::Point3;
 
 use super::assembly::{Assembly, Element, Shape, Spring, Swelling};
@@ -21,7 +22,7 @@ const CLOSE: f64 = 1e-9;
 type Node = [i64; 3];
 
 /// The same body of balls. A part that no point of the grid lies in has none.
-pub(super) fn filled(design: &Design, rules: &RuleSet, body: &Body, filling: Filling) -> Body {
+pub(super) fn filled(design: &Design, body: &Body, filling: Filling) -> Body {
     let mut own = Body {
         assembly: Assembly { actuators: body.assembly.actuators, ..Assembly::default() },
         parts_of_elements: Vec::new(),
@@ -42,7 +43,7 @@ pub(super) fn filled(design: &Design, rules: &RuleSet, body: &Body, filling: Fil
                 friction: element.friction,
             });
             own.parts_of_elements.push(*id);
-            let gain = gain(design, rules, *id, &point(node, filling.spacing));
+            let gain = gain(design, *id, &point(node, filling.spacing));
             let actuator = body.actuators.iter().position(|actuator| actuator == id);
             if let (Some(actuator), Some(gain)) = (actuator, gain) {
                 own.assembly.swellings.push(Swelling { element: index, actuator, gain });
@@ -94,9 +95,10 @@ fn is_inside(element: &Element, point: &Point3<f64>) -> bool {
 }
 
 /// The strain of a point of an actuator for each radian that the whole actuator bends; none of a passive part.
-fn gain(design: &Design, rules: &RuleSet, id: PartId, point: &Point3<f64>) -> Option<f64> {
+fn gain(design: &Design, id: PartId, point: &Point3<f64>) -> Option<f64> {
     let part = design.parts.get(&id)?;
-    let segment = 2.0 * rules.actuators.get(&part.kind)?.segment.half_extents().x;
+    let Some(Made::Actuator(actuator)) = part.made.as_deref() else { return None };
+    let segment = 2.0 * actuator.segment.half_extents().x;
     let local = part.pose.inverse() * point;
     // It bends towards its own top: what is above its axis becomes shorter.
     Some(-local.y / (segment * segments(part) as f64))

@@ -110,11 +110,12 @@ impl Design {
         with: &KindValue,
         step: u64,
     ) -> Result<(), Refusal> {
-        let params = change::params(rules, &with.name, &with.params)?;
+        let (params, made) = change::params(rules, &with.name, &with.params)?;
         for id in with_images(lattice, rules.symmetry, places) {
             let cell = Part {
                 kind: with.name.clone(),
                 params: params.clone(),
+                made: made.clone(),
                 turn: 0.0,
                 held_by: None,
                 holding: 0,

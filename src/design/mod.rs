@@ -15,10 +15,11 @@ mod port;
 mod symmetry;
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 pub use grammar_lang::eval::PartId;
-use grammar_lang::eval::Value;
-use grammar_lang::ir::{Group, Kind, RuleSet};
+use grammar_lang::eval::{Made, Unmade, Value};
+use grammar_lang::ir::{Group, RuleSet};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
@@ -50,8 +51,10 @@ pub fn step_of(id: PartId) -> u64 {
 pub struct Part {
     /// The declared kind.
     pub kind: String,
-    /// Parameters of an actuator.
+    /// The parameters that it has for itself.
     pub params: IndexMap<String, Value>,
+    /// What its kind says it is, with these parameters; none for a cell of a lattice.
+    pub(crate) made: Option<Arc<Made>>,
     /// Rotation about the port that holds it, rad; an image has that of its original,
     /// measured in its own mirrored frame.
     pub turn: f64,
@@ -80,6 +83,8 @@ pub enum Refusal {
     Asymmetric,
     /// A parameter lies outside its domain or has no value.
     BadParameter(String),
+    /// With its parameters a field of the part has no value that a part can have.
+    NoSuchPart(Unmade),
     /// The part has no such port.
     NoPort(String),
     /// The part belongs to the initial design and stays.
@@ -127,9 +132,11 @@ impl Design {
     ///
     /// A [`Refusal`] when a parameter is not possible.
     pub fn core(rules: &RuleSet, kind: &str, given: &[(String, Value)]) -> Result<Self, Refusal> {
+        let (params, made) = change::params(rules, kind, given)?;
         let part = Part {
             kind: kind.to_owned(),
-            params: change::params(rules, kind, given)?,
+            params,
+            made,
             turn: 0.0,
             held_by: None,
             holding: 0,
@@ -139,7 +146,7 @@ impl Design {
             pose: Isometry3::identity(),
         };
         let images = symmetry::images(rules.symmetry);
-        if !images.iter().all(|image| image.keeps(rules, &part)) {
+        if !images.iter().all(|image| image.keeps(&part)) {
             return Err(Refusal::Asymmetric);
         }
         Ok(Self { parts: IndexMap::from([(CORE, part)]), placed: BTreeMap::new() })
@@ -190,34 +197,34 @@ impl Design {
     #[must_use]
     pub fn mass(&self, rules: &RuleSet, id: PartId) -> Option<f64> {
         let part = self.parts.get(&id)?;
-        Some(match rules.kind(&part.kind)? {
-            Kind::Block(block) => block.mass,
-            Kind::Actuator(actuator) => actuator.mass * port::segments(part) as f64,
-            Kind::Cell(lattice) => lattice::material(rules, lattice, part).mass,
+        Some(match (part.made.as_deref(), &rules.lattice) {
+            (Some(Made::Block(block)), _) => block.mass,
+            (Some(Made::Actuator(actuator)), _) => actuator.mass * port::segments(part) as f64,
+            (None, Some(lattice)) => lattice::material(rules, lattice, part).mass,
+            (None, None) => return None,
         })
     }
 
     /// Whether a port holds nothing and is not the one that the part is held by.
     #[must_use]
-    pub fn is_free(&self, rules: &RuleSet, id: PartId, port: u8) -> bool {
+    pub fn is_free(&self, id: PartId, port: u8) -> bool {
         let Some(part) = self.parts.get(&id) else { return false };
         let own = part.held_by.map(|_| part.holding);
-        (port as usize) < ports(rules, part).len()
+        (port as usize) < port::count(part)
             && own != Some(port)
             && !self.parts.values().any(|p| p.held_by == Some((id, port)))
     }
 
     /// How many ports a part has.
     #[must_use]
-    pub fn port_count(&self, rules: &RuleSet, id: PartId) -> u8 {
-        self.parts.get(&id).map_or(0, |part| ports(rules, part).len() as u8)
+    pub fn port_count(&self, id: PartId) -> u8 {
+        self.parts.get(&id).map_or(0, |part| port::count(part) as u8)
     }
 
     /// The free ports of a part.
     #[must_use]
-    pub fn free_ports(&self, rules: &RuleSet, id: PartId) -> Vec<u8> {
-        let Some(part) = self.parts.get(&id) else { return Vec::new() };
-        (0..ports(rules, part).len() as u8).filter(|p| self.is_free(rules, id, *p)).collect()
+    pub fn free_ports(&self, id: PartId) -> Vec<u8> {
+        (0..self.port_count(id)).filter(|p| self.is_free(id, *p)).collect()
     }
 
     /// Whether a part belongs to a group.
@@ -275,14 +282,14 @@ impl Design {
     /// The parts with their places and what holds them, as texts in order: of two designs of
     /// which one is contained in the other, the one has all the pieces of the other.
     #[must_use]
-    pub fn pieces(&self, rules: &RuleSet) -> Vec<String> {
-        canonical::pieces(self, rules)
+    pub fn pieces(&self) -> Vec<String> {
+        canonical::pieces(self)
     }
 
     /// A hash of the body that this design is: parts, places and joints, whatever
     /// the order in which they came to be. 64 hexadecimal digits.
     #[must_use]
-    pub fn canonical_hash(&self, rules: &RuleSet) -> String {
-        canonical::hash(self, rules)
+    pub fn canonical_hash(&self) -> String {
+        canonical::hash(self)
     }
 }

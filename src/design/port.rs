@@ -4,8 +4,8 @@
 //! declares its own, and is held by its `back` if nothing else is said; an
 //! actuator reaches from its `base`, where it is held, along x to its `tip`.
 
-use grammar_lang::eval::Value;
-use grammar_lang::ir::{self, ACTUATOR_PORTS, BLOCK_PORTS, Kind, RuleSet};
+use grammar_lang::eval::{Made, MadePort, Value};
+use grammar_lang::ir::{ACTUATOR_PORTS, BLOCK_PORTS, Kind, RuleSet};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::Part;
@@ -53,7 +53,7 @@ pub(super) fn segments(part: &Part) -> usize {
 }
 
 /// The frame of a port that a part declares: y as near to the part's own up as can be.
-fn declared(port: &ir::Port) -> PortFrame {
+fn declared(port: &MadePort) -> PortFrame {
     let x = Vector3::from(port.facing);
     let side = x.cross(&Vector3::y());
     let axes = if side.norm() > 1e-6 {
@@ -69,28 +69,37 @@ fn declared(port: &ir::Port) -> PortFrame {
     PortFrame { name: port.name.clone(), number: port.index, frame }
 }
 
-/// The ports of a part.
+/// The ports of a part; a cell has none, as cells grow into their neighbours' places.
 #[must_use]
-pub fn ports(rules: &RuleSet, part: &Part) -> Vec<PortFrame> {
-    match rules.kind(&part.kind) {
-        Some(Kind::Block(block)) if !block.ports.is_empty() => block.ports.iter().map(declared).collect(),
-        Some(Kind::Block(block)) => (BLOCK_PORTS.iter().zip(BLOCK))
+pub fn ports(part: &Part) -> Vec<PortFrame> {
+    match part.made.as_deref() {
+        Some(Made::Block(block)) if !block.ports.is_empty() => block.ports.iter().map(declared).collect(),
+        Some(Made::Block(block)) => (BLOCK_PORTS.iter().zip(BLOCK))
             .map(|(name, axes)| {
                 let out = Vector3::from(axes[0]);
-                let reach = block.shape.half_extents().component_mul(&out).norm();
+                let reach = block.form.half_extents().component_mul(&out).norm();
                 let frame = Isometry3::from_parts((out * reach).into(), rotation(axes));
                 PortFrame { name: (*name).to_owned(), number: 0.0, frame }
             })
             .collect(),
-        Some(Kind::Actuator(actuator)) => {
+        Some(Made::Actuator(actuator)) => {
             let length = 2.0 * actuator.segment.half_extents().x * segments(part) as f64;
             let base = Isometry3::from_parts(Translation3::identity(), rotation(BLOCK[1]));
             let tip = Isometry3::translation(length, 0.0, 0.0);
             let ends = ACTUATOR_PORTS.iter().zip([base, tip]);
             ends.map(|(name, frame)| PortFrame { name: (*name).to_owned(), number: 0.0, frame }).collect()
         }
-        // Cells grow into their neighbours' places.
-        Some(Kind::Cell(_)) | None => Vec::new(),
+        None => Vec::new(),
+    }
+}
+
+/// How many ports a part has.
+pub(super) fn count(part: &Part) -> usize {
+    match part.made.as_deref() {
+        Some(Made::Block(block)) if !block.ports.is_empty() => block.ports.len(),
+        Some(Made::Block(_)) => BLOCK_PORTS.len(),
+        Some(Made::Actuator(_)) => ACTUATOR_PORTS.len(),
+        None => 0,
     }
 }
 
@@ -108,9 +117,9 @@ pub(crate) fn ends(rules: &RuleSet, kind: &str) -> (u8, Option<u8>) {
 }
 
 /// The pose of a part held by a port of another: the two ports meet face to face.
-pub(crate) fn pose_at(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> Option<Isometry3<f64>> {
-    let frame = ports(rules, holder).get(port as usize)?.frame;
-    let own = ports(rules, part).get(part.holding as usize)?.frame;
+pub(crate) fn pose_at(holder: &Part, port: u8, part: &Part) -> Option<Isometry3<f64>> {
+    let frame = ports(holder).get(port as usize)?.frame;
+    let own = ports(part).get(part.holding as usize)?.frame;
     let half_turn = UnitQuaternion::new_normalize(nalgebra::Quaternion::new(0.0, 0.0, 1.0, 0.0));
     let turned = Isometry3::from_parts(Translation3::identity(), about(0, part.turn) * half_turn);
     let mut pose = holder.pose * frame * turned * own.inverse();
@@ -120,7 +129,7 @@ pub(crate) fn pose_at(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> 
 }
 
 /// Where a part with this pose is held, in the world.
-pub(super) fn base(rules: &RuleSet, part: &Part, pose: &Isometry3<f64>) -> Point3<f64> {
-    let own = ports(rules, part).get(part.holding as usize).map(|p| p.frame).unwrap_or_default();
+pub(super) fn base(part: &Part, pose: &Isometry3<f64>) -> Point3<f64> {
+    let own = ports(part).get(part.holding as usize).map(|p| p.frame).unwrap_or_default();
     pose * Point3::from(own.translation.vector)
 }

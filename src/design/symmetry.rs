@@ -6,6 +6,7 @@
 //! mirrored z axis: its left and right are swapped, and an actuator that bends by
 //! the same angle about its own z axis moves as the mirror image does.
 
+use grammar_lang::eval::Made;
 use grammar_lang::ir::{Form, RuleSet, Symmetry};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
@@ -58,7 +59,7 @@ impl Image {
     }
 
     /// Whether a part is its own image.
-    pub(super) fn keeps(&self, rules: &RuleSet, part: &Part) -> bool {
+    pub(super) fn keeps(&self, part: &Part) -> bool {
         let image = self.pose(&part.pose);
         if (image.translation.vector - part.pose.translation.vector).norm() > SAME {
             return false;
@@ -66,7 +67,11 @@ impl Image {
         let have = part.pose.rotation.to_rotation_matrix();
         let want = image.rotation.to_rotation_matrix();
         let relative = want.matrix().transpose() * have.matrix();
-        match rules.parts.get(&part.kind).map(|p| p.shape) {
+        let form = match part.made.as_deref() {
+            Some(Made::Block(block)) => Some(block.form),
+            Some(Made::Actuator(_)) | None => None,
+        };
+        match form {
             Some(Form { shape: Shape::Ball { .. }, .. }) => true,
             Some(Form { shape: Shape::Box { half }, .. }) => {
                 // Every edge must lie along an edge of the same length.
@@ -95,11 +100,11 @@ pub(super) fn image_port(
     port: u8,
 ) -> Result<(PartId, u8), Refusal> {
     let part = design.parts.get(&id).ok_or(Refusal::Gone)?;
-    let frame = ports(rules, part).get(port as usize).ok_or(Refusal::Gone)?.frame;
+    let frame = ports(part).get(port as usize).ok_or(Refusal::Gone)?.frame;
     let wanted = image.point(&(part.pose * Point3::from(frame.translation.vector)));
     let twin_id = design.image(rules, id, k);
     let twin = design.parts.get(&twin_id).ok_or(Refusal::Gone)?;
-    ports(rules, twin)
+    ports(twin)
         .iter()
         .position(|p| ((twin.pose * Point3::from(p.frame.translation.vector)) - wanted).norm() < SAME)
         .map(|found| (twin_id, found as u8))

@@ -60,7 +60,7 @@ pub(super) fn lost(run: &Path, rules: &RuleSet, archive: &[(Vec<usize>, Best)]) 
         design.is_ok_and(|design| {
             design.found_at == best.found_at
                 && design.value.to_bits() == best.value.to_bits()
-                && design.body == best.derivation.design.canonical_hash(rules)
+                && design.body == best.derivation.design.canonical_hash()
         })
     };
     let kinds = archive.iter().enumerate();

@@ -66,13 +66,13 @@ fn written(name: &str, kind: &str, known: &[(PartId, String)]) -> String {
 }
 
 /// The turn by which a part stands as it does: that of an image is measured in a mirrored frame.
-fn turn(rules: &RuleSet, holder: &Part, port: u8, part: &Part) -> f64 {
+fn turn(holder: &Part, port: u8, part: &Part) -> f64 {
     let full = 2.0 * std::f64::consts::PI;
     let reflected = if part.turn == 0.0 { 0.0 } else { full - part.turn };
     let quarters = [0.0, 0.25, 0.5, 0.75].map(|share| share * full);
     let fits = |turn: &f64| {
         let as_placed = Part { turn: *turn, ..part.clone() };
-        pose_at(rules, holder, port, &as_placed).is_some_and(|pose| {
+        pose_at(holder, port, &as_placed).is_some_and(|pose| {
             let apart = pose.inverse() * part.pose;
             apart.translation.vector.norm() < 1e-6 && apart.rotation.angle() < 1e-4
         })
@@ -96,7 +96,7 @@ fn literal(named: Named<'_>, value: &Recorded, ty: Option<&Ty>) -> String {
 fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
     let Named { rules, design, .. } = named;
     let mut text = part.kind.clone();
-    let declared = rules.actuators.get(&part.kind).map(|actuator| &actuator.params);
+    let declared = rules.params_of(&part.kind);
     let params: Vec<String> = part
         .params
         .iter()
@@ -115,13 +115,13 @@ fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
     let Some((holder, port)) = part.held_by else { return text };
     let name = names.iter().find(|(id, _)| *id == holder).map_or("?", |(_, name)| name);
     let Some(holder) = design.parts.get(&holder) else { return text };
-    let _ = write!(text, " to {name}.{}", port_name(rules, holder, port).as_deref().unwrap_or("?"));
-    let turn = turn(rules, holder, port, part);
+    let _ = write!(text, " to {name}.{}", port_name(holder, port).as_deref().unwrap_or("?"));
+    let turn = turn(holder, port, part);
     if turn != 0.0 {
         let _ = write!(text, " turned {}", units::exact(turn, Dimension::ANGLE));
     }
     if part.holding != ends(rules, &part.kind).0
-        && let Some(own) = port_name(rules, part, part.holding)
+        && let Some(own) = port_name(part, part.holding)
     {
         let _ = write!(text, " by {own}");
     }

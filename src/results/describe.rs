@@ -15,8 +15,8 @@ use crate::derive::{Blocked, Derivation, Recorded, Step};
 use crate::design::{Design, Part, PartId, lattice, ports};
 
 /// What people call a port: its name, with its number where several share it.
-pub(super) fn port_name(rules: &RuleSet, part: &Part, port: u8) -> Option<String> {
-    let frames = ports(rules, part);
+pub(super) fn port_name(part: &Part, port: u8) -> Option<String> {
+    let frames = ports(part);
     let own = frames.get(port as usize)?;
     let several = frames.iter().filter(|p| p.name == own.name).count() > 1;
     Some(if several { format!("{}[{}]", own.name, own.number) } else { own.name.clone() })
@@ -97,7 +97,7 @@ impl Named<'_> {
             Recorded::Kind(name, _) => name.clone(),
             Recorded::Reference(Reference::Part(id)) => self.part(*id),
             Recorded::Reference(Reference::Port(id, port)) => {
-                let name = design.parts.get(id).and_then(|p| port_name(rules, p, *port));
+                let name = design.parts.get(id).and_then(|p| port_name(p, *port));
                 name.unwrap_or_else(|| "?".to_owned())
             }
             Recorded::Reference(Reference::Joint(id)) => {
@@ -193,13 +193,13 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     });
     if rules.lattice.is_some() {
         named.layers(&mut out);
-        let _ = writeln!(out, "body {}", design.canonical_hash(rules));
+        let _ = writeln!(out, "body {}", design.canonical_hash());
         return out;
     }
     out.push_str("parts\n");
     for (index, (id, part)) in design.parts.iter().enumerate() {
         let held = part.held_by.map_or(String::new(), |(holder, port)| {
-            let port = design.parts.get(&holder).and_then(|p| port_name(rules, p, port));
+            let port = design.parts.get(&holder).and_then(|p| port_name(p, port));
             format!(" on {}.{}", named.part(holder), port.unwrap_or_else(|| "?".to_owned()))
         });
         let turn = if part.turn == 0.0 {
@@ -215,7 +215,7 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
         });
         let _ = writeln!(out, "  {index:>2}. {}{held}{turn}{image}, at {at:?} mm", named.part(*id));
     }
-    let _ = writeln!(out, "body {}", design.canonical_hash(rules));
+    let _ = writeln!(out, "body {}", design.canonical_hash());
     out
 }
 

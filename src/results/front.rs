@@ -85,7 +85,7 @@ pub(super) fn lost(run: &Path, rules: &RuleSet, front: &[Best]) -> Option<Vec<us
             design.found_at == best.found_at
                 && design.value.to_bits() == best.value.to_bits()
                 && each(&beside, &best.beside)
-                && design.body == best.derivation.design.canonical_hash(rules)
+                && design.body == best.derivation.design.canonical_hash()
         })
     };
     let lost: Vec<usize> =

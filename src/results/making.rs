@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::ir::{Kind, RuleSet};
+use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
 
 use super::describe::Named;
@@ -33,11 +33,10 @@ pub fn making(rules: &RuleSet, sources: &SourceMap, derivation: &Derivation, nam
 
 /// The colour of a part; empty if it has none.
 pub(super) fn colour(rules: &RuleSet, part: &Part) -> String {
-    match rules.kind(&part.kind) {
-        Some(Kind::Block(block)) => block.colour.clone(),
-        Some(Kind::Actuator(actuator)) => actuator.colour.clone(),
-        Some(Kind::Cell(lattice)) => lattice::colour(rules, lattice, part),
-        None => String::new(),
+    match (&part.made, &rules.lattice) {
+        (Some(made), _) => made.colour().to_owned(),
+        (None, Some(lattice)) => lattice::colour(rules, lattice, part),
+        (None, None) => String::new(),
     }
 }
 

@@ -34,7 +34,7 @@ pub fn save(
         solver,
         best.found_at,
         (best.value, &rules.objective.unit),
-        (&best.derivation, best.derivation.design.canonical_hash(rules)),
+        (&best.derivation, best.derivation.design.canonical_hash()),
     );
     design.beside = beside(rules, &best.beside);
     design.penalties = score::penalties(rules, &best.derivation)?;

@@ -224,13 +224,13 @@ impl<'r> Facts<'r> {
             PartAttribute::Twin => Abstract::Part(kinds.clone()),
             // A parameter of that name is what the actuator itself says.
             PartAttribute::LeastBend | PartAttribute::GreatestBend | PartAttribute::Work => {
-                self.param_of(kinds, attribute.text())
+                self.param_of(kinds, attribute.text()).unwrap_or(Abstract::Any)
             }
         }
     }
 
-    /// A parameter of an actuator of one of these kinds.
-    pub(super) fn param_of(&self, kinds: &Kinds, name: &str) -> Abstract {
+    /// A parameter of a part of one of these kinds; none if no such part has it.
+    pub(super) fn param_of(&self, kinds: &Kinds, name: &str) -> Option<Abstract> {
         self.declared.instance_param(kinds, name)
     }
 }

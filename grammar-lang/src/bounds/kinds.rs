@@ -216,10 +216,10 @@ impl<'r> Declared<'r> {
         Truth::of(yes && !no, no && !yes)
     }
 
-    /// What a parameter of an instance of these kinds may be.
-    pub(super) fn instance_param(&self, kinds: &Kinds, name: &str) -> Abstract {
+    /// What a parameter of a part of these kinds may be; none if no such part has it.
+    pub(super) fn instance_param(&self, kinds: &Kinds, name: &str) -> Option<Abstract> {
         let known = kinds.groups().filter_map(|group| self.common(group, |c| c.params.get(name).cloned()));
-        known.reduce(Abstract::hull).unwrap_or(Abstract::Any)
+        known.reduce(Abstract::hull)
     }
 }
 

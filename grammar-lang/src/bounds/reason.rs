@@ -82,6 +82,12 @@ impl<'f> Reasoning<'f> {
                 }
                 Abstract::Kind(Kinds::of(Group::Kind(name.clone())))
             }
+            ExprKind::With(kind, params) => {
+                for (_, value) in params {
+                    self.value(value);
+                }
+                self.value(kind)
+            }
             ExprKind::Term(name) => self.facts.term(name),
             // The nominal world is among them.
             ExprKind::Scenarios(_) => {
@@ -100,7 +106,7 @@ impl<'f> Reasoning<'f> {
                 }
             }
             ExprKind::Bind { slot, value, body } => self.bind(*slot, value, body),
-            ExprKind::Attribute(of, attribute) => self.attribute(of, attribute),
+            ExprKind::Attribute(of, attribute) => self.attribute(expr.span, of, attribute),
             ExprKind::At(track, time) => {
                 self.value(track);
                 self.value(time);
@@ -171,12 +177,23 @@ impl<'f> Reasoning<'f> {
         self.locals.extend(kept);
     }
 
-    fn attribute(&mut self, of: &Expr, attribute: &Attribute) -> Abstract {
+    fn attribute(&mut self, span: Span, of: &Expr, attribute: &Attribute) -> Abstract {
         match (attribute, self.value(of)) {
             (Attribute::Part(attribute), Abstract::Part(kinds)) => {
                 self.facts.part_attribute(&kinds, *attribute)
             }
-            (Attribute::Param(name), Abstract::Part(kinds)) => self.facts.param_of(&kinds, name),
+            (Attribute::Param(name), Abstract::Part(kinds)) => match self.facts.param_of(&kinds, name) {
+                Some(known) => known,
+                None => {
+                    if !self.facts.is_empty(&kinds) {
+                        self.never.push(Never {
+                            span,
+                            reason: "the parts that it is asked of have no such parameter",
+                        });
+                    }
+                    Abstract::Any
+                }
+            },
             (Attribute::Port(attribute), Abstract::Port(kinds)) => match attribute {
                 PortAttribute::Part => Abstract::Part(kinds),
                 PortAttribute::Free => Abstract::Bool(Truth::Sometimes),

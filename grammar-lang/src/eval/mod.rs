@@ -3,6 +3,7 @@
 mod allowance;
 mod call;
 mod curve;
+mod made;
 pub mod order;
 mod over;
 mod value;
@@ -12,6 +13,7 @@ use std::sync::Arc;
 
 pub(crate) use allowance::Allowance;
 pub use curve::Curve;
+pub use made::{Made, MadeActuator, MadeBlock, MadePort, Unmade, is_colour, unit};
 pub use over::evaluate_over;
 pub use value::{Domain, KindValue, PartId, Reference, Value};
 pub use valves::{NoCycle, Valve, Valves};
@@ -354,6 +356,16 @@ impl Evaluation<'_> {
                 >>(
                 )?;
                 Value::Kind(Arc::new(KindValue { name: name.clone(), params }))
+            }
+            ExprKind::With(kind, given) => {
+                let Value::Kind(kind) = self.value(kind)? else { return Err(missing(expr)) };
+                let mut params = kind.params.clone();
+                for (name, value) in given {
+                    let value = self.value(value)?;
+                    params.retain(|(known, _)| known != name);
+                    params.push((name.clone(), value));
+                }
+                Value::Kind(Arc::new(KindValue { name: kind.name.clone(), params }))
             }
             ExprKind::Pattern(name) => Value::Pattern(name.as_str().into()),
             ExprKind::Table(table) => Value::Table(Arc::new(table.clone())),

@@ -64,6 +64,8 @@ pub enum ExprKind {
     Group(Group),
     /// A kind of part with the parameters that are given.
     Kind(String, Vec<(String, Expr)>),
+    /// A kind of part that was chosen, with more parameters.
+    With(Box<Expr>, Vec<(String, Expr)>),
     /// A pattern by name.
     Pattern(String),
     /// A measured function.
@@ -155,6 +157,10 @@ impl Expr {
                 items.iter().for_each(visit)
             }
             ExprKind::Kind(_, items) => items.iter().for_each(|(_, e)| visit(e)),
+            ExprKind::With(kind, items) => {
+                visit(kind);
+                items.iter().for_each(|(_, e)| visit(e));
+            }
             ExprKind::Aggregate { share, binders, condition, body, otherwise, .. } => {
                 binders.iter().for_each(|b| visit(&b.over));
                 [share, condition, body, otherwise].into_iter().flatten().for_each(|e| visit(e));
@@ -184,6 +190,7 @@ impl Expr {
                 items.iter().any(|e| e.any(test))
             }
             ExprKind::Kind(_, items) => items.iter().any(|(_, e)| e.any(test)),
+            ExprKind::With(kind, items) => kind.any(test) || items.iter().any(|(_, e)| e.any(test)),
             ExprKind::Aggregate { share, binders, condition, body, otherwise, .. } => {
                 binders.iter().any(|b| b.over.any(test))
                     || [share, condition, body, otherwise].into_iter().flatten().any(|e| e.any(test))

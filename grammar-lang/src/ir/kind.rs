@@ -2,7 +2,7 @@
 
 use indexmap::IndexMap;
 
-use super::{Actuator, InstanceParam, Lattice, Part, RuleSet};
+use super::{Actuator, Expr, ExprKind, InstanceParam, Lattice, Part, RuleSet};
 
 /// What a name stands for that a part may have for its kind.
 #[derive(Clone, Copy, Debug)]
@@ -18,12 +18,47 @@ pub enum Kind<'r> {
 impl<'r> Kind<'r> {
     /// The parameters that parts of this kind have.
     #[must_use]
-    pub fn params(self) -> Option<&'r IndexMap<String, InstanceParam>> {
+    pub fn params(self) -> &'r IndexMap<String, InstanceParam> {
         match self {
-            Self::Block(_) => None,
-            Self::Actuator(actuator) => Some(&actuator.params),
-            Self::Cell(lattice) => Some(&lattice.cell.params),
+            Self::Block(part) => &part.params,
+            Self::Actuator(actuator) => &actuator.params,
+            Self::Cell(lattice) => &lattice.cell.params,
         }
+    }
+
+    /// Whether a field reads a parameter.
+    #[must_use]
+    pub fn reads(self, param: &str) -> bool {
+        let Some(slot) = self.params().get_index_of(param) else { return false };
+        let reads = |expr: &Expr| expr.any(&mut |e| matches!(e.kind, ExprKind::Local(s) if s == slot));
+        self.varying().any(|(_, expr)| reads(expr))
+    }
+
+    /// The fields that read the parameters, by name; those of a cell, which always may, are not among them.
+    pub fn varying(self) -> impl Iterator<Item = (&'static str, &'r Expr)> {
+        let fields: Vec<(&'static str, Option<&'r Expr>)> = match self {
+            Self::Block(part) => {
+                let ports = part.ports.iter().flat_map(|port| [port.at.varies(), port.facing.varies()]);
+                let own = [
+                    ("shape", part.shape.varies()),
+                    (part.mass.field(), part.mass.varies()),
+                    ("friction", part.friction.varies()),
+                    ("colour", part.colour.varies()),
+                ];
+                own.into_iter().chain(ports.map(|port| ("port", port))).collect()
+            }
+            Self::Actuator(actuator) => vec![
+                ("segment", actuator.segment.varies()),
+                (actuator.mass.field(), actuator.mass.varies()),
+                ("friction", actuator.friction.varies()),
+                ("torque", actuator.torque.varies()),
+                ("stiffness", actuator.stiffness.varies()),
+                ("damping", actuator.damping.varies()),
+                ("colour", actuator.colour.varies()),
+            ],
+            Self::Cell(_) => Vec::new(),
+        };
+        fields.into_iter().filter_map(|(name, expr)| Some((name, expr?)))
     }
 }
 
@@ -58,6 +93,6 @@ impl RuleSet {
     /// The parameters that parts of a kind have.
     #[must_use]
     pub fn params_of(&self, kind: &str) -> Option<&IndexMap<String, InstanceParam>> {
-        self.kind(kind)?.params()
+        Some(self.kind(kind)?.params())
     }
 }

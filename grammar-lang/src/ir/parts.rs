@@ -14,19 +14,94 @@ pub const BLOCK_PORTS: &[&str] = &["front", "back", "left", "right", "top", "bot
 /// The ports of an actuator.
 pub const ACTUATOR_PORTS: &[&str] = &["base", "tip"];
 
+/// A field of a part: one value for all parts of the kind, or one for each part, which reads its parameters. They are the first
+/// locals of the expression, in their order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Field<T> {
+    /// The same for all.
+    Fixed(T),
+    /// By the parameters.
+    Varies(Expr),
+}
+
+impl<T> Field<T> {
+    /// The value, if it is the same for all.
+    #[must_use]
+    pub fn fixed(&self) -> Option<&T> {
+        match self {
+            Self::Fixed(value) => Some(value),
+            Self::Varies(_) => None,
+        }
+    }
+
+    /// The expression, if it is not.
+    #[must_use]
+    pub fn varies(&self) -> Option<&Expr> {
+        match self {
+            Self::Fixed(_) => None,
+            Self::Varies(value) => Some(value),
+        }
+    }
+}
+
+/// How heavy one piece is.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Mass {
+    /// In kg.
+    Given(Field<f64>),
+    /// By its volume: kg/m^3. Where neither varies the mass itself is kept.
+    Dense {
+        /// kg/m^3.
+        density: Field<f64>,
+    },
+}
+
+impl Mass {
+    /// In kg, if it is the same for all.
+    #[must_use]
+    pub fn fixed(&self) -> Option<f64> {
+        match self {
+            Self::Given(mass) => mass.fixed().copied(),
+            Self::Dense { .. } => None,
+        }
+    }
+
+    /// What the field is called that says it.
+    #[must_use]
+    pub fn field(&self) -> &'static str {
+        match self {
+            Self::Given(_) => "mass",
+            Self::Dense { .. } => "density",
+        }
+    }
+
+    /// The expression that reads the parameters, if it does.
+    #[must_use]
+    pub fn varies(&self) -> Option<&Expr> {
+        match self {
+            Self::Given(field) | Self::Dense { density: field } => field.varies(),
+        }
+    }
+}
+
 /// A passive part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Part {
     /// Its shape.
-    pub shape: Form,
-    /// Mass in kg.
-    pub mass: f64,
+    pub shape: Field<Form>,
+    /// Its mass.
+    pub mass: Mass,
     /// Coulomb coefficient of its surface.
-    pub friction: f64,
+    pub friction: Field<f64>,
     /// `#rrggbb`
-    pub colour: String,
+    pub colour: Field<String>,
     /// Its ports, if they are not the six that every block has.
     pub ports: Vec<Port>,
+    /// Parameters of each such part.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub params: IndexMap<String, InstanceParam>,
     /// Where it is declared.
     pub span: Span,
 }
@@ -39,9 +114,9 @@ pub struct Port {
     /// Its number among those that share the name.
     pub index: f64,
     /// Its place in the part's frame, m.
-    pub at: [f64; 3],
-    /// The unit vector that points outwards.
-    pub facing: [f64; 3],
+    pub at: Field<[f64; 3]>,
+    /// What points outwards; a unit vector where it is the same for all.
+    pub facing: Field<[f64; 3]>,
 }
 
 /// How fast an actuator bends, rad/s.
@@ -78,11 +153,11 @@ impl Speed {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
     /// One segment.
-    pub segment: Form,
-    /// Mass of one segment in kg.
-    pub mass: f64,
+    pub segment: Field<Form>,
+    /// Mass of one segment.
+    pub mass: Mass,
     /// Coulomb coefficient of its surface.
-    pub friction: f64,
+    pub friction: Field<f64>,
     /// Total bend from base to tip in rad, least and greatest.
     pub bend: (f64, f64),
     /// Speed of the total bend while it grows, rad/s.
@@ -90,20 +165,20 @@ pub struct Actuator {
     /// Speed of the total bend while it goes back to zero, rad/s.
     pub relaxing_speed: Speed,
     /// Greatest torque of a hinge, N m.
-    pub torque: f64,
+    pub torque: Field<f64>,
     /// Stiffness of a hinge's servo, N m/rad.
-    pub stiffness: f64,
+    pub stiffness: Field<f64>,
     /// Damping of a hinge's servo, N m s/rad.
-    pub damping: f64,
+    pub damping: Field<f64>,
     /// `#rrggbb`
-    pub colour: String,
+    pub colour: Field<String>,
     /// Parameters of an instance.
     pub params: IndexMap<String, InstanceParam>,
     /// Where it is declared.
     pub span: Span,
 }
 
-/// A parameter of an actuator instance.
+/// A parameter that each part of a kind has for itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct InstanceParam {
     /// Its type.
@@ -116,27 +191,55 @@ pub struct InstanceParam {
 
 impl Writer<'_> {
     pub(super) fn part(&mut self, name: &str, part: &Part) {
+        let names: Names = part.params.keys().cloned().collect();
         self.gap();
         self.line(0, format!("part {name} {{"));
-        self.line(1, format!("shape = {}", shape(part.shape)));
-        self.line(1, format!("mass = {}", units::shown(part.mass, Dimension::MASS)));
-        self.line(1, format!("friction = {}", part.friction));
+        self.instance_params(&part.params);
+        self.field(&names, "shape", &part.shape, |form| shape(*form));
+        self.mass(&names, &part.mass);
+        self.field(&names, "friction", &part.friction, f64::to_string);
         for port in &part.ports {
-            let at = port.at.map(|x| units::shown(x, Dimension::LENGTH)).join(", ");
-            let facing = port.facing.map(|x| x.to_string()).join(", ");
-            self.line(
-                1,
-                format!("port {}[{}] at vector({at}) facing vector({facing})", port.name, port.index),
-            );
+            let length = |x: &[f64; 3]| {
+                format!("vector({})", x.map(|x| units::shown(x, Dimension::LENGTH)).join(", "))
+            };
+            let at = self.written(&names, &port.at, length);
+            let plain = |x: &[f64; 3]| format!("vector({})", x.map(|x| x.to_string()).join(", "));
+            let facing = self.written(&names, &port.facing, plain);
+            self.line(1, format!("port {}[{}] at {at} facing {facing}", port.name, port.index));
         }
         self.line(0, "}");
     }
 
+    /// A field as a grammar says it.
+    fn written<T>(&self, names: &Names, field: &Field<T>, shown: impl Fn(&T) -> String) -> String {
+        match field {
+            Field::Fixed(value) => shown(value),
+            Field::Varies(value) => self.expr(value, names),
+        }
+    }
+
+    fn field<T>(&mut self, names: &Names, name: &str, field: &Field<T>, shown: impl Fn(&T) -> String) {
+        let value = self.written(names, field, shown);
+        self.line(1, format!("{name} = {value}"));
+    }
+
+    fn quantity(&mut self, names: &Names, name: &str, field: &Field<f64>, dimension: Dimension) {
+        self.field(names, name, field, |x| units::shown(*x, dimension));
+    }
+
+    fn mass(&mut self, names: &Names, mass: &Mass) {
+        match mass {
+            Mass::Given(mass) => self.quantity(names, "mass", mass, Dimension::MASS),
+            Mass::Dense { density } => self.quantity(names, "density", density, Dimension::DENSITY),
+        }
+    }
+
     pub(super) fn actuator(&mut self, name: &str, actuator: &Actuator) {
+        let names: Names = actuator.params.keys().cloned().collect();
         self.gap();
         self.line(0, format!("actuator {name} {{"));
         self.instance_params(&actuator.params);
-        self.line(1, format!("segment = {}", shape(actuator.segment)));
+        self.field(&names, "segment", &actuator.segment, |form| shape(*form));
         let angle = Ty::Quantity(Dimension::ANGLE);
         self.line(1, format!("bend = {}", range(actuator.bend, &angle)));
         for (field, speed) in
@@ -148,14 +251,14 @@ impl Writer<'_> {
             };
             self.line(1, format!("{field} = {speed}"));
         }
+        self.mass(&names, &actuator.mass);
         for (field, value, dimension) in [
-            ("mass", actuator.mass, Dimension::MASS),
-            ("friction", actuator.friction, Dimension::NUMBER),
-            ("torque", actuator.torque, Dimension::TORQUE),
-            ("stiffness", actuator.stiffness, Dimension::ANGULAR_STIFFNESS),
-            ("damping", actuator.damping, Dimension::ANGULAR_DAMPING),
+            ("friction", &actuator.friction, Dimension::NUMBER),
+            ("torque", &actuator.torque, Dimension::TORQUE),
+            ("stiffness", &actuator.stiffness, Dimension::ANGULAR_STIFFNESS),
+            ("damping", &actuator.damping, Dimension::ANGULAR_DAMPING),
         ] {
-            self.line(1, format!("{field} = {}", units::shown(value, dimension)));
+            self.quantity(&names, field, value, dimension);
         }
         self.line(0, "}");
     }

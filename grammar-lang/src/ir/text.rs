@@ -97,6 +97,10 @@ impl Writer<'_> {
                 let params: Vec<String> = params.iter().map(|(n, e)| format!("{n} = {}", show(e))).collect();
                 format!("{name}({})", params.join(", "))
             }
+            ExprKind::With(kind, params) => {
+                let params: Vec<String> = params.iter().map(|(n, e)| format!("{n} = {}", show(e))).collect();
+                format!("{}({})", show(kind), params.join(", "))
+            }
             ExprKind::Port(of, name, number) => {
                 let number = number.as_ref().map_or(String::new(), |n| format!("[{}]", show(n)));
                 format!("{}.{name}{number}", show(of))

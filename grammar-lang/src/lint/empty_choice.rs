@@ -44,9 +44,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         continue;
                     };
                     let kinds = known.facts.names(&kinds);
-                    let has = |kind: &&str| {
-                        ruleset.actuators.get(*kind).is_some_and(|a| a.params.contains_key(name))
-                    };
+                    let has = |kind: &&str| ruleset.params_of(kind).is_some_and(|p| p.contains_key(name));
                     // A value that is beyond one actuator's domain may be meant for the others.
                     let beyond = kinds.into_iter().filter(has);
                     let beyond = beyond.map(|kind| out_of_domain(known, rule, kind, name, value));

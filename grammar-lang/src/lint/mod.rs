@@ -19,6 +19,7 @@ mod example_outside;
 mod excludes_nothing;
 mod few_channels;
 mod fronts;
+mod instances;
 mod known;
 mod little_turn;
 mod near_zero;
@@ -47,6 +48,7 @@ mod pointless;
 mod still_drive;
 mod stops_at_once;
 mod twice_in_set;
+mod unmade;
 mod unread;
 mod weak;
 mod whole_turns;
@@ -69,6 +71,7 @@ const EXACT: &[Lint] = &[
     no_value::check,
     example_outside::check,
     worlds::check,
+    unmade::check,
 ];
 
 /// What makes a grammar unusable whatever the design. A port that is not there

@@ -1,7 +1,7 @@
 //! Bodies of which no part has friction.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::Group;
+use crate::ir::{Field, Group};
 
 use super::known::Known;
 
@@ -11,13 +11,14 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     if ruleset.lattice.is_some() {
         return;
     }
-    let parts = ruleset.parts.iter().map(|(name, part)| (name, part.friction, part.span));
-    let actuators = ruleset.actuators.iter().map(|(name, actuator)| (name, actuator.friction, actuator.span));
+    let parts = ruleset.parts.iter().map(|(name, part)| (name, &part.friction, part.span));
+    let actuators =
+        ruleset.actuators.iter().map(|(name, actuator)| (name, &actuator.friction, actuator.span));
     let mut possible =
         parts.chain(actuators).filter(|(name, ..)| known.possible.contains(&Group::Kind((*name).clone())));
     if let Some((_, first, place)) = possible.next()
-        && first == 0.0
-        && possible.all(|(_, friction, _)| friction == 0.0)
+        && is_none(first)
+        && possible.all(|(_, friction, _)| is_none(friction))
     {
         findings.push(
             Diagnostic::new(Code::NO_GRIP, place, "no part of a robot has friction: it cannot push off the ground")
@@ -25,4 +26,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 .help("measure it on a board that you tilt: where the part begins to slide, friction is `tan(angle)`"),
         );
     }
+}
+
+/// Whether parts of a kind never have friction.
+fn is_none(friction: &Field<f64>) -> bool {
+    friction.fixed() == Some(&0.0)
 }

@@ -1,8 +1,11 @@
 //! Parts that are larger than a room or thinner than a hair: mostly a wrong unit.
 
 use crate::diagnostics::{Code, Diagnostic};
+use crate::eval::Made;
+use crate::ir::Kind;
 use crate::units::{self, Dimension};
 
+use super::instances::{made, told};
 use super::known::Known;
 
 /// Sizes beyond these (m) are told.
@@ -13,17 +16,27 @@ const MOST_OF_SEGMENT: f64 = 1.0;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
-    let parts = ruleset.parts.iter().map(|(name, p)| (name, p.shape, p.span, MOST));
-    let actuators = ruleset.actuators.iter().map(|(name, a)| (name, a.segment, a.span, MOST_OF_SEGMENT));
-    for (name, shape, span, most) in parts.chain(actuators) {
-        let sizes = shape.half_extents() * 2.0;
-        let odd = sizes.iter().copied().find(|size| !(LEAST..=most).contains(size));
-        if let Some(size) = odd {
+    let parts = ruleset.parts.iter().map(|(name, p)| (name, Kind::Block(p), p.span, MOST));
+    let actuators =
+        ruleset.actuators.iter().map(|(name, a)| (name, Kind::Actuator(a), a.span, MOST_OF_SEGMENT));
+    for (name, kind, span, most) in parts.chain(actuators) {
+        let odd = made(known, kind).find_map(|(given, made)| {
+            let form = match made.ok()? {
+                Made::Block(block) => block.form,
+                Made::Actuator(actuator) => actuator.segment,
+            };
+            let sizes = form.half_extents() * 2.0;
+            let odd = sizes.iter().copied().find(|size| !(LEAST..=most).contains(size))?;
+            Some((given, odd))
+        });
+        if let Some((given, size)) = odd {
             let than =
                 if size > most { format!("longer than {most} m") } else { "thinner than 0.1 mm".to_owned() };
             let what = if most == MOST { "" } else { "a segment of " };
+            let with = told(known, kind, &given);
+            let with = if with.is_empty() { with } else { format!(" with {with}") };
             findings.push(
-                Diagnostic::new(Code::ODD_SIZE, span, format!("{what}`{name}` is {than}"))
+                Diagnostic::new(Code::ODD_SIZE, span, format!("{what}`{name}`{with} is {than}"))
                     .label(format!("one of its sizes is {}", units::shown(size, Dimension::LENGTH)))
                     .help("is the unit right?"),
             );

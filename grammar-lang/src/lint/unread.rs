@@ -1,9 +1,9 @@
-//! Parameters of actuators that rules set and nothing reads: a `per` was forgotten, or an actuation.
+//! Parameters of parts that rules set and nothing reads: a `per` was forgotten, or an actuation.
 
 use indexmap::IndexMap;
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Effect, Expr, ExprKind, Owner, Settable};
+use crate::ir::{Effect, Expr, ExprKind, Kind, Owner, Settable};
 use crate::source::Span;
 
 use super::known::Known;
@@ -44,15 +44,26 @@ fn set_by_rules<'r>(known: &Known<'r>) -> IndexMap<&'r str, (&'r str, Span)> {
     let ruleset = known.ruleset;
     let mut set = IndexMap::new();
     let mut note = |name: &'r str, value: &Expr| {
-        let owner = ruleset.actuators.iter().find(|(_, a)| a.params.contains_key(name));
-        if let (Some((kind, _)), true) = (owner, name != SEGMENTS) {
+        let parts = ruleset.parts.iter().map(|(kind, part)| (kind, Kind::Block(part)));
+        let actuators = ruleset.actuators.iter().map(|(kind, actuator)| (kind, Kind::Actuator(actuator)));
+        let owner = parts.chain(actuators).find(|(_, kind)| kind.params().contains_key(name));
+        if let Some((kind, of)) = owner
+            && name != SEGMENTS
+            && !of.reads(name)
+        {
             set.entry(name).or_insert((kind.as_str(), value.span));
         }
     };
     for effect in ruleset.rules.iter().flat_map(|rule| &rule.effects) {
         match effect {
-            Effect::Attach { what: Expr { kind: ExprKind::Kind(_, params), .. }, .. }
-            | Effect::Replace { with: Expr { kind: ExprKind::Kind(_, params), .. }, .. } => {
+            Effect::Attach {
+                what: Expr { kind: ExprKind::Kind(_, params) | ExprKind::With(_, params), .. },
+                ..
+            }
+            | Effect::Replace {
+                with: Expr { kind: ExprKind::Kind(_, params) | ExprKind::With(_, params), .. },
+                ..
+            } => {
                 params.iter().for_each(|(name, value)| note(name, value));
             }
             Effect::Set { attribute: Settable::Param(name), value, .. } => note(name, value),

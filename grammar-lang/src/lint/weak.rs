@@ -1,20 +1,32 @@
 //! Actuators that cannot hold their own segments, even if they have as few as they may.
 
 use crate::diagnostics::{Code, Diagnostic};
+use crate::eval::Made;
+use crate::ir::Kind;
 use crate::units::{Dimension, shown};
 
+use super::instances::made;
 use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     let gravity = ruleset.tasks.values().map(|task| task.model.gravity).fold(0.0, f64::max);
     for (name, actuator) in &ruleset.actuators {
-        let arm = actuator.segment.half_extents().x;
         let fewest =
             actuator.params.get("segments").and_then(|p| p.domain).map_or(1.0, |(low, _)| low.max(1.0));
-        // All of them in a row, held by the first hinge.
-        let weight = actuator.mass * gravity * arm * fewest * fewest;
-        if actuator.torque < weight {
+        // All of them in a row, held by the first hinge. Weak is what is so whatever its other parameters are.
+        let kind = Kind::Actuator(actuator);
+        let margins = made(known, kind).filter_map(|(_, made)| match made {
+            Ok(Made::Actuator(made)) => {
+                let arm = made.segment.half_extents().x;
+                Some((made.torque, made.mass * gravity * arm * fewest * fewest))
+            }
+            _ => None,
+        });
+        let strongest = margins.max_by(|a, b| (a.0 / a.1).total_cmp(&(b.0 / b.1)));
+        if let Some((held, weight)) = strongest
+            && held < weight
+        {
             let torque = |x: f64| shown(x, Dimension::TORQUE);
             findings.push(
                 Diagnostic::new(
@@ -24,7 +36,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 )
                 .label(format!(
                     "`torque` is {}; the weight of {fewest} segments in a row turns the first hinge with {}",
-                    torque(actuator.torque),
+                    torque(held),
                     torque(weight)
                 ))
                 .help("check the units of `torque`, `mass` and `segment`"),

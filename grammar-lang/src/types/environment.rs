@@ -62,11 +62,11 @@ impl<'a> Environment<'a> {
     }
 }
 
-/// The actuators of a program by the parameters that they have.
+/// The parts and actuators of a program by the parameters that they have.
 fn param_owners(program: &Program) -> IndexMap<&str, Vec<&Item>> {
     let mut owners: IndexMap<&str, Vec<&Item>> = IndexMap::new();
     for (_, item) in program.items() {
-        let ItemKind::Block(BlockKind::Actuator, block) = &item.kind else { continue };
+        let ItemKind::Block(BlockKind::Actuator | BlockKind::Part, block) = &item.kind else { continue };
         let names: IndexSet<&str> = block.fields.iter().filter_map(param_name).collect();
         for name in names {
             owners.entry(name).or_default().push(item);

@@ -90,7 +90,7 @@ impl Bodies<'_> {
 
     /// Whether the population or the front has this body.
     pub(super) fn is_member(&self, derivation: &Derivation) -> bool {
-        let hash = |derivation: &Derivation| derivation.design.canonical_hash(self.rules);
+        let hash = |derivation: &Derivation| derivation.design.canonical_hash();
         let members = self.state.members();
         !members.is_empty() && {
             let own = hash(derivation);
@@ -142,7 +142,7 @@ impl Bodies<'_> {
             return Ok(false);
         };
         let Incumbent { number, derivation, tunes, .. } = place;
-        let hash = |derivation: &Derivation| derivation.design.canonical_hash(rules);
+        let hash = |derivation: &Derivation| derivation.design.canonical_hash();
         let own = hash(&derivation);
         let best = Best { derivation, tasks: tunes, value, beside: Vec::new(), found_at: number };
         let fitness = |member: &Member<_>| direction.fitness(member.best.value);

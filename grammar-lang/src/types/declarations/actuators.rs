@@ -5,8 +5,8 @@ use indexmap::IndexMap;
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{self, PartAttribute, Ty};
-use crate::syntax::ast::{Block, Field};
+use crate::ir::{self, Field, PartAttribute, Ty};
+use crate::syntax::ast::{self, Block};
 use crate::types::built_in::built_in;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
@@ -28,34 +28,38 @@ const ACTUATOR: Fields<'static> = Fields::values(&[
 
 impl Declarations<'_> {
     pub(in crate::types) fn actuator(&mut self, block: &Block, damaged: bool) -> Option<ir::Actuator> {
-        let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "an actuator", ACTUATOR);
+        let is_taken = |name: &str| PartAttribute::named(name).is_some() || ACTUATOR.all.contains(&name);
+        let params = self.instance_params_of(block, &is_taken, damaged);
+        let cx = self.context_of(block, &params, damaged);
         let segment = self.shape(&from, "segment", "cylinder(8 mm, 16 mm)", &cx);
-        let mass = self.mass(&from, segment, &cx);
-        let friction = self.number(&from, "friction", Dimension::NUMBER, Sign::NotNegative, "0.8", &cx);
-        let bend = self.bend(&from, &cx);
-        let bending_speed = self.speed(&from, "bending_speed", &cx);
-        let relaxing_speed = self.speed(&from, "relaxing_speed", &cx);
+        let mass = self.mass(&from, segment.as_ref(), &cx);
+        let friction =
+            self.varying_number(&from, "friction", Dimension::NUMBER, (Sign::NotNegative, "0.8"), &cx);
+        // How far and how fast it bends is the same for all of a kind: drives and targets are made for it.
+        let alike = Context::new(Stage::Declaration, damaged);
+        let bend = self.bend(&from, &alike);
+        let bending_speed = self.speed(&from, "bending_speed", &alike);
+        let relaxing_speed = self.speed(&from, "relaxing_speed", &alike);
         let mut positive = |name: &str, dimension: Dimension, example: &str| {
-            self.number(&from, name, dimension, Sign::Positive, example, &cx)
+            self.varying_number(&from, name, dimension, (Sign::Positive, example), &cx)
         };
         let torque = positive("torque", Dimension::TORQUE, "0.06 N*m/rad");
         let stiffness = positive("stiffness", Dimension::ANGULAR_STIFFNESS, "0.3 N*m/rad^2");
-        let damping = self.number(
+        let damping = self.varying_number(
             &from,
             "damping",
             Dimension::ANGULAR_DAMPING,
-            Sign::NotNegative,
-            "0.01 N*m*s/rad^2",
+            (Sign::NotNegative, "0.01 N*m*s/rad^2"),
             &cx,
         );
-        if let (Some(stiffness), Some(damping), Some((_, tree))) =
-            (stiffness, damping, from.values.get("damping"))
+        if let (Some(Field::Fixed(stiffness)), Some(Field::Fixed(damping)), Some((_, tree))) =
+            (&stiffness, &damping, from.values.get("damping"))
         {
             self.slow_hinge(damping / stiffness, tree);
         }
         let colour = self.colour(&from, &cx);
-        let params = self.actuator_params(block, damaged);
+        self.check_segments(block, params.get("segments"), damaged);
         Some(ir::Actuator {
             segment: segment?,
             mass: mass?,
@@ -66,7 +70,7 @@ impl Declarations<'_> {
             torque: torque?,
             stiffness: stiffness?,
             damping: damping?,
-            colour,
+            colour: colour?,
             params,
             span: block.name.span,
         })
@@ -97,13 +101,6 @@ impl Declarations<'_> {
         Some((low, high))
     }
 
-    fn actuator_params(&mut self, block: &Block, damaged: bool) -> IndexMap<String, ir::InstanceParam> {
-        let is_taken = |name: &str| PartAttribute::named(name).is_some() || ACTUATOR.all.contains(&name);
-        let params = self.instance_params_of(block, &is_taken, damaged);
-        self.check_segments(block, params.get("segments"), damaged);
-        params
-    }
-
     /// The parameters that each instance of a kind has for itself. `is_taken` says which names are those of fields, or of what
     /// all instances have.
     pub(super) fn instance_params_of(
@@ -114,7 +111,7 @@ impl Declarations<'_> {
     ) -> IndexMap<String, ir::InstanceParam> {
         let mut params = IndexMap::new();
         for field in &block.fields {
-            let Field::Param(param) = field else { continue };
+            let ast::Field::Param(param) = field else { continue };
             if is_taken(&param.name.text) {
                 self.report(built_in(&param.name));
             }
@@ -148,7 +145,7 @@ impl Declarations<'_> {
             }
             if params.contains_key(&param.name.text) {
                 let first = block.fields.iter().find_map(|f| match f {
-                    Field::Param(p) if p.name.text == param.name.text => Some(p.name.span),
+                    ast::Field::Param(p) if p.name.text == param.name.text => Some(p.name.span),
                     _ => None,
                 });
                 let first = first.unwrap_or(param.name.span);
@@ -171,7 +168,7 @@ impl Declarations<'_> {
     /// Every actuator has a number of segments, as many as the simulators take.
     fn check_segments(&mut self, block: &Block, checked: Option<&ir::InstanceParam>, damaged: bool) {
         let written = block.fields.iter().find_map(|f| match f {
-            Field::Param(param) if param.name.text == "segments" => Some(param),
+            ast::Field::Param(param) if param.name.text == "segments" => Some(param),
             _ => None,
         });
         let error = match (written, checked) {

@@ -5,9 +5,10 @@ use indexmap::IndexMap;
 use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest, respell};
 use crate::eval::Value;
-use crate::ir::Ty;
+use crate::ir::{self, Expr, ExprKind, Ty};
 use crate::syntax::ast::{self, Block, Field, Name};
 use crate::types::expressions::context::Context;
+use crate::units::Dimension;
 
 /// What a number must be.
 #[derive(Clone, Copy)]
@@ -120,7 +121,7 @@ impl Declarations<'_> {
     /// Parameters and ports are declared where something has them.
     fn check_declares(&mut self, field: &Field, what: &str) {
         let (name, message, help) = match field {
-            Field::Param(param) if !matches!(what, "an actuator" | "a cell") => {
+            Field::Param(param) if !matches!(what, "a part" | "an actuator" | "a cell") => {
                 (&param.name, "parameters", "declare it outside, for the whole grammar")
             }
             Field::Port(port) if what != "a part" => (
@@ -217,15 +218,62 @@ impl Declarations<'_> {
         example: &str,
         cx: &Context,
     ) -> Option<(Value, crate::source::Span)> {
+        let (expr, span) = self.field_expr(from, name, ty, example, cx)?;
+        Some((self.expressions.constant(&expr)?, span))
+    }
+
+    /// What a field says, of the type that it has.
+    fn field_expr(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        ty: &Ty,
+        example: &str,
+        cx: &Context,
+    ) -> Option<(Expr, crate::source::Span)> {
         let Some((_, tree)) = from.values.get(name) else {
             self.missing(from, name, example, cx.damaged);
             return None;
         };
-        let mut cx = cx.clone();
         let known = self.expressions.errors.len();
-        let expr = self.expressions.expect(tree, &mut cx, ty, &format!("`{name}`"));
+        let expr = self.expressions.expect(tree, &mut cx.clone(), ty, &format!("`{name}`"));
         self.show_example(known, tree.span, name, example);
-        Some((self.expressions.constant(&expr)?, tree.span))
+        Some((expr, tree.span))
+    }
+
+    /// The same where it may read the parameters, which are the locals of `cx`: `read` makes a value of what does not.
+    pub(super) fn varying<T>(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        (ty, example): (&Ty, &str),
+        cx: &Context,
+        read: impl FnOnce(&mut Self, Value, crate::source::Span) -> Option<T>,
+    ) -> Option<ir::Field<T>> {
+        let (expr, span) = self.field_expr(from, name, ty, example, cx)?;
+        if expr.ty == Ty::Unknown {
+            return None;
+        }
+        if reads_params(&expr, cx.locals.len()) {
+            return Some(ir::Field::Varies(expr));
+        }
+        let value = self.expressions.constant(&expr)?;
+        read(self, value, span).map(ir::Field::Fixed)
+    }
+
+    /// A number that may read the parameters.
+    pub(super) fn varying_number(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        dimension: Dimension,
+        (sign, example): (Sign, &str),
+        cx: &Context,
+    ) -> Option<ir::Field<f64>> {
+        let ty = Ty::Quantity(dimension);
+        self.varying(from, name, (&ty, example), cx, |own, value, span| {
+            own.sound_number(from, name, &ty, (sign, example), value.as_number()?, span)
+        })
     }
 
     /// What does not fit a field is mended as the field is usually written.
@@ -261,7 +309,19 @@ impl Declarations<'_> {
     ) -> Option<f64> {
         let ty = ty.into();
         let (value, span) = self.value(from, name, &ty, example, cx)?;
-        let x = value.as_number()?;
+        self.sound_number(from, name, &ty, (sign, example), value.as_number()?, span)
+    }
+
+    /// A number, if it has the sign that it must have.
+    fn sound_number(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        ty: &Ty,
+        (sign, example): (Sign, &str),
+        x: f64,
+        span: crate::source::Span,
+    ) -> Option<f64> {
         let fine = match sign {
             Sign::Positive => x > 0.0,
             Sign::NotNegative => x >= 0.0,
@@ -270,7 +330,7 @@ impl Declarations<'_> {
             let must = if matches!(sign, Sign::Positive) { "must be above 0" } else { "must not be below 0" };
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, span, format!("`{name}` {must}"))
-                    .label(format!("this is {}", crate::types::expressions::shown(x, &ty)))
+                    .label(format!("this is {}", crate::types::expressions::shown(x, ty)))
                     .help(format!("write for example `{name} = {example}`")),
             );
             return None;
@@ -280,4 +340,9 @@ impl Declarations<'_> {
         }
         Some(x)
     }
+}
+
+/// Whether an expression reads one of the parameters, which are the first `many` locals.
+pub(super) fn reads_params(expr: &Expr, many: usize) -> bool {
+    expr.any(&mut |e| matches!(e.kind, ExprKind::Local(slot) if slot < many))
 }

@@ -6,9 +6,9 @@ use super::singles::Singles;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{self, CellAttribute, Effect, Expr, ExprKind, Painting, Symmetry, Ty};
 use crate::source::Span;
-use crate::syntax::ast::{self, Block, Field, ItemKind, Link, Name, RuleClause, RuleClauseKind};
+use crate::syntax::ast::{self, Block, ItemKind, Link, Name, RuleClause, RuleClauseKind};
 use crate::syntax::declarations::BlockKind;
-use crate::types::expressions::context::{Context, Local};
+use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
@@ -26,20 +26,13 @@ impl Declarations<'_> {
         let is_taken = |name: &str| CellAttribute::named(name).is_some() || CELL.all.contains(&name);
         let params = self.instance_params_of(block, &is_taken, damaged);
         // What a cell is made of may depend on its parameters.
-        let mut cx = cx;
-        for field in &block.fields {
-            if let Field::Param(param) = field
-                && let Some(known) = params.get(&param.name.text)
-            {
-                let (name, ty) = (param.name.text.clone(), known.ty.clone());
-                cx.locals.push(Local { name, ty, span: param.name.span });
-            }
-        }
-        let mass = self.varying(&from, "mass", Dimension::MASS, Sign::Positive, "0.5 g", &cx);
-        let friction = self.varying(&from, "friction", Dimension::NUMBER, Sign::NotNegative, "0.8", &cx);
+        let cx = self.context_of(block, &params, damaged);
+        let mass = self.cell_field(&from, "mass", Dimension::MASS, Sign::Positive, "0.5 g", &cx);
+        let friction = self.cell_field(&from, "friction", Dimension::NUMBER, Sign::NotNegative, "0.8", &cx);
         let stiffness =
-            self.varying(&from, "stiffness", Dimension::STIFFNESS, Sign::Positive, "200 N/m", &cx);
-        let damping = self.varying(&from, "damping", Dimension::DAMPING, Sign::NotNegative, "0.1 N*s/m", &cx);
+            self.cell_field(&from, "stiffness", Dimension::STIFFNESS, Sign::Positive, "200 N/m", &cx);
+        let damping =
+            self.cell_field(&from, "damping", Dimension::DAMPING, Sign::NotNegative, "0.1 N*s/m", &cx);
         let colour = match from.values.get("colour") {
             Some((_, tree)) => self.expressions.expect(tree, &mut cx.clone(), &Ty::Text, "`colour`"),
             None => {
@@ -60,7 +53,7 @@ impl Declarations<'_> {
     }
 
     /// A field whose value may depend on the parameters of the cell.
-    fn varying(
+    fn cell_field(
         &mut self,
         from: &Values<'_>,
         name: &str,

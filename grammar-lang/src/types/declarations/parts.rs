@@ -1,38 +1,63 @@
 //! Checks passive parts, and what actuators have as they do: shape, mass, colour.
 
+use indexmap::IndexMap;
 use nalgebra::Point3;
 
 use super::Declarations;
-use super::fields::{Fields, Sign, Values};
+use super::fields::{Fields, Sign, Values, reads_params};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::Value;
-use crate::ir::{self, Form, Solid, Ty};
-use crate::syntax::ast::{self, Block, Field};
-use crate::types::expressions::context::Context;
+use crate::eval::{Value, is_colour, unit};
+use crate::ir::{self, ExprKind, Field, Form, Function, Mass, PartAttribute, Solid, Ty};
+use crate::source::Span;
+use crate::syntax::ast::{self, Block};
+use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
 const PART: Fields<'static> = Fields::values(&["shape", "density", "mass", "friction", "colour"]);
 impl Declarations<'_> {
     pub(in crate::types) fn part(&mut self, block: &Block, damaged: bool) -> Option<ir::Part> {
-        let cx = Context::new(Stage::Declaration, damaged);
         let from = self.values(block, "a part", PART);
+        let is_taken = |name: &str| PartAttribute::named(name).is_some() || PART.all.contains(&name);
+        let params = self.instance_params_of(block, &is_taken, damaged);
+        let cx = self.context_of(block, &params, damaged);
         let shape = self.shape(&from, "shape", "box(2 cm, 2 cm, 2 cm)", &cx);
-        let mass = self.mass(&from, shape, &cx);
-        let friction = self.number(&from, "friction", Dimension::NUMBER, Sign::NotNegative, "0.8", &cx);
+        let mass = self.mass(&from, shape.as_ref(), &cx);
+        let friction =
+            self.varying_number(&from, "friction", Dimension::NUMBER, (Sign::NotNegative, "0.8"), &cx);
         let colour = self.colour(&from, &cx);
         let ports = self.ports(block, &cx);
-        if let (Some(form), Some(ports)) = (shape, &ports) {
-            self.check_places(block, form, ports);
+        if let (Some(Field::Fixed(form)), Some(ports)) = (&shape, &ports) {
+            self.check_places(block, *form, ports);
         }
         Some(ir::Part {
             shape: shape?,
             mass: mass?,
             friction: friction?,
-            colour,
+            colour: colour?,
             ports: ports?,
+            params,
             span: block.name.span,
         })
+    }
+
+    /// Where the fields of a kind stand: what they read first are its parameters, in their order.
+    pub(super) fn context_of(
+        &self,
+        block: &Block,
+        params: &IndexMap<String, ir::InstanceParam>,
+        damaged: bool,
+    ) -> Context {
+        let mut cx = Context::new(Stage::Declaration, damaged);
+        for (name, param) in params {
+            let span = block.fields.iter().find_map(|field| match field {
+                ast::Field::Param(written) if written.name.text == *name => Some(written.name.span),
+                _ => None,
+            });
+            let span = span.unwrap_or(block.name.span);
+            cx.locals.push(Local { name: name.clone(), ty: param.ty.clone(), span });
+        }
+        cx
     }
 
     /// The ports that a part declares.
@@ -40,10 +65,10 @@ impl Declarations<'_> {
         let mut ports: Vec<ir::Port> = Vec::new();
         let mut sound = true;
         for field in &block.fields {
-            let Field::Port(port) = field else { continue };
+            let ast::Field::Port(port) = field else { continue };
             if ports.iter().any(|p| p.name == port.name.text) {
                 let first = block.fields.iter().find_map(|f| match f {
-                    Field::Port(p) if p.name.text == port.name.text => Some(p.name.span),
+                    ast::Field::Port(p) if p.name.text == port.name.text => Some(p.name.span),
                     _ => None,
                 });
                 let first = first.unwrap_or(port.name.span);
@@ -81,23 +106,25 @@ impl Declarations<'_> {
     fn check_places(&mut self, block: &Block, form: Form, ports: &[ir::Port]) {
         let place = |name: &str| {
             block.fields.iter().find_map(|field| match field {
-                Field::Port(port) if port.name.text == name => Some(port.at.span),
+                ast::Field::Port(port) if port.name.text == name => Some(port.at.span),
                 _ => None,
             })
         };
         let shape = form.shape;
         let slack = 0.05 * shape.longest() + 1e-3;
         let mut told: Vec<&str> = Vec::new();
-        for (i, port) in ports.iter().enumerate() {
+        let fixed = |port: &ir::Port| Some((*port.at.fixed()?, *port.facing.fixed()?));
+        let there: Vec<_> = ports.iter().filter_map(|port| Some((port, fixed(port)?))).collect();
+        for (i, (port, (at, facing))) in there.iter().enumerate() {
             let Some(span) = place(&port.name) else { continue };
-            let at = Point3::from(port.at);
+            let at = Point3::from(*at);
             // What stands has its own x axis upright.
             let own = if form.stands { Point3::new(at.y, at.x, at.z) } else { at };
             if !shape.holds(&own, slack) && !told.contains(&port.name.as_str()) {
                 told.push(&port.name);
                 self.stray_port(&port.name, span, at.coords.norm(), shape.reach());
             }
-            let outwards: f64 = (0..3).map(|k| port.facing[k] * at.coords[k]).sum();
+            let outwards: f64 = (0..3).map(|k| facing[k] * at.coords[k]).sum();
             if outwards < -0.1 * at.coords.norm() && !told.contains(&port.name.as_str()) {
                 told.push(&port.name);
                 self.report(
@@ -110,12 +137,12 @@ impl Declarations<'_> {
                     .help("let it look outwards: turn the sign of `facing` round"),
                 );
             }
-            let same = |other: &&ir::Port| {
-                let apart = (Point3::from(other.at) - at).norm();
-                let aligned: f64 = (0..3).map(|k| other.facing[k] * port.facing[k]).sum();
+            let same = |(_, (place, other)): &&(&ir::Port, ([f64; 3], [f64; 3]))| {
+                let apart = (Point3::from(*place) - at).norm();
+                let aligned: f64 = (0..3).map(|k| other[k] * facing[k]).sum();
                 apart < 1e-6 && aligned > 0.5
             };
-            let Some(first) = ports[..i].iter().find(same) else { continue };
+            let Some((first, _)) = there[..i].iter().find(same) else { continue };
             let names = if first.name == port.name {
                 format!("`{0}[{1}]` and `{0}[{2}]`", port.name, first.index, port.index)
             } else {
@@ -131,11 +158,13 @@ impl Declarations<'_> {
     }
 
     fn port(&mut self, port: &ast::Port, cx: &Context) -> Option<Vec<ir::Port>> {
+        let params = cx.locals.len();
         let mut cx = cx.clone();
         let mut numbers = vec![0.0];
         if let Some((name, domain)) = &port.index {
             let ty = Ty::Domain(Box::new(Ty::Count));
-            let domain = self.expressions.expect(domain, &mut cx, &ty, "the numbers of the ports");
+            let mut outside = Context::new(cx.stage, cx.damaged);
+            let domain = self.expressions.expect(domain, &mut outside, &ty, "the numbers of the ports");
             let Value::Domain(domain) = self.expressions.constant(&domain)? else { return None };
             numbers = domain.items().take(65).filter_map(|v| v.as_number()).collect();
             self.expressions.bind(name, Ty::Count, &mut cx);
@@ -155,28 +184,44 @@ impl Declarations<'_> {
         }
         let mut ports = Vec::new();
         for index in numbers {
-            let mut locals = if port.index.is_some() { vec![Value::Number(index)] } else { Vec::new() };
-            let Value::Vector(at) = self.expressions.constant_with(&at, &mut locals)? else { return None };
-            let Value::Vector([x, y, z]) = self.expressions.constant_with(&facing, &mut locals)? else {
-                return None;
+            let at = self.vector(&at, params, index)?;
+            let facing = self.vector(&facing, params, index)?;
+            let facing = match facing {
+                Field::Fixed(facing) => {
+                    let Some(facing) = unit(facing) else {
+                        self.report(
+                            Diagnostic::new(Code::BAD_VALUE, port.facing.span, "a port must look somewhere")
+                                .label("a vector without length")
+                                .help("write for example `facing vector(1, 0, 0)`"),
+                        );
+                        return None;
+                    };
+                    Field::Fixed(facing)
+                }
+                varies => varies,
             };
-            let length = (x * x + y * y + z * z).sqrt();
-            if length <= 0.0 || !length.is_finite() {
-                self.report(
-                    Diagnostic::new(Code::BAD_VALUE, port.facing.span, "a port must look somewhere")
-                        .label("a vector without length")
-                        .help("write for example `facing vector(1, 0, 0)`"),
-                );
-                return None;
-            }
-            let facing = [x / length, y / length, z / length];
             ports.push(ir::Port { name: port.name.text.clone(), index, at, facing });
         }
         Some(ports)
     }
 
+    /// A vector of the port with this number; its expression reads that behind the parameters.
+    fn vector(&mut self, expr: &ir::Expr, params: usize, index: f64) -> Option<Field<[f64; 3]>> {
+        if reads_params(expr, params) {
+            return Some(Field::Varies(expr.clone()));
+        }
+        let mut locals = vec![Value::Number(index); params + 1];
+        let Value::Vector(vector) = self.expressions.constant_with(expr, &mut locals)? else { return None };
+        Some(Field::Fixed(vector))
+    }
+
     /// The mass of one piece: given, or from its density.
-    pub(super) fn mass(&mut self, from: &Values<'_>, shape: Option<Form>, cx: &Context) -> Option<f64> {
+    pub(super) fn mass(
+        &mut self,
+        from: &Values<'_>,
+        shape: Option<&Field<Form>>,
+        cx: &Context,
+    ) -> Option<Mass> {
         if let (Some((mass, _)), Some((name, _))) = (from.values.get("mass"), from.values.get("density")) {
             self.report(
                 Diagnostic::new(Code::DUPLICATE, name.span, "mass and density are both given")
@@ -189,17 +234,22 @@ impl Declarations<'_> {
             self.missing(from, "density", "1 g/cm^3` or `mass = 8 g", cx.damaged);
             return None;
         }
+        let form = shape.and_then(Field::fixed);
         if let Some((_, tree)) = from.values.get("mass") {
-            let mass = self.number(from, "mass", Dimension::MASS, Sign::Positive, "8 g", cx);
-            if let (Some(mass), Some(shape)) = (mass, shape) {
-                self.usual_density(from.what, mass, shape.shape.volume(), tree);
+            let mass = self.varying_number(from, "mass", Dimension::MASS, (Sign::Positive, "8 g"), cx);
+            if let (Some(Field::Fixed(mass)), Some(form)) = (&mass, form) {
+                self.usual_density(from.what, *mass, form.shape.volume(), tree);
             }
-            return mass;
+            return mass.map(Mass::Given);
         }
-        Some(
-            self.number(from, "density", Dimension::DENSITY, Sign::Positive, "1 g/cm^3", cx)?
-                * shape?.shape.volume(),
-        )
+        let density =
+            self.varying_number(from, "density", Dimension::DENSITY, (Sign::Positive, "1 g/cm^3"), cx)?;
+        // Where the shape is at fault, that is told.
+        shape?;
+        Some(match (density, form) {
+            (Field::Fixed(density), Some(form)) => Mass::Given(Field::Fixed(density * form.shape.volume())),
+            (density, _) => Mass::Dense { density },
+        })
     }
 
     pub(super) fn shape(
@@ -208,11 +258,22 @@ impl Declarations<'_> {
         name: &str,
         example: &str,
         cx: &Context,
-    ) -> Option<Form> {
-        let (value, span) = self.value(from, name, &Ty::Shape, example, cx)?;
-        let Value::Shape(shape) = value else { return None };
-        let (solid, sizes) = shape.written();
-        let segment = name == "segment";
+    ) -> Option<Field<Form>> {
+        let field = self.varying(from, name, (&Ty::Shape, example), cx, |own, value, span| {
+            let Value::Shape(form) = value else { return None };
+            own.sound_form(form, name, example, span).then_some(form)
+        })?;
+        if let Field::Varies(expr) = &field
+            && !self.right_solids(expr, name == "segment")
+        {
+            return None;
+        }
+        Some(field)
+    }
+
+    /// Whether a shape has sizes, and is one that such a part may have.
+    fn sound_form(&mut self, form: Form, name: &str, example: &str, span: Span) -> bool {
+        let (solid, sizes) = form.written();
         if let Some(bad) = sizes.iter().find(|s| **s <= 0.0) {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, span, "every size of a shape must be above 0")
@@ -222,41 +283,59 @@ impl Declarations<'_> {
                     ))
                     .help(format!("write for example `{name} = {example}`")),
             );
-            return None;
+            return false;
         }
-        if segment != (solid == Solid::Cylinder) {
-            let (message, help) = if segment {
-                ("a segment is a cylinder", "write `segment = cylinder(radius, length)`")
-            } else {
-                (
-                    "a passive part is a box, a sphere, a disk or a capsule",
-                    "write `box(x, y, z)`, `sphere(radius)`, `disk(radius, height)` or `capsule(radius, length)`",
-                )
-            };
-            self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("another shape").help(help));
-            return None;
-        }
-        Some(shape)
+        self.right_solid(solid, name == "segment", span)
     }
 
-    pub(super) fn colour(&mut self, from: &Values<'_>, cx: &Context) -> String {
-        let plain = "#9aa3ad".to_owned();
-        if !from.values.contains_key("colour") {
-            return plain;
+    /// Whether a segment is a cylinder, and a passive part something else.
+    fn right_solid(&mut self, solid: Solid, segment: bool, span: Span) -> bool {
+        if segment == (solid == Solid::Cylinder) {
+            return true;
         }
-        let Some((Value::Text(text), span)) = self.value(from, "colour", &Ty::Text, "\"#e8963c\"", cx) else {
-            return plain;
+        let (message, help) = if segment {
+            ("a segment is a cylinder", "write `segment = cylinder(radius, length)`")
+        } else {
+            (
+                "a passive part is a box, a sphere, a disk or a capsule",
+                "write `box(x, y, z)`, `sphere(radius)`, `disk(radius, height)` or `capsule(radius, length)`",
+            )
         };
-        let hex =
-            text.strip_prefix('#').is_some_and(|h| h.len() == 6 && h.bytes().all(|b| b.is_ascii_hexdigit()));
-        if !hex {
-            self.report(
-                Diagnostic::new(Code::BAD_VALUE, span, "a colour is written as `#rrggbb`")
-                    .label("not such a text")
-                    .help("write for example `colour = \"#e8963c\"`"),
-            );
-            return plain;
+        self.report(Diagnostic::new(Code::BAD_VALUE, span, message).label("another shape").help(help));
+        false
+    }
+
+    /// The same of all shapes that an expression can come to.
+    fn right_solids(&mut self, expr: &ir::Expr, segment: bool) -> bool {
+        let mut solids = Vec::new();
+        expr.any(&mut |e| {
+            if let ExprKind::Call(Function::Solid(solid), _) = &e.kind {
+                solids.push((*solid, e.span));
+            }
+            false
+        });
+        solids.into_iter().all(|(solid, span)| self.right_solid(solid, segment, span))
+    }
+
+    pub(super) fn colour(&mut self, from: &Values<'_>, cx: &Context) -> Option<Field<String>> {
+        const PLAIN: &str = "#9aa3ad";
+        if !from.values.contains_key("colour") {
+            return Some(Field::Fixed(PLAIN.to_owned()));
         }
-        text.to_string()
+        // A colour that is no colour is reported, and the rest of the part is looked at all the same.
+        let plain = || Some(Field::Fixed(PLAIN.to_owned()));
+        let field = self.varying(from, "colour", (&Ty::Text, "\"#e8963c\""), cx, |own, value, span| {
+            let Value::Text(text) = value else { return None };
+            if !is_colour(&text) {
+                own.report(
+                    Diagnostic::new(Code::BAD_VALUE, span, "a colour is written as `#rrggbb`")
+                        .label("not such a text")
+                        .help("write for example `colour = \"#e8963c\"`"),
+                );
+                return None;
+            }
+            Some(text.to_string())
+        });
+        field.or_else(plain)
     }
 }

@@ -147,6 +147,7 @@ impl Declarations<'_> {
                     };
                     cx.stage = before;
                     self.expressions.bind(name, ty, cx);
+                    self.expressions.chosen_kinds(name, &domain);
                     choices.push(ir::Choice { name: name.text.clone(), domain, spread });
                 }
                 RuleClauseKind::Let(name, value) => {
@@ -156,6 +157,7 @@ impl Declarations<'_> {
                     let kind = ExprKind::Set(vec![value]);
                     let domain = Expr { kind, ty: Ty::Domain(Box::new(ty.clone())), span };
                     self.expressions.bind(name, ty, cx);
+                    self.expressions.chosen_kinds(name, &domain);
                     choices.push(ir::Choice { name: name.text.clone(), domain, spread: ir::Spread::Fixed });
                 }
                 _ => {}

@@ -41,8 +41,13 @@ impl Expressions<'_> {
     ) -> Expr {
         let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
         if let ast::ExprKind::Name(name) = &callee.kind {
-            let local = cx.locals.iter().any(|l| l.name == *name);
-            if !local {
+            let local = cx.locals.iter().find(|l| l.name == *name).cloned();
+            if let Some(local) = local.as_ref().filter(|local| local.ty == Ty::Kind) {
+                let local = local.span;
+                let kind = self.infer(callee, cx);
+                return self.chosen_with(name, kind, local, arguments, span, cx);
+            }
+            if local.is_none() {
                 let program = self.environment.program;
                 if let Some((declaration, item)) = program.lookup(callee.span, name) {
                     match &item.kind {
@@ -178,9 +183,51 @@ impl Expressions<'_> {
         cx: &mut Context,
     ) -> Expr {
         let params = match &item.kind {
-            ItemKind::Block(BlockKind::Actuator | BlockKind::Cell, block) => self.params_of(block),
+            ItemKind::Block(BlockKind::Part | BlockKind::Actuator | BlockKind::Cell, block) => {
+                self.params_of(block)
+            }
             _ => Vec::new(),
         };
+        let given = self.params_given(name, &params, &[item], arguments, cx);
+        Expr { kind: ExprKind::Kind(name.to_owned(), given), ty: Ty::Kind, span }
+    }
+
+    /// `what(level = 2)`: a kind that was chosen, with the parameters that all that it may be share.
+    fn chosen_with(
+        &mut self,
+        name: &str,
+        kind: Expr,
+        local: Span,
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
+        let kinds = self.chosen.get(&local).cloned().unwrap_or_default();
+        let program = self.environment.program;
+        let items: Vec<&ast::Item> =
+            kinds.iter().filter_map(|(kind, place)| Some(program.lookup(*place, kind)?.1)).collect();
+        let mut shared: Option<Vec<(String, Ty)>> = None;
+        for item in &items {
+            let ItemKind::Block(_, block) = &item.kind else { continue };
+            let params = self.params_of(block);
+            shared = Some(match shared {
+                Some(shared) => shared.into_iter().filter(|param| params.contains(param)).collect(),
+                None => params,
+            });
+        }
+        let given = self.params_given(name, &shared.unwrap_or_default(), &items, arguments, cx);
+        Expr { kind: ExprKind::With(Box::new(kind), given), ty: Ty::Kind, span }
+    }
+
+    /// The parameters that are given to a kind of part, or to what `items` have in common.
+    fn params_given(
+        &mut self,
+        name: &str,
+        params: &[(String, Ty)],
+        items: &[&ast::Item],
+        arguments: &[ast::Argument],
+        cx: &mut Context,
+    ) -> Vec<(String, Expr)> {
         let mut given: Vec<(String, Expr)> = Vec::new();
         for argument in arguments {
             let Some(key) = &argument.name else {
@@ -201,7 +248,9 @@ impl Expressions<'_> {
                 }
                 let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
                     let names: Vec<&str> = params.iter().map(|(n, _)| n.as_str()).collect();
-                    Some(if names.is_empty() {
+                    Some(if names.is_empty() && items.len() > 1 {
+                        "the kinds that it may be share no parameter: choose among kinds that do".to_owned()
+                    } else if names.is_empty() {
                         format!("it has no parameters: write `{name}` alone")
                     } else {
                         format!("it has: {}", names.join(", "))
@@ -228,10 +277,10 @@ impl Expressions<'_> {
                 continue;
             }
             let value = self.expect(&argument.value, cx, &ty.clone(), &format!("`{}`", key.text));
-            self.check_instance_domain(item, &key.text, &value);
+            items.iter().for_each(|item| self.check_instance_domain(item, &key.text, &value));
             given.push((key.text.clone(), value));
         }
-        Expr { kind: ExprKind::Kind(name.to_owned(), given), ty: Ty::Kind, span }
+        given
     }
 
     /// Where one argument lacks a unit and another has one, that is the unit to write.

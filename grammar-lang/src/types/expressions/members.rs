@@ -1,7 +1,5 @@
 //! What follows a dot: members of values, and ports of parts.
 
-use indexmap::IndexMap;
-
 use super::Expressions;
 use super::context::{Context, unknown};
 use super::fit::article;
@@ -102,12 +100,15 @@ impl Expressions<'_> {
                 }
                 let is_actuator = *ty == Ty::Actuator;
                 let known = self.instance_params();
-                if is_actuator && known.is_empty() {
+                if is_actuator && known.of_actuators.is_empty() {
                     return unknown(span);
                 }
-                match known.get(&name.text).cloned() {
-                    Some(ty) if is_actuator => return make(of, param(), ty),
-                    Some(_) => return self.only_actuators(&of, name),
+                let of_actuators = known.of_actuators.get(&name.text);
+                let own = if is_actuator { of_actuators } else { known.of_parts.get(&name.text) };
+                match own.cloned() {
+                    Some(Some(ty)) => return make(of, param(), ty),
+                    Some(None) => return self.of_several_types(name),
+                    None if of_actuators.is_some() => return self.only_actuators(&of, name),
                     None if self.is_lost(name.span, &name.text) => return unknown(span),
                     None => {}
                 }
@@ -126,9 +127,18 @@ impl Expressions<'_> {
         let built_in = built_in.filter(|a| !a.is_of_motion() || stage.sees_motion());
         let built_in = built_in.map(|attribute| attribute.text().to_owned());
         let ports = self.environment.ports.iter().filter(|_| of_part).cloned();
-        let params = self.instance_params.iter().flat_map(IndexMap::keys).cloned();
-        let params = params.filter(|_| *ty == Ty::Actuator).chain(cells.into_iter().map(|(n, _)| n));
+        let known = self.instance_params.iter().flat_map(|known| match ty {
+            Ty::Actuator => known.of_actuators.keys(),
+            _ => known.of_parts.keys(),
+        });
+        let params = known.filter(|_| of_part).cloned().chain(cells.into_iter().map(|(n, _)| n));
         built_in.chain(ports).chain(params).collect()
+    }
+
+    /// A parameter that is of one type in one kind, and of another in another.
+    fn of_several_types(&mut self, name: &Name) -> Expr {
+        let message = format!("kinds of parts have a `{}` of different types", name.text);
+        self.wrong(name.span, message, "give these parameters names of their own")
     }
 
     /// A parameter of actuators that is asked of any part.

@@ -103,7 +103,9 @@ pub(super) struct Expressions<'a> {
     /// All that was found so far.
     pub(super) errors: Found,
     /// Every parameter that some actuator of the program has, once that was asked.
-    instance_params: Option<IndexMap<String, Ty>>,
+    instance_params: Option<InstanceParams>,
+    /// The kinds of parts that a local was chosen from, by where the local is declared.
+    chosen: BTreeMap<Span, IndexMap<String, Span>>,
     /// Records whose types are known.
     records: BTreeMap<Declaration, Ty>,
     /// Declarations that something reads, in the order of reading.
@@ -139,6 +141,7 @@ impl<'a> Expressions<'a> {
             environment,
             errors,
             instance_params: None,
+            chosen: BTreeMap::new(),
             records: BTreeMap::new(),
             touched: IndexSet::new(),
             params: BTreeMap::new(),
@@ -507,8 +510,8 @@ impl<'a> Expressions<'a> {
             .is_some_and(|(_, item)| matches!(item.kind, ItemKind::Block(BlockKind::Actuator, _)))
     }
 
-    /// Every parameter that some actuator of the program has.
-    fn instance_params(&mut self) -> &IndexMap<String, Ty> {
+    /// Every parameter that some actuator, or some passive part, of the program has.
+    fn instance_params(&mut self) -> &InstanceParams {
         let params = match self.instance_params.take() {
             Some(params) => params,
             None => self.find_instance_params(),
@@ -516,19 +519,27 @@ impl<'a> Expressions<'a> {
         self.instance_params.insert(params)
     }
 
-    fn find_instance_params(&mut self) -> IndexMap<String, Ty> {
+    fn find_instance_params(&mut self) -> InstanceParams {
         let program = self.environment.program;
-        let mut params = IndexMap::new();
+        let mut params = InstanceParams::default();
         for (_, item) in program.items() {
-            let ItemKind::Block(BlockKind::Actuator, block) = &item.kind else { continue };
+            let (is_actuator, block) = match &item.kind {
+                ItemKind::Block(BlockKind::Actuator, block) => (true, block),
+                ItemKind::Block(BlockKind::Part, block) => (false, block),
+                _ => continue,
+            };
             for (name, ty) in self.params_of(block) {
-                params.entry(name).or_insert(ty);
+                let known = if is_actuator { &mut params.of_actuators } else { &mut params.of_parts };
+                let before = known.entry(name).or_insert_with(|| Some(ty.clone()));
+                if before.as_ref() != Some(&ty) {
+                    *before = None;
+                }
             }
         }
         params
     }
 
-    /// The parameters that an actuator's block declares.
+    /// The parameters that the block of a kind declares.
     fn params_of(&mut self, block: &ast::Block) -> Vec<(String, Ty)> {
         block
             .fields
@@ -540,9 +551,24 @@ impl<'a> Expressions<'a> {
             .collect()
     }
 
+    /// Notes the kinds of parts that a local is chosen from.
+    pub(in crate::types) fn chosen_kinds(&mut self, local: &ast::Name, domain: &Expr) {
+        if domain.ty != Ty::Domain(Box::new(Ty::Kind)) {
+            return;
+        }
+        let kinds = self.chosen.entry(local.span).or_default();
+        domain.any(&mut |e| {
+            if let ir::ExprKind::Kind(name, _) = &e.kind {
+                kinds.entry(name.clone()).or_insert(e.span);
+            }
+            false
+        });
+    }
+
     /// A parameter of a part that is known beforehand must lie in its domain.
     pub(super) fn check_instance_domain(&mut self, item: &ast::Item, name: &str, value: &Expr) {
-        let ItemKind::Block(BlockKind::Actuator | BlockKind::Cell, block) = &item.kind else {
+        let ItemKind::Block(BlockKind::Part | BlockKind::Actuator | BlockKind::Cell, block) = &item.kind
+        else {
             return;
         };
         let Some(param) = block.fields.iter().find_map(|f| match f {
@@ -572,6 +598,13 @@ impl<'a> Expressions<'a> {
             );
         }
     }
+}
+
+/// The parameters that parts have for themselves, with their types; none where kinds differ in it.
+#[derive(Debug, Default)]
+struct InstanceParams {
+    of_actuators: IndexMap<String, Option<Ty>>,
+    of_parts: IndexMap<String, Option<Ty>>,
 }
 
 /// The value of a checked parameter.

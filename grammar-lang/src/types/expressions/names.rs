@@ -158,7 +158,7 @@ impl Expressions<'_> {
         let driven = cx.locals.iter().find(|l| matches!(l.ty, Ty::Actuator | Ty::Cell) && !l.name.is_empty());
         let driven = driven.filter(|driven| match driven.ty {
             Ty::Cell => self.cell_params().iter().any(|(n, _)| n == name),
-            _ => self.instance_params().contains_key(name),
+            _ => self.instance_params().of_actuators.contains_key(name),
         });
         let help = if let Some(driven) = driven {
             format!("did you mean `{}.{name}`?", driven.name)

@@ -1,0 +1,243 @@
+//! What one part is, from what its kind says and the values of its parameters.
+
+use std::fmt;
+
+use indexmap::IndexMap;
+
+use super::{Scope, Value, evaluate};
+use crate::ir::{Actuator, Field, Form, Kind, Mass, Part, Port};
+
+/// What one part of a kind is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Made {
+    /// A passive part.
+    Block(MadeBlock),
+    /// An actuator.
+    Actuator(MadeActuator),
+}
+
+/// A passive part.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MadeBlock {
+    /// Its shape.
+    pub form: Form,
+    /// In kg.
+    pub mass: f64,
+    /// Coulomb coefficient of its surface.
+    pub friction: f64,
+    /// `#rrggbb`
+    pub colour: String,
+    /// Its ports, if they are not the six that every block has.
+    pub ports: Vec<MadePort>,
+}
+
+/// A port that a part declares.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MadePort {
+    /// Its name; several may share one.
+    pub name: String,
+    /// Its number among those that share the name.
+    pub index: f64,
+    /// Its place in the part's frame, m.
+    pub at: [f64; 3],
+    /// The unit vector that points outwards.
+    pub facing: [f64; 3],
+}
+
+/// An actuator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MadeActuator {
+    /// One segment.
+    pub segment: Form,
+    /// Mass of one segment in kg.
+    pub mass: f64,
+    /// Coulomb coefficient of its surface.
+    pub friction: f64,
+    /// Greatest torque of a hinge, N m.
+    pub torque: f64,
+    /// Stiffness of a hinge's servo, N m/rad.
+    pub stiffness: f64,
+    /// Damping of a hinge's servo, N m s/rad.
+    pub damping: f64,
+    /// `#rrggbb`
+    pub colour: String,
+}
+
+/// A field of a part that its parameters leave without a value that makes sense.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Unmade {
+    /// The field.
+    pub field: &'static str,
+    /// What is wrong with it.
+    pub reason: String,
+}
+
+impl fmt::Display for Unmade {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "its `{}`: {}", self.field, self.reason)
+    }
+}
+
+/// What a number must be.
+#[derive(Clone, Copy)]
+enum Sign {
+    Positive,
+    NotNegative,
+}
+
+/// What fields are worked out with.
+struct From<'a> {
+    scope: &'a dyn Scope,
+    params: Vec<Value>,
+}
+
+impl Made {
+    /// What a part of a kind is; none for a cell of a lattice, whose fields are read where it is simulated.
+    ///
+    /// # Errors
+    ///
+    /// An [`Unmade`] field: with these parameters it has no value, or none that a part can have.
+    pub fn of(
+        kind: Kind<'_>,
+        scope: &dyn Scope,
+        params: &IndexMap<String, Value>,
+    ) -> Result<Option<Self>, Unmade> {
+        let from = From { scope, params: params.values().cloned().collect() };
+        Ok(match kind {
+            Kind::Block(part) => Some(Self::Block(from.block(part)?)),
+            Kind::Actuator(actuator) => Some(Self::Actuator(from.actuator(actuator)?)),
+            Kind::Cell(_) => None,
+        })
+    }
+
+    /// Its colour, `#rrggbb`.
+    #[must_use]
+    pub fn colour(&self) -> &str {
+        match self {
+            Self::Block(block) => &block.colour,
+            Self::Actuator(actuator) => &actuator.colour,
+        }
+    }
+}
+
+impl From<'_> {
+    fn block(&self, part: &Part) -> Result<MadeBlock, Unmade> {
+        let form = self.form("shape", &part.shape)?;
+        Ok(MadeBlock {
+            form,
+            mass: self.mass(&part.mass, form)?,
+            friction: self.number("friction", &part.friction, Sign::NotNegative)?,
+            colour: self.colour(&part.colour)?,
+            ports: part.ports.iter().map(|port| self.port(port)).collect::<Result<_, _>>()?,
+        })
+    }
+
+    fn actuator(&self, actuator: &Actuator) -> Result<MadeActuator, Unmade> {
+        let segment = self.form("segment", &actuator.segment)?;
+        Ok(MadeActuator {
+            segment,
+            mass: self.mass(&actuator.mass, segment)?,
+            friction: self.number("friction", &actuator.friction, Sign::NotNegative)?,
+            torque: self.number("torque", &actuator.torque, Sign::Positive)?,
+            stiffness: self.number("stiffness", &actuator.stiffness, Sign::Positive)?,
+            damping: self.number("damping", &actuator.damping, Sign::NotNegative)?,
+            colour: self.colour(&actuator.colour)?,
+        })
+    }
+
+    /// The value of a field as `read` takes it. `index` is the number of a port: it is the local behind the parameters.
+    fn value_with<T: Clone>(
+        &self,
+        index: Option<Value>,
+        name: &'static str,
+        field: &Field<T>,
+        read: impl FnOnce(Value) -> Option<T>,
+    ) -> Result<T, Unmade> {
+        let value = match field {
+            Field::Fixed(value) => return Ok(value.clone()),
+            Field::Varies(value) => value,
+        };
+        let unmade = |reason: String| Unmade { field: name, reason };
+        let mut locals: Vec<Value> = self.params.iter().cloned().chain(index).collect();
+        let value = evaluate(value, self.scope, &mut locals).map_err(|error| unmade(error.reason))?;
+        read(value).ok_or_else(|| unmade("this is no such value".to_owned()))
+    }
+
+    fn value<T: Clone>(
+        &self,
+        name: &'static str,
+        field: &Field<T>,
+        read: impl FnOnce(Value) -> Option<T>,
+    ) -> Result<T, Unmade> {
+        self.value_with(None, name, field, read)
+    }
+
+    fn number(&self, name: &'static str, field: &Field<f64>, sign: Sign) -> Result<f64, Unmade> {
+        let x = self.value(name, field, |value| value.as_number())?;
+        let (fine, must) = match sign {
+            Sign::Positive => (x > 0.0, "must be above 0"),
+            Sign::NotNegative => (x >= 0.0, "must not be below 0"),
+        };
+        if fine { Ok(x) } else { Err(Unmade { field: name, reason: format!("it {must}") }) }
+    }
+
+    fn mass(&self, mass: &Mass, form: Form) -> Result<f64, Unmade> {
+        match mass {
+            Mass::Given(mass) => self.number("mass", mass, Sign::Positive),
+            Mass::Dense { density } => {
+                Ok(self.number("density", density, Sign::Positive)? * form.shape.volume())
+            }
+        }
+    }
+
+    fn form(&self, name: &'static str, field: &Field<Form>) -> Result<Form, Unmade> {
+        let form = self.value(name, field, |value| match value {
+            Value::Shape(form) => Some(form),
+            _ => None,
+        })?;
+        let sizes = form.written().1;
+        if sizes.iter().all(|size| *size > 0.0) {
+            Ok(form)
+        } else {
+            Err(Unmade { field: name, reason: "every size of a shape must be above 0".to_owned() })
+        }
+    }
+
+    fn colour(&self, field: &Field<String>) -> Result<String, Unmade> {
+        let colour = self.value("colour", field, |value| match value {
+            Value::Text(text) => Some(text.to_string()),
+            _ => None,
+        })?;
+        if is_colour(&colour) {
+            Ok(colour)
+        } else {
+            Err(Unmade { field: "colour", reason: "a colour is written as `#rrggbb`".to_owned() })
+        }
+    }
+
+    fn port(&self, port: &Port) -> Result<MadePort, Unmade> {
+        let vector = |value| match value {
+            Value::Vector(vector) => Some(vector),
+            _ => None,
+        };
+        let index = || Some(Value::Number(port.index));
+        let at = self.value_with(index(), "port", &port.at, vector)?;
+        let facing = unit(self.value_with(index(), "port", &port.facing, vector)?)
+            .ok_or_else(|| Unmade { field: "port", reason: "a port must look somewhere".to_owned() })?;
+        Ok(MadePort { name: port.name.clone(), index: port.index, at, facing })
+    }
+}
+
+/// The vector of length one in this direction; none of a vector without length.
+#[must_use]
+pub fn unit(vector: [f64; 3]) -> Option<[f64; 3]> {
+    let [x, y, z] = vector;
+    let length = (x * x + y * y + z * z).sqrt();
+    (length > 0.0 && length.is_finite()).then(|| [x / length, y / length, z / length])
+}
+
+/// Whether a text is a colour: `#rrggbb`.
+#[must_use]
+pub fn is_colour(text: &str) -> bool {
+    text.strip_prefix('#').is_some_and(|hex| hex.len() == 6 && hex.bytes().all(|b| b.is_ascii_hexdigit()))
+}

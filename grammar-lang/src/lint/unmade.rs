@@ -1,0 +1,31 @@
+//! Fields that read parameters, and have no value that a part can have for some of them.
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::Kind;
+
+use super::instances::{made, told};
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let rules = known.ruleset;
+    let parts = rules.parts.iter().map(|(name, part)| (name, Kind::Block(part)));
+    let actuators = rules.actuators.iter().map(|(name, actuator)| (name, Kind::Actuator(actuator)));
+    for (name, kind) in parts.chain(actuators) {
+        let Some((given, unmade)) = made(known, kind).find_map(|(given, made)| Some((given, made.err()?)))
+        else {
+            continue;
+        };
+        let place = kind.varying().find(|(field, _)| *field == unmade.field).map(|(_, expr)| expr.span);
+        let Some(place) = place else { continue };
+        let with = told(known, kind, &given);
+        findings.push(
+            Diagnostic::new(
+                Code::OUT_OF_DOMAIN,
+                place,
+                format!("a `{name}` with {with} has no `{}`", unmade.field),
+            )
+            .label(unmade.reason)
+            .help("narrow the domain of the parameter, or let the field have a value for all of it"),
+        );
+    }
+}
