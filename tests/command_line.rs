@@ -789,6 +789,8 @@ fn a_search_begins_with_a_saved_design() {
     let output = sgc(&[&["run", &file.to_string_lossy()][..], &more].concat());
     assert_eq!(code(&output), 0, "{}", errors(&output));
     assert!(errors(&output).contains("make another body, of 2 parts instead of 3"), "{}", errors(&output));
+    let judged = sgc(&["eval", &small, "--grammar", &file.to_string_lossy()]);
+    assert!(errors(&judged).contains("make another body, of 2 parts instead of 3"), "{}", errors(&judged));
     // A parameter that was set when the design was made is told where it is not set.
     assert!(errors(&output).contains("was made with -p max_parts=3, which is not so here"));
     let same = sgc(&["eval", &small, "--grammar", &grammar, "-p", "max_parts=3"]);

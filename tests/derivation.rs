@@ -166,7 +166,7 @@ fn every_rule_can_apply_and_the_draw_is_even() {
 fn a_design_as_the_begin_of_a_grammar_is_the_same_body() {
     let imports = "use std.blocks { cube, ball }\nuse std.actuators { bender }\n";
     let mut images = 0;
-    for path in ["codesign", "morphology", "worm", "pneumatic", "millipede", "disk"] {
+    for path in ["codesign", "morphology", "worm", "pneumatic", "millipede", "disk", "tree"] {
         let path = format!("grammars/{path}.sgr");
         let rules = grammar(&path);
         for seed in 0..8 {
@@ -249,7 +249,7 @@ fn a_begin_keeps_what_its_parts_are_given() {
 
 #[test]
 fn every_part_has_one_name_whatever_step_is_spoken_of() {
-    for path in ["codesign", "morphology", "pneumatic", "millipede", "disk"] {
+    for path in ["codesign", "morphology", "pneumatic", "millipede", "disk", "tree"] {
         let rules = grammar(&format!("grammars/{path}.sgr"));
         for seed in 0..8 {
             let derivation = derive(&rules, seed, 30);

@@ -29,6 +29,7 @@ mod mending;
 mod new;
 mod novelty;
 mod observed;
+mod parameters;
 mod report;
 mod resume;
 mod rig;

@@ -71,6 +71,7 @@ pub(crate) const GRAMMARS: &[&str] = &[
     "grammars/study1.sgr",
     "grammars/study2.sgr",
     "grammars/tendon.sgr",
+    "grammars/tree.sgr",
     "grammars/untethered.sgr",
     "grammars/worm.sgr",
 ];

@@ -28,7 +28,7 @@ pub(super) struct Audit {
     /// Set a parameter of the grammar
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
-    /// The variant, where the file declares several
+    /// The variant to use, if the file declares several
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
     /// The seed of the random numbers
@@ -37,19 +37,19 @@ pub(super) struct Audit {
     /// How many random walks to make
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = clap::value_parser!(u32).range(..=1_000_000))]
     walks: u32,
-    /// How many moves a walk has
+    /// How many moves to make in each walk
     #[arg(long, value_name = "N", default_value_t = 20)]
     steps: usize,
     /// The temperature that weights and choices read
     #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = temperature)]
     temperature: f64,
-    /// How many applications of rules to try in order to count designs, and for each body asked for
+    /// How many rule applications to try to count the designs, and again for each body from --design or --example
     #[arg(long, value_name = "N", default_value_t = 100_000)]
     budget: usize,
-    /// Whether the grammar can make this saved design, or the one of this run folder
+    /// Report whether the grammar can make this saved design, or the best design of this run folder
     #[arg(long = "design", value_name = "PATH")]
     designs: Vec<PathBuf>,
-    /// Whether the grammar can make this example of its own
+    /// Report whether the grammar can make this one of its own examples
     #[arg(long = "example", value_name = "NAME")]
     examples: Vec<String>,
     /// How the report is written

@@ -17,22 +17,22 @@ use crate::loader::{Files, read_text};
 use crate::reading::imported;
 use crate::results::whole::write_whole;
 
-/// Fit measurements of a workshop's bench, and write the variant of a grammar that holds them
+/// Fit measurements from a test bench, and write them as a variant of a grammar
 ///
-/// Beside the variant stands a page with a plot of each measurement: points, fit, residuals. What to
-/// measure with what, and how to write it down, is in docs/calibration.md.
+/// sgc also writes a page beside the variant, with a plot of each measurement: points, fit, residuals.
+/// docs/calibration.md says what to measure, with which instruments, and how to record it.
 #[derive(Args)]
 pub(super) struct Calibrate {
-    /// A TOML file with a section for each measurement, or a CSV file with one
+    /// A TOML file with a section for each measurement, or a CSV file with a single measurement
     #[arg(value_name = "MEASUREMENTS")]
     measurements: PathBuf,
     /// The grammar whose declarations were measured
     #[arg(long = "for", value_name = "GRAMMAR")]
     grammar: PathBuf,
-    /// Where to write the variant; the page stands beside it [default: GRAMMAR_bench.sgr beside MEASUREMENTS]
+    /// Where to write the variant; the page is written beside it [default: GRAMMAR_bench.sgr beside MEASUREMENTS]
     #[arg(long, value_name = "FILE.sgr")]
     out: Option<PathBuf>,
-    /// What to call the variant [default: the name of its file]
+    /// The name of the variant [default: the name of its file]
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
     /// Replace existing files

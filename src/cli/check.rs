@@ -20,14 +20,14 @@ pub(super) struct Check {
     /// How findings are written
     #[arg(long, value_enum, default_value = "full")]
     format: Style,
-    /// Mend what can be mended for certain, in these files and those that they import by path;
-    /// for `-`, print the mended text
+    /// Apply the fixes that are certain, in these files and in the files that they import by path; for `-`,
+    /// print the fixed text
     #[arg(long)]
     fix: bool,
     /// Print what --fix would change, and change nothing; findings go to standard error
     #[arg(long, conflicts_with = "fix")]
     diff: bool,
-    /// End with 1 where there are warnings, as where there are errors
+    /// Exit with 1 if there are warnings, as if they were errors
     #[arg(long)]
     deny_warnings: bool,
     /// Set a parameter of the grammars
@@ -40,11 +40,11 @@ pub(super) struct Check {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Style {
-    /// With the text around them
+    /// With the lines of the file around them
     Full,
     /// One line each
     Concise,
-    /// One JSON object a line
+    /// One JSON object per line
     Json,
     /// One SARIF 2.1.0 document, for editors and code-hosting sites
     Sarif,

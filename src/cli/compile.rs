@@ -8,7 +8,7 @@ use grammar_lang::ir::resolved;
 use super::output::{self, Fault};
 use super::{exit, load};
 
-/// Print what a grammar comes to: with its variants, imports and parameters resolved
+/// Print a grammar with its variants, imports and parameters resolved
 #[derive(Args)]
 pub(super) struct Compile {
     /// The grammar
@@ -17,10 +17,10 @@ pub(super) struct Compile {
     /// Set a parameter of the grammar
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
-    /// In which form
+    /// The output format
     #[arg(long, value_enum, default_value = "ir")]
     emit: Emit,
-    /// The variant, where the file declares several
+    /// The variant to use, if the file declares several
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
 }
@@ -29,7 +29,7 @@ pub(super) struct Compile {
 enum Emit {
     /// The typed rule set as JSON, in SI units
     Ir,
-    /// Text for people, much as a grammar is written
+    /// Text for people, similar to a grammar file
     Resolved,
 }
 

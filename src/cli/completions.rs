@@ -6,9 +6,9 @@ use clap_complete::Shell;
 use super::exit;
 use super::output::{self, Fault};
 
-/// Print a script with which a shell completes sgc's commands and options
+/// Print a shell script that completes sgc's commands and options
 ///
-/// Where a shell looks for it:
+/// To install it for each shell:
 ///   bash        sgc completions bash > ~/.local/share/bash-completion/completions/sgc
 ///   zsh         sgc completions zsh > ~/.zfunc/_sgc   (a folder of your fpath)
 ///   fish        sgc completions fish > ~/.config/fish/completions/sgc.fish

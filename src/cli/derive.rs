@@ -22,10 +22,10 @@ pub(super) struct Derive {
     /// Set a parameter of the grammar
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
-    /// The variant, where the file declares several
+    /// The variant to use, if the file declares several
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
-    /// Derive an example of the grammar instead; with --steps, go on from it at random
+    /// Derive an example of the grammar instead; with --steps, continue from it with random moves
     #[arg(long, value_name = "NAME")]
     example: Option<String>,
     /// The seed of the random numbers

@@ -10,6 +10,7 @@ use grammar_lang::source::SourceMap;
 use super::exit;
 use super::load;
 use super::output::{self, Fault};
+use crate::derive::Derivation;
 use crate::results::DesignError;
 use crate::results::genuine;
 use crate::results::replay::{Precision, replay};
@@ -69,7 +70,8 @@ pub(super) fn open(path: &Path) -> Result<Opened, Fault> {
     Ok(Opened { design, rules, sources })
 }
 
-/// Checks that a design says of itself what its simulation says. One of another version of sgc, which simulates otherwise, is
+/// Checks that a design says of itself what its simulation says. One of another version of sgc, which
+/// simulates otherwise, is
 /// told and goes on: its body and curves are what they were.
 pub(super) fn check_values(path: &Path, rules: &RuleSet, design: &SavedDesign) -> Result<(), Fault> {
     let replayed = replay(rules, design, &design.solver, Precision::Model).map_err(|e| fault(path, &e))?;
@@ -94,7 +96,52 @@ pub(super) fn open_by(
     let design = read(path)?;
     let (rules, sources) = load::grammar(file, params, variant)?;
     tell_other_parameters(path, &design, &rules, params);
+    tell_other_body(path, &design, &rules);
     Ok(Opened { design, rules, sources })
+}
+
+/// Tells where the rules make another body of a design's steps than the one that was saved.
+pub(super) fn tell_other_body(path: &Path, design: &SavedDesign, rules: &RuleSet) {
+    let Ok(now) = Derivation::replay(rules, &design.derivation) else { return };
+    if now.design.canonical_hash() == design.body {
+        return;
+    }
+    let before = design.grammar.compile().and_then(|theirs| {
+        let made = Derivation::replay(&theirs, &design.derivation);
+        Ok(made.map(|made| kinds(&made)).unwrap_or_default())
+    });
+    let (now, before) = (kinds(&now), before.unwrap_or_default());
+    let how = if now.len() != before.len() {
+        format!("of {} parts instead of {}", now.len(), before.len())
+    } else if now != before {
+        format!("with {} in place of {}", listed(&now, &before), listed(&before, &now))
+    } else {
+        "of the same kinds of parts, but of other sizes or elsewhere".to_owned()
+    };
+    output::note(&format!(
+        "by the rules of `{}` the steps of {} make another body, {how}: what follows is of that",
+        rules.name,
+        path.display()
+    ));
+}
+
+/// The kinds of the parts of a design, sorted.
+fn kinds(derivation: &Derivation) -> Vec<String> {
+    let mut kinds: Vec<String> = derivation.design.parts.values().map(|part| part.kind.clone()).collect();
+    kinds.sort_unstable();
+    kinds
+}
+
+/// The kinds that are more often in one list than in another: `2 ball, 1 cube`.
+fn listed(kinds: &[String], than: &[String]) -> String {
+    let count = |all: &[String], kind: &String| all.iter().filter(|other| *other == kind).count();
+    let mut names: Vec<&String> = kinds.iter().collect();
+    names.dedup();
+    let more = names.into_iter().filter_map(|kind| {
+        let many = count(kinds, kind).saturating_sub(count(than, kind));
+        (many > 0).then(|| format!("{many} {kind}"))
+    });
+    more.collect::<Vec<_>>().join(", ")
 }
 
 /// Tells of parameters that were set from outside when a design was made, and are not set now.
@@ -119,7 +166,8 @@ pub(super) fn tell_other_parameters(
     }
 }
 
-/// What is wrong with a design, or with the task that was asked for: a name that it does not have is a matter of usage.
+/// What is wrong with a design, or with the task that was asked for: a name that it does not have is a matter
+/// of usage.
 pub(super) fn fault(path: &Path, error: &DesignError) -> Fault {
     let code = if matches!(error, DesignError::UnknownTask { .. }) { exit::USAGE } else { exit::INPUT };
     Fault { code, message: format!("{}: {error}", path.display()) }

@@ -22,8 +22,8 @@ const DRIVE: &str = "drive";
 
 /// Run the gait of a saved design on hardware
 ///
-/// The grammar's `target` says which board, which pins and which limits. The board plays the gait and stops by itself
-/// when this program falls silent; Ctrl-C stops it safely.
+/// The grammar's `target` says which board, which pins and which limits. The board plays the gait and stops by
+/// itself if this program no longer sends anything; Ctrl-C stops it safely.
 #[derive(Args)]
 pub(super) struct Drive {
     /// The run folder, or a saved design
@@ -35,31 +35,32 @@ pub(super) struct Drive {
     /// The serial port of the board, such as /dev/ttyACM0 or COM3
     #[arg(long, value_name = "PATH", required_unless_present = "dry_run")]
     port: Option<String>,
-    /// How many cycles to run; 0 goes on until Ctrl-C
+    /// How many cycles to run; 0 runs until Ctrl-C
     #[arg(long, value_name = "N", default_value_t = 0)]
     cycles: u32,
     /// Move nothing: print what the board would play, and draw it
     #[arg(long)]
     dry_run: bool,
-    /// Where to draw it [default: schedule.svg beside the design]
+    /// Where to write the drawing [default: schedule.svg beside the design]
     #[arg(long, value_name = "FILE", requires = "dry_run")]
     out: Option<PathBuf>,
     #[command(flatten)]
     replace: Replace,
-    /// End an emergency stop or a fault that the board is in, first
+    /// First clear an emergency stop or a fault of the board
     #[arg(long)]
     clear: bool,
-    /// The task whose gait it is [default: the first]
+    /// The task whose gait to run [default: the first]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
-    /// Take the target from this grammar, not from the one that made the design: it may have been calibrated since
+    /// Take the target from this grammar, not from the one that made the design; useful if the target was
+    /// calibrated since
     #[arg(long, value_name = "FILE")]
     grammar: Option<PathBuf>,
     /// The variant of that grammar
     #[arg(long, value_name = "NAME", requires = "grammar")]
     variant: Option<String>,
-    /// Go on where the target does not let the actuators bend as they were simulated; what changes is printed, and drawn in
-    /// difference.svg beside the design
+    /// Continue even if the target does not let the actuators bend as they were simulated. sgc prints the
+    /// differences, and draws them in difference.svg beside the design
     #[arg(long)]
     accept_changes: bool,
 }

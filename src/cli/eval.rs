@@ -24,21 +24,22 @@ pub(super) struct Eval {
     /// The saved design, or the run folder that holds it
     #[arg(value_name = "DESIGN")]
     design: PathBuf,
-    /// Another simulation method [default: the one of the run]
+    /// Another simulation method [default: the method of the run]
     #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(SolverName::ALL.map(SolverName::text)))]
     solver: Option<String>,
     #[command(flatten)]
     precision: Precision,
-    /// Judge it by this grammar, not by the one that made it
+    /// Evaluate the design with this grammar, not with the one that made it
     #[arg(long, value_name = "FILE")]
     grammar: Option<PathBuf>,
-    /// Score this motion, made by another program (as `sgc export --to motion` writes it), and simulate nothing
+    /// Score this motion from another program, and simulate nothing; the file has the format that `sgc export
+    /// --to motion` writes
     #[arg(long, value_name = "FILE", conflicts_with_all = ["solver", "step", "sweeps"])]
     motion: Option<PathBuf>,
     /// The task that the motion is scored by [default: the first]
     #[arg(long, value_name = "NAME", requires = "motion")]
     task: Option<String>,
-    /// Simulate it in every world of these scenarios: a name of its grammar, or FILE:NAME of another
+    /// Simulate the design in every world of this set of scenarios: NAME in its grammar, or FILE:NAME in another file
     #[arg(long = "in", value_name = "SCENARIOS", conflicts_with = "motion")]
     scenarios: Option<String>,
     /// The variant of that grammar

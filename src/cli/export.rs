@@ -19,7 +19,7 @@ use crate::simulate::{SolverName, export};
 /// What a design is written as.
 #[derive(Clone, Copy, ValueEnum)]
 enum Format {
-    /// The body with its servos and the ground as a model of MuJoCo
+    /// The body with its servos and the ground as a MuJoCo model
     Mjcf,
     /// The target of every servo over time, as comma-separated values
     Drive,
@@ -29,7 +29,7 @@ enum Format {
     Motion,
 }
 
-/// Write a saved design for other simulators (its body, its drive or its motion), or as text of a grammar
+/// Write a saved design for other simulators (its body, its drive or its motion), or as the text of a grammar
 #[derive(Args)]
 pub(super) struct Export {
     /// The saved design, or the run folder that holds it
@@ -48,7 +48,7 @@ pub(super) struct Export {
     task: Option<String>,
     #[command(flatten)]
     precision: Precision,
-    /// What simulates the motion [default: the one of the run]
+    /// The simulation method [default: the method of the run]
     #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(SolverName::ALL.map(SolverName::text)))]
     solver: Option<String>,
 }

@@ -11,7 +11,7 @@ use super::load::Text;
 use super::output::{self, Fault};
 use super::{exit, load, mend};
 
-/// Lay out grammars: lines, columns and spaces, never words
+/// Format grammars: change line breaks, columns and spaces, never words
 #[derive(Args)]
 pub(super) struct Fmt {
     /// The grammars or modules; `-` reads standard input and writes standard output

@@ -10,7 +10,7 @@ use super::output::{self, Fault};
 ///
 /// To read one:
 ///   sgc man run | man -l -
-/// To keep them all:
+/// To install them:
 ///   sgc man > ~/.local/share/man/man1/sgc.1
 ///   for c in check run view; do sgc man $c > ~/.local/share/man/man1/sgc-$c.1; done
 #[derive(Args)]

@@ -93,7 +93,8 @@ pub(super) enum Outcome {
     Shown,
 }
 
-/// Mends texts, writes the files that changed or shows what would change, and says so. Gives the files as they are then.
+/// Mends texts, writes the files that changed or shows what would change, and says so. Gives the files as they
+/// are then.
 pub(super) fn mend(
     texts: &[Text],
     overrides: &[(String, String)],
@@ -183,7 +184,8 @@ impl Session<'_> {
         self.attempt(&good, state.errors).or_else(|| Some(self.look(&self.loader)))
     }
 
-    /// Sorts fixes that do harm together: into those that do none with those before them, and others. Halves are tried, and
+    /// Sorts fixes that do harm together: into those that do none with those before them, and others. Halves
+    /// are tried, and
     /// halves of these, as most fixes do no harm. Gives how many errors are left with the good ones.
     fn sort_out<'o>(
         &mut self,

@@ -86,9 +86,9 @@ To have the shell complete commands and options (other shells: sgc help completi
   sgc completions bash > ~/.local/share/bash-completion/completions/sgc
 
 Exit codes: 0 done; 1 the input has errors, no feasible design was found,
-`audit` was asked for a body that was not made, or `fmt --check` names a file;
-2 usage or files; 3 the hardware stopped; 75 stopped with a checkpoint, from which
-`sgc resume` goes on; 101 a bug in sgc; 130 interrupted with nothing saved.";
+`audit` did not make the body that it was asked for, or `fmt --check` names a file;
+2 a usage error or a file error; 3 the hardware stopped; 75 stopped with a checkpoint,
+from which `sgc resume` continues; 101 a bug in sgc; 130 interrupted with nothing saved.";
 
 #[derive(Subcommand)]
 enum Command {

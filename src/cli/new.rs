@@ -10,13 +10,13 @@ use super::output::{self, Fault};
 use crate::document::is_name;
 use crate::results::whole::write_whole;
 
-/// Begin a grammar: write NAME.sgr from a template
+/// Start a grammar: write NAME.sgr from a template
 #[derive(Args)]
 pub(super) struct New {
     /// The name of the grammar, and of its file without `.sgr`
     #[arg(value_name = "NAME")]
     name: String,
-    /// What to begin with
+    /// The template to start from
     #[arg(long, value_enum, value_name = "TEMPLATE", default_value = "walker")]
     from: Template,
     /// Replace an existing file
@@ -26,7 +26,7 @@ pub(super) struct New {
 
 #[derive(Clone, Copy, ValueEnum)]
 enum Template {
-    /// Cubes and balls on bending actuators, alike on both sides
+    /// Cubes and balls on bending actuators, with mirror symmetry
     Walker,
     /// Bending actuators one after another, with cubes between them
     Worm,

@@ -11,22 +11,23 @@ use super::output::{self, Fault};
 use super::{exit, load};
 use crate::results::novelty::{self, Member};
 
-/// Score how novel designs are in a set of known ones
+/// Score the novelty of designs against a set of known designs
 ///
-/// The set is the `novelty` of a grammar: FILE.sgr, --grammar FILE, or that of the grammar that made the designs.
-/// All designs that are given belong to it, too. Without designs, the known ones are scored.
+/// The set is the `novelty` declaration of a grammar: FILE.sgr, --grammar FILE, or the grammar that made the
+/// designs. The designs on the command line belong to the set, too. Without designs, sgc scores the known
+/// ones.
 #[derive(Args)]
 pub(super) struct Novelty {
     /// A grammar (.sgr) that names the set; saved designs, or run folders that hold them
     #[arg(value_name = "GRAMMAR|DESIGN", required_unless_present = "grammar")]
     paths: Vec<PathBuf>,
-    /// Judge all designs by this grammar and its set, not by those that made them
+    /// Evaluate all designs with this grammar and its set, not with the grammars that made them
     #[arg(long, value_name = "FILE")]
     grammar: Option<PathBuf>,
     /// The variant of that grammar
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
-    /// The novelty set, where the grammar has several
+    /// The novelty set to use, if the grammar has several
     #[arg(long, value_name = "NAME")]
     set: Option<String>,
     /// How to write it

@@ -7,10 +7,10 @@ use crate::results::replay;
 /// Another time step, and contacts solved further.
 #[derive(Args)]
 pub(super) struct Precision {
-    /// Another time step, such as 1/480, in seconds; as long as a grammar's may be [default: the grammar's]
+    /// Another time step in seconds, such as 1/480; at most as long as a grammar allows [default: the grammar's]
     #[arg(long, value_name = "SECONDS", value_parser = seconds)]
     step: Option<f64>,
-    /// Solve contacts by so many sweeps in every step [default: as the grammar's model says]
+    /// Solve contacts with this many sweeps in every step [default: as the grammar's model says]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     sweeps: Option<u32>,
 }

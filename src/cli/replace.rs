@@ -14,7 +14,7 @@ use crate::results::whole::write_whole;
 /// Whether to replace what is there.
 #[derive(Args, Clone, Copy)]
 pub(super) struct Replace {
-    /// Replace the file that is there, even if it was edited or sgc did not write it
+    /// Replace an existing file, even if it was edited or sgc did not write it
     #[arg(long)]
     pub(super) force: bool,
 }

@@ -8,16 +8,17 @@ use super::exit;
 use super::output::{self, Fault};
 use crate::results::report::{self, Asker, FOLDER};
 
-/// Write a page of charts about a run or several, and compare groups of runs; it opens offline in any browser
+/// Write a page of charts about one or more runs, and compare groups of runs; it opens offline in any browser
 ///
-/// Each DIR is a group: the folder of one run, or that of several (sgc run --runs). Runs that are under
-/// way or stopped are reported as far as they are. Beside the page stand its numbers as csv files.
+/// Each DIR is a group: the folder of one run, or of several runs (sgc run --runs). Runs that are in progress
+/// or stopped are reported up to their present state. sgc writes the numbers of the page beside it, as csv
+/// files.
 #[derive(Args)]
 pub(super) struct Report {
     /// Folders of runs
     #[arg(value_name = "DIR", required = true)]
     folders: Vec<PathBuf>,
-    /// Where to write the page and the tables [default: report/ in DIR, of several ./report]
+    /// Where to write the page and the tables [default: report/ in DIR, or ./report for several DIRs]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Write into a folder that holds other things, and replace files of the same names

@@ -19,18 +19,19 @@ use crate::results::leftovers;
 use crate::results::series::SeriesFolder;
 use crate::search::Jobs;
 
-/// Go on with a run that was stopped or killed, from its last checkpoint
+/// Continue a run that was stopped or killed, from its last checkpoint
 ///
-/// It ends as it would have ended without: bit for bit, with any number of threads.
+/// The result is the same as that of an uninterrupted run, bit for bit, with any number of threads.
 #[derive(Args)]
 pub(super) struct Resume {
-    /// The run folder; or that of several runs, to go on with those that are not complete
+    /// The run folder, or the folder of several runs; sgc then continues those that are not complete
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// End after this many simulated motions in all; 0 leaves it to the grammar's schedule [default: as before]
+    /// End after this many simulated motions in all; with 0, only the grammar's schedule ends the run
+    /// [default: as before]
     #[arg(long, value_name = "N")]
     max_evals: Option<u64>,
-    /// Stop again after this time, such as 90s, 30m or 2h [default: no bound]
+    /// Stop again after this time, such as 90s, 30m or 2h [default: no limit]
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<(String, Duration)>,
     #[command(flatten)]

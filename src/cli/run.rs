@@ -35,19 +35,20 @@ pub(super) struct Run {
     /// Set a parameter of the grammar
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
-    /// The variant, where the file declares several
+    /// The variant to use, if the file declares several
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
     /// The seed: the same seed gives the same result
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Do so many runs, of this seed and those after it, each in its folder, and sum them up
+    /// Do K runs, with this seed and the seeds that follow it, each in its own folder, and summarise them
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1000))]
     runs: Option<u16>,
-    /// End after this many simulated motions; 0 leaves it to the grammar's schedule [default: 8000, or 0 with --time and without --runs]
+    /// End after this many simulated motions; with 0, only the grammar's schedule ends the run [default: 8000,
+    /// or 0 with --time and without --runs]
     #[arg(long, value_name = "N")]
     max_evals: Option<u64>,
-    /// Stop after this time, such as 90s, 30m or 2h, as Ctrl-C does: `sgc resume` goes on
+    /// Stop after this time, such as 90s, 30m or 2h, in the same way as Ctrl-C; `sgc resume` continues the run
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<(String, Duration)>,
     /// The run folder [default: runs/GRAMMAR-SEED, with --runs runs/GRAMMAR-FIRST-to-LAST]
@@ -56,13 +57,14 @@ pub(super) struct Run {
     /// Replace an existing run folder
     #[arg(long)]
     force: bool,
-    /// The simulation method [default: articulated, or balls where the grammar simulates balls and springs]
+    /// The simulation method [default: articulated, or balls if the grammar simulates balls and springs]
     #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(SolverName::ALL.map(SolverName::text)))]
     solver: Option<String>,
     /// Start from an example of the grammar [default: its initial design]
     #[arg(long, value_name = "EXAMPLE")]
     from: Option<String>,
-    /// Start from a saved design, or the best of a run: from its body and its curves, as far as the grammar has them
+    /// Start from a saved design, or the best design of a run: from its body and curves, as far as the grammar
+    /// can make them
     #[arg(long, value_name = "DIR|DESIGN", conflicts_with = "from")]
     from_design: Option<PathBuf>,
     #[command(flatten)]
@@ -187,18 +189,8 @@ fn begun_with(path: &Path, rules: &RuleSet, params: &[(String, String)]) -> Resu
                 file.display()
             )));
         }
-        let before = Derivation::replay(&theirs, &saved.derivation).map(|made| kinds(&made));
-        let now = kinds(&derivation);
-        if let Some(before) = before.ok().filter(|before| *before != now) {
-            output::note(&format!(
-                "by the rules of `{}` the steps of {} make another body, of {} parts instead of {}: the search begins with that",
-                rules.name,
-                file.display(),
-                now.len(),
-                before.len()
-            ));
-        }
     }
+    design::tell_other_body(&file, &saved, rules);
     let candidate = Candidate::new(rules, Arc::new(derivation.clone()));
     let curves = curves_of(&candidate, &saved);
     if curves.is_empty() {
@@ -211,13 +203,6 @@ fn begun_with(path: &Path, rules: &RuleSet, params: &[(String, String)]) -> Resu
     let named =
         format!("{} ({} of seed {}, body {})", file.display(), saved.grammar.name, saved.seed, saved.body);
     Ok(Begun { derivation, curves, named })
-}
-
-/// The kinds of the parts of a design, sorted.
-fn kinds(derivation: &Derivation) -> Vec<String> {
-    let mut kinds: Vec<String> = derivation.design.parts.values().map(|part| part.kind.clone()).collect();
-    kinds.sort_unstable();
-    kinds
 }
 
 /// Whether two grammars make designs by the same rules from the same beginning.

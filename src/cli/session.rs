@@ -192,9 +192,12 @@ fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) 
     }
 }
 
-/// Whether nothing but the initial design was ever there, though there are rules.
+/// Whether nothing but the initial design was ever there, though rules were drawn.
 fn is_stuck_at_the_start(rules: &RuleSet, outcome: &Outcome, from: Option<&str>) -> bool {
-    outcome.bodies == 1 && outcome.moves > 0 && from.is_none() && !rules.rules.is_empty()
+    // Where designs are kept, a move may tune one of them further and draw no rule.
+    let draws = rules.search.population().is_none() && rules.search.front().is_none();
+    let drawn = outcome.end == End::Stuck || draws && outcome.moves > 0;
+    outcome.bodies == 1 && drawn && from.is_none() && !rules.rules.is_empty()
 }
 
 impl Ended {

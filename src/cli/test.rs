@@ -23,7 +23,7 @@ pub(super) struct Test {
     /// Set a parameter of the grammars
     #[arg(short, long = "param", value_name = "NAME=VALUE", value_parser = super::assignment)]
     params: Vec<(String, String)>,
-    /// Only this variant, where a file declares several
+    /// Only this variant, if a file declares several
     #[arg(long, value_name = "NAME")]
     variant: Option<String>,
 }

@@ -20,7 +20,8 @@ pub(super) struct View {
     /// The run folder, or a saved design
     #[arg(value_name = "DIR|DESIGN")]
     design: PathBuf,
-    /// Where to write the page [default: view.html beside the design, or in the current folder if nothing can be written there]
+    /// Where to write the page [default: view.html beside the design, or in the current folder if nothing can
+    /// be written there]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]

@@ -16,7 +16,8 @@ pub(super) struct Work {
     /// No progress, only the result
     #[arg(short, long)]
     pub(super) quiet: bool,
-    /// Keep a page of charts up to date in the folder, report/index.html: open it in a browser, it follows
+    /// Keep a page of charts, report/index.html in the folder, up to date: open it in a browser, and it
+    /// follows the run
     #[arg(long)]
     pub(super) live: bool,
 }

@@ -136,9 +136,9 @@ pub(super) fn tested(rules: &RuleSet, saved: &SavedTask) -> Vec<Scenario> {
 pub enum Verdict {
     /// It holds there.
     Confirmed,
-    /// It is not worth as much there as a best should be.
+    /// It is not as good there as a best should be.
     Worse,
-    /// It is worth so much more there that the value itself is no measure of it.
+    /// It is so much better there that the value itself is no measure of it.
     Better,
     /// There is nothing to compare, or the robot goes where nothing can go.
     Refuted,
@@ -150,8 +150,8 @@ impl Verdict {
     pub fn remark(self) -> &'static str {
         match self {
             Self::Confirmed => "",
-            Self::Better => "   (so much more that it is in doubt: see docs/physics.md)",
-            Self::Worse | Self::Refuted => "   (less than a best should keep: see docs/physics.md)",
+            Self::Better => "   (so much better that it is in doubt: see docs/physics.md)",
+            Self::Worse | Self::Refuted => "   (worse than a best should be: see docs/physics.md)",
         }
     }
 }

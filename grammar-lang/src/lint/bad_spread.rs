@@ -3,7 +3,7 @@
 
 use crate::bounds::{Interval, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Choice, Expr, Kernel, Spread};
+use crate::ir::{Choice, Expr, Kernel, Spread, Ty};
 
 use super::known::Known;
 
@@ -35,10 +35,35 @@ impl Asks<'_> {
     fn spread(&mut self, choice: &Choice) -> Option<Diagnostic> {
         match &choice.spread {
             Spread::Even | Spread::Fixed => None,
-            Spread::Normal(_, deviation) => self.deviation(deviation),
-            Spread::Uniform(low, high) => self.ends(low, high),
+            Spread::Normal(mean, deviation) => {
+                self.deviation(deviation).or_else(|| self.far(choice, mean, deviation))
+            }
+            Spread::Uniform(low, high) => self.ends(low, high).or_else(|| self.outside(choice, low, high)),
             Spread::Weights(weights) => self.weights(choice, weights),
         }
+    }
+
+    /// A uniform distribution between ends that no value of the domain lies between.
+    fn outside(&mut self, choice: &Choice, low: &Expr, high: &Expr) -> Option<Diagnostic> {
+        let within = self.reasoning.value(&choice.domain).item().numbers();
+        let (low_end, high_end) = (self.numbers(low), self.numbers(high));
+        let apart = low_end.low > within.high || high_end.high < within.low;
+        // Of whole numbers there may be none between ends that are near to each other.
+        let whole = choice.domain.ty == Ty::Domain(Box::new(Ty::Count));
+        let (least, most) = (low_end.low.max(within.low), high_end.high.min(within.high));
+        let skipped = whole && least.ceil() > most.floor();
+        (apart || skipped).then(|| never(choice, low, "no value of the domain lies between these ends"))
+    }
+
+    /// A normal distribution so far away from the domain that a draw never hits it.
+    fn far(&mut self, choice: &Choice, mean: &Expr, deviation: &Expr) -> Option<Diagnostic> {
+        let within = self.reasoning.value(&choice.domain).item().numbers();
+        // Values that can be listed are weighed, and weights vanish later than draws do.
+        let whole = choice.domain.ty == Ty::Domain(Box::new(Ty::Count));
+        let far = if whole { 39.0 } else { 8.0 } * self.numbers(deviation).high;
+        let middle = self.numbers(mean);
+        let beyond = within.is_finite() && (middle.low - far > within.high || middle.high + far < within.low);
+        beyond.then(|| never(choice, mean, "too far from the domain for its deviation"))
     }
 
     fn deviation(&mut self, deviation: &Expr) -> Option<Diagnostic> {
@@ -91,4 +116,12 @@ impl Asks<'_> {
                 .help("write it as a share: 0.3, or 30 %")
         })
     }
+}
+
+/// A choice of which no value is ever drawn.
+fn never(choice: &Choice, place: &Expr, why: &str) -> Diagnostic {
+    Diagnostic::new(Code::BAD_SPREAD, place.span, format!("no value of `{}` is ever drawn", choice.name))
+        .label(why)
+        .also(choice.domain.span, "what it is chosen from")
+        .help("let the distribution reach into the domain")
 }

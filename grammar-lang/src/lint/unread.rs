@@ -34,7 +34,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, (kind, span)) in unread {
         let message = format!("rules set `{name}` of `{kind}`, but nothing reads it");
         findings.push(Diagnostic::new(Code::UNUSED, span, message).label("makes no difference").help(format!(
-            "read it where it should matter, as in `per a.{name}` of an actuation or in a `require`; or do not set it"
+            "read it where it should matter, as in a field of `{kind}`, in `per a.{name}` of an actuation or in a `require`; or do not set it"
         )));
     }
 }

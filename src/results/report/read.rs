@@ -158,6 +158,11 @@ impl Group {
             .map(|(index, run, _)| (index, run))
     }
 
+    /// The best values of the runs that have begun; none of one that has found nothing.
+    pub(crate) fn outcomes(&self) -> Vec<Option<f64>> {
+        self.runs.iter().filter(|run| !run.moves.is_empty()).map(Run::value).collect()
+    }
+
     /// The best values of the runs that have one.
     pub(crate) fn values(&self) -> Vec<f64> {
         self.runs.iter().filter_map(Run::value).collect()

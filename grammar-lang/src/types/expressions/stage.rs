@@ -94,7 +94,7 @@ impl Stage {
             }
             Self::Drive => "; a drive reads `t`, its actuator, and what the actuation varies",
             Self::Declaration if is_of_design => {
-                "; the fields of a part are the same in all designs: a number that may differ is a `param`"
+                "; the fields of a part read no design: a number that may differ is a `param` of the grammar or of the part"
             }
             Self::Derivation if is_of_motion => {
                 "; what the motion must fulfil belongs to the objective, as in `maximize travel - 10 * fall in cm`"

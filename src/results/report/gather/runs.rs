@@ -43,13 +43,15 @@ pub(crate) struct Pairs {
     pub(crate) even: f64,
 }
 
-/// Compares two groups; none where one has no values.
+/// Compares two groups; none where one has no runs.
 pub(crate) fn pairs(one: &Group, other: &Group) -> Option<Pairs> {
-    let (ours, theirs) = (one.values(), other.values());
-    let all: Vec<_> = ours
-        .iter()
-        .flat_map(|a| theirs.iter().map(|b| one.fitness(*a).total_cmp(&one.fitness(*b))))
-        .collect();
+    // A run that has found nothing is worse than any that has.
+    let worth = |group: &Group| -> Vec<f64> {
+        let fitness = |value: f64| one.fitness(value);
+        group.outcomes().into_iter().map(|value| value.map_or(f64::NEG_INFINITY, fitness)).collect()
+    };
+    let (ours, theirs) = (worth(one), worth(other));
+    let all: Vec<_> = ours.iter().flat_map(|a| theirs.iter().map(|b| a.total_cmp(b))).collect();
     let share = |of| all.iter().filter(|order| **order == of).count() as f64 / all.len() as f64;
     (!all.is_empty())
         .then(|| Pairs { better: share(std::cmp::Ordering::Greater), even: share(std::cmp::Ordering::Equal) })

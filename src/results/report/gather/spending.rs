@@ -79,7 +79,11 @@ pub(crate) fn spending(run: &Run, direction: Direction) -> Option<Spending> {
         return None;
     }
     let best_body = best.and_then(|best| roots.get(&best.number)).copied();
-    let most = best.and_then(fitness).filter(|most| direction == Direction::Maximize && *most > 0.0);
+    let most = match best.and_then(fitness) {
+        // A run without any value has spent everything on bodies without one.
+        None => Some(f64::INFINITY).filter(|_| direction == Direction::Maximize),
+        best => best.filter(|most| direction == Direction::Maximize && *most > 0.0),
+    };
     let classes = most.map(|most| {
         let mut classes = [0; CLASSES];
         for (root, body) in &bodies {

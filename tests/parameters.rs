@@ -1,0 +1,227 @@
+//! Parts with parameters that their own fields read: sizes, masses, ports and strength follow from them.
+
+use grammar_lang::eval::Value;
+use grammar_lang::ir::{RuleSet, Settable};
+use grammar_lang::source::SourceMap;
+use sgc::derive::{Derivation, Stream};
+use sgc::design::assembly::{JointKind, Shape};
+use sgc::design::{Attachment, Body, CORE, Design, Refusal, ports};
+use sgc::loader::Files;
+
+use crate::support::grammar;
+
+fn tree() -> RuleSet {
+    grammar("grammars/tree.sgr")
+}
+
+/// What a limb of a level has in place of one of level 0.
+fn shrink(level: f64) -> f64 {
+    libm::exp(level * libm::log(0.8))
+}
+
+/// A part of a kind at a port of another, by name.
+fn attach(design: &mut Design, rules: &RuleSet, kind: &str, level: f64, at: (usize, &str), step: u64) {
+    let part = *design.parts.get_index(at.0).unwrap().0;
+    let port = ports(&design.parts[&part]).iter().position(|port| port.name == at.1).unwrap() as u8;
+    let params = vec![("level".to_owned(), Value::Number(level))];
+    let attachment = Attachment { kind: kind.to_owned(), params, part, port, turn: 0.0, by: None };
+    design.attach(rules, &attachment, step).unwrap();
+}
+
+/// A limb of level 0 on top of the core, a fork of level 1 on it, and a foot of level 1 on that.
+fn limb_fork_foot(rules: &RuleSet) -> Design {
+    let mut design = Design::core(rules, "cube", &[]).unwrap();
+    attach(&mut design, rules, "limb", 0.0, (0, "top"), 1);
+    attach(&mut design, rules, "fork", 1.0, (1, "tip"), 2);
+    attach(&mut design, rules, "foot", 1.0, (2, "up"), 3);
+    design
+}
+
+#[test]
+fn sizes_masses_and_strength_follow_from_the_parameter() {
+    let rules = tree();
+    for level in [0.0, 1.0, 3.0] {
+        let mut design = Design::core(&rules, "cube", &[]).unwrap();
+        attach(&mut design, &rules, "limb", level, (0, "top"), 1);
+        let body = Body::new(&design, &rules);
+        let (radius, length, density) = (8e-3 * shrink(level), 4.0 * 16e-3 * shrink(level), 1100.0);
+        let id = *design.parts.get_index(1).unwrap().0;
+        let elements: Vec<_> = body.elements_of(id).map(|i| &body.assembly.elements[i]).collect();
+        assert_eq!(elements.len(), 4);
+        for element in &elements {
+            let Shape::Cylinder { radius: own, .. } = element.shape else { panic!("{:?}", element.shape) };
+            assert!((own - radius).abs() < 1e-12, "{own} {radius}");
+        }
+        let mass: f64 = elements.iter().map(|element| element.mass).sum();
+        let whole = density * std::f64::consts::PI * radius * radius * length;
+        assert!((mass - whole).abs() < 1e-12, "{mass} {whole}");
+        assert!((design.mass(&rules, id).unwrap() - whole).abs() < 1e-12);
+        let tip = &ports(&design.parts[&id])[1];
+        assert!((tip.frame.translation.vector.x - length).abs() < 1e-12);
+        let hinge = body.assembly.joints.iter().find_map(|joint| match &joint.kind {
+            JointKind::Hinge(hinge) => Some(hinge),
+            JointKind::Rigid => None,
+        });
+        let hinge = hinge.unwrap();
+        assert!((hinge.torque - 0.06 * shrink(3.0 * level)).abs() < 1e-12);
+        assert!((hinge.stiffness - 0.3 * shrink(3.0 * level)).abs() < 1e-12);
+        // How far it bends is that of its kind.
+        assert!((hinge.limits.1 - std::f64::consts::FRAC_PI_2 / 3.0).abs() < 1e-12);
+    }
+}
+
+#[test]
+fn what_hangs_on_a_part_moves_when_its_parameter_is_set() {
+    let rules = tree();
+    let mut design = limb_fork_foot(&rules);
+    let [fork, foot] = [2, 3].map(|place| *design.parts.get_index(place).unwrap().0);
+    let place = |design: &Design, id| design.parts[&id].pose.translation.vector;
+    let before = (place(&design, fork), place(&design, foot), design.canonical_hash());
+    design.set(&rules, fork, &Settable::Param("level".to_owned()), &Value::Number(3.0)).unwrap();
+    let after = (place(&design, fork), place(&design, foot));
+    // The fork is held by its back: its middle comes as much nearer as its radius shrinks.
+    let nearer = 10e-3 * (shrink(1.0) - shrink(3.0));
+    assert!(((before.0 - after.0).norm() - nearer).abs() < 1e-12);
+    assert!((before.1 - after.1).norm() > nearer, "what hangs on it moves by its own port, too");
+    assert_ne!(design.canonical_hash(), before.2, "it is another body");
+    // The other way round it is the same body again.
+    design.set(&rules, fork, &Settable::Param("level".to_owned()), &Value::Number(1.0)).unwrap();
+    assert_eq!(design.canonical_hash(), before.2);
+    let beyond = design.set(&rules, fork, &Settable::Param("level".to_owned()), &Value::Number(9.0));
+    assert_eq!(beyond, Err(Refusal::BadParameter("level".to_owned())));
+}
+
+#[test]
+fn a_search_makes_limbs_of_every_level_with_a_foot_on_every_leaf() {
+    let rules = tree();
+    let mut levels = [0; 4];
+    for seed in 0..20 {
+        let mut derivation = Derivation::begin(&rules);
+        let mut random = Stream::named(seed, "tree");
+        for _ in 0..30 {
+            if let Some(next) = derivation.advance(&rules, &mut random, 1.0).result {
+                derivation = next;
+            }
+        }
+        let design = &derivation.design;
+        for (id, part) in design.parts.iter().filter(|(_, part)| part.kind == "limb") {
+            let Some(Value::Number(level)) = part.params.get("level") else { panic!("{:?}", part.params) };
+            levels[*level as usize] += 1;
+            let held = design.parts.values().filter(|other| other.held_by.is_some_and(|(by, _)| by == *id));
+            let kinds: Vec<&str> = held.map(|other| other.kind.as_str()).collect();
+            assert!(matches!(kinds.as_slice(), ["foot" | "fork"]), "{kinds:?}");
+        }
+        // The steps make the same body again, bit for bit.
+        let again = Derivation::replay(&rules, &derivation.steps).unwrap();
+        assert_eq!(again.design, derivation.design);
+    }
+    assert!(levels.iter().all(|count| *count > 0), "{levels:?}");
+}
+
+fn compiled(text: &str) -> RuleSet {
+    let mut sources = SourceMap::default();
+    let entry = sources.add("own.sgr", text);
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
+    compiled.ruleset.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics))
+}
+
+const OWN: &str = "grammar own
+use std.actuators  { bender }
+use std.actuation  { bezier_pac }
+use std.models     { hinge_model }
+use std.objectives { travel }
+use std.search     { recommended }
+part core_block { shape = box(3 cm, 3 cm, 3 cm) density = 1 g/cm^3 friction = 0.8 }
+part slab {
+  param wide : Length in 1 cm .. 4 cm = 2 cm
+  shape    = box(2 cm, 1 cm, wide)
+  mass     = 10 g * wide / 2 cm
+  friction = 0.8
+}
+part stick {
+  param wide : Length in 1 cm .. 4 cm = 2 cm
+  param hard : Bool = false
+  shape    = capsule(wide / 4, 2 * wide)
+  density  = if hard then 2 g/cm^3 else 1 g/cm^3
+  friction = if hard then 0.4 else 1.0
+  colour   = if hard then \"#111111\" else \"#eeeeee\"
+}
+begin { place core : core_block }
+rule grow {
+  match  p : block with free port q
+  choose what in { slab, stick }
+  choose w in 1 cm .. 4 cm
+  attach what(wide = w) to q
+}
+rule bend {
+  match  p : block with free port q
+  attach bender to q
+}
+require few   : count(part) <= 12
+require apart : no_overlap
+actuate  bender with bezier_pac
+simulate hinge_model for 5 s
+maximize travel in cm
+search   recommended
+";
+
+/// A chosen kind takes a parameter that all that may be chosen have.
+#[test]
+fn a_chosen_kind_takes_the_parameters_that_its_choices_share() {
+    let rules = compiled(OWN);
+    let mut kinds = std::collections::BTreeMap::new();
+    for seed in 0..30 {
+        let mut derivation = Derivation::begin(&rules);
+        let mut random = Stream::named(seed, "own");
+        for _ in 0..20 {
+            if let Some(next) = derivation.advance(&rules, &mut random, 1.0).result {
+                derivation = next;
+            }
+        }
+        let body = Body::new(&derivation.design, &rules);
+        for (id, part) in &derivation.design.parts {
+            let Some(Value::Number(wide)) = part.params.get("wide") else { continue };
+            let [element] = body.elements_of(*id).collect::<Vec<_>>()[..] else { panic!("one element") };
+            let element = &body.assembly.elements[element];
+            *kinds.entry(part.kind.clone()).or_insert(0) += 1;
+            match (part.kind.as_str(), element.shape) {
+                ("slab", Shape::Box { half }) => {
+                    assert!((2.0 * half.z - wide).abs() < 1e-12);
+                    assert!((element.mass - 0.01 * wide / 0.02).abs() < 1e-12);
+                }
+                ("stick", Shape::Capsule { radius, .. }) => assert!((radius - wide / 4.0).abs() < 1e-12),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    assert!(kinds.len() == 2 && kinds.values().all(|many| *many > 10), "{kinds:?}");
+}
+
+/// What a field comes to is written by `compile` as the grammar says it.
+#[test]
+fn the_resolved_text_shows_what_fields_read() {
+    let text = grammar_lang::ir::resolved(&compiled(OWN));
+    for line in [
+        "  param wide : Length in 10 mm .. 40 mm = 20 mm",
+        "  shape = box(20 mm, 10 mm, wide)",
+        "  friction = if hard then 0.4 else 1",
+        "  attach what(wide = w) to q",
+    ] {
+        assert!(text.contains(line), "{line}\n{text}");
+    }
+}
+
+/// Parts that differ in a parameter only are different bodies, also where nothing moves by it.
+#[test]
+fn the_core_has_parameters_too() {
+    let rules = compiled(&OWN.replace("place core : core_block", "place core : stick(wide = 3 cm, hard = true)"));
+    let design = Derivation::begin(&rules).design;
+    let body = Body::new(&design, &rules);
+    let [core] = body.assembly.elements.as_slice() else { panic!("one element") };
+    assert!((core.friction - 0.4).abs() < 1e-12);
+    let volume = core.shape.volume();
+    assert!((core.mass - 2000.0 * volume).abs() < 1e-12, "{} {volume}", core.mass);
+    assert!((design.mass(&rules, CORE).unwrap() - core.mass).abs() < 1e-15);
+    let other = compiled(&OWN.replace("place core : core_block", "place core : stick(wide = 3 cm)"));
+    assert_ne!(design.canonical_hash(), Derivation::begin(&other).design.canonical_hash());
+}
