@@ -204,7 +204,7 @@ fn the_resolved_text_shows_what_fields_read() {
     for line in [
         "  param wide : Length in 10 mm .. 40 mm = 20 mm",
         "  shape = box(20 mm, 10 mm, wide)",
-        "  friction = if hard then 0.4 else 1",
+        "  friction = (if hard then 0.4 else 1)",
         "  attach what(wide = w) to q",
     ] {
         assert!(text.contains(line), "{line}\n{text}");
@@ -214,7 +214,8 @@ fn the_resolved_text_shows_what_fields_read() {
 /// Parts that differ in a parameter only are different bodies, also where nothing moves by it.
 #[test]
 fn the_core_has_parameters_too() {
-    let rules = compiled(&OWN.replace("place core : core_block", "place core : stick(wide = 3 cm, hard = true)"));
+    let rules =
+        compiled(&OWN.replace("place core : core_block", "place core : stick(wide = 3 cm, hard = true)"));
     let design = Derivation::begin(&rules).design;
     let body = Body::new(&design, &rules);
     let [core] = body.assembly.elements.as_slice() else { panic!("one element") };

@@ -104,7 +104,13 @@ fn hourly(speed: f64) -> String {
 /// A speed in m/h, to two digits or a tenth.
 fn digits(speed: f64) -> String {
     let hourly = speed * 3600.0;
-    if hourly.abs() < 1.0 { format!("{hourly:.2}") } else { format!("{hourly:.1}") }
+    if hourly.abs() < 1.0 {
+        let decimals =
+            if hourly == 0.0 { 2.0 } else { (1.0 - libm::floor(libm::log10(hourly.abs()))).min(9.0) };
+        format!("{hourly:.0$}", decimals as usize)
+    } else {
+        format!("{hourly:.1}")
+    }
 }
 
 /// An estimate in words: `2.9 m/h, nine times of ten 1.0 to 8.4 m/h`.

@@ -135,7 +135,11 @@ fn said(group: &Group, rules: &[Rule]) -> Vec<String> {
     let most =
         rules.iter().filter(|r| r.known() >= ENOUGH).max_by(|a, b| share_of(a).total_cmp(&share_of(b)));
     if let Some(most) = most.filter(|most| most.improved > 0) {
-        said.push(format!("{} improves most often ({}; of the rules with {ENOUGH} applications or more).", escape(&most.name), percent(share_of(most))));
+        said.push(format!(
+            "{} improves most often ({}; of the rules with {ENOUGH} applications or more).",
+            escape(&most.name),
+            percent(share_of(most))
+        ));
     }
     let (applied, way) = (sum(|r| r.applied), sum(|r| r.on_the_way));
     for rule in rules {
