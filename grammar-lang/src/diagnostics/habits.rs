@@ -12,6 +12,8 @@ enum Told {
     Function,
     /// A unit that is not known.
     Unit,
+    /// A type that is not known.
+    Type,
     /// A word that begins a declaration or a clause, and does not begin one here.
     Opening,
     /// A word that cannot stand where it stands.
@@ -25,6 +27,7 @@ enum Told {
 const NAME: Told = Told::Name;
 const FUNCTION: Told = Told::Function;
 const UNIT: Told = Told::Unit;
+const TYPE: Told = Told::Type;
 const OPENING: Told = Told::Opening;
 const WORD: Told = Told::Word;
 const SIGN: Told = Told::Sign;
@@ -43,16 +46,8 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("?", SIGN, "write `if CONDITION then A else B`"),
     ("!", SIGN, "write `not` instead of `!`"),
     ("|", SIGN, "write `abs(x)` instead of `|x|`"),
-    (
-        "%",
-        SIGN,
-        "there is no remainder: `n / 2 - floor(n / 2)` is 0 for even numbers, `fraction(x)` what stands behind the point",
-    ),
-    (
-        "mod",
-        WORD,
-        "there is no remainder: `n / 2 - floor(n / 2)` is 0 for even numbers, `fraction(x)` what stands behind the point",
-    ),
+    ("%", SIGN, "there is no remainder: that of n by 8 is `n - 8 * floor(n / 8)`"),
+    ("mod", WORD, "there is no remainder: that of n by 8 is `n - 8 * floor(n / 8)`"),
     ("^", SIGN, "there are no powers: write `x * x`; in a unit, `m^2`"),
     ("√", SIGN, "write `sqrt(x)`"),
     ("AND", WORD, "write `and`: words have small letters"),
@@ -86,6 +81,17 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("all", FUNCTION, "write `forall p in part: CONDITION`"),
     ("pow", FUNCTION, "there are no powers: write `x * x`, or `exp(n * ln(x))`"),
     ("log", FUNCTION, "write `ln(x)` for the natural logarithm"),
+    ("gaussian", FUNCTION, "write `normal(mean, deviation)`"),
+    ("gauss", FUNCTION, "write `normal(mean, deviation)`"),
+    ("randn", FUNCTION, "write `normal(mean, deviation)`"),
+    (
+        "cube",
+        FUNCTION,
+        "a shape is written `box(x, y, z)`; the part `cube` has no parameters, and comes from `use std.blocks { cube }`",
+    ),
+    ("worst", NAME, "the worst of several worlds is `min over w in workshop of ...`"),
+    ("worst", WORD, "the worst of several worlds is `min over w in workshop of ...`"),
+    ("percentile", WORD, "write `quantile 10 % over w in workshop of ...`"),
     ("rand", FUNCTION, "chance belongs to `choose` and `mutate`: `choose n in 3 .. 6`"),
     ("random", FUNCTION, "chance belongs to `choose` and `mutate`: `choose n in 3 .. 6`"),
     // Declarations and clauses
@@ -134,6 +140,28 @@ const HABITS: &[(&str, Told, &str)] = &[
         OPENING,
         "a declaration is edited where it stands; to leave it as it is, write a variant: `variant mine of \"./x.sgr\" { set ... }`",
     ),
+    // Types
+    (
+        "float",
+        TYPE,
+        "write the quantity that it is, such as `Length`, or `Number` for a number without a unit",
+    ),
+    (
+        "double",
+        TYPE,
+        "write the quantity that it is, such as `Length`, or `Number` for a number without a unit",
+    ),
+    (
+        "real",
+        TYPE,
+        "write the quantity that it is, such as `Length`, or `Number` for a number without a unit",
+    ),
+    ("int", TYPE, "write `Count` for a whole number"),
+    ("integer", TYPE, "write `Count` for a whole number"),
+    ("bool", TYPE, "write `Bool`"),
+    ("boolean", TYPE, "write `Bool`"),
+    ("str", TYPE, "write `Text`"),
+    ("string", TYPE, "write `Text`"),
     // Units
     ("Nmm", UNIT, "a torque is `N*mm/rad`"),
     ("Nm", UNIT, "a torque is `N*m/rad`"),
@@ -163,7 +191,9 @@ const HABITS: &[(&str, Told, &str)] = &[
 
 /// What findings can be about a habit: names, words, units and text that cannot be read.
 fn may_be(code: &Code) -> bool {
-    [Code::SYNTAX, Code::UNKNOWN_KEYWORD, Code::UNKNOWN_NAME, Code::UNKNOWN_UNIT].contains(&code)
+    let codes =
+        [Code::SYNTAX, Code::UNKNOWN_KEYWORD, Code::UNKNOWN_NAME, Code::UNKNOWN_TYPE, Code::UNKNOWN_UNIT];
+    codes.contains(&code)
 }
 
 /// Says in findings what is written instead of a habit of another language.
@@ -175,6 +205,11 @@ pub(crate) fn with_habits(findings: &mut [Diagnostic], sources: &SourceMap) {
         let text = source.text.as_str();
         if let Some(help) = number(text, start).filter(|_| finding.code != Code::UNKNOWN_UNIT) {
             finding.help = Some(help);
+            continue;
+        }
+        if let Some(help) = form(text, start).filter(|_| finding.code == Code::SYNTAX) {
+            finding.help = Some(help);
+            finding.fix = None;
             continue;
         }
         if let Some(help) = unit_apart(text, start, end).filter(|_| finding.code == Code::SYNTAX) {
@@ -201,6 +236,7 @@ pub(crate) fn with_habits(findings: &mut [Diagnostic], sources: &SourceMap) {
                 finding.message.starts_with("unknown function") && text.get(start..end) == Some(habit)
             }
             Told::Unit => finding.code == Code::UNKNOWN_UNIT && text.get(start..end) == Some(habit),
+            Told::Type => finding.code == Code::UNKNOWN_TYPE && text.get(start..end) == Some(habit),
             Told::Opening => finding.code == Code::UNKNOWN_KEYWORD && text.get(start..end) == Some(habit),
             Told::Word => {
                 [Code::SYNTAX, Code::UNKNOWN_KEYWORD].contains(&finding.code)
@@ -217,6 +253,74 @@ pub(crate) fn with_habits(findings: &mut [Diagnostic], sources: &SourceMap) {
             finding.fix = None;
         }
     }
+}
+
+/// Declarations that give a name to something.
+const NAMED: &[&str] = &[
+    "grammar",
+    "variant",
+    "param",
+    "let",
+    "part",
+    "actuator",
+    "cell",
+    "rule",
+    "require",
+    "prefer",
+    "pattern",
+    "actuation",
+    "term",
+    "task",
+    "model",
+    "search",
+    "scenarios",
+    "target",
+    "table",
+    "example",
+    "observe",
+    "shared",
+    "vary",
+];
+
+/// What helps where the parts of a line are there, but in another form or order: `rule add-leg`, `0:90:270 deg`,
+/// `param n : Count = 4 in 1 .. 20`, `shared side : Bool in { false, true }`, `use codesign { cube }`.
+fn form(text: &str, place: usize) -> Option<String> {
+    let (before, after) = (text.get(..place)?, text.get(place..)?);
+    let line = line(text, place).trim();
+    let mut words = line.split_whitespace();
+    let (first, second) = (words.next()?, words.next().unwrap_or(""));
+    let is_letter = |c: Option<char>| c.is_some_and(char::is_alphabetic);
+    if after.starts_with('-') && is_letter(before.chars().next_back()) && is_letter(after.chars().nth(1)) {
+        let is_name = NAMED.contains(&first) && second.contains('-');
+        return is_name.then(|| format!("names have no hyphen: write `{}`", second.replace('-', "_")));
+    }
+    let is_digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
+    if after.starts_with(':') && is_digit(before.chars().next_back()) && is_digit(after.chars().nth(1)) {
+        return Some(
+            "some values are a set, `{ 0 deg, 90 deg, 180 deg }`; all between two are `0 deg .. 180 deg`"
+                .to_owned(),
+        );
+    }
+    let open = |sign: char| before.rsplit('\n').next().is_some_and(|line| line.contains(sign));
+    if after.starts_with("for ") && (open('(') || open('[')) {
+        return Some("over many things, write `sum over p in part of p.mass`".to_owned());
+    }
+    if first == "param"
+        && let Some((head, rest)) = line.split_once(" = ")
+        && let Some((value, domain)) = rest.split_once(" in ")
+    {
+        return Some(format!("the domain comes before the value: write `{head} in {domain} = {value}`"));
+    }
+    if matches!(first, "shared" | "vary") && line.contains(": Bool in ") {
+        return Some(format!("a Bool has no domain: write `{first} {second} : Bool flip 0.1`"));
+    }
+    if first == "use" && line.strip_prefix("use ")?.starts_with(second) && before.trim_end().ends_with("use")
+    {
+        let name: String = second.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
+        let is_word = !name.is_empty() && name != "std";
+        return is_word.then(|| format!("write `use std.{name} {{ ... }}` for a module of the library, `use \"./{name}.sgr\" {{ ... }}` for a file"));
+    }
+    None
 }
 
 /// What helps where a unit stands apart from its number: `box(2, 2, 2) cm`, `1 in`.

@@ -379,7 +379,10 @@ impl Evaluation<'_> {
                 let number = number.as_ref().map(|n| self.number(n)).transpose()?;
                 match self.scope.port(&part, name, number) {
                     Some(port) => port,
-                    None => return fail(expr, format!("this part has no port `{name}`")),
+                    None => {
+                        let number = number.map_or(String::new(), |number| format!("[{number}]"));
+                        return fail(expr, format!("this part has no port `{name}{number}`"));
+                    }
                 }
             }
             ExprKind::Bind { slot, value, body } => self.bind(*slot, value, body)?,

@@ -35,6 +35,7 @@ mod no_such_port;
 mod no_value;
 mod nothing_drawn;
 mod nothing_to_search;
+mod odd_search;
 mod odd_size;
 mod of_parts;
 mod out_of_range;
@@ -97,6 +98,7 @@ const DOUBTFUL: &[Lint] = &[
     never_drawn::check,
     below::check,
     odd_size::check,
+    odd_search::check,
     no_room::check,
     endless::check,
     nothing_to_search::check,

@@ -20,6 +20,26 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         }
     }
+    for (name, set) in &known.ruleset.scenarios {
+        let same = |(low, high): &(f64, f64)| low == high;
+        if set.drawn > 0 && !set.ranges.is_empty() && set.ranges.values().all(same) {
+            let message = format!("all worlds that `{name}` draws are the same");
+            let fixed = Diagnostic::new(Code::NO_SPREAD, set.span, message);
+            findings.push(
+                fixed
+                    .label("every range has one value")
+                    .help("give a range a width, or write one `case` for this world"),
+            );
+        }
+        let mut cases = set.cases.iter();
+        while let Some((one, differs)) = cases.next() {
+            if let Some((other, _)) = cases.clone().find(|(_, other)| *other == differs) {
+                let message = format!("the cases `{one}` and `{other}` of `{name}` are the same world");
+                let twice = Diagnostic::new(Code::NO_SPREAD, set.span, message);
+                findings.push(twice.label("counts twice").help("leave one of them out, or let them differ"));
+            }
+        }
+    }
     let mut reasoning = known.reasoning(&[]);
     for variable in known.ruleset.actuations.values().flat_map(|a| &a.variables) {
         let (what, is_single) = match &variable.mutation.kernel {
@@ -30,9 +50,12 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Kernel::Uniform(low, high) => {
                 (high, is_zero(&mut reasoning, low) && is_zero(&mut reasoning, high))
             }
-            Kernel::Flip => continue,
+            Kernel::Flip => (&variable.mutation.probability, false),
         };
-        if is_single {
+        if is_zero(&mut reasoning, &variable.mutation.probability) {
+            findings
+                .push(told(&variable.mutation.probability, &format!("`{}` never changes", variable.name)));
+        } else if is_single {
             findings.push(told(what, &format!("`{}` never changes", variable.name)));
         } else if let Kernel::Normal(mean, _) = &variable.mutation.kernel {
             let (low, high) = variable.domain;

@@ -11,6 +11,10 @@ use super::known::Known;
 /// Sizes beyond these (m) are told.
 const LEAST: f64 = 1e-4;
 const MOST: f64 = 10.0;
+/// A part that is so many times as long as it is thin is told: a sheet of paper is 3000, a ruler 300.
+const LONG: f64 = 500.0;
+/// The same of a segment.
+const LONG_OF_SEGMENT: f64 = 50.0;
 /// Of a segment: an actuator is a row of them.
 const MOST_OF_SEGMENT: f64 = 1.0;
 
@@ -26,12 +30,19 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Made::Actuator(actuator) => actuator.segment,
             };
             let sizes = form.half_extents() * 2.0;
-            let odd = sizes.iter().copied().find(|size| !(LEAST..=most).contains(size))?;
-            Some((given, odd))
+            let odd = sizes.iter().copied().find(|size| !(LEAST..=most).contains(size));
+            let long = if most == MOST { LONG } else { LONG_OF_SEGMENT };
+            let ratio = sizes.max() / sizes.min();
+            (odd.is_some() || ratio > long).then_some((given, odd.unwrap_or(sizes.max()), ratio))
         });
-        if let Some((given, size)) = odd {
-            let than =
-                if size > most { format!("longer than {most} m") } else { "thinner than 0.1 mm".to_owned() };
+        if let Some((given, size, ratio)) = odd {
+            let than = if size > most {
+                format!("longer than {most} m")
+            } else if size < LEAST {
+                "thinner than 0.1 mm".to_owned()
+            } else {
+                format!("{ratio:.0} times as large in one direction as in another")
+            };
             let what = if most == MOST { "" } else { "a segment of " };
             let with = told(known, kind, &given);
             let with = if with.is_empty() { with } else { format!(" with {with}") };

@@ -272,7 +272,7 @@ impl Declarations<'_> {
                 let message = format!("`{}` is a Bool, which has no domain", name.text);
                 Diagnostic::new(Code::WRONG_TYPE, domain.span, message).label("it would change nothing").help(
                     format!(
-                        "a value that stays is no variable: write `let {} = false` in its place",
+                        "leave the domain out, and write `{0} : Bool flip 0.1`; a value that stays is a `let {0} = false`",
                         name.text
                     ),
                 )

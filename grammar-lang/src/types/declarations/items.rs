@@ -133,7 +133,19 @@ impl Declarations<'_> {
     pub(in crate::types) fn term(&mut self, ty: &Name, value: &Tree, damaged: bool) -> (Ty, Expr) {
         let ty = self.expressions.type_named(ty);
         let mut cx = Context::new(Stage::Score, damaged);
+        let (known, place) = (self.expressions.errors.len(), value.span);
         let value = self.expressions.expect(value, &mut cx, &ty, "this term");
+        // Perhaps the value is right, and its type is not.
+        for mut error in self.expressions.errors.split_off(known) {
+            let is = error.labels.first().and_then(|label| label.text.rsplit(' ').next()).map(str::to_owned);
+            if let (true, Some(is), Some(help)) = (error.span() == place, is, &error.help)
+                && crate::types::expressions::is_type(&is)
+                && !help.starts_with("declare it")
+            {
+                error.help = Some(format!("declare it as `{is}`, or: {help}"));
+            }
+            self.expressions.errors.add(error);
+        }
         (ty, value)
     }
 }

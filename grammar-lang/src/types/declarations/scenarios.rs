@@ -69,16 +69,7 @@ impl Declarations<'_> {
                 && is_factor
                 && high < LEAST_FACTOR
             {
-                let message = format!("`{}` is far less than it is in the grammar", difference.text());
-                self.report(
-                    Diagnostic::new(Code::UNUSUAL, tree.span, message)
-                        .label(format!("{} of it at most", difference.shown(high)))
-                        .help(format!(
-                            "it is a factor: write for example `{} = {}`",
-                            difference.text(),
-                            difference.example()
-                        )),
-                );
+                self.far_less(difference, high, tree.span);
             }
             ranges.extend(range.map(|range| (difference, range)));
         }
@@ -110,6 +101,24 @@ impl Declarations<'_> {
         }
         let (drawn, cases) = (drawn?, cases?);
         is_sound.then_some(Scenarios { ranges, drawn, cases, span: block.name.span })
+    }
+
+    /// Warns of a factor that takes nearly all away: it may be meant as the quantity itself.
+    fn far_less(&mut self, difference: Difference, most: f64, place: Span) {
+        let name = difference.text();
+        let message = format!("`{name}` is far less than it is in the grammar");
+        let coefficient = match difference {
+            Difference::Friction => "; a coefficient of the ground is `ground_friction`",
+            _ => "",
+        };
+        self.report(
+            Diagnostic::new(Code::UNUSUAL, place, message)
+                .label(format!("{} of it at most", difference.shown(most)))
+                .help(format!(
+                    "it is a factor: write for example `{name} = {}`{coefficient}",
+                    difference.example()
+                )),
+        );
     }
 
     /// How many worlds are drawn.
@@ -224,6 +233,10 @@ impl Declarations<'_> {
             let value = value.as_number()?;
             if !self.within(difference, (value, value), place) {
                 return None;
+            }
+            let is_factor = Ty::from(difference) == Ty::NUMBER && difference != Difference::GroundFriction;
+            if is_factor && value < LEAST_FACTOR {
+                self.far_less(difference, value, place);
             }
             case.insert(difference, value);
         }

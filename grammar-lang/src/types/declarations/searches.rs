@@ -42,6 +42,9 @@ impl Loop {
     }
 }
 
+/// A search that asks a best to keep less of its value than this selects errors of the simulation.
+const LEAST_KEPT: f64 = 0.2;
+
 impl Declarations<'_> {
     pub(super) fn search(&mut self, block: &Block, damaged: bool) -> Option<ir::Search> {
         let cx = Context::new(Stage::Declaration, damaged);
@@ -59,6 +62,19 @@ impl Declarations<'_> {
                 )
                 .label("too much")
                 .help("write for example `keep = 80 %`"),
+            );
+        }
+        if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
+            && keep < LEAST_KEPT
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::UNUSUAL,
+                    tree.span,
+                    "a best may lose nearly all of its value at half the step",
+                )
+                .label("so no check can fail")
+                .help("write `keep = 80 %`: otherwise a search lives on the errors of the simulation"),
             );
         }
         let checks = from.values.get("checks").map(|(_, tree)| self.checks(tree));

@@ -125,6 +125,8 @@ impl Expressions<'_> {
                 let message = format!("{} cannot be called", super::fit::article(other));
                 let help = match other {
                     Ty::List(_) => "an item stands in square brackets, counted from 0: `points[1]`",
+                    Ty::Port => "one of several ports of a name is in square brackets: `core.site[1]`",
+                    Ty::Track(_) => "say when with `at`, as in `core.position at end`",
                     _ => "to multiply, write `*`",
                 };
                 self.report(

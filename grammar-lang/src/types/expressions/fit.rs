@@ -114,7 +114,10 @@ impl Expressions<'_> {
         match units::parse(&unit.text) {
             Ok(unit) => Some(unit),
             Err(UnitError::Unknown(word)) => {
+                let product = super::mend::product_meant(&word);
+                let product = product.map(|m| format!("write `{}`", unit.text.replacen(&word, &m, 1)));
                 let meant = super::mend::unit_meant(&word).map(|m| format!("did you mean `{m}`?"));
+                let meant = product.or(meant);
                 let kind = self.environment.program.lookup(unit.span, &unit.text).map(|(_, item)| &item.kind);
                 let part =
                     matches!(kind, Some(ast::ItemKind::Block(BlockKind::Part | BlockKind::Actuator, _)));

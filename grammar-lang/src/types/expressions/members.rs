@@ -65,6 +65,15 @@ impl Expressions<'_> {
                     self.no_member(&of, name, &axes, span)
                 }
             },
+            Ty::Track(inner) if Attribute::of(&inner, &name.text).is_some() => {
+                let whole = self.environment.sources.slice(of.span);
+                let help = format!("say first when: `({whole} at end).{}`", name.text);
+                self.wrong(
+                    name.span,
+                    "this changes with time, and has no parts before a time is said".to_owned(),
+                    &help,
+                )
+            }
             _ => self.no_member(&of, name, &[], span),
         }
     }

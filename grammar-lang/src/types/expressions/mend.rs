@@ -34,6 +34,17 @@ pub(super) fn unit_meant(word: &str) -> Option<&'static str> {
     (letters(word) == letters(unit)).then_some(unit)
 }
 
+/// Two units that are written as one word: `N*m` for `Nm`.
+pub(super) fn product_meant(word: &str) -> Option<String> {
+    let is_unit = |text: &str| text != "N" && units::unit_names().any(|name| name == text);
+    (1..word.len()).filter(|at| word.is_char_boundary(*at)).find_map(|at| {
+        let (one, other) = word.split_at(at);
+        // Of others it is rather one unit that is misspelt.
+        let is_factor = matches!(one, "N" | "mN" | "Pa" | "kPa" | "W" | "J");
+        (is_factor && is_unit(other)).then(|| format!("{one}*{other}"))
+    })
+}
+
 impl Expressions<'_> {
     /// Writes the unit behind a bare number, where it is certain and the literal `beside` it, if there is one, has it, too.
     pub(super) fn missing_unit(

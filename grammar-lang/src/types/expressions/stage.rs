@@ -92,6 +92,7 @@ impl Stage {
             Self::Weight | Self::Choice if name == "iteration" => {
                 "; here, `temperature` falls with the iterations"
             }
+            Self::Pattern if name == "t" => "; a pattern reads `cycle`, which goes from 0 to 1",
             Self::Drive => "; a drive reads `t`, its actuator, and what the actuation varies",
             Self::Declaration if is_of_design => {
                 "; the fields of a part read no design: a number that may differ is a `param` of the grammar or of the part"

@@ -1,0 +1,76 @@
+//! Settings of a search that take away what they are for.
+
+use crate::bounds::Interval;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Expr, ExprKind, Function, Schedule, SearchMethod, SearchWord, Word};
+use crate::source::Span;
+
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let search = &known.ruleset.search;
+    let numbers = |expr: &Expr| known.reasoning(&[]).numbers(expr);
+    if let Some(selection) = search.selection() {
+        let (size, drawn) = (numbers(&selection.size), numbers(&selection.tournament));
+        if drawn.low > size.high {
+            findings.push(told(
+                selection.tournament.span,
+                "a tournament of more designs than are kept",
+                &format!("of at most {}", size.high),
+                "a smaller one, such as 4, leaves a chance to those that are not the best",
+            ));
+        }
+    }
+    for (schedule, method) in search.loops() {
+        findings.extend(looks_back_too_far(known, schedule));
+        if let SearchMethod::Annealing(annealing) = method {
+            findings.extend(heats(known, schedule, &annealing.temperature));
+        }
+    }
+}
+
+/// `gain(n)` of more iterations than there are.
+fn looks_back_too_far(known: &Known<'_>, schedule: &Schedule) -> Option<Diagnostic> {
+    let iterations = known.numbers(&schedule.iterations);
+    let mut found = None;
+    schedule.stop.any(&mut |e| {
+        if let ExprKind::Call(Function::Gain, arguments) = &e.kind
+            && let [back] = arguments.as_slice()
+            && known.numbers(back).low > iterations.high
+        {
+            found = Some(e.span);
+        }
+        found.is_some()
+    });
+    found.map(|span| {
+        told(
+            span,
+            "this looks back over more iterations than there are",
+            &format!("there are {}", iterations.high),
+            "a smaller number, such as `gain(20)`, says what the last iterations gained",
+        )
+    })
+}
+
+/// A temperature that is higher at the end than at the beginning.
+fn heats(known: &Known<'_>, schedule: &Schedule, temperature: &Expr) -> Option<Diagnostic> {
+    let last = known.numbers(&schedule.iterations).single()? - 1.0;
+    let at = |iteration: f64| {
+        let word = Word::Search(SearchWord::Iteration);
+        let facts = known.facts.clone().with(word, Interval::point(iteration));
+        crate::bounds::Reasoning::new(&facts, Vec::new()).numbers(temperature)
+    };
+    let (first, last) = (at(0.0), at(last.max(0.0)));
+    (last.low > first.high).then(|| {
+        told(
+            temperature.span,
+            "the temperature is higher at the end than at the beginning",
+            "annealing cools",
+            "let it fall with `iteration`, as in `9 / (1 + iteration / 10)`",
+        )
+    })
+}
+
+fn told(place: Span, message: &str, label: &str, help: &str) -> Diagnostic {
+    Diagnostic::new(Code::POINTLESS, place, message).label(label).help(help)
+}
