@@ -106,9 +106,8 @@ pub(super) fn tell_other_body(path: &Path, design: &SavedDesign, rules: &RuleSet
     if now.design.canonical_hash() == design.body {
         return;
     }
-    let before = design.grammar.compile().and_then(|theirs| {
-        let made = Derivation::replay(&theirs, &design.derivation);
-        Ok(made.map(|made| kinds(&made)).unwrap_or_default())
+    let before = design.grammar.compile().map(|theirs| {
+        Derivation::replay(&theirs, &design.derivation).map(|made| kinds(&made)).unwrap_or_default()
     });
     let (now, before) = (kinds(&now), before.unwrap_or_default());
     let how = if now.len() != before.len() {

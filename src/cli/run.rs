@@ -178,17 +178,16 @@ fn begun_with(path: &Path, rules: &RuleSet, params: &[(String, String)]) -> Resu
             file.display()
         ))
     })?;
-    if let Ok(theirs) = saved.grammar.compile() {
-        if !derive_alike(&theirs, rules)
-            && let Err(why) = Derivation::follow_all(rules, &saved.derivation)
-        {
-            return Err(Fault::input(format!(
-                "the rules of `{0}` do not make the design in {1} by its own steps: {why}; `sgc audit GRAMMAR --design {1}` tells whether they \
-                 make it in another way",
-                rules.name,
-                file.display()
-            )));
-        }
+    if let Ok(theirs) = saved.grammar.compile()
+        && !derive_alike(&theirs, rules)
+        && let Err(why) = Derivation::follow_all(rules, &saved.derivation)
+    {
+        return Err(Fault::input(format!(
+            "the rules of `{0}` do not make the design in {1} by its own steps: {why}; `sgc audit GRAMMAR --design {1}` tells whether they \
+             make it in another way",
+            rules.name,
+            file.display()
+        )));
     }
     design::tell_other_body(&file, &saved, rules);
     let candidate = Candidate::new(rules, Arc::new(derivation.clone()));

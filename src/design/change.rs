@@ -294,6 +294,9 @@ pub(super) fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) 
     }
 }
 
+/// The parameters of a part, and what it is with them: nothing for a cell of a lattice.
+type Own = (IndexMap<String, Value>, Option<Arc<Made>>);
+
 /// What a part of a kind is with these parameters.
 fn made(rules: &RuleSet, kind: &str, params: &IndexMap<String, Value>) -> Result<Option<Arc<Made>>, Refusal> {
     let Some(kind) = rules.kind(kind) else { return Ok(None) };
@@ -301,11 +304,7 @@ fn made(rules: &RuleSet, kind: &str, params: &IndexMap<String, Value>) -> Result
 }
 
 /// The parameters of a new part, those given and defaults for the others, and what it is with them.
-pub(super) fn params(
-    rules: &RuleSet,
-    kind: &str,
-    given: &[(String, Value)],
-) -> Result<(IndexMap<String, Value>, Option<Arc<Made>>), Refusal> {
+pub(super) fn params(rules: &RuleSet, kind: &str, given: &[(String, Value)]) -> Result<Own, Refusal> {
     let mut out = IndexMap::new();
     let Some(params) = rules.params_of(kind) else { return Ok((out, None)) };
     for (name, declared) in params {
