@@ -59,6 +59,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("prefer", "prefer"),
     ("pattern", "pattern"),
     ("actuation", "actuation"),
+    ("rhythm", "shared by all actuations"),
     ("vary", "shared, vary"),
     ("per", "per"),
     ("drive", "drive"),

@@ -32,6 +32,7 @@ mod observed;
 mod parameters;
 mod report;
 mod resume;
+mod rhythms;
 mod rig;
 mod rods;
 mod scenarios;

@@ -30,7 +30,9 @@ pub type Parameters = Vec<f64>;
 /// Who has a run of values of their own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Holder {
-    /// The whole body.
+    /// All actuators, whatever actuates them.
+    Everyone,
+    /// The whole body, where it is actuated so.
     Body,
     /// One actuator and its images.
     Actuator(PartId),
@@ -109,6 +111,7 @@ impl<'r> Drive<'r> {
         let mut fields = Vec::with_capacity(actuation.variables.len());
         for (i, variable) in actuation.variables.iter().enumerate() {
             let holder = match &variable.owner {
+                Owner::Everyone => Holder::Everyone,
                 Owner::Body => Holder::Body,
                 Owner::Actuator => Holder::Actuator(original),
                 Owner::Group(number) => {
@@ -120,7 +123,12 @@ impl<'r> Drive<'r> {
                     })
                 }
             };
-            let known = |f: &Field| (f.actuation, f.variable, f.holder) == (index, i, holder);
+            let known = |f: &Field| match holder {
+                Holder::Everyone => {
+                    f.holder == holder && self.variable(f).is_some_and(|other| other.name == variable.name)
+                }
+                _ => (f.actuation, f.variable, f.holder) == (index, i, holder),
+            };
             fields.push(self.fields.iter().position(known).unwrap_or_else(|| {
                 self.fields.push(Field { actuation: index, variable: i, holder, start: self.length });
                 self.length += variable.size.unwrap_or(1);
@@ -166,7 +174,7 @@ impl<'r> Drive<'r> {
         for field in &self.fields {
             let Some(variable) = self.variable(field) else { continue };
             let whose = match field.holder {
-                Holder::Body => String::new(),
+                Holder::Everyone | Holder::Body => String::new(),
                 Holder::Actuator(id) => format!(" of {}", name(id)),
                 Holder::Group(number) => format!(" of group {number}"),
             };
@@ -229,10 +237,13 @@ impl<'r> Drive<'r> {
     #[must_use]
     pub fn shared(&self, actuation: &str, variable: &str, parameters: &[f64]) -> Option<Value> {
         let declared = self.candidate.rules.actuations.get(actuation)?;
-        let variable =
-            declared.variables.iter().position(|v| v.name == variable && v.owner == Owner::Body)?;
+        let variable = declared.variables.iter().position(|v| v.name == variable && v.is_shared())?;
         let index = self.actuations.iter().position(|(n, _)| *n == actuation);
-        let field = self.fields.iter().position(|f| Some(f.actuation) == index && f.variable == variable);
+        let everyones = declared.variables.get(variable).filter(|v| v.owner == Owner::Everyone);
+        let field = self.fields.iter().position(|f| match everyones {
+            Some(own) => f.holder == Holder::Everyone && self.variable(f).is_some_and(|v| v.name == own.name),
+            None => Some(f.actuation) == index && f.variable == variable,
+        });
         match field {
             Some(field) => self.value(field, parameters),
             None => {

@@ -4,7 +4,7 @@
 use grammar_lang::ir::{Ty, Variable};
 
 use super::mutate::inside;
-use super::{Drive, Parameters};
+use super::{Drive, Holder, Parameters};
 use crate::derive::random::Stream;
 
 impl Drive<'_> {
@@ -59,9 +59,15 @@ impl Drive<'_> {
             else {
                 continue;
             };
-            let same = from.fields.iter().find(|other| {
-                from.actuations.get(other.actuation).is_some_and(|(other, _)| other == name)
-                    && (other.variable, other.holder) == (field.variable, field.holder)
+            let same = from.fields.iter().find(|other| match field.holder {
+                Holder::Everyone => {
+                    other.holder == field.holder
+                        && from.variable(other).is_some_and(|v| v.name == variable.name)
+                }
+                _ => {
+                    from.actuations.get(other.actuation).is_some_and(|(other, _)| other == name)
+                        && (other.variable, other.holder) == (field.variable, field.holder)
+                }
             });
             let size = variable.size.unwrap_or(1);
             let Some(known) = same.and_then(|other| parameters.get(other.start..other.start + size)) else {

@@ -47,7 +47,9 @@ pub struct Variable {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Owner {
-    /// The whole body.
+    /// All actuators of a task, whatever actuates them: all such variables of one name are one.
+    Everyone,
+    /// The whole body, where it is actuated so.
     Body,
     /// Each actuator.
     Actuator,
@@ -90,6 +92,14 @@ pub enum Bound {
     Resample,
 }
 
+impl Variable {
+    /// Whether all actuators that an actuation drives have one together.
+    #[must_use]
+    pub fn is_shared(&self) -> bool {
+        matches!(self.owner, Owner::Everyone | Owner::Body)
+    }
+}
+
 impl Writer<'_> {
     pub(super) fn actuation(&mut self, name: &str, actuation: &Actuation) {
         self.gap();
@@ -97,6 +107,7 @@ impl Writer<'_> {
         let mut names: Names = vec!["a".to_owned()];
         for variable in &actuation.variables {
             let (word, per) = match &variable.owner {
+                Owner::Everyone => ("shared by all", String::new()),
                 Owner::Body => ("shared", String::new()),
                 Owner::Actuator => ("vary", String::new()),
                 Owner::Group(number) => ("vary", format!(" per {}", self.expr(number, &names))),

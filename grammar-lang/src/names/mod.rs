@@ -152,6 +152,7 @@ pub fn declared(item: &Item) -> Option<&Name> {
     match &item.kind {
         ItemKind::Param(p) => Some(&p.name),
         ItemKind::Table(t) => Some(&t.name),
+        ItemKind::Shared(variable) => Some(&variable.name),
         ItemKind::Rule(n, _)
         | ItemKind::Pattern(n, _)
         | ItemKind::Term(n, ..)

@@ -98,6 +98,8 @@ pub enum ItemKind {
         /// Why.
         because: Option<String>,
     },
+    /// `shared NAME : TYPE in DOMAIN mutate ...`: one variable for all actuations that read it.
+    Shared(Box<Variable>),
     /// `pattern NAME = EXPR`
     Pattern(Name, Expr),
     /// `actuation NAME for a : KIND { clauses }`
@@ -191,6 +193,7 @@ impl ItemKind {
             Self::Fallback { .. } => "fallback",
             Self::Rule(..) => "rule",
             Self::Require { .. } => "require",
+            Self::Shared(_) => "shared",
             Self::Pattern(..) => "pattern",
             Self::Actuation { .. } => "actuation",
             Self::Actuate(..) => "actuate",

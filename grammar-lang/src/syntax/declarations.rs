@@ -185,6 +185,14 @@ pub const KINDS: &[Kind] = &[
         counts: Counts::Everywhere,
     },
     Kind {
+        word: "shared",
+        form: "shared period : Time in 2 s .. 6 s mutate 0.3 by normal(0 s, 1 s)",
+        several: "Shared variables",
+        what: "a shared variable",
+        clauses: Clauses::None,
+        counts: Counts::WhereUsed,
+    },
+    Kind {
         word: "pattern",
         form: "pattern swing = 60 deg * sin(cycle * 360 deg)",
         several: "Patterns",

@@ -21,7 +21,8 @@ const MATCHED: [&str; 4] = ["joint", "step", "element", "nothing"];
 pub(super) fn check(program: &Program, found: &mut Found) {
     for (_, item) in program.entries() {
         // What requirements and preferences are called is read nowhere.
-        if matches!(item.kind, ItemKind::Require { .. } | ItemKind::Prefer { .. }) {
+        // A shared variable is read in actuations only, where a motion has no period yet.
+        if matches!(item.kind, ItemKind::Require { .. } | ItemKind::Prefer { .. } | ItemKind::Shared(_)) {
             continue;
         }
         let is_built_in = |name: &&Name| match &item.kind {

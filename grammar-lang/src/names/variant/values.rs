@@ -110,6 +110,13 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
             *value = change.make(value);
             Ok(())
         }
+        (ItemKind::Shared(variable), []) => {
+            variable.domain = Some(match &variable.domain {
+                Some(old) => change.make(old),
+                None => change.expr().clone(),
+            });
+            Ok(())
+        }
         (ItemKind::Prefer { weight, .. }, [field]) if field.text == "weight" => {
             *weight = change.make(weight);
             Ok(())

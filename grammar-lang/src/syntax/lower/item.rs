@@ -82,6 +82,10 @@ impl<'a> Lowering<'a> {
                 condition: self.expr(inner.next()?)?,
                 because: inner.next().map(|text| unquote(&text)),
             },
+            Rule::shared_item => {
+                let variable = inner.find(|part| part.as_rule() == Rule::variable)?;
+                ItemKind::Shared(Box::new(self.variable(true, variable)?))
+            }
             Rule::pattern_item => ItemKind::Pattern(self.name(&inner.next()?), self.expr(inner.next()?)?),
             Rule::actuate_item => ItemKind::Actuate(self.name(&inner.next()?), self.name(&inner.next()?)),
             Rule::simulate_item => {

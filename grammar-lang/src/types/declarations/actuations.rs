@@ -1,10 +1,13 @@
 //! Checks actuations: what varies, and what drives actuators.
 
+use indexmap::IndexSet;
+
 use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::ir::{self, Expr, ExprKind, Group, Ty};
+use crate::names::Declaration;
 use crate::syntax::ast::{self, ActuationClause, Name};
-use crate::types::expressions::context::Context;
+use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
@@ -17,12 +20,84 @@ impl Declarations<'_> {
         clauses: &[ActuationClause],
         damaged: bool,
     ) -> Option<ir::Actuation> {
+        let everyones = self.everyones(name, binder, kind, clauses);
+        self.actuation_with(&everyones, name, binder, kind, clauses, damaged)
+    }
+
+    /// The variables that all actuations share, and that this one reads.
+    fn everyones(
+        &mut self,
+        name: &Name,
+        binder: &Name,
+        kind: &Name,
+        clauses: &[ActuationClause],
+    ) -> Vec<ast::Variable> {
+        let program = self.environment.program;
+        let own: Vec<&str> = clauses.iter().filter_map(named_by).map(|name| name.text.as_str()).collect();
+        let known: Vec<(Declaration, &ast::Variable)> = program
+            .items()
+            .filter_map(|(declaration, item)| match &item.kind {
+                ast::ItemKind::Shared(variable) => Some((declaration, &**variable)),
+                _ => None,
+            })
+            .filter(|(declaration, variable)| {
+                let name = variable.name.text.as_str();
+                let here = program.lookup(binder.span, name).map(|(found, _)| found);
+                // What the actuation calls so itself is meant.
+                here == Some(*declaration) && !own.contains(&name)
+            })
+            .collect();
+        if known.is_empty() {
+            return Vec::new();
+        }
+        // Tried with all of them: those that are read stay.
+        let before = self.expressions.errors.len();
+        let read = self.expressions.read.clone();
+        self.expressions.read = IndexSet::new();
+        let all: Vec<ast::Variable> = known.iter().map(|(_, variable)| (*variable).clone()).collect();
+        self.actuation_with(&all, name, binder, kind, clauses, true);
+        drop(self.expressions.errors.split_off(before));
+        let own = std::mem::replace(&mut self.expressions.read, read);
+        let mut kept = Vec::new();
+        for (declaration, variable) in known {
+            if own.contains(&variable.name.span) {
+                self.expressions.touched.insert(declaration);
+                kept.push(variable.clone());
+            }
+        }
+        self.expressions.read.extend(own);
+        kept
+    }
+
+    /// Checks a variable that all actuations share, by itself.
+    pub(super) fn everyones_own(&mut self, variable: &ast::Variable, damaged: bool) {
+        let cx = Context::new(Stage::Drive, damaged);
+        self.variable(variable, &cx);
+    }
+
+    fn actuation_with(
+        &mut self,
+        everyones: &[ast::Variable],
+        name: &Name,
+        binder: &Name,
+        kind: &Name,
+        clauses: &[ActuationClause],
+        damaged: bool,
+    ) -> Option<ir::Actuation> {
         let found = self.expressions.errors.len();
         let mut cx = Context::new(Stage::Drive, damaged);
         let driven = self.actuated(kind, &mut cx);
         let of_cells = driven == Ty::Cell;
         self.expressions.bind(binder, driven, &mut cx);
         let mut variables = Vec::new();
+        for variable in everyones {
+            let checked = self.variable(variable, &cx);
+            let item = checked.as_ref().map_or(Ty::Unknown, |v| v.ty.clone());
+            let ty = if variable.size.is_some() { Ty::List(Box::new(item)) } else { item };
+            // It has the name of its own declaration.
+            cx.locals.push(Local { name: variable.name.text.clone(), ty, span: variable.name.span });
+            variables.extend(checked.map(|v| ir::Variable { owner: ir::Owner::Everyone, ..v }));
+        }
         for clause in clauses {
             let ActuationClause::Variable(variable) = clause else { continue };
             let checked = self.variable(variable, &cx);
@@ -372,5 +447,14 @@ fn varied_by(clause: &ActuationClause) -> Option<&Name> {
         ActuationClause::Variable(variable) if !variable.shared => Some(&variable.name),
         ActuationClause::Let(name, _) if name.text != "period" => Some(name),
         _ => None,
+    }
+}
+
+/// The name that a clause gives to something.
+fn named_by(clause: &ActuationClause) -> Option<&Name> {
+    match clause {
+        ActuationClause::Variable(variable) => Some(&variable.name),
+        ActuationClause::Let(name, _) => Some(name),
+        ActuationClause::Drive(..) => None,
     }
 }

@@ -145,6 +145,7 @@ impl<'a> Declarations<'a> {
     fn check_own(&mut self, declaration: Declaration, item: &Item) {
         self.check_named(item, &mut Named::default());
         match &item.kind {
+            ItemKind::Shared(variable) => self.everyones_own(variable, item.damaged),
             ItemKind::Block(BlockKind::Cell, block) => drop(self.cell(block, item.damaged)),
             ItemKind::Block(BlockKind::Model, block) => drop(self.model(block, None, item.damaged)),
             ItemKind::Block(BlockKind::Search, block) => drop(self.search(block, item.damaged)),

@@ -503,6 +503,16 @@ fn names_only(actuated: &Actuated) -> IndexMap<String, String> {
     actuated.iter().map(|(kind, (with, _))| (kind.clone(), with.clone())).collect()
 }
 
+/// The period of one actuation.
+enum Own<'e> {
+    /// A variable that all actuations share.
+    Everyone,
+    /// A variable of this actuation.
+    Shared,
+    /// A value.
+    Value(&'e Expr),
+}
+
 /// What the actuations of a task say of their period.
 enum Periods<'a> {
     /// None has one.
@@ -517,10 +527,12 @@ enum Periods<'a> {
 
 impl<'a> Periods<'a> {
     fn of(names: impl Iterator<Item = &'a str>, actuations: &IndexMap<String, ir::Actuation>) -> Self {
-        let mut found: Vec<(&str, Option<&Expr>)> = Vec::new();
+        let mut found: Vec<(&str, Own)> = Vec::new();
         for name in names {
             let Some(actuation) = actuations.get(name) else { continue };
-            let shared = actuation.variables.iter().any(|v| v.name == "period" && v.owner == ir::Owner::Body);
+            let variable = actuation.variables.iter().find(|v| v.name == "period" && v.is_shared());
+            let everyone = variable.is_some_and(|v| v.owner == ir::Owner::Everyone);
+            let shared = variable.is_some();
             let own = actuation.lets.iter().find(|(n, _)| n == "period").map(|(_, value)| value);
             if found.iter().any(|(other, _)| *other == name) || !(shared || own.is_some()) {
                 continue;
@@ -530,16 +542,27 @@ impl<'a> Periods<'a> {
             {
                 return Self::Each(name);
             }
-            found.push((name, own.filter(|_| !shared)));
+            found.push((
+                name,
+                match own.filter(|_| !shared) {
+                    Some(value) => Own::Value(value),
+                    None if everyone => Own::Everyone,
+                    None => Own::Shared,
+                },
+            ));
         }
-        let value = |own: &Option<&Expr>| {
-            own.and_then(|e| if is_constant(e) { ir::without_spans(e).ok() } else { None })
+        let value = |own: &Own| match own {
+            Own::Value(value) if is_constant(value) => ir::without_spans(value).ok(),
+            _ => None,
         };
         match found.as_slice() {
             [] => Self::None,
             [(_, first), rest @ ..] => {
-                let first = value(first);
-                let same = rest.iter().all(|(_, own)| first.is_some() && value(own) == first);
+                let everyone = |own: &Own| matches!(own, Own::Everyone);
+                let constant = value(first);
+                let same = rest.iter().all(|(_, own)| {
+                    everyone(first) && everyone(own) || constant.is_some() && value(own) == constant
+                });
                 if same { Self::One } else { Self::Several(found.iter().map(|(name, _)| *name).collect()) }
             }
         }
@@ -555,7 +578,7 @@ impl<'a> Periods<'a> {
             )),
             Self::Several(names) => Some((
                 format!("each of {} has a period of its own", one_by_one(names)),
-                "drive all actuators with one actuation, or write the same constant in each: `let period = 4 s`"
+                "declare `shared period : Time in ...` once, outside of the actuations: then all of them read the same"
                     .to_owned(),
             )),
             Self::Each(name) => Some((
@@ -581,7 +604,7 @@ fn differs(value: &Expr, actuation: &ir::Actuation) -> bool {
     value.any(&mut |e| match e.kind {
         ExprKind::Local(0) => true,
         ExprKind::Local(slot) if slot <= shared => {
-            actuation.variables.get(slot - 1).is_some_and(|v| v.owner != ir::Owner::Body)
+            actuation.variables.get(slot - 1).is_some_and(|v| !v.is_shared())
         }
         ExprKind::Local(slot) => actuation
             .lets

@@ -119,6 +119,14 @@ impl Expressions<'_> {
                 }
                 return make(ExprKind::Scenarios(name.to_owned()), Ty::List(Box::new(Ty::World)));
             }
+            ItemKind::Shared(_) => {
+                return self.stage_error(
+                    span,
+                    name,
+                    cx.stage,
+                    "the actuations, as one variable of all of them",
+                );
+            }
             ItemKind::Task(..) => {
                 return self.wrong(
                     span,

@@ -1,0 +1,119 @@
+//! One rhythm for several actuations: `shared` outside of them.
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+use sgc::derive::{Candidate, Derivation, Stream};
+use sgc::drive::Drive;
+use sgc::loader::Files;
+
+/// A finger of air and one of threads on a cube, which read one period.
+const TWO: &str = "grammar two
+use std.blocks     { cube }
+use std.models     { hinge_model }
+use std.objectives { travel }
+use std.search     { recommended }
+use std.actuators  { bender }
+shared period : Time in 2 s .. 6 s mutate 0.3 by normal(0 s, 1 s)
+actuator finger {
+  param segments : Count in 2 .. 6 = 4
+  segment = cylinder(8 mm, 16 mm)  density = 1.1 g/cm^3  friction = 0.8
+  bend = 0 deg .. 90 deg  bending_speed = 95 deg/s  relaxing_speed = 40 deg/s
+  torque = 0.06 N*m/rad  stiffness = 0.3 N*m/rad^2  damping = 0.01 N*m*s/rad^2
+}
+actuation swing for a : bender {
+  vary  amplitude : Angle in 10 deg .. 80 deg mutate 0.5 by normal(0 deg, 5 deg)
+  drive angle = amplitude * sin(t / period * 360 deg)
+}
+actuation puff for a : finger {
+  vary  open : Number in 0.2 .. 0.8 mutate 0.5 by normal(0, 0.1)
+  drive valves = cycle(period, [open, 1 - open], [inflate, vent], 0)
+}
+begin {
+  place core : cube
+  place one  : bender(segments = 4) to core.front
+  place two  : finger to core.back
+}
+rule grow {
+  match  p : part with free port q
+  attach cube to q
+}
+require few : count(part) <= 6
+actuate bender with swing
+actuate finger with puff
+simulate hinge_model for 12 s
+maximize travel in cm
+search recommended
+";
+
+fn compiled(text: &str) -> RuleSet {
+    let mut sources = SourceMap::default();
+    let entry = sources.add("own.sgr", text);
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
+    compiled.ruleset.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics))
+}
+
+fn drive(rules: &RuleSet) -> Drive<'_> {
+    let candidate = Candidate::new(rules, Derivation::begin(rules).into());
+    Drive::new(&candidate, rules.first_task().unwrap()).unwrap()
+}
+
+#[test]
+fn all_actuations_read_one_variable() {
+    let rules = compiled(TWO);
+    let drive = drive(&rules);
+    let labels = drive.labels(|_| "a".to_owned());
+    assert_eq!(labels.iter().filter(|label| label.starts_with("period")).count(), 1, "{labels:?}");
+    assert_eq!(drive.length(), 3, "{labels:?}");
+    let place = labels.iter().position(|label| label == "period").unwrap();
+    let mut parameters = drive.draw(&mut Stream::named(1, "rhythm"));
+    for period in [2.0, 4.0] {
+        parameters[place] = period;
+        assert_eq!(drive.period(&parameters).unwrap(), period);
+        let targets = drive.targets(&parameters).unwrap();
+        // Both repeat after it: the angle from the beginning, the finger once it has settled.
+        let step = (period / targets.interval).round() as usize;
+        for column in 0..2 {
+            let at = |row: usize| targets.angles[row * targets.actuators + column];
+            let rows = targets.angles.len() / targets.actuators;
+            let apart = (rows / 2..rows - step).map(|row| (at(row + step) - at(row)).abs()).fold(0.0, f64::max);
+            assert!(apart < 0.03, "{column} {period} {apart}");
+            let moves = (rows / 2..rows - step).map(|row| (at(row + step / 2) - at(row)).abs());
+            assert!(moves.fold(0.0, f64::max) > 0.1, "{column} {period}");
+        }
+    }
+}
+
+/// What terms read as `period` is that one; two periods of their own have none.
+#[test]
+fn terms_read_the_period_of_all() {
+    let reads = "term often : Number = duration / period\nmaximize often * travel in cm";
+    compiled(&TWO.replace("maximize travel in cm", reads));
+    let own = "  shared period : Time in 2 s .. 6 s mutate 0.3 by normal(0 s, 1 s)\n";
+    let apart = TWO
+        .replace("shared period : Time in 2 s .. 6 s mutate 0.3 by normal(0 s, 1 s)\n", "")
+        .replace("  vary  amplitude", &format!("{own}  vary  amplitude"))
+        .replace("  vary  open", &format!("{own}  vary  open"))
+        .replace("maximize travel in cm", reads);
+    let mut sources = SourceMap::default();
+    let entry = sources.add("own.sgr", apart);
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
+    let told = format!("{:?}", compiled.diagnostics);
+    assert!(told.contains("declare `shared period : Time in ...` once, outside of the actuations"), "{told}");
+}
+
+/// A body's new parts read the rhythm that the others have found.
+#[test]
+fn a_child_inherits_the_rhythm_of_all() {
+    let rules = compiled(TWO);
+    // Without the bender, the rhythm is first read by the other actuation.
+    let less = compiled(&TWO.replace("  place one  : bender(segments = 4) to core.front\n", ""));
+    let (parent, child) = (drive(&less), drive(&rules));
+    let own = parent.labels(|_| "a".to_owned()).iter().position(|label| label == "period").unwrap();
+    let place = child.labels(|_| "a".to_owned()).iter().position(|label| label == "period").unwrap();
+    let mut parameters = parent.draw(&mut Stream::named(1, "parent"));
+    parameters[own] = 3.25;
+    let others = child.draw(&mut Stream::named(2, "child"));
+    assert_ne!(others[place], 3.25);
+    let inherited = child.inherit(&parent, &parameters, others);
+    assert_eq!(inherited[place], 3.25);
+}
