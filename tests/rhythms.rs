@@ -75,7 +75,8 @@ fn all_actuations_read_one_variable() {
         for column in 0..2 {
             let at = |row: usize| targets.angles[row * targets.actuators + column];
             let rows = targets.angles.len() / targets.actuators;
-            let apart = (rows / 2..rows - step).map(|row| (at(row + step) - at(row)).abs()).fold(0.0, f64::max);
+            let apart =
+                (rows / 2..rows - step).map(|row| (at(row + step) - at(row)).abs()).fold(0.0, f64::max);
             assert!(apart < 0.03, "{column} {period} {apart}");
             let moves = (rows / 2..rows - step).map(|row| (at(row + step / 2) - at(row)).abs());
             assert!(moves.fold(0.0, f64::max) > 0.1, "{column} {period}");

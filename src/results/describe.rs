@@ -213,10 +213,28 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
             let x = (x * 1e3).round() / 1e3;
             if x == 0.0 { 0.0 } else { x }
         });
-        let _ = writeln!(out, "  {index:>2}. {}{held}{turn}{image}, at {at:?} mm", named.part(*id));
+        let own = varied(rules, part);
+        let _ = writeln!(out, "  {index:>2}. {}{own}{held}{turn}{image}, at {at:?} mm", named.part(*id));
     }
     let _ = writeln!(out, "body {}", design.canonical_hash());
     out
+}
+
+/// The parameters that the fields of a part read: `(level = 2)`; empty where none does.
+fn varied(rules: &RuleSet, part: &Part) -> String {
+    let Some(kind) = rules.kind(&part.kind) else { return String::new() };
+    let own = kind.params().iter().filter(|(name, _)| kind.reads(name));
+    let own = own.filter_map(|(name, declared)| {
+        let value = match (part.params.get(name)?, &declared.ty) {
+            (Value::Number(x), Ty::Enum(of)) => rules.value_of(of, *x)?.to_owned(),
+            (Value::Number(x), ty) => units::shown(*x, ty.dimension().unwrap_or_default()),
+            (Value::Bool(x), _) => x.to_string(),
+            _ => return None,
+        };
+        Some(format!("{name} = {value}"))
+    });
+    let own: Vec<String> = own.collect();
+    if own.is_empty() { String::new() } else { format!(" ({})", own.join(", ")) }
 }
 
 /// The derivation that a seed gives in some moves, as stable text: what `sgc derive` prints; and

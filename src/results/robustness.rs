@@ -131,6 +131,9 @@ pub(super) fn tested(rules: &RuleSet, saved: &SavedTask) -> Vec<Scenario> {
     set.map_or_else(Vec::new, |(name, set)| scenarios::tests(name, set))
 }
 
+/// Values that differ by less, in the unit of the objective, are the same: the noise of a robot at rest.
+const NOTHING: f64 = 1e-4;
+
 /// What a cross-check says of the value of a task.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -163,6 +166,8 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
     match check.measured {
         Measured::Drift if other <= STAYS => Verdict::Confirmed,
         Measured::Drift => Verdict::Refuted,
+        // What does not move differs by rounding only.
+        Measured::Value if (other - saved.in_nominal()).abs() < NOTHING => Verdict::Confirmed,
         Measured::Value if !keeps(rules, task, saved.in_nominal(), other) => Verdict::Worse,
         Measured::Value if !keeps(rules, task, other, saved.in_nominal()) => Verdict::Better,
         Measured::Value => Verdict::Confirmed,

@@ -36,9 +36,17 @@ const LINE: Told = Told::Line;
 /// What is written elsewhere, how it is told, and what helps.
 const HABITS: &[(&str, Told, &str)] = &[
     // Operators
-    ("**", SIGN, "there are no powers: write `x * x`; in a unit, `m^2`"),
-    ("+=", LINE, "a value is given once: write `name = value`; in a rule, `set p.turn = p.turn + 90 deg`"),
-    ("-=", LINE, "a value is given once: write `name = value`; in a rule, `set p.turn = p.turn - 90 deg`"),
+    ("**", SIGN, "there is no power operator: write `x * x`; in a unit, `m^2`"),
+    (
+        "+=",
+        LINE,
+        "a value cannot be changed later: write `name = value`; in a rule, `set p.turn = p.turn + 90 deg`",
+    ),
+    (
+        "-=",
+        LINE,
+        "a value cannot be changed later: write `name = value`; in a rule, `set p.turn = p.turn - 90 deg`",
+    ),
     ("!=", SIGN, "compare with `!=` or `is not`"),
     ("<>", SIGN, "write `!=` for quantities, `is not` for parts"),
     ("&&", SIGN, "write `and` instead of `&&`"),
@@ -46,15 +54,19 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("?", SIGN, "write `if CONDITION then A else B`"),
     ("!", SIGN, "write `not` instead of `!`"),
     ("|", SIGN, "write `abs(x)` instead of `|x|`"),
-    ("%", SIGN, "there is no remainder: that of n by 8 is `n - 8 * floor(n / 8)`"),
-    ("mod", WORD, "there is no remainder: that of n by 8 is `n - 8 * floor(n / 8)`"),
-    ("^", SIGN, "there are no powers: write `x * x`; in a unit, `m^2`"),
+    ("%", SIGN, "there is no remainder operator: the remainder of n divided by 8 is `n - 8 * floor(n / 8)`"),
+    (
+        "mod",
+        WORD,
+        "there is no remainder operator: the remainder of n divided by 8 is `n - 8 * floor(n / 8)`",
+    ),
+    ("^", SIGN, "there is no power operator: write `x * x`; in a unit, `m^2`"),
     ("√", SIGN, "write `sqrt(x)`"),
-    ("AND", WORD, "write `and`: words have small letters"),
-    ("OR", WORD, "write `or`: words have small letters"),
-    ("NOT", WORD, "write `not`: words have small letters"),
+    ("AND", WORD, "write `and`: keywords are in lower case"),
+    ("OR", WORD, "write `or`: keywords are in lower case"),
+    ("NOT", WORD, "write `not`: keywords are in lower case"),
     // Comments
-    ("/*", SIGN, "a comment begins with `#` and ends with its line"),
+    ("/*", SIGN, "a comment begins with `#` and ends at the end of the line"),
     ("//", SIGN, "a comment begins with `#`"),
     (" --", LINE, "a comment begins with `#`"),
     // Values
@@ -62,14 +74,14 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("False", NAME, "write `false`"),
     ("TRUE", NAME, "write `true`"),
     ("FALSE", NAME, "write `false`"),
-    ("None", NAME, "nothing stands for no value: leave the line out"),
-    ("null", NAME, "nothing stands for no value: ask whether something is so, as in `p is core`"),
-    ("nil", NAME, "nothing stands for no value: ask whether something is so, as in `p is core`"),
-    ("this", NAME, "what a rule matched has the name that `match` gave it, as in `match p : part`"),
-    ("self", NAME, "what a rule matched has the name that `match` gave it, as in `match p : part`"),
+    ("None", NAME, "there is no empty value: leave the line out"),
+    ("null", NAME, "there is no empty value: write a condition, as in `p is core`"),
+    ("nil", NAME, "there is no empty value: write a condition, as in `p is core`"),
+    ("this", NAME, "use the name that `match` gives to the matched part, as in `match p : part`"),
+    ("self", NAME, "use the name that `match` gives to the matched part, as in `match p : part`"),
     ("inf", NAME, "no number is infinite: write one that is large enough"),
     // Functions
-    ("range", FUNCTION, "write `3 .. 6`: both ends belong to it"),
+    ("range", FUNCTION, "write `3 .. 6`: both ends are included"),
     (
         "len",
         FUNCTION,
@@ -79,7 +91,7 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("mean", FUNCTION, "write `mean over e in elements of e.size`"),
     ("any", FUNCTION, "write `exists p in part: CONDITION`"),
     ("all", FUNCTION, "write `forall p in part: CONDITION`"),
-    ("pow", FUNCTION, "there are no powers: write `x * x`, or `exp(n * ln(x))`"),
+    ("pow", FUNCTION, "there is no power function: write `x * x`, or `exp(n * ln(x))`"),
     ("log", FUNCTION, "write `ln(x)` for the natural logarithm"),
     ("gaussian", FUNCTION, "write `normal(mean, deviation)`"),
     ("gauss", FUNCTION, "write `normal(mean, deviation)`"),
@@ -92,42 +104,46 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("worst", NAME, "the worst of several worlds is `min over w in workshop of ...`"),
     ("worst", WORD, "the worst of several worlds is `min over w in workshop of ...`"),
     ("percentile", WORD, "write `quantile 10 % over w in workshop of ...`"),
-    ("rand", FUNCTION, "chance belongs to `choose` and `mutate`: `choose n in 3 .. 6`"),
-    ("random", FUNCTION, "chance belongs to `choose` and `mutate`: `choose n in 3 .. 6`"),
+    ("rand", FUNCTION, "only `choose` and `mutate` draw random values: `choose n in 3 .. 6`"),
+    ("random", FUNCTION, "only `choose` and `mutate` draw random values: `choose n in 3 .. 6`"),
     // Declarations and clauses
     ("def", OPENING, "write `let name(x : Length) = ...` for a function, `rule name { ... }` for a rule"),
     ("fn", OPENING, "write `let name(x : Length) = ...`"),
     ("func", OPENING, "write `let name(x : Length) = ...`"),
     ("function", OPENING, "write `let name(x : Length) = ...`"),
-    ("const", OPENING, "write `let name = ...`; what a user may set is a `param`"),
+    ("const", OPENING, "write `let name = ...`, or `param` for a value that users may set"),
     (
         "var",
         OPENING,
-        "write `let name = ...`; what a user may set is a `param`, what a search varies stands in an `actuation`",
+        "write `let name = ...`, or `param` for a value that users may set; declare values that the search varies in an `actuation`",
     ),
     ("import", OPENING, "write `use std.blocks { cube }`, or `use \"./mine.sgr\" { brick }`"),
     ("include", OPENING, "write `use std.blocks { cube }`, or `use \"./mine.sgr\" { brick }`"),
     ("from", OPENING, "write `use std.blocks { cube }`, or `use \"./mine.sgr\" { brick }`"),
-    ("module", OPENING, "a kind of part is a `part`, a file of declarations needs no word of its own"),
-    ("class", OPENING, "a kind of part is written `part name { ... }`, fields alone `record Name { ... }`"),
+    ("module", OPENING, "declare a kind of part with `part`; a file of declarations needs no keyword"),
+    (
+        "class",
+        OPENING,
+        "write `part name { ... }` for a kind of part, or `record Name { ... }` for a group of fields",
+    ),
     ("struct", OPENING, "write `record Name { field : Type, ... }`"),
-    ("print", OPENING, "what is to be written beside the value of each design is `observe TERM`"),
-    ("echo", OPENING, "what is to be written beside the value of each design is `observe TERM`"),
+    ("print", OPENING, "to record a term beside the value of each design, write `observe TERM`"),
+    ("echo", OPENING, "to record a term beside the value of each design, write `observe TERM`"),
     ("return", OPENING, "a function is one expression: `let twice(x : Length) = 2 * x`"),
     (
         "for",
         OPENING,
-        "a rule is applied once for each match: say in `match` for what. Over many things, write `sum over p in part of ...`",
+        "there are no loops: `match` says what a rule is applied to. To add up over many parts, write `sum over p in part of ...`",
     ),
     (
         "while",
         OPENING,
-        "nothing repeats by itself: the search applies rules again and again, as long as `when` allows it",
+        "there are no loops: the search applies rules again and again, as long as `when` allows it",
     ),
     (
         "repeat",
         OPENING,
-        "nothing repeats by itself: the search applies rules again and again, as long as `when` allows it",
+        "there are no loops: the search applies rules again and again, as long as `when` allows it",
     ),
     ("if", OPENING, "a condition of a rule is written `when n > 3`"),
     ("if", WORD, "write `if CONDITION then A else B`"),
@@ -138,24 +154,12 @@ const HABITS: &[(&str, Told, &str)] = &[
     (
         "set",
         OPENING,
-        "a declaration is edited where it stands; to leave it as it is, write a variant: `variant mine of \"./x.sgr\" { set ... }`",
+        "edit the declaration itself, or, to keep it unchanged, write a variant: `variant mine of \"./x.sgr\" { set ... }`",
     ),
     // Types
-    (
-        "float",
-        TYPE,
-        "write the quantity that it is, such as `Length`, or `Number` for a number without a unit",
-    ),
-    (
-        "double",
-        TYPE,
-        "write the quantity that it is, such as `Length`, or `Number` for a number without a unit",
-    ),
-    (
-        "real",
-        TYPE,
-        "write the quantity that it is, such as `Length`, or `Number` for a number without a unit",
-    ),
+    ("float", TYPE, "write the kind of quantity, such as `Length`, or `Number` for a number without a unit"),
+    ("double", TYPE, "write the kind of quantity, such as `Length`, or `Number` for a number without a unit"),
+    ("real", TYPE, "write the kind of quantity, such as `Length`, or `Number` for a number without a unit"),
     ("int", TYPE, "write `Count` for a whole number"),
     ("integer", TYPE, "write `Count` for a whole number"),
     ("bool", TYPE, "write `Bool`"),
@@ -297,13 +301,13 @@ fn form(text: &str, place: usize) -> Option<String> {
     let is_digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
     if after.starts_with(':') && is_digit(before.chars().next_back()) && is_digit(after.chars().nth(1)) {
         return Some(
-            "some values are a set, `{ 0 deg, 90 deg, 180 deg }`; all between two are `0 deg .. 180 deg`"
+            "write single values as a set, `{ 0 deg, 90 deg, 180 deg }`, and a range as `0 deg .. 180 deg`"
                 .to_owned(),
         );
     }
     let open = |sign: char| before.rsplit('\n').next().is_some_and(|line| line.contains(sign));
     if after.starts_with("for ") && (open('(') || open('[')) {
-        return Some("over many things, write `sum over p in part of p.mass`".to_owned());
+        return Some("to add up over many parts, write `sum over p in part of p.mass`".to_owned());
     }
     if first == "param"
         && let Some((head, rest)) = line.split_once(" = ")
@@ -313,6 +317,22 @@ fn form(text: &str, place: usize) -> Option<String> {
     }
     if matches!(first, "shared" | "vary") && line.contains(": Bool in ") {
         return Some(format!("a Bool has no domain: write `{first} {second} : Bool flip 0.1`"));
+    }
+    if first == "attach" && after.starts_with(':') {
+        let rest = line.split_once(':')?.1.trim();
+        return Some(format!("write `attach {rest} as {second}`"));
+    }
+    if first == "match"
+        && !line.contains(':')
+        && let Some(name) = words.next().filter(|name| name.chars().all(char::is_alphanumeric))
+    {
+        return Some(format!("write `match {name} : {second}`, with what else is asked behind it"));
+    }
+    if matches!(first, "maximize" | "minimize")
+        && line.matches(" in ").count() > 1
+        && after.starts_with(['-', '+'])
+    {
+        return Some("the unit is written once, at the end: `maximize travel - fall in cm`".to_owned());
     }
     if first == "use" && line.strip_prefix("use ")?.starts_with(second) && before.trim_end().ends_with("use")
     {
@@ -386,7 +406,7 @@ fn number(text: &str, place: usize) -> Option<String> {
         Some(',') if is_digit(last) && is_digit(next) => {
             let whole: String = before.chars().rev().take_while(char::is_ascii_digit).collect();
             let whole: String = whole.chars().rev().collect();
-            Some(format!("write `{whole}.{}`: decimals stand behind a point", digits(after.get(1..)?)))
+            Some(format!("write `{whole}.{}`: the decimal sign is a point", digits(after.get(1..)?)))
         }
         Some('²' | '³') if is_unit(word_before) => {
             let power = if sign == Some('²') { 2 } else { 3 };
@@ -399,7 +419,8 @@ fn number(text: &str, place: usize) -> Option<String> {
         _ if before.trim_end().ends_with('.') => {
             let whole = before.trim_end().trim_end_matches('.');
             is_digit(whole.chars().next_back()).then(|| {
-                "write the number without the point at its end, or with a digit behind it: `1.0`".to_owned()
+                "write the number without the point at its end, or with a digit after the point: `1.0`"
+                    .to_owned()
             })
         }
         _ => None,
@@ -448,7 +469,7 @@ mod tests {
         assert_eq!(told("x = .4", 4), "write `0.4`: a number begins with a digit");
         assert_eq!(told("x = +4", 4), "write `4`: a number has no `+`");
         assert!(told("x = 10_000", 6).contains("10000"));
-        assert_eq!(told("x = 0,8", 5), "write `0.8`: decimals stand behind a point");
+        assert_eq!(told("x = 0,8", 5), "write `0.8`: the decimal sign is a point");
         assert_eq!(told("x = 1 kg/m3", 10), "write `kg/m^3`");
         assert_eq!(told("x = 1 g/cm³", 10), "write `g/cm^3`");
         assert!(told("x = 1.", 6).contains("1.0"));

@@ -222,8 +222,10 @@ impl From<'_> {
         };
         let index = || Some(Value::Number(port.index));
         let at = self.value_with(index(), "port", &port.at, vector)?;
-        let facing = unit(self.value_with(index(), "port", &port.facing, vector)?)
-            .ok_or_else(|| Unmade { field: "port", reason: "a port must look somewhere".to_owned() })?;
+        let facing = unit(self.value_with(index(), "port", &port.facing, vector)?).ok_or_else(|| Unmade {
+            field: "port",
+            reason: "a port must face in some direction".to_owned(),
+        })?;
         Ok(MadePort { name: port.name.clone(), index: port.index, at, facing })
     }
 }

@@ -22,7 +22,7 @@ pub enum NoCycle {
     #[error("the period of a cycle must be above 0 s")]
     NoPeriod,
     /// Shares and states are not as many, or none.
-    #[error("a cycle has a share for each state: here are {shares} shares and {states} states")]
+    #[error("a cycle needs one share for each state, but has {shares} shares and {states} states")]
     OtherNumbers {
         /// How many shares there are.
         shares: usize,

@@ -43,7 +43,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     rule.name, against.name
                 ),
             )
-            .label("asks for what no design may be")
+            .label("no allowed design fulfils this")
             .also(against.condition.span, "required here")
             .help("relax one of the two, or remove the rule"),
         );

@@ -15,7 +15,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             // A plain zero leaves the loop out on purpose.
             if most(expr) < 1.0 && !matches!(expr.kind, ExprKind::Number(0.0)) {
                 let message = format!("this search never makes a single {what}");
-                report(expr.span, &message, "never 1 or more", "write a number above zero");
+                report(expr.span, &message, "always below 1", "write a number above zero");
             }
         }
         let selection = match method {
@@ -28,7 +28,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 let range = known.numbers(expr);
                 findings.extend(limit.excludes(range.low, range.high).map(|why| {
                     Diagnostic::new(Code::OUT_OF_DOMAIN, expr.span, why)
-                        .label("never within that")
+                        .label("always outside this range")
                         .help(format!("write for example `{} = {}`", limit.name, limit.example))
                 }));
             }

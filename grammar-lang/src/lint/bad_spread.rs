@@ -63,7 +63,7 @@ impl Asks<'_> {
         let far = if whole { 39.0 } else { 8.0 } * self.numbers(deviation).high;
         let middle = self.numbers(mean);
         let beyond = within.is_finite() && (middle.low - far > within.high || middle.high + far < within.low);
-        beyond.then(|| never(choice, mean, "too far from the domain for its deviation"))
+        beyond.then(|| never(choice, mean, "too far from the domain, given the deviation"))
     }
 
     fn deviation(&mut self, deviation: &Expr) -> Option<Diagnostic> {
@@ -71,14 +71,14 @@ impl Asks<'_> {
         negative.then(|| {
             Diagnostic::new(Code::BAD_SPREAD, deviation.span, "a deviation cannot be negative")
                 .label("always below zero")
-                .help("the second number of `normal` says how wide it is: write it without the sign")
+                .help("the second number of `normal` is the deviation: write it without the minus sign")
         })
     }
 
     fn ends(&mut self, low: &Expr, high: &Expr) -> Option<Diagnostic> {
         let swapped = self.numbers(low).low > self.numbers(high).high;
         swapped.then(|| {
-            Diagnostic::new(Code::BAD_SPREAD, low.span, "there is nothing between these ends")
+            Diagnostic::new(Code::BAD_SPREAD, low.span, "the ends of `uniform` are in the wrong order")
                 .label("always above the other end")
                 .also(high.span, "the other end")
                 .help("write the lower end first")
@@ -122,6 +122,6 @@ impl Asks<'_> {
 fn never(choice: &Choice, place: &Expr, why: &str) -> Diagnostic {
     Diagnostic::new(Code::BAD_SPREAD, place.span, format!("no value of `{}` is ever drawn", choice.name))
         .label(why)
-        .also(choice.domain.span, "what it is chosen from")
+        .also(choice.domain.span, "the domain")
         .help("let the distribution reach into the domain")
 }

@@ -83,7 +83,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let course = curves.as_ref().unwrap_or(&bodies);
     for mutation in ruleset.actuations.values().flat_map(|a| &a.variables).map(|v| &v.mutation) {
         let beyond = |x: f64| !(0.0..=1.0).contains(&x);
-        spread(course, &mutation.probability, "a probability leaves 0 .. 1", beyond, findings);
+        spread(course, &mutation.probability, "a probability goes outside 0 .. 1", beyond, findings);
         if let Kernel::Normal(_, deviation) = &mutation.kernel {
             spread(course, deviation, "a deviation falls below zero", |x| x < 0.0, findings);
         }
@@ -101,7 +101,7 @@ fn cold(known: &Known<'_>, schedule: &Schedule, method: SearchMethod<'_>, findin
                     shown(temperature, moment.temperature),
                     moment.iteration
                 ))
-                .help("below zero counts as zero: write `max(..., 0)` if that is meant"),
+                .help("a temperature below zero counts as zero: write `max(..., 0)` if that is meant"),
         );
     }
 }

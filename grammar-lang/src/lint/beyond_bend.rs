@@ -73,7 +73,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(
                     Code::BEYOND_BEND,
                     actuation.drive.span,
-                    format!("this asks `{kind}` for {} and more", angle(beyond)),
+                    format!("this drive asks `{kind}` to bend to {} or further", angle(beyond)),
                 )
                 .label(format!("beyond its bend of {} .. {}", angle(low), angle(high)))
                 .also(actuator.span, "it stops at the ends of `bend`")

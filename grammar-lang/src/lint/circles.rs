@@ -44,17 +44,15 @@ fn report(what: &str, name: &str, all: &IndexMap<&str, &Expr>, trouble: &Trouble
                 .help(help),
         )
     };
-    let (label, help) = ("too much to work out", "build it on fewer others");
+    let (label, help) = ("too much to compute", "let it use fewer other definitions");
     match trouble {
         Trouble::Deep => finding(name, "builds on too many others", label, help),
-        Trouble::Large => {
-            finding(name, "is too large when all that it builds on is written out", label, help)
-        }
+        Trouble::Large => finding(name, "is too large when everything that it uses is expanded", label, help),
         Trouble::Circle(ring) => {
             let (first, others) = ring.split_first()?;
-            let label = if others.is_empty() { "uses itself" } else { "uses itself through others" };
-            let help = "nothing can use itself: give one of them a value of its own";
-            let circle = finding(first, "is defined by itself", label, help)?;
+            let label = if others.is_empty() { "uses itself" } else { "uses itself indirectly" };
+            let help = "a definition cannot use itself: give one of them a value of its own";
+            let circle = finding(first, "is defined in terms of itself", label, help)?;
             let through = others.iter().filter_map(|name| place(name));
             Some(through.fold(circle, |circle, place| circle.also(place, "through this")))
         }

@@ -105,17 +105,17 @@ fn report(clash: &[&Requirement]) -> Diagnostic {
     if clash.len() < 2 {
         return Diagnostic::new(Code::CONSTANT_REQUIRE, span, format!("{} never holds", listed(clash)))
             .label("false for every design")
-            .help("no design has that many, or that few, of these parts: relax it");
+            .help("no design can have so many, or so few, of these parts: relax the requirement");
     }
     let message = match clash.len() {
         2 => format!("{} cannot both hold", listed(clash)),
         _ => format!("{} cannot all hold", listed(clash)),
     };
-    let mut finding = Diagnostic::new(Code::CLASH, span, message).label("no design that fulfils this");
+    let mut finding = Diagnostic::new(Code::CLASH, span, message).label("one of the clashing requirements");
     for (i, requirement) in clash.iter().enumerate().skip(1) {
         let last = i + 1 == clash.len();
-        finding =
-            finding.also(requirement.condition.span, if last { "also fulfils this" } else { "and this" });
+        finding = finding
+            .also(requirement.condition.span, if last { "the last of them" } else { "another one of them" });
     }
     finding.help("relax one of them: the others could then hold")
 }

@@ -29,7 +29,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Truth::Sometimes => continue,
         };
         findings.push(
-            Diagnostic::new(Code::CONSTANT_IF, span, "this `if` always goes the same way")
+            Diagnostic::new(Code::CONSTANT_IF, span, "this `if` always takes the same branch")
                 .label(label)
                 .help(format!("write only what follows `{kept}`")),
         );

@@ -42,11 +42,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     });
     if let Some(endless) = coming_back(known, &steps).and_then(|step| steps.get(step)) {
         findings.push(
-            Diagnostic::new(Code::ENDLESS, endless.rule.span, "designs of this grammar grow without an end")
+            Diagnostic::new(Code::ENDLESS, endless.rule.span, "designs of this grammar grow without limit")
                 .label("this rule can be applied for ever")
-                .help(
-                    "add a requirement such as `require count(part) <= 20`, or a rule that takes steps back",
-                ),
+                .help("add a requirement such as `require count(part) <= 20`, or a rule that reverts steps"),
         );
     }
 }

@@ -13,7 +13,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             if let ExampleClause::Step { name, application } = clause
                 && let Some((place, domain, why)) = outside(known, application)
             {
-                let message = format!("the example `{example}` fails: `{name}` cannot be done");
+                let message = format!("the example `{example}` fails: the step `{name}` cannot be applied");
                 findings.push(
                     Diagnostic::new(Code::EXAMPLE_FAILS, place.span, message)
                         .label(why)
@@ -41,7 +41,7 @@ fn outside<'r>(all: &Known<'r>, application: &'r Application) -> Option<(&'r Exp
     given.filter(|(choice, _)| choice.spread != Spread::Fixed).find_map(|(choice, value)| {
         let value = value.as_ref()?;
         let (Value::Domain(domain), chosen) = (known(&choice.domain)?, known(value)?) else { return None };
-        let why = format!("`{}` cannot be chosen like this: outside its domain", choice.name);
+        let why = format!("this value is outside the domain of `{}`", choice.name);
         let dimension = match &choice.domain.ty {
             Ty::Domain(item) => item.dimension(),
             _ => None,

@@ -30,7 +30,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     Code::FEW_CHANNELS,
                     target.span,
                     format!(
-                        "`{name}` drives {channels} of `{}`, and nothing was found that keeps a design from having more",
+                        "`{name}` has {channels} channels for `{}`, but no requirement was found that excludes designs with more",
                         target.kind
                     ),
                 )

@@ -18,11 +18,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         (None, Some(second)) => findings.push(
             misfit(
                 second.value.span,
-                format!("there are several objectives, but `{search}` searches for what is best by one"),
+                format!("there are several objectives, but `{search}` optimises only one"),
             )
             .label("another objective")
             .also(first.value.span, "the first one")
-            .help(format!("{SEARCH}; or make one objective of them, as in `maximize travel - 2 * fall in cm`; in a variant, `replace` puts one in place of the base's")),
+            .help(format!("{SEARCH}; or make one objective of them, as in `maximize travel - 2 * fall in cm`; in a variant, `replace` replaces the objectives of the base")),
         ),
         (Some(_), None) => findings.push(
             misfit(
@@ -36,7 +36,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             let never_changes = |objective: &&Objective| known.numbers(&objective.value).single().is_some();
             findings.extend(ruleset.objectives().filter(never_changes).map(|objective| {
                 misfit(objective.value.span, "this objective is the same for all designs".to_owned())
-                    .label("nothing to trade")
+                    .label("no trade-off is possible")
                     .help("let it read the motion or the design, or leave it out")
             }));
             small(known, findings);
@@ -58,8 +58,8 @@ fn small(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 size.span,
                 format!("a front of {all} objectives keeps at least {all} designs, the best of each"),
             )
-            .label(format!("{one} are kept"))
-            .help(format!("write `size = {}`, or any number from {all} on", all * 8)),
+            .label(format!("this keeps {one}"))
+            .help(format!("write `size = {}`, or any number of at least {all}", all * 8)),
         );
     }
 }
@@ -76,7 +76,7 @@ fn most(ruleset: &RuleSet, findings: &mut Vec<Diagnostic>) {
                 format!("a front has at most {MOST} objectives"),
             )
             .label("one too many")
-            .help("by more objectives hardly a design is better than another: join some, or require them"),
+            .help("with more objectives, hardly any design is better than another: combine some, or turn them into requirements"),
         );
     }
 }

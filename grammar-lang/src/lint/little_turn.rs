@@ -22,10 +22,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(
                     Code::LITTLE_TURN,
                     target.span,
-                    format!("the servos of `{name}` use {:.0} % of their turn", 100.0 * used / turn),
+                    format!("the servos of `{name}` use {:.0} % of their range", 100.0 * used / turn),
                 )
                 .label(format!("{} of {}", degrees(used), degrees(turn)))
-                .help("take a smaller wheel: the bend is coarse where a servo turns little"),
+                .help("use a smaller wheel: if a servo turns only a little, the bend is coarse"),
             );
         }
     }

@@ -47,6 +47,6 @@ fn zero(actuation: &Actuation, divisor: &Expr) -> Option<Diagnostic> {
         )
         .label(format!("anything within {range}"))
         .also(variable.span, "declared here")
-        .help("begin its domain above zero: an evaluation that divides by zero has no value, and near zero it is huge"),
+        .help("begin its domain above zero: an evaluation that divides by zero has no value, and near zero the quotient is huge"),
     )
 }

@@ -12,7 +12,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             findings.push(
                 Diagnostic::new(Code::NEGATIVE_WEIGHT, weight.span, format!("{what} cannot be negative"))
                     .label("always below zero")
-                    .help("a weight says how much more something counts: write a number above zero"),
+                    .help("a weight says how much something counts: write a number above zero"),
             );
         }
     }

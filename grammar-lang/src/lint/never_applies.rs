@@ -50,7 +50,7 @@ fn port_twice(rule: &Rule) -> Option<Diagnostic> {
                     on.port.span,
                     format!("the rule `{}` can never apply: it attaches two parts to one port", rule.name),
                 )
-                .label("this port is taken by then")
+                .label("this port is already taken")
                 .also(first.span, "taken here")
                 .help("attach the second one elsewhere: name the first with `as a`, and write for example `to a.front`"),
             );

@@ -22,8 +22,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     {
         findings.push(
             Diagnostic::new(Code::NO_GRIP, place, "no part of a robot has friction: it cannot push off the ground")
-                .label("slides as on ice, like all others")
-                .help("measure it on a board that you tilt: where the part begins to slide, friction is `tan(angle)`"),
+                .label("slides as on ice, like all other parts")
+                .help("measure the friction on a board that you tilt: at the angle at which the part begins to slide, it is `tan(angle)`"),
         );
     }
 }

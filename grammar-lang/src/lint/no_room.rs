@@ -45,7 +45,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Some((*kind, all.get(*number)?.0))
         });
         if let Some((kind, requirement)) = vain {
-            let what = format!("a `{kind}` more than the initial design has");
+            let what = format!("one more `{kind}` than the initial design has");
             findings.extend(report(&[requirement], rule, &what, "no design with one more fulfils this"));
         }
     }
@@ -64,5 +64,5 @@ fn report(stops: &[&Requirement], rule: &Rule, what: &str, label: &str) -> Optio
     for other in stops.iter().skip(1) {
         finding = finding.also(other.condition.span, "together with this");
     }
-    Some(finding.also(rule.span, "this rule attaches parts in vain"))
+    Some(finding.also(rule.span, "this rule can never attach parts"))
 }

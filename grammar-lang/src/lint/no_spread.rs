@@ -16,7 +16,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Spread::Even | Spread::Fixed | Spread::Weights(_) => continue,
             };
             if is_single || is_beyond(&mut reasoning, choice) {
-                findings.push(told(what, &format!("`{}` is always drawn the same", choice.name)));
+                findings.push(told(what, &format!("`{}` always gets the same value", choice.name)));
             }
         }
     }
@@ -27,7 +27,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             let fixed = Diagnostic::new(Code::NO_SPREAD, set.span, message);
             findings.push(
                 fixed
-                    .label("every range has one value")
+                    .label("every range contains only one value")
                     .help("give a range a width, or write one `case` for this world"),
             );
         }
@@ -36,7 +36,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             if let Some((other, _)) = cases.clone().find(|(_, other)| *other == differs) {
                 let message = format!("the cases `{one}` and `{other}` of `{name}` are the same world");
                 let twice = Diagnostic::new(Code::NO_SPREAD, set.span, message);
-                findings.push(twice.label("counts twice").help("leave one of them out, or let them differ"));
+                findings.push(twice.label("counts twice").help("leave one of them out, or make them differ"));
             }
         }
     }
@@ -90,6 +90,6 @@ fn is_same(reasoning: &mut Reasoning<'_>, low: &Expr, high: &Expr) -> bool {
 
 fn told(what: &Expr, message: &str) -> Diagnostic {
     Diagnostic::new(Code::NO_SPREAD, what.span, message)
-        .label("nothing is left to draw")
-        .help("give it a width above zero, and a mean within the domain; what shall stay the same is a `let`")
+        .label("this gives only one value")
+        .help("give it a width above zero, and a mean within the domain; for a fixed value, use `let`")
 }

@@ -54,7 +54,7 @@ fn never_there(facts: &Facts<'_>, asked: &Asked) -> Option<Diagnostic> {
     if facts.is_empty(kinds) {
         return None;
     }
-    let what = format!("this asks for a port `{name}` that is never there");
+    let what = format!("this asks for a port `{name}` that does not exist");
     if facts.are_ports(kinds, name) == Truth::Never {
         let ports = facts.ports(kinds).into_iter().collect::<Vec<_>>();
         let kinds = facts.names(kinds).into_iter().collect::<Vec<_>>();
@@ -66,14 +66,14 @@ fn never_there(facts: &Facts<'_>, asked: &Asked) -> Option<Diagnostic> {
 }
 
 fn of_rule(rule: &Rule, name: &str) -> String {
-    format!("the rule `{}` asks for a port `{name}` that is never there", rule.name)
+    format!("the rule `{}` asks for a port `{name}` that does not exist", rule.name)
 }
 
 /// A number that no port of this name has.
 fn no_such_number(what: &str, place: Span, name: &str, there: Interval) -> Diagnostic {
     Diagnostic::new(Code::NO_SUCH_PORT, place, what)
         .label("no port has this number")
-        .help(format!("`{name}` has the numbers {} .. {}", there.low, there.high))
+        .help(format!("the ports `{name}` are numbered {} .. {}", there.low, there.high))
 }
 
 /// Ports that a rule must find: where each is named, the port or part that it is asked of, its name.
@@ -101,7 +101,7 @@ fn report(what: &str, at: Span, name: &str, kinds: &[&str], ports: &[&str]) -> D
         [one] => format!("a `{one}` has none"),
         _ => format!("none of {} has one", kinds.join(", ")),
     };
-    let there = format!("the ports there are: {}", ports.join(", "));
+    let there = format!("the existing ports are: {}", ports.join(", "));
     // A real port of another kind is no slip of the finger.
     let exists = BLOCK_PORTS.iter().chain(ACTUATOR_PORTS).any(|p| *p == name);
     let help = did_you_mean(name, ports.iter().copied()).filter(|_| !exists).unwrap_or(there);

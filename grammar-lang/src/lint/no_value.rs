@@ -23,7 +23,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         }
     }
     if let Some(EvalError { span, reason }) = known.spent() {
-        findings
-            .push(Diagnostic::new(Code::BAD_VALUE, span, "this is not worked out any more").label(reason));
+        findings.push(
+            Diagnostic::new(Code::BAD_VALUE, span, "the check stops here: this is not evaluated")
+                .label(reason),
+        );
     }
 }

@@ -11,7 +11,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     if let Some(lattice) = ruleset.lattice.as_ref().filter(|_| !is_driven) {
         findings.push(
             Diagnostic::new(Code::NOTHING_TO_SEARCH, lattice.span, "nothing moves: no cell is driven")
-                .label("its bodies only fall and lie")
+                .label("its bodies only fall and lie still")
                 .help("write for example `actuate soft with wave`, with an actuation that drives `strain`"),
         );
     }
@@ -26,7 +26,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let (bodies, curves) = (ruleset.search.bodies.is_some(), ruleset.search.curves.is_some());
     if ruleset.rules.is_empty() && !varied {
         findings.push(told(
-            "the only design, and nothing of it varies",
+            "the only design, and nothing in it varies",
             "add a rule, or an actuation with a `vary` clause",
         ));
     } else if ruleset.rules.is_empty() && bodies && (!curves || !has_actuators(known)) {
@@ -36,7 +36,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         ));
     } else if !bodies && ruleset.from.is_none() && !has_actuators(known) {
         findings.push(told(
-            "it has no actuator, and this search changes no body",
+            "this body has no actuator, and the search does not change bodies",
             "begin with a body that has actuators, or name an example: `search gait_annealing from NAME`",
         ));
     }

@@ -15,9 +15,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         if drawn.low > size.high {
             findings.push(told(
                 selection.tournament.span,
-                "a tournament of more designs than are kept",
-                &format!("of at most {}", size.high),
-                "a smaller one, such as 4, leaves a chance to those that are not the best",
+                "this tournament draws more designs than the search keeps",
+                &format!("it keeps at most {}", size.high),
+                "a smaller tournament, such as 4, also gives a chance to designs that are not the best",
             ));
         }
     }

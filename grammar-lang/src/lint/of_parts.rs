@@ -38,17 +38,18 @@ fn report(known: &Known<'_>, value: &Expr, place: Span) -> Option<Diagnostic> {
     let (what, term) = lacking(value, &known.ruleset.terms)?;
     let (message, help) = match what {
         Lacking::Core => (
-            "reads the core, and a lattice has none: its first element is any ball, so that a body and its mirror image differ",
-            "ask all elements instead, as `mean over e in elements of ...` does",
+            "reads the core, but a lattice has none: its first element may be any ball, so a body and its mirror image get different values",
+            "read all elements instead, as `mean over e in elements of ...` does",
         ),
         Lacking::Actuators => (
-            "reads the actuators, and a lattice has none: what it adds up is always zero",
-            "leave it out: what drives a lattice are its cells",
+            "reads the actuators, but a lattice has none: the sum is always zero",
+            "leave it out: in a lattice, the cells are driven",
         ),
     };
     let term = term.and_then(|name| known.ruleset.terms.get_key_value(name));
     let who = term.map_or("this".to_owned(), |(name, _)| format!("`{name}`"));
-    let finding = Diagnostic::new(Code::OF_PARTS, place, format!("{who} {message}")).label("of a lattice");
+    let finding = Diagnostic::new(Code::OF_PARTS, place, format!("{who} {message}"))
+        .label("in a grammar with a lattice");
     let finding = match term.filter(|(_, term)| term.span != place) {
         Some((name, term)) => finding.also(term.span, format!("`{name}` is declared here")),
         None => finding,

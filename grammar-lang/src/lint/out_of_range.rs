@@ -21,16 +21,16 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     Code::OUT_OF_RANGE,
                     target.span,
                     format!(
-                        "`{name}` bends `{}` by {} only, of {}",
+                        "`{name}` can bend `{}` only within {}, not {}",
                         target.kind,
                         range((low, high)),
                         range(actuator.bend)
                     ),
                 )
-                .label("its servos or its table end there")
-                .also(actuator.span, "which may bend further")
+                .label("its servos or its table reach no further")
+                .also(actuator.span, "this actuator may bend further")
                 .help(format!(
-                    "set `{}.bend = {}`, take a larger wheel, or measure further",
+                    "set `{}.bend = {}`, use a larger wheel, or measure larger bends for the table",
                     target.kind,
                     range((low, high))
                 )),

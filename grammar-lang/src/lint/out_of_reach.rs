@@ -21,7 +21,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(
                     Code::OUT_OF_REACH,
                     rule.span,
-                    format!("no derivation ever gets to the rule `{}`", rule.name),
+                    format!("no derivation can ever apply the rule `{}`", rule.name),
                 )
                 .label(reach.why(blocked))
                 .help("add a rule that starts from what `begin` places"),
@@ -202,7 +202,10 @@ impl<'k, 'r> Reach<'k, 'r> {
                 format!("a `{}` never has a free port", listed(&names))
             }
             _ => {
-                format!("there is never a `{}` to begin with", listed(&names.into_iter().collect::<Vec<_>>()))
+                format!(
+                    "no design ever has a `{}` to start from",
+                    listed(&names.into_iter().collect::<Vec<_>>())
+                )
             }
         }
     }

@@ -50,7 +50,7 @@ fn beyond(offset: &Expr, side: usize, axis: &str, numbers: &dyn Fn(&Expr) -> Int
         Diagnostic::new(
             Code::OUT_OF_DOMAIN,
             offset.span,
-            format!("wherever the cell is, these places are outside of the lattice: it has {side} places along {axis}"),
+            format!("wherever the cell is, these places are outside the lattice: it has {side} places along {axis}"),
         )
         .label(format!("at least {} away", nearest.abs()))
         .help("make the offset smaller, or the lattice larger"),

@@ -63,11 +63,11 @@ fn runs_over_nothing(facts: &Facts<'_>, expr: &Expr) -> Option<Span> {
 fn report(term: Option<&str>, task: &Task, place: Span, over: Span) -> Diagnostic {
     let duration = shown(task.model.duration, Dimension::TIME);
     let message = match term {
-        Some(term) => format!("in a motion of {duration}, `{term}` leaves out what it compares"),
-        None => format!("in a motion of {duration} this runs over nothing"),
+        Some(term) => format!("in a motion of {duration}, `{term}` has nothing to compare"),
+        None => format!("in a motion of {duration} this has nothing to run over"),
     };
     Diagnostic::new(Code::SETTLES_LATE, place, message)
-        .label("its value there is what stands behind `otherwise`")
-        .also(over, "there is nothing in this range")
-        .help("simulate for longer, or ask for something that a short motion has")
+        .label("its value is then the one after `otherwise`")
+        .also(over, "this range is empty")
+        .help("simulate for longer, or use a term that has a value in a short motion")
 }

@@ -68,7 +68,7 @@ fn unusual(task: &Task, period: &Variable) -> Option<Diagnostic> {
 fn too_slow(target: &str, place: crate::source::Span, shortest: f64, period: &Variable) -> Diagnostic {
     let time = |x: f64| shown(x, Dimension::TIME);
     Diagnostic::new(Code::TOO_SHORT, place, format!("the valves of `{target}` are too slow for some periods"))
-        .label(format!("a valve stays as it is for {} at least", time(shortest)))
+        .label(format!("a valve stays in one state for at least {}", time(shortest)))
         .also(period.span, format!("a period may be as short as {}", time(period.domain.0)))
-        .help("begin the domain of the period higher, or set a shorter `shortest` if the valves can do it")
+        .help("start the domain of the period at a longer time, or set a shorter `shortest` if the valves can do it")
 }

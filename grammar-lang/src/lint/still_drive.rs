@@ -14,9 +14,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(
                     Code::STILL_DRIVE,
                     actuation.drive.span,
-                    format!("`{name}` drives its actuators to one place, where they stay"),
+                    format!("`{name}` moves its actuators to one position and keeps them there"),
                 )
-                .label("reads no time")
+                .label("does not read the time")
                 .help("let it read `t`, as in `swing * sin(t / period * 360 deg)`"),
             );
         }

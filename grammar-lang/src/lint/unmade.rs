@@ -25,7 +25,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 format!("a `{name}` with {with} has no `{}`", unmade.field),
             )
             .label(unmade.reason)
-            .help("narrow the domain of the parameter, or let the field have a value for all of it"),
+            .help("narrow the domain of the parameter, or give the field a valid value in the whole domain"),
         );
     }
 }

@@ -35,7 +35,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     format!("`{name}` is too weak to hold its own segments"),
                 )
                 .label(format!(
-                    "`torque` is {}; the weight of {fewest} segments in a row turns the first hinge with {}",
+                    "`torque` is {}; the weight of {fewest} segments in a row loads the first hinge with {}",
                     torque(held),
                     torque(weight)
                 ))

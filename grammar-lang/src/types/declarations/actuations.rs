@@ -241,7 +241,7 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::WRONG_ARGUMENTS,
                         shares.span,
-                        format!("a cycle has a share for each state: here are {n} shares and {m} states"),
+                        format!("a cycle needs one share for each state, but has {n} shares and {m} states"),
                     )
                     .label(format!("{n} shares"))
                     .also(states.span, format!("{m} states"))
@@ -260,7 +260,7 @@ impl Declarations<'_> {
             self.report(
                 Diagnostic::new(Code::WRONG_STAGE, span, "`t` cannot be read in a schedule of valves")
                     .label("the same cycle repeats")
-                    .help("say with the period, the shares and the phase when valves open"),
+                    .help("use the period, the shares and the phase to say when valves open"),
             );
         }
     }
@@ -275,7 +275,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::DUPLICATE,
                     per.span,
-                    "a shared variable is there once for the whole body",
+                    "a shared variable has one value for the whole body",
                 )
                 .label("which one counts?")
                 .help("write `vary` instead of `shared`, or take `per` out"),
@@ -345,9 +345,9 @@ impl Declarations<'_> {
             (Ty::Bool, None) => return Some((0.0, 1.0)),
             (Ty::Bool, Some(domain)) => {
                 let message = format!("`{}` is a Bool, which has no domain", name.text);
-                Diagnostic::new(Code::WRONG_TYPE, domain.span, message).label("it would change nothing").help(
+                Diagnostic::new(Code::WRONG_TYPE, domain.span, message).label("a domain would have no effect").help(
                     format!(
-                        "leave the domain out, and write `{0} : Bool flip 0.1`; a value that stays is a `let {0} = false`",
+                        "leave the domain out, and write `{0} : Bool flip 0.1`; for a fixed value, write `let {0} = false`",
                         name.text
                     ),
                 )
@@ -426,7 +426,7 @@ impl Declarations<'_> {
             "reflect" => ir::Bound::Reflect,
             "resample" => ir::Bound::Resample,
             other => {
-                let message = format!("`{other}` is no way to deal with a bound");
+                let message = format!("`bound` cannot be `{other}`");
                 let help = did_you_mean(other, WORDS);
                 self.report(
                     Diagnostic::new(Code::UNKNOWN_FIELD, bound.span, message)

@@ -38,9 +38,20 @@ impl Declarations<'_> {
             self.varying_number(&from, "friction", Dimension::NUMBER, (Sign::NotNegative, "0.8"), &cx);
         // How far and how fast it bends is the same for all of a kind: drives and targets are made for it.
         let alike = Context::new(Stage::Declaration, damaged);
+        let known = self.expressions.errors.len();
         let bend = self.bend(&from, &alike);
         let bending_speed = self.speed(&from, "bending_speed", &alike);
         let relaxing_speed = self.speed(&from, "relaxing_speed", &alike);
+        for mut error in self.expressions.errors.split_off(known) {
+            let name = self.environment.sources.slice(error.span());
+            if error.code == Code::UNKNOWN_NAME && params.contains_key(name) {
+                error.help = Some(
+                    "how far and how fast it bends is the same for all of a kind, and reads no parameter: declare another kind"
+                        .to_owned(),
+                );
+            }
+            self.expressions.errors.add(error);
+        }
         let mut positive = |name: &str, dimension: Dimension, example: &str| {
             self.varying_number(&from, name, dimension, (Sign::Positive, example), &cx)
         };
@@ -140,7 +151,7 @@ impl Declarations<'_> {
                         param.name.span,
                         format!("`{}` is outside its domain", param.name.text),
                     )
-                    .label("by its default"),
+                    .label("the default value"),
                 );
             }
             if params.contains_key(&param.name.text) {

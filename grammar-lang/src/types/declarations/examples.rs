@@ -168,7 +168,7 @@ impl Declarations<'_> {
                 if damaged {
                     continue;
                 }
-                let what = format!("`{}` matches and chooses no `{}`", name.text, key.text);
+                let what = format!("`{}` has no match or choice called `{}`", name.text, key.text);
                 let help = did_you_mean(&key.text, settable.iter().copied())
                     .unwrap_or_else(|| format!("it takes: {}", settable.join(", ")));
                 self.report(

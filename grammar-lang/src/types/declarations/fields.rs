@@ -94,7 +94,8 @@ impl Declarations<'_> {
             let is_group = allowed.blocks.contains(&text);
             if !allowed.all.contains(&text) || matches!(field, Field::Group(_)) != is_group {
                 let open: Vec<&str> = allowed.all.iter().copied().filter(|a| !given(a)).collect();
-                self.not_a_field(name, what, allowed, &open);
+                let is_block = matches!(field, Field::Group(_));
+                self.not_a_field(name, what, (allowed, is_block), &open);
                 misspelt.extend(nearest(text, open).map(str::to_owned));
                 // What is there in the wrong form is not missing, too.
                 misspelt.push(name.text.clone());
@@ -136,7 +137,13 @@ impl Declarations<'_> {
     }
 
     /// A name that is no field, or not in this form; `open` are the fields that are not given yet.
-    fn not_a_field(&mut self, name: &Name, what: &str, allowed: Fields<'_>, open: &[&str]) {
+    fn not_a_field(
+        &mut self,
+        name: &Name,
+        what: &str,
+        (allowed, is_block): (Fields<'_>, bool),
+        open: &[&str],
+    ) {
         let text = name.text.as_str();
         let (message, label, help) = match (allowed.all.contains(&text), allowed.blocks.contains(&text)) {
             (true, true) => (
@@ -148,6 +155,11 @@ impl Declarations<'_> {
                 format!("`{text}` is a value, not a block"),
                 "not in this form",
                 format!("write `{text} = ...`"),
+            ),
+            (false, _) if what == "a set of scenarios" && is_block => (
+                format!("{what} has no `{text}`"),
+                "not known",
+                format!("a world with a name is a case: write `case {text} {{ ... }}`"),
             ),
             (false, _) => (
                 format!("{what} has no `{text}`"),
@@ -171,9 +183,9 @@ impl Declarations<'_> {
             Diagnostic::new(
                 Code::UNKNOWN_FIELD,
                 word.span,
-                format!("no word stands between `{}` and its bracket", name.text),
+                format!("`{}` takes no word before its bracket", name.text),
             )
-            .label("not read")
+            .label("not expected here")
             .help(format!("write `{} {{ ... }}`", name.text)),
         );
     }

@@ -154,10 +154,10 @@ impl Declarations<'_> {
             return;
         }
         let (message, help) = if count == 4 {
-            ("a lattice that is repeated 4 times is square around the axis", "give it two equal sides")
+            ("a lattice with `symmetry radial 4` must be square around its axis", "give it two equal sides")
         } else {
             (
-                "a lattice is its own image in a mirror, or repeated 2 or 4 times about an axis",
+                "a lattice can have a mirror symmetry, or a radial symmetry of 2 or 4",
                 "write `symmetry mirror xy`, or `symmetry radial 2 about y`",
             )
         };
@@ -202,7 +202,7 @@ impl Declarations<'_> {
             let help = did_you_mean(kind, cells.iter().copied()).unwrap_or_else(|| {
                 format!("write for example `{} ... with {}`", how.word(), cells.first().unwrap_or(&"soft"))
             });
-            let message = format!("`{kind}` is no cell: a lattice cannot hold it");
+            let message = format!("`{kind}` is not a cell: a lattice can contain only cells");
             self.report(Diagnostic::new(Code::WRONG_TYPE, with.span, message).label("a part").help(help));
         } else if how == Painting::Paint && given.is_empty() {
             self.report(
@@ -301,14 +301,14 @@ impl Declarations<'_> {
             let (message, help) = match (lattice, task.model.method) {
                 (true, ir::Method::Hinges) => (
                     "the bodies of this grammar are lattices: a model of hinges cannot simulate them",
-                    "simulate a model whose `method` is `balls`, such as `ball_springs` of `std.models`",
+                    "use a model whose `method` is `balls`, such as `ball_springs` of `std.models`",
                 ),
                 (false, ir::Method::Balls(None)) => (
                     "the bodies of this grammar are made of parts, and this model does not say how to fill them",
                     "add for example `filling { spacing = 1 cm  stiffness = 500 N/m  damping = 0.5 N*s/m }` to the model",
                 ),
                 (_, method) if Some(method) != first => (
-                    "the tasks of a body are simulated by one method",
+                    "all tasks of a body must be simulated by the same method",
                     "simulate all of them with hinges, or all with the same balls",
                 ),
                 _ => continue,

@@ -125,7 +125,7 @@ impl Declarations<'_> {
             let Some(why) = plain.and_then(|plain| limit.excludes(plain, plain)) else { return Some(value) };
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, value.span, why)
-                    .label("outside of that")
+                    .label("outside this range")
                     .help(format!("write for example `{} = {}`", limit.name, limit.example)),
             );
             None
@@ -137,9 +137,13 @@ impl Declarations<'_> {
         let Some(block) = from.groups.get("descriptors").copied() else {
             if !damaged && !from.misspelt.iter().any(|m| m == "descriptors") {
                 self.report(
-                    Diagnostic::new(Code::MISSING_FIELD, from.place(), "this archive tells no kinds apart")
-                        .label("nothing describes a design")
-                        .help(format!("add `descriptors {{ {EXAMPLE} }}`")),
+                    Diagnostic::new(
+                        Code::MISSING_FIELD,
+                        from.place(),
+                        "this archive cannot distinguish kinds of designs",
+                    )
+                    .label("without descriptors")
+                    .help(format!("add `descriptors {{ {EXAMPLE} }}`")),
                 );
             }
             return None;
@@ -190,9 +194,13 @@ impl Declarations<'_> {
         }
         if block.fields.is_empty() && !damaged {
             self.report(
-                Diagnostic::new(Code::MISSING_FIELD, block.name.span, "this archive tells no kinds apart")
-                    .label("nothing describes a design")
-                    .help(format!("add a line such as `{EXAMPLE}`")),
+                Diagnostic::new(
+                    Code::MISSING_FIELD,
+                    block.name.span,
+                    "this archive cannot distinguish kinds of designs",
+                )
+                .label("without descriptors")
+                .help(format!("add a line such as `{EXAMPLE}`")),
             );
             return None;
         }
@@ -210,7 +218,7 @@ impl Declarations<'_> {
 
     fn not_a_descriptor(&mut self, name: &Name) {
         self.report(
-            Diagnostic::new(Code::UNKNOWN_FIELD, name.span, "descriptors are blocks, no values")
+            Diagnostic::new(Code::UNKNOWN_FIELD, name.span, "descriptors are blocks, not values")
                 .label("not a block")
                 .help(format!("write for example `{EXAMPLE}`")),
         );
@@ -272,12 +280,12 @@ impl Declarations<'_> {
                         "read `tuned` within `curves METHOD { ... }`",
                     )),
                     SearchWord::Parent if *which == Loop::Bodies => Some((
-                        "only a loop over curves is about one body, which was made of another",
+                        "only a loop over curves concerns a single body, which has a parent",
                         "read `parent` within `curves METHOD { ... }`",
                     )),
                     _ if method.has(word) => None,
                     SearchWord::Deviation => {
-                        Some(("there is no random walk whose deviation this could be", "add `walk = 50`"))
+                        Some(("`deviation` needs a random walk, and this search has none", "add `walk = 50`"))
                     }
                     SearchWord::Spread => Some((
                         "only `cma_es` has a spread",

@@ -43,7 +43,7 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::UNKNOWN_FIELD,
                         group.name.span,
-                        "a model of hinges fills nothing with balls",
+                        "a model with hinges cannot fill parts with balls",
                     )
                     .label("not possible here")
                     .help("write `method = balls`, or take the block out"),
@@ -123,7 +123,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::OUT_OF_DOMAIN,
                     tree.span,
-                    "more than 1000 sweeps in each step never pay",
+                    "more than 1000 sweeps in a step are never worthwhile",
                 )
                 .label("too many")
                 .help("write for example `iterations = 10`"),
@@ -140,7 +140,7 @@ impl Declarations<'_> {
                         Code::OUT_OF_DOMAIN,
                         tree.span,
                         format!(
-                            "`{name}` must be shorter than the motion, and not more than a million times"
+                            "`{name}` must not be longer than the motion, or shorter than a millionth of it"
                         ),
                     )
                     .label(format!("{} s of a motion of {duration} s", value)),

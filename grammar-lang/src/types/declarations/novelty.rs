@@ -125,7 +125,7 @@ impl Declarations<'_> {
                     "a feature is a quantity, a Count, a Bool or a value of an enumeration",
                 )
                 .label(format!("this is {}", article(&ty)))
-                .help("compare designs by something that can be equal, such as `count(actuator)`"),
+                .help("compare designs by a value that two designs can share, such as `count(actuator)`"),
             );
             return None;
         }
@@ -145,7 +145,7 @@ impl Declarations<'_> {
                     "the weight of a feature must not be below 0",
                 )
                 .label("negative")
-                .help("a feature that does not count has the weight 0"),
+                .help("to ignore a feature, give it the weight 0"),
             );
             return None;
         }
@@ -193,7 +193,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::MISSING_FIELD,
                     block.name.span,
-                    format!("of {:?} it is not said: {}", block.name.text, missing.join(", ")),
+                    format!("{:?} has no value for: {}", block.name.text, missing.join(", ")),
                 )
                 .label("incomplete")
                 .help("a known design has a value for each feature"),

@@ -43,7 +43,7 @@ impl Declarations<'_> {
                     )
                     .label(format!("this is {}", crate::types::expressions::fit::article(&ty)))
                     .also(place, "declared here")
-                    .help("observe a number that says of it what matters, such as `height(...)`"),
+                    .help("observe a number that describes its important property, such as `height(...)`"),
                 ),
             }
         }

@@ -131,10 +131,10 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::STRAY_PORT,
                         span,
-                        format!("the port `{}` looks into its part", port.name),
+                        format!("the port `{}` faces into its part", port.name),
                     )
                     .label("`facing` points from here towards the middle")
-                    .help("let it look outwards: turn the sign of `facing` round"),
+                    .help("let it face outwards: reverse the sign of `facing`"),
                 );
             }
             let same = |(_, (place, other)): &&(&ir::Port, ([f64; 3], [f64; 3]))| {
@@ -149,9 +149,13 @@ impl Declarations<'_> {
                 format!("`{}` and `{}`", first.name, port.name)
             };
             self.report(
-                Diagnostic::new(Code::PORTS_TOGETHER, span, format!("the ports {names} lie in one place"))
-                    .label("the same place, and the same direction")
-                    .help("what is attached to both would overlap: move one of them, or take it out"),
+                Diagnostic::new(
+                    Code::PORTS_TOGETHER,
+                    span,
+                    format!("the ports {names} lie in the same place"),
+                )
+                .label("the same place, and the same direction")
+                .help("parts attached to both would overlap: move or remove one of the ports"),
             );
             return;
         }
@@ -174,7 +178,7 @@ impl Declarations<'_> {
         let facing = self.expressions.infer(&port.facing, &mut cx);
         if !matches!(facing.ty, Ty::Vector(_) | Ty::Unknown) {
             self.report(
-                Diagnostic::new(Code::WRONG_TYPE, facing.span, "where a port looks must be a vector")
+                Diagnostic::new(Code::WRONG_TYPE, facing.span, "the direction of a port must be a vector")
                     .label(format!("this is {}", crate::types::expressions::fit::article(&facing.ty)))
                     .help("write for example `facing vector(0, 0, 1)`"),
             );
@@ -190,9 +194,13 @@ impl Declarations<'_> {
                 Field::Fixed(facing) => {
                     let Some(facing) = unit(facing) else {
                         self.report(
-                            Diagnostic::new(Code::BAD_VALUE, port.facing.span, "a port must look somewhere")
-                                .label("a vector without length")
-                                .help("write for example `facing vector(1, 0, 0)`"),
+                            Diagnostic::new(
+                                Code::BAD_VALUE,
+                                port.facing.span,
+                                "a port must face in some direction",
+                            )
+                            .label("a vector of length zero")
+                            .help("write for example `facing vector(1, 0, 0)`"),
                         );
                         return None;
                     };
@@ -329,7 +337,7 @@ impl Declarations<'_> {
             if !is_colour(&text) {
                 own.report(
                     Diagnostic::new(Code::BAD_VALUE, span, "a colour is written as `#rrggbb`")
-                        .label("not such a text")
+                        .label("not in this form")
                         .help("write for example `colour = \"#e8963c\"`"),
                 );
                 return None;

@@ -117,10 +117,10 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::DUPLICATE,
                         clause.span,
-                        "a rule that matches nothing matches nothing",
+                        "a rule with `match nothing` cannot match anything else",
                     )
                     .label("another match")
-                    .also(nothing, "nothing is matched here")
+                    .also(nothing, "`match nothing` is written here")
                     .help("remove one of them"),
                 );
             }
@@ -478,7 +478,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::UNKNOWN_NAME,
                     owner.span,
-                    format!("`{}` is no part that this rule has matched", owner.text),
+                    format!("`{}` is not a part that this rule has matched", owner.text),
                 )
                 .label("not matched before")
                 .help(did_you_mean(&owner.text, parts).unwrap_or_else(|| {

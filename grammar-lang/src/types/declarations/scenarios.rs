@@ -92,7 +92,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::MISSING_FIELD,
                     block.name.span,
-                    format!("`{}` names no world beside the nominal one", block.name.text),
+                    format!("`{}` contains no world other than the nominal one", block.name.text),
                 )
                 .label("empty")
                 .help(format!("add `mass = 90 % .. 110 %  drawn = 13`, or a case: `{EXAMPLE}`")),
@@ -113,7 +113,7 @@ impl Declarations<'_> {
         };
         self.report(
             Diagnostic::new(Code::UNUSUAL, place, message)
-                .label(format!("{} of it at most", difference.shown(most)))
+                .label(format!("at most {} of it", difference.shown(most)))
                 .help(format!(
                     "it is a factor: write for example `{name} = {}`{coefficient}",
                     difference.example()
@@ -130,10 +130,10 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::OUT_OF_DOMAIN,
                     place,
-                    format!("at most {} worlds are drawn", Scenarios::MOST),
+                    format!("at most {} worlds can be drawn", Scenarios::MOST),
                 )
                 .label("too many")
-                .help("each costs a simulation: 13 serve a search, 64 a test"),
+                .help("each world costs a simulation: 13 are enough for a search, 64 for a test"),
             );
             return None;
         }
@@ -154,7 +154,7 @@ impl Declarations<'_> {
                 place,
                 format!("`{name}` must lie within {least} .. {most}"),
             )
-            .label("outside of that")
+            .label("outside this range")
             .help(format!("write for example `{name} = {}`", difference.example())),
         );
         false
@@ -185,7 +185,7 @@ impl Declarations<'_> {
                 self.report(
                     Diagnostic::new(Code::DUPLICATE, name.span, "every set has a world `nominal` already")
                         .label("this name is taken")
-                        .help("choose another name: in the nominal world all is as the grammar says"),
+                        .help("choose another name: in the nominal world, everything is as the grammar says"),
                 );
             }
             if from.values.contains_key(name.text.as_str()) {
@@ -194,7 +194,10 @@ impl Declarations<'_> {
                     Diagnostic::new(
                         Code::DUPLICATE,
                         name.span,
-                        format!("`{}` is what drawn worlds of this set differ in", name.text),
+                        format!(
+                            "drawn worlds of this set differ in `{}`, so a case cannot have this name",
+                            name.text
+                        ),
                     )
                     .label("this name is taken")
                     .help("choose another name: a variant changes fields and cases by their names"),
@@ -216,7 +219,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::MISSING_FIELD,
                     name.span,
-                    format!("the case `{}` differs in nothing", name.text),
+                    format!("the case `{}` does not differ from the nominal world", name.text),
                 )
                 .label("empty")
                 .help(format!("write for example `{EXAMPLE}`")),

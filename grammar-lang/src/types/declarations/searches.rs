@@ -71,10 +71,10 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::UNUSUAL,
                     tree.span,
-                    "a best may lose nearly all of its value at half the step",
+                    "with this `keep`, a best may lose nearly all of its value at half the step",
                 )
                 .label("so no check can fail")
-                .help("write `keep = 80 %`: otherwise a search lives on the errors of the simulation"),
+                .help("write `keep = 80 %`: otherwise the search exploits the errors of the simulation"),
             );
         }
         let checks = from.values.get("checks").map(|(_, tree)| self.checks(tree));
@@ -168,7 +168,7 @@ impl Declarations<'_> {
         let ast::ExprKind::Name(name) = &tree.kind else {
             self.report(
                 Diagnostic::new(Code::BAD_VALUE, tree.span, "`checks` is the name of a set of worlds")
-                    .label("no name")
+                    .label("not a name")
                     .help("write for example `checks = cross_checks`, which `std.scenarios` has"),
             );
             return None;
@@ -237,9 +237,9 @@ impl Declarations<'_> {
                 let told = Diagnostic::new(
                     Code::MISSING_FIELD,
                     block.name.span,
-                    format!("`{loops}` does not say by what it searches"),
+                    format!("`{loops}` does not name its search method"),
                 )
-                .label("a method stands behind it")
+                .label("a method must follow")
                 .help(format!("write `{loops} METHOD {{`, where METHOD is one of: {}", names.join(", ")));
                 let fix = meant(block, which).map(|method| {
                     Fix::insert_after(
@@ -256,7 +256,7 @@ impl Declarations<'_> {
         if found.is_none() {
             let message = format!("{loops} cannot be searched for by `{}`", name.text);
             let help = did_you_mean(&name.text, names.iter().copied())
-                .unwrap_or_else(|| format!("there is: {}", names.join(", ")));
+                .unwrap_or_else(|| format!("the methods are: {}", names.join(", ")));
             self.report(
                 Diagnostic::new(Code::UNKNOWN_FIELD, name.span, message)
                     .label("not one of its methods")

@@ -52,7 +52,7 @@ impl Declarations<'_> {
             let at = turn.map_or(0.0, |w| w[1][0]);
             self.report(
                 Diagnostic::new(Code::TABLE_ORDER, span, format!("`{name}` must only grow, or only fall"))
-                    .label(format!("turns round at {}", units::shown(at, Dimension::ANGLE)))
+                    .label(format!("changes direction at {}", units::shown(at, Dimension::ANGLE)))
                     .help("each length of thread must belong to one bend: measure again, or leave rows out"),
             );
             return None;
@@ -80,8 +80,8 @@ impl Declarations<'_> {
         if table.range().0 <= 0.0 {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, span, format!("`{name}` must be above 0 at every bend"))
-                    .label(format!("this comes down to {}", units::shown(table.range().0, velocity)))
-                    .help("leave out the rows where nothing moves any more, and narrow `bend` to what is reached"),
+                    .label(format!("its smallest value is {}", units::shown(table.range().0, velocity)))
+                    .help("leave out the rows in which the actuator no longer moves, and narrow `bend` to the bends that it reaches"),
             );
             return None;
         }
@@ -99,7 +99,7 @@ impl Declarations<'_> {
         let ast::ExprKind::List(items) = &tree.kind else {
             self.report(
                 Diagnostic::new(Code::WRONG_TYPE, tree.span, format!("`{name}` is a list of pins"))
-                    .label("no list")
+                    .label("not a list")
                     .help(format!("write a pin for each channel, in their order: `{example}`")),
             );
             return None;
@@ -118,6 +118,9 @@ impl Declarations<'_> {
                         (_, "D0" | "D1") => "the serial line needs D0 and D1".to_owned(),
                         (_, "D2") => "the stop circuit is connected to D2".to_owned(),
                         (_, "D13") => "the lamp of the board is on D13".to_owned(),
+                        (_, number) if analogue(number).is_some() => {
+                            format!("write `{}`", analogue(number).unwrap_or_default())
+                        }
                         _ if PINS.contains(&format!("D{text}").as_str()) => format!("write `D{text}`"),
                         _ => did_you_mean(&text, PINS.iter().copied())
                             .unwrap_or_else(|| "pins are D3 to D12 and A0 to A5".to_owned()),
@@ -157,7 +160,7 @@ impl Declarations<'_> {
                     format!("`{first}` has {} pins, `{second}` has {}", one.len(), two.len()),
                 )
                 .label("each channel needs one of each")
-                .help("name as many pins for the one as for the other"),
+                .help("name the same number of pins for both"),
             );
             return None;
         }
@@ -228,9 +231,13 @@ impl Declarations<'_> {
         let (low, high) = self.expressions.constant_range(&expr)?;
         if low >= high {
             self.report(
-                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, format!("`{name}` is a single value"))
-                    .label("nothing between its ends")
-                    .help(format!("write for example `{name} = {example}`")),
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    format!("`{name}` must be a range, not a single value"),
+                )
+                .label("its ends are equal")
+                .help(format!("write for example `{name} = {example}`")),
             );
             return None;
         }
@@ -341,7 +348,7 @@ impl Declarations<'_> {
         {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "pulses of servos last 300 us to 3000 us")
-                    .label("beyond that")
+                    .label("outside this range")
                     .help("write for example `pulse = 1000 us .. 2000 us`"),
             );
             return None;
@@ -449,7 +456,7 @@ impl Declarations<'_> {
                             *place,
                             format!("`{with}` drives valves, but `{kind}` bends both ways"),
                         )
-                        .label("air bends an actuator one way")
+                        .label("air can bend an actuator in one direction only")
                         .also(actuator.span, "declared here")
                         .help(format!("write for example `set {kind}.bend = 0 deg .. 90 deg`")),
                     );
@@ -474,11 +481,17 @@ impl Declarations<'_> {
                             format!("`{with}` drives {drives}, but the target drives {wants}"),
                         )
                         .label("does not fit the target")
-                        .also(target.span, "simulated on this")
+                        .also(target.span, "the task is simulated on this target")
                         .help(format!("actuate `{kind}` with an actuation that says `{example}`")),
                     );
                 }
             }
         }
     }
+}
+
+/// The name of an analogue pin that is called by its number, as on the boards of Arduino: 14 is A0.
+fn analogue(number: &str) -> Option<String> {
+    let number: u8 = number.parse().ok()?;
+    (14..=19).contains(&number).then(|| format!("A{}", number - 14))
 }

@@ -75,9 +75,9 @@ impl<'a> Declarations<'a> {
                     Diagnostic::new(
                         Code::UNUSED,
                         name.span,
-                        format!("the value of the task `{}` does not count", name.text),
+                        format!("the value of the task `{}` is not used", name.text),
                     )
-                    .label("searched for, but not wanted")
+                    .label("optimised, but not part of the objective")
                     .help(format!("use `{}.value` in the objective, or remove the task", name.text)),
                 );
             }
@@ -100,7 +100,7 @@ impl<'a> Declarations<'a> {
             let is_same = |other: &&(Span, &ir::Objective)| text(other.1) == text(objective);
             if let Some((first, other)) = known[..place].iter().find(is_same) {
                 let message = if other.direction == objective.direction {
-                    "this objective is there already"
+                    "this objective is already declared"
                 } else {
                     "this asks for the opposite of another objective"
                 };
@@ -108,7 +108,9 @@ impl<'a> Declarations<'a> {
                     Diagnostic::new(Code::DUPLICATE, *span, message)
                         .label("of the same quantity")
                         .also(*first, "the other one")
-                        .help("keep one of them; in a variant, `replace` puts one in place of the base's"),
+                        .help(
+                            "keep one of them; in a variant, `replace` replaces the objectives of the base",
+                        ),
                 );
             }
         }
@@ -144,7 +146,7 @@ impl<'a> Declarations<'a> {
                     Diagnostic::new(
                         Code::MISSING_ITEM,
                         name.span,
-                        format!("the task `{}` says nothing about what is wanted", name.text),
+                        format!("the task `{}` has no objective", name.text),
                     )
                     .label("without an objective")
                     .help("add for example `maximize travel in cm`"),
@@ -249,7 +251,7 @@ impl<'a> Declarations<'a> {
             let help = format!("add `in {set}` to its `simulate`");
             self.report(match (simulated.scenarios, simulated.time) {
                 (Some((own, _)), _) => error
-                    .also(own.span, "its worlds are these")
+                    .also(own.span, "the task is simulated in these worlds")
                     .help(format!("run over `{}`, or simulate it in `{set}`", own.text)),
                 (None, Some(time)) => {
                     error.help(&help).fix(Fix::insert_after(time, format!(" in {set}"), help))
@@ -258,8 +260,8 @@ impl<'a> Declarations<'a> {
             });
         } else if let Some((_, place)) = inner.first() {
             self.report(
-                Diagnostic::new(Code::OTHER_WORLDS, *place, "in one world there are no others to run over")
-                    .label("inside of another `over`")
+                Diagnostic::new(Code::OTHER_WORLDS, *place, "within one world, there are no other worlds to run over")
+                    .label("inside another `over`")
                     .help("write the two side by side, in brackets: `(mean over ... of X) - 2 * (deviation over ... of X)`"),
             );
         }
@@ -280,11 +282,11 @@ impl<'a> Declarations<'a> {
                     Diagnostic::new(
                         Code::OBJECTIVE_UNIT,
                         value.span,
-                        format!("the objective has the dimension {d}: in which unit is it a number?"),
+                        format!("the objective has the dimension {d}: in which unit should it be expressed?"),
                     )
                     .label(format!("of the dimension {d}"))
                     .help(format!(
-                        "write for example `in {}` after it: a value, and the temperature of a search, is a number of some unit",
+                        "write for example `in {}` after it: the value of a design and the temperature of a search are numbers in this unit",
                         self.told_in(d)
                     )),
                 );
@@ -583,7 +585,7 @@ impl<'a> Periods<'a> {
             )),
             Self::Each(name) => Some((
                 format!("each actuator that `{name}` drives has a period of its own"),
-                "build it from what is shared: `shared period : Time in ...`".to_owned(),
+                "compute it from a shared variable: `shared period : Time in ...`".to_owned(),
             )),
         }
     }

@@ -113,7 +113,7 @@ impl Declarations<'_> {
             Diagnostic::new(
                 Code::UNUSUAL,
                 tree.span,
-                format!("`{field} = {}` is far from what robots have", shown(value)),
+                format!("`{field} = {}` is far outside the usual range for robots", shown(value)),
             )
             .label(format!("usual: {range}, between {}", usual.ends))
             .help(mend + &allowed()),
@@ -128,7 +128,7 @@ impl Declarations<'_> {
             return;
         }
         let range = format!("{} .. {}", shown(usual.least, usual.unit), shown(usual.most, usual.unit));
-        let message = format!("this mass makes a density of {}", shown(density, usual.unit));
+        let message = format!("this mass gives a density of {}", shown(density, usual.unit));
         self.report(
             Diagnostic::new(Code::UNUSUAL, tree.span, message)
                 .label(format!("usual: {range}, between {}", usual.ends))
@@ -144,7 +144,7 @@ impl Declarations<'_> {
         let message = format!("with this damping a hinge needs {} to follow its drive", shown(lag, "s"));
         self.report(
             Diagnostic::new(Code::UNUSUAL, tree.span, message)
-                .label(format!("usual: up to {LONGEST_LAG} s, which is damping over stiffness"))
+                .label(format!("usual: up to {LONGEST_LAG} s (damping divided by stiffness)"))
                 .help(format!("check the units of `damping` and `stiffness`. {}", allowed())),
         );
     }
@@ -155,7 +155,7 @@ impl Declarations<'_> {
         self.report(
             Diagnostic::new(Code::STRAY_PORT, place, format!("the port `{name}` lies off its part"))
                 .label(format!("{} from the middle; the part reaches {}", length(distance), length(reach)))
-                .help("a port lies on the surface: what is attached there would float in the air"),
+                .help("a port must lie on the surface: a part attached here would float in the air"),
         );
     }
 }

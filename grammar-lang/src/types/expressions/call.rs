@@ -124,9 +124,13 @@ impl Expressions<'_> {
             other => {
                 let message = format!("{} cannot be called", super::fit::article(other));
                 let help = match other {
-                    Ty::List(_) => "an item stands in square brackets, counted from 0: `points[1]`",
-                    Ty::Port => "one of several ports of a name is in square brackets: `core.site[1]`",
-                    Ty::Track(_) => "say when with `at`, as in `core.position at end`",
+                    Ty::List(_) => {
+                        "write the number of the item in square brackets, counted from 0: `points[1]`"
+                    }
+                    Ty::Port => "write the number of the port in square brackets: `core.site[1]`",
+                    Ty::Track(_) => {
+                        "give a time with `at`, in brackets where more follows: `(core.position at end).z`"
+                    }
                     _ => "to multiply, write `*`",
                 };
                 self.report(
@@ -143,7 +147,7 @@ impl Expressions<'_> {
                     Code::WRONG_ARGUMENTS,
                     span,
                     if matches!(curve.ty, Ty::Table(..)) {
-                        "a table takes one argument: what it is asked"
+                        "a table takes one argument: the value to look up"
                     } else {
                         "a curve takes one argument: the place in its cycle, from 0 to 1"
                     },
@@ -153,7 +157,7 @@ impl Expressions<'_> {
             return unknown;
         };
         let what = if matches!(curve.ty, Ty::Table(..)) {
-            "what a table is read at"
+            "the argument of a table"
         } else {
             "the place in a cycle"
         };
@@ -251,7 +255,8 @@ impl Expressions<'_> {
                 let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
                     let names: Vec<&str> = params.iter().map(|(n, _)| n.as_str()).collect();
                     Some(if names.is_empty() && items.len() > 1 {
-                        "the kinds that it may be share no parameter: choose among kinds that do".to_owned()
+                        "its possible kinds have no parameter in common: choose among kinds that do"
+                            .to_owned()
                     } else if names.is_empty() {
                         format!("it has no parameters: write `{name}` alone")
                     } else {
@@ -384,10 +389,13 @@ impl Expressions<'_> {
                 Diagnostic::new(
                     Code::OTHER_WORLDS,
                     value.span,
-                    format!("`{}` runs over worlds, and this is of the nominal one", function.name.text),
+                    format!(
+                        "`{}` runs over worlds, but this argument belongs to the nominal world",
+                        function.name.text
+                    ),
                 )
-                .label("would be the same in each world")
-                .help("write out here what the function says, or let it name the term itself"),
+                .label("it would be the same in each world")
+                .help("write the body of the function here, or let the function read the term itself"),
             );
             return unknown;
         }
@@ -407,7 +415,7 @@ impl Expressions<'_> {
                 self.errors.add(error);
                 continue;
             }
-            let message = format!("`{name}` cannot be called here: in it, {}", error.message);
+            let message = format!("`{name}` cannot be called here: inside it, {}", error.message);
             let blamed = Diagnostic::new(Code::WRONG_STAGE, call, message)
                 .label("called here")
                 .also(error.span(), "read here")

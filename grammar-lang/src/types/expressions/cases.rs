@@ -35,7 +35,7 @@ impl Expressions<'_> {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, case.span, message)
                     .label("one too many")
-                    .help("write the values as a `table`, or let `else` stand for the rest"),
+                    .help("write the values as a `table`, or let `else` cover the rest"),
             );
             return unknown(span);
         }

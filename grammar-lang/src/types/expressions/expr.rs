@@ -216,7 +216,7 @@ impl Expressions<'_> {
             if item.ty == Ty::List(Box::new(Ty::World)) {
                 self.report(
                     Diagnostic::new(Code::WRONG_TYPE, item.span, "this is a set of worlds already")
-                        .label("no single world")
+                        .label("a set, where one world is needed")
                         .help("leave the brackets out: `over w in NAME`"),
                 );
                 return None;
@@ -238,7 +238,7 @@ impl Expressions<'_> {
         }
         if checked.is_empty() {
             self.report(
-                Diagnostic::new(Code::EMPTY_DOMAIN, span, "there is nothing in here")
+                Diagnostic::new(Code::EMPTY_DOMAIN, span, "this set or list is empty")
                     .label("empty")
                     .help("name at least one value"),
             );
@@ -270,7 +270,7 @@ impl Expressions<'_> {
                 )
                 .label("reaches further")
                 .also(old.span, "the domain in the base")
-                .help("write `set` instead of `narrow` if it is meant to reach further"),
+                .help("for a wider domain, write `set NAME = ...` instead of `narrow NAME in ...`"),
             );
         }
         new
@@ -292,14 +292,14 @@ impl Expressions<'_> {
                 Code::WRONG_DIMENSION,
                 new.span,
                 format!(
-                    "the base chooses {} here, but this holds {}",
+                    "the base chooses {} here, but this contains {}",
                     article(&chosen(&old.ty, before)),
                     article(&chosen(&new.ty, now))
                 ),
             )
             .label("another kind of quantity")
             .also(old.span, "the domain in the base")
-            .help("what reads the choice needs the kind of quantity of the base"),
+            .help("expressions that read the choice need the same kind of quantity as in the base"),
         );
         unknown(new.span)
     }
@@ -363,11 +363,14 @@ impl Expressions<'_> {
         match operator {
             O::Multiply | O::Divide => {
                 let Some(ty) = product(&a.ty, operator, &b.ty) else {
-                    return self.wrong(
-                        span,
-                        format!("{symbol} cannot join a {} and a {}", a.ty, b.ty),
-                        "it needs numbers",
-                    );
+                    // `at` binds tighter than `*`: the time after it is not what was meant.
+                    let help = match (&a.kind, b.ty.dimension()) {
+                        (ExprKind::At(..), Some(_)) => {
+                            "`at` comes before `*` and `/`: put the time in brackets, as in `at (i * duration / 20)`"
+                        }
+                        _ => "it needs numbers",
+                    };
+                    return self.wrong(span, format!("{symbol} cannot join a {} and a {}", a.ty, b.ty), help);
                 };
                 make(a, b, ty)
             }
@@ -393,7 +396,7 @@ impl Expressions<'_> {
                     } else {
                         "it needs numbers"
                     };
-                    return self.wrong(span, format!("{symbol} cannot join two of {ty}"), help);
+                    return self.wrong(span, format!("{symbol} cannot join two values of type {ty}"), help);
                 }
                 let ty = if matches!(operator, O::Add | O::Subtract) { ty } else { Ty::Bool };
                 make(a, b, ty)
@@ -448,7 +451,7 @@ impl Expressions<'_> {
                 Ty::Domain(item) if matches!(over.kind, ExprKind::Set(_)) => (**item).clone(),
                 Ty::Unknown => Ty::Unknown,
                 other => {
-                    let message = format!("{} is nothing to run over", article(other));
+                    let message = format!("it is not possible to run over {}", article(other));
                     self.wrong(
                         over.span,
                         message,
@@ -472,7 +475,7 @@ impl Expressions<'_> {
         let over_cells = matches!(cx.locals.get(depth..), Some([cell]) if cell.ty.fits(&Ty::Cell));
         if !over_cells || otherwise.is_some() {
             cx.locals.truncate(depth);
-            let message = "`clusters` runs over cells of a lattice, and counts none where there are none";
+            let message = "`clusters` runs over the cells of a lattice, and needs no `otherwise`: without cells, it is 0";
             return self.wrong(
                 tree.span,
                 message.to_owned(),
@@ -505,7 +508,7 @@ impl Expressions<'_> {
                     tree.span,
                     "the share of a quantile must lie within 0 % .. 100 %",
                 )
-                .label("no share")
+                .label("not a share")
                 .help("write for example `quantile 10 % over`: nine of ten are above that"),
             );
         }
@@ -540,8 +543,8 @@ impl Expressions<'_> {
                 other => {
                     self.wrong(
                         body.span,
-                        format!("{} cannot be gathered", article(other)),
-                        "gather numbers, as in `of p.mass`",
+                        format!("{} cannot be aggregated", article(other)),
+                        "aggregate numbers, as in `of p.mass`",
                     )
                     .ty
                 }

@@ -227,7 +227,7 @@ fn meant(expr: &Expr, wanted: &Ty) -> Option<String> {
             Some(format!("write a range, as in `{}`", range.as_deref().unwrap_or("LEAST .. GREATEST")))
         }
         (Ty::Bool, Ty::Count | Ty::Quantity(_)) => {
-            Some("use `if CONDITION then a else b` to make a number of yes and no".to_owned())
+            Some("use `if CONDITION then a else b` to turn a Bool into a number".to_owned())
         }
         (_, Ty::Count) => Some("write a whole number, such as 3".to_owned()),
         (_, Ty::Domain(_)) => Some("write a range `a .. b` or a set `{ a, b }`".to_owned()),
@@ -295,7 +295,7 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
         if what == "this term" {
             format!("declare it as `: {have}`, or change what it is calculated from")
         } else {
-            format!("its calculation comes out as {}: is a factor or a unit missing?", article(&expr.ty))
+            format!("the calculation gives {}: is a factor or a unit missing?", article(&expr.ty))
         }
     } else if want.is_number() {
         format!("divide it by a quantity of the same kind, or write `in {}` after it", units::suggest(have))
@@ -318,8 +318,10 @@ fn unlike(a: &Ty, b: &Ty) -> &'static str {
     let number = |ty: &Ty| ty.dimension().is_some();
     match (a, b) {
         (a, b) if number(a) && number(b) => "both must be of the same kind: is one of the units right?",
-        (Ty::Enum(_), _) | (_, Ty::Enum(_)) => "a value of an enumeration is only compared with another one",
-        (Ty::Bool, _) | (_, Ty::Bool) => "use `if CONDITION then a else b` to make a number of yes and no",
+        (Ty::Enum(_), _) | (_, Ty::Enum(_)) => {
+            "a value of an enumeration can be compared only with another one"
+        }
+        (Ty::Bool, _) | (_, Ty::Bool) => "use `if CONDITION then a else b` to turn a Bool into a number",
         _ => "both must be of the same kind",
     }
 }

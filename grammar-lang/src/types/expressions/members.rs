@@ -67,12 +67,20 @@ impl Expressions<'_> {
             },
             Ty::Track(inner) if Attribute::of(&inner, &name.text).is_some() => {
                 let whole = self.environment.sources.slice(of.span);
-                let help = format!("say first when: `({whole} at end).{}`", name.text);
+                let help = format!("give a time first: `({whole} at end).{}`", name.text);
                 self.wrong(
                     name.span,
-                    "this changes with time, and has no parts before a time is said".to_owned(),
+                    "this changes with time: it has no components until a time is given".to_owned(),
                     &help,
                 )
+            }
+            Ty::Quantity(_) if crate::units::parse(&name.text).is_ok() => {
+                let help = format!(
+                    "units are multiplied with `*`: write `{}*{}`",
+                    self.environment.sources.slice(of.span),
+                    name.text
+                );
+                self.wrong(name.span, "a unit has no point".to_owned(), &help)
             }
             _ => self.no_member(&of, name, &[], span),
         }
@@ -180,7 +188,8 @@ impl Expressions<'_> {
                 ));
             }
             if let Some(owner) = owner {
-                return Some(format!("it is {} that has a `{}`", article(owner), name.text));
+                let a = if name.text.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" };
+                return Some(format!("it is {} that has {a} `{}`", article(owner), name.text));
             }
             (!candidates.is_empty()).then(|| format!("{} has: {}", article(&of.ty), candidates.join(", ")))
         });

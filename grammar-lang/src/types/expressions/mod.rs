@@ -212,7 +212,7 @@ impl<'a> Expressions<'a> {
                 self.report(
                     Diagnostic::new(Code::BAD_VALUE, error.span, "this has no usable value")
                         .label(error.reason)
-                        .help("it is worked out before anything runs: change the values that it is made of"),
+                        .help("it is computed before the run starts: change the values that it depends on"),
                 );
                 None
             }
@@ -298,9 +298,9 @@ impl<'a> Expressions<'a> {
 
     /// Reports what is defined by itself, with the others that the circle goes through.
     fn circle(&mut self, declaration: Declaration, span: Span) {
-        let mut error = Diagnostic::new(Code::BAD_VALUE, span, "this is defined by itself")
+        let mut error = Diagnostic::new(Code::BAD_VALUE, span, "this is defined in terms of itself")
             .label("its value depends on its own value")
-            .help("nothing can use itself, not even through others: give one of them a value of its own");
+            .help("a definition cannot use itself, not even indirectly: give one of them a value of its own");
         let others = self.open.iter().rev().take_while(|open| **open != declaration);
         let others: Vec<Declaration> = others.copied().collect();
         for other in others.iter().rev().filter_map(|d| self.environment.program.item(*d).and_then(declared))
@@ -376,7 +376,7 @@ impl<'a> Expressions<'a> {
                     "a parameter is a quantity, a Count, a Bool or a value of an enumeration",
                 )
                 .label(format!("this is {}", fit::article(&ty)))
-                .help("what has another type is declared with `let`"),
+                .help("declare a value of any other type with `let`"),
             );
             return None;
         }

@@ -104,13 +104,13 @@ impl Expressions<'_> {
         let (size, depth) = extent(&ty);
         if ty == Ty::Unknown || size > MOST_FIELDS || depth > DEEPEST {
             let message = format!(
-                "`{}` is too large when all records in it are written out: more than {MOST_FIELDS} fields or {DEEPEST} records deep",
+                "`{}` is too large when all records in it are expanded: more than {MOST_FIELDS} fields or {DEEPEST} records deep",
                 name.text
             );
             self.report(
                 Diagnostic::new(Code::TOO_DEEP, name.span, message)
-                    .label("too many records within records")
-                    .help("use fewer records within records"),
+                    .label("too many nested records")
+                    .help("use fewer nested records"),
             );
             ty = Ty::Unknown;
         }

@@ -136,7 +136,11 @@ impl Expressions<'_> {
             }
             other => other.kind().map_or("a declaration", |kind| kind.what),
         };
-        self.wrong(span, format!("`{name}` is {what}, not a value"), "only values can be calculated with")
+        self.wrong(
+            span,
+            format!("`{name}` is {what}, not a value"),
+            "only values can be used in a calculation",
+        )
     }
 
     pub(super) fn stage_error(&mut self, span: Span, name: &str, stage: Stage, where_known: &str) -> Expr {
@@ -168,7 +172,9 @@ impl Expressions<'_> {
             Ty::Cell => self.cell_params().iter().any(|(n, _)| n == name),
             _ => self.instance_params().of_actuators.contains_key(name),
         });
-        let help = if let Some(driven) = driven {
+        let help = if name == "core" && self.environment.has_lattice {
+            "a lattice has no core: the place in its middle is `middle`".to_owned()
+        } else if let Some(driven) = driven {
             format!("did you mean `{}.{name}`?", driven.name)
         } else if units::parse(name).is_ok() {
             format!(
@@ -180,7 +186,8 @@ impl Expressions<'_> {
                 Function::named(name).map_or("", |f| signature::usage(f).0)
             )
         } else if let Some(of) = self.enumeration_with(span, name) {
-            let help = format!("write `{of}.{name}`: a value of an enumeration is named with it");
+            let help =
+                format!("write `{of}.{name}`: write a value together with the name of its enumeration");
             fix = Some(Fix::replace(span, format!("{of}.{name}"), help.clone()));
             help
         } else if self.environment.ports.contains(name) {
@@ -381,7 +388,7 @@ fn not_declared(name: &str, cx: &Context) -> String {
         matches!(l.ty, Ty::Part | Ty::Actuator | Ty::Port | Ty::Joint | Ty::Cell | Ty::Step)
     };
     if cx.stage == Stage::Derivation && !cx.locals.iter().any(matched) {
-        return "nothing is bound that it could be: a rule binds parts and ports by a line such as \
+        return "this rule binds no part or port: bind parts and ports with a line such as \
                 `match p : part with free port q`"
             .to_owned();
     }
@@ -391,7 +398,10 @@ fn not_declared(name: &str, cx: &Context) -> String {
     match (bound.is_empty(), cx.stage) {
         (true, Stage::Derivation) => "bind it first, as in `match p : part with free port q`".to_owned(),
         (true, _) => crate::names::UNDECLARED.to_owned(),
-        _ => format!("bound here: {}; others are declared, or imported with `use`", bound.join(", ")),
+        _ => format!(
+            "the names bound here are: {}; declare other names, or import them with `use`",
+            bound.join(", ")
+        ),
     }
 }
 

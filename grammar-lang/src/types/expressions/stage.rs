@@ -92,13 +92,14 @@ impl Stage {
             Self::Weight | Self::Choice if name == "iteration" => {
                 "; here, `temperature` falls with the iterations"
             }
+            Self::Schedule if name == "t" => "; a schedule reads `iteration`",
             Self::Pattern if name == "t" => "; a pattern reads `cycle`, which goes from 0 to 1",
             Self::Drive => "; a drive reads `t`, its actuator, and what the actuation varies",
             Self::Declaration if is_of_design => {
-                "; the fields of a part read no design: a number that may differ is a `param` of the grammar or of the part"
+                "; the fields of a part cannot read the design: for a number that may differ, declare a `param` of the grammar or of the part"
             }
             Self::Derivation if is_of_motion => {
-                "; what the motion must fulfil belongs to the objective, as in `maximize travel - 10 * fall in cm`"
+                "; conditions on the motion belong in the objective, as in `maximize travel - 10 * fall in cm`"
             }
             _ => "",
         }

@@ -18,13 +18,9 @@ impl Expressions<'_> {
         for (ty, name) in [(&from, &table.from), (&to, &table.to)] {
             if !matches!(ty, Ty::Quantity(_) | Ty::Unknown) {
                 self.report(
-                    Diagnostic::new(
-                        Code::WRONG_TYPE,
-                        name.span,
-                        "a table leads from a quantity to a quantity",
-                    )
-                    .label(format!("this is {}", article(ty)))
-                    .help("write for example `table lengths : Angle -> Length { ... }`"),
+                    Diagnostic::new(Code::WRONG_TYPE, name.span, "a table maps a quantity to a quantity")
+                        .label(format!("this is {}", article(ty)))
+                        .help("write for example `table lengths : Angle -> Length { ... }`"),
                 );
             }
         }
@@ -36,9 +32,9 @@ impl Expressions<'_> {
                 Diagnostic::new(
                     Code::WRONG_TYPE,
                     place,
-                    format!("the rows of this table lead from {} to {}", article(&to), article(&from)),
+                    format!("the rows of this table map {} to {}", article(&to), article(&from)),
                 )
-                .label("said the other way round here")
+                .label("declared the other way round here")
                 .help(help.clone())
                 .fix(Fix::replace(
                     place,
@@ -52,8 +48,8 @@ impl Expressions<'_> {
         let mut sound = true;
         for (x, y) in &table.rows {
             let mut cx = Context::new(Stage::Declaration, damaged);
-            let x = self.expect(x, &mut cx, &from, "what stands on the left of `->`");
-            let y = self.expect(y, &mut cx, &to, "what stands on the right of `->`");
+            let x = self.expect(x, &mut cx, &from, "the value on the left of `->`");
+            let y = self.expect(y, &mut cx, &to, "the value on the right of `->`");
             match (self.constant_number(&x), self.constant_number(&y)) {
                 (Some(a), Some(b)) => rows.push(([a, b], x.span)),
                 _ => sound = false,
@@ -72,10 +68,14 @@ impl Expressions<'_> {
             if x <= before {
                 let (x, before) = (units::shown(x, *asked), units::shown(before, *asked));
                 self.report(
-                    Diagnostic::new(Code::TABLE_ORDER, span, "the rows of a table must ascend")
-                        .label(format!("{x} comes after {before}"))
-                        .also(first, "the row before")
-                        .help("put the rows in order, and average what was measured at the same place"),
+                    Diagnostic::new(
+                        Code::TABLE_ORDER,
+                        span,
+                        "the rows of a table must be in ascending order",
+                    )
+                    .label(format!("{x} comes after {before}"))
+                    .also(first, "the row before")
+                    .help("put the rows in order, and average rows with the same input"),
                 );
                 return unknown;
             }

@@ -52,7 +52,7 @@ impl WrittenOut {
             return false;
         }
         if self.open.len() >= DEEPEST {
-            let others = format!("it is more than {DEEPEST} functions deep");
+            let others = format!("its calls are nested more than {DEEPEST} deep");
             self.finds(name, span, &others);
             self.too_large.extend(self.open.first().map(|open| open.function));
             return false;
@@ -74,7 +74,7 @@ impl WrittenOut {
             self.finds(
                 name,
                 span,
-                &format!("with all others, there are more than {MOST_OF_ALL} calls within calls"),
+                &format!("all functions together have more than {MOST_OF_ALL} nested calls"),
             );
         }
         true
@@ -108,11 +108,11 @@ impl WrittenOut {
     }
 
     fn finds(&mut self, name: &str, span: Span, reason: &str) {
-        let message = format!("`{name}` is too large when all functions in it are written out: {reason}");
+        let message = format!("`{name}` is too large when all functions in it are expanded: {reason}");
         self.found.push(
             Diagnostic::new(Code::TOO_DEEP, span, message)
-                .label("too many functions within functions")
-                .help("call a function once, and give what it gives as an argument to another"),
+                .label("too many nested functions")
+                .help("call a function once, and pass its result to the other functions as an argument"),
         );
     }
 }
