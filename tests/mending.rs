@@ -470,8 +470,8 @@ fn what_is_only_redirected_is_not_written() {
 fn habits_of_other_languages_are_told() {
     let codesign = codesign();
     for (here, habit, help) in [
-        ("count(part) <= max_parts ", "count(part) % 2 == 0 ", "there is no remainder"),
-        ("count(part) <= max_parts ", "count(part) ** 2 <= 9 ", "there are no powers"),
+        ("count(part) <= max_parts ", "count(part) % 2 == 0 ", "there is no remainder operator"),
+        ("count(part) <= max_parts ", "count(part) ** 2 <= 9 ", "there is no power operator"),
         ("count(part) <= max_parts ", "connected && no_overlap ", "write `and`"),
         ("count(part) <= max_parts ", "!connected ", "write `not`"),
         ("count(part) <= max_parts ", "connected == True ", "write `true`"),
@@ -482,12 +482,12 @@ fn habits_of_other_languages_are_told() {
         ("count(part) <= max_parts ", "count(part) <= +5 ", "a number has no `+`"),
         ("count(part) <= max_parts ", "count(part) <= 10_000 ", "without `_`"),
         ("choose  n    in 3 .. 6", "choose  n    in range(3, 6)", "write `3 .. 6`"),
-        ("where p is not core", "where p != null", "nothing stands for no value"),
+        ("where p is not core", "where p != null", "there is no empty value"),
         ("90 deg, 180 deg, 270 deg }\n  set", "90 deg, 180 deg, 270 rpm }\n  set", "`6 deg/s`"),
         ("rule undo {", "def undo {", "write `let name"),
         ("symmetry mirror xy", "import std.blocks", "write `use std.blocks"),
         ("set     p.turn = p.turn + angle", "p.turn += angle", "set p.turn"),
-        ("set     p.turn", "repeat 3\n  set     p.turn", "nothing repeats by itself"),
+        ("set     p.turn", "repeat 3\n  set     p.turn", "there are no loops"),
         ("max_parts         because", "max_parts         becuase", "did you mean `because`?"),
         ("with free port q", "with fre port q", "did you mean `free`?"),
         ("where p is not core", "where p is not core // all", "a comment begins with `#`"),
