@@ -4,10 +4,11 @@ use grammar_lang::Compiled;
 use grammar_lang::bounds::Begun;
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{EvalError, Value, evaluate};
-use grammar_lang::ir::{Placed, RuleSet, Symmetry};
+use grammar_lang::ir::{Expr, ExprKind, Operator, Placed, RuleSet, Symmetry};
 
 use grammar_lang::names::with_changes;
 use grammar_lang::source::{FileId, SourceMap};
+use grammar_lang::units;
 
 use super::apply::{Blocked, attachment};
 use super::{Derivation, DesignScope, run_example};
@@ -61,6 +62,25 @@ fn place(rules: &RuleSet, derivation: &mut Derivation, placed: &Placed) -> Resul
     };
     derivation.design.placed.insert(placed.name.clone(), id);
     Ok(())
+}
+
+/// What the left side of a comparison is for a design, and what it must be.
+fn compared(rules: &RuleSet, design: &Derivation, condition: &Expr) -> Option<(String, String)> {
+    let ExprKind::Binary(left, operator, right) = &condition.kind else { return None };
+    let must = match operator {
+        Operator::Less => "less than ",
+        Operator::LessEqual => "at most ",
+        Operator::Greater => "more than ",
+        Operator::GreaterEqual => "at least ",
+        Operator::Equal => "",
+        _ => return None,
+    };
+    let scope = DesignScope::new(rules, design);
+    let shown = |side: &Expr| {
+        let number = evaluate(side, &scope, &mut Vec::new()).ok()?.as_number()?;
+        Some(units::shown(number, side.ty.dimension()?))
+    };
+    Some((shown(left)?, format!("{must}{}", shown(right)?)))
 }
 
 /// What is found in a grammar once its initial design is built: a requirement that it breaks, or
@@ -128,7 +148,10 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                 requirement.condition.span,
                 format!("the initial design breaks `{}`{reason}", requirement.name),
             )
-            .label("does not hold at the start")
+            .label(match compared(rules, &start, &requirement.condition) {
+                Some((is, must)) => format!("does not hold at the start: it is {is}, and must be {must}"),
+                None => "does not hold at the start".to_owned(),
+            })
             .help("every design starts from `begin`: relax the requirement, or begin with another design");
             if let Some(placed) = rules.begin.first() {
                 error = error.also(placed.span, "the initial design");

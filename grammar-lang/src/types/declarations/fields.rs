@@ -156,7 +156,7 @@ impl Declarations<'_> {
                 "not in this form",
                 format!("write `{text} = ...`"),
             ),
-            (false, _) if what == "a set of scenarios" && is_block => (
+            (false, _) if what == "a set of worlds" && is_block => (
                 format!("{what} has no `{text}`"),
                 "not known",
                 format!("a world with a name is a case: write `case {text} {{ ... }}`"),
