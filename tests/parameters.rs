@@ -226,3 +226,95 @@ fn the_core_has_parameters_too() {
     let other = compiled(&OWN.replace("place core : core_block", "place core : stick(wide = 3 cm)"));
     assert_ne!(design.canonical_hash(), Derivation::begin(&other).design.canonical_hash());
 }
+
+/// A grammar with a part of each of two materials, and one with a text for a colour.
+const MADE_OF: &str = "grammar made_of
+use std.actuators  { bender }
+use std.actuation  { bezier_pac }
+use std.blocks     { cube }
+use std.models     { hinge_model }
+use std.objectives { travel }
+use std.search     { recommended }
+enum Mat { foam, steel }
+param usual_width : Length in 1 cm .. 4 cm = 2 cm
+part slab {
+  param mat  : Mat
+  param wide : Length in 1 cm .. 4 cm = usual_width
+  param tint : Text = \"#aaaaaa\"
+  shape    = box(2 cm, 1 cm, wide)
+  density  = if mat == Mat.foam then 0.1 g/cm^3 else 7.8 g/cm^3
+  friction = 0.8
+  colour   = tint
+}
+begin {
+  place core : cube
+  place one  : bender(segments = 4) to core.back
+}
+rule add {
+  match  p : block with free port q
+  choose m in Mat
+  attach slab(mat = m, tint = \"#00ff00\") to q
+}
+require few : count(part) <= 4
+actuate  bender with bezier_pac
+simulate hinge_model for 3 s
+maximize travel in cm
+search   recommended
+example two {
+  step first = add(p = core, q = core.front, m = Mat.steel)
+}
+";
+
+#[test]
+fn the_order_in_which_parameters_are_declared_makes_no_other_body() {
+    let mat = "  param mat  : Mat\n";
+    let wide = "  param wide : Length in 1 cm .. 4 cm = usual_width\n";
+    let other = MADE_OF.replace(&format!("{mat}{wide}"), &format!("{wide}{mat}"));
+    assert_ne!(other, MADE_OF);
+    let hash = |text: &str| Derivation::start(&compiled(text), Some("two")).unwrap().design.canonical_hash();
+    assert_eq!(hash(MADE_OF), hash(&other));
+    let foam = MADE_OF.replace("m = Mat.steel", "m = Mat.foam");
+    assert_ne!(hash(MADE_OF), hash(&foam));
+}
+
+#[test]
+fn a_begin_quotes_texts_and_writes_what_a_parameter_may_change() {
+    let rules = compiled(MADE_OF);
+    let derivation = Derivation::start(&rules, Some("two")).unwrap();
+    let names = sgc::results::names::Names::through(&rules, &derivation);
+    let text = sgc::results::beginning::beginning(&rules, &names, &derivation.design);
+    assert!(text.contains("slab(mat = Mat.steel, wide = 20 mm, tint = \"#00ff00\")"), "{text}");
+    let begin = MADE_OF.find("begin {").unwrap();
+    let end = begin + MADE_OF[begin..].find("\n}\n").unwrap() + 3;
+    let again =
+        compiled(&format!("{}{text}{}", &MADE_OF[..begin], &MADE_OF[end..]).replace("step first", "step a"));
+    assert_eq!(Derivation::begin(&again).design.canonical_hash(), derivation.design.canonical_hash());
+}
+
+/// A saved design keeps values of an enumeration by their place: a grammar that has others there refuses it.
+#[test]
+fn a_design_is_not_read_with_other_values_of_an_enumeration() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = |name: &str, text: &str| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        file.to_string_lossy().into_owned()
+    };
+    let own = file("own.sgr", MADE_OF);
+    let run = ["run", &own, "--from", "two", "--max-evals", "12", "--quiet", "--out", "r"];
+    let output = crate::support::sgc(folder.path(), &run);
+    assert_eq!(output.status.code(), Some(0), "{}", crate::support::said(&output));
+    let before = file("before.sgr", &MADE_OF.replace("{ foam, steel }", "{ wood, foam, steel }"));
+    let after = file("after.sgr", &MADE_OF.replace("{ foam, steel }", "{ foam, steel, wood }"));
+    for (arguments, code) in [
+        (vec!["eval", "r", "--grammar", &before], 1),
+        (vec!["audit", &before, "--design", "r", "--walks", "1", "--steps", "2"], 1),
+        (vec!["run", &before, "--from-design", "r", "--max-evals", "5", "--out", "b"], 1),
+        (vec!["eval", "r", "--grammar", &after], 0),
+    ] {
+        let output = crate::support::sgc(folder.path(), &arguments);
+        let said = crate::support::said(&output);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+        assert_eq!(said.contains("by their place"), code == 1, "{arguments:?}: {said}");
+    }
+}

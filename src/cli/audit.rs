@@ -80,7 +80,8 @@ impl Audit {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
         // A design that cannot be read is told before the work is done.
-        let designs = self.designs.iter().map(|path| saved(path)).collect::<Result<Vec<_>, Fault>>()?;
+        let designs =
+            self.designs.iter().map(|path| saved(path, &rules)).collect::<Result<Vec<_>, Fault>>()?;
         for name in &self.examples {
             derive::known_example(&rules, name)?;
         }
@@ -125,10 +126,11 @@ impl Audit {
 }
 
 /// A saved design, made again by the grammar that it was saved with.
-fn saved(path: &Path) -> Result<Derivation, Fault> {
+fn saved(path: &Path, by: &RuleSet) -> Result<Derivation, Fault> {
     let path = design::file(path);
     let design = design::read(&path)?;
     let fault = |e: DesignError| Fault::usage(format!("{}: {e}", path.display()));
+    design::check_enumerations(&path, &design, by)?;
     let rules = design.grammar.compile_edited().map_err(fault)?;
     Derivation::replay(&rules, &design.derivation).map_err(|bad| fault(bad.into()))
 }

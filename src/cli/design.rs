@@ -95,15 +95,34 @@ pub(super) fn open_by(
     let Some(file) = grammar else { return open(path) };
     let design = read(path)?;
     let (rules, sources) = load::grammar(file, params, variant)?;
+    check_enumerations(path, &design, &rules)?;
     tell_other_parameters(path, &design, &rules, params);
     tell_other_body(path, &design, &rules);
     Ok(Opened { design, rules, sources })
 }
 
+/// Refuses a design whose values of enumerations mean others in a grammar: they are saved by their place.
+pub(super) fn check_enumerations(path: &Path, design: &SavedDesign, rules: &RuleSet) -> Result<(), Fault> {
+    let Ok(theirs) = design.grammar.compile() else { return Ok(()) };
+    let other = theirs.enumerations.iter().find_map(|(name, values)| {
+        let now = rules.enumerations.get(name)?;
+        (!now.starts_with(values)).then_some((name, values))
+    });
+    match other {
+        None => Ok(()),
+        Some((name, values)) => Err(Fault::input(format!(
+            "{}: a design keeps values of `enum {name}` by their place, and they were {} where it was made: let the enumeration of `{}` begin with these, and add others behind them",
+            path.display(),
+            values.join(", "),
+            rules.name
+        ))),
+    }
+}
+
 /// Tells where the rules make another body of a design's steps than the one that was saved.
 pub(super) fn tell_other_body(path: &Path, design: &SavedDesign, rules: &RuleSet) {
     let Ok(now) = Derivation::replay(rules, &design.derivation) else { return };
-    if now.design.canonical_hash() == design.body {
+    if now.design.is_body(&design.body) {
         return;
     }
     let before = design.grammar.compile().map(|theirs| {
@@ -115,7 +134,7 @@ pub(super) fn tell_other_body(path: &Path, design: &SavedDesign, rules: &RuleSet
     } else if now != before {
         format!("with {} in place of {}", listed(&now, &before), listed(&before, &now))
     } else {
-        "of the same kinds of parts, but of other sizes or elsewhere".to_owned()
+        "of the same kinds of parts, but with other parameters, sizes or places".to_owned()
     };
     output::note(&format!(
         "by the rules of `{}` the steps of {} make another body, {how}: what follows is of that",

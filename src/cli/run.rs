@@ -170,6 +170,7 @@ struct Begun {
 fn begun_with(path: &Path, rules: &RuleSet, params: &[(String, String)]) -> Result<Begun, Fault> {
     let file = design::file(path);
     let saved = design::read(&file)?;
+    design::check_enumerations(&file, &saved, rules)?;
     design::tell_other_parameters(&file, &saved, rules, params);
     let derivation = Derivation::replay(rules, &saved.derivation).map_err(|why| {
         Fault::input(format!(

@@ -26,8 +26,17 @@ fn line(v: Vector3<f64>) -> [i64; 3] {
     if negative { d.map(|x| -x) } else { d }
 }
 
+/// In which order the parameters of a part count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Order {
+    /// By their names.
+    ByName,
+    /// As they are declared: as version 0.2 counted them.
+    Declared,
+}
+
 /// What makes a part this part, apart from its joints.
-fn describe(part: &Part) -> String {
+fn describe(part: &Part, order: Order) -> String {
     let p = part.pose.translation.vector;
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|a| part.pose.rotation * a);
     // With ports of its own a part has a front and a back wherever they are.
@@ -46,9 +55,13 @@ fn describe(part: &Part) -> String {
         }
         _ => format!("{:?}", axes.map(direction)),
     };
-    let params: Vec<String> = part
-        .params
-        .iter()
+    // The order in which a kind declares its parameters is no matter.
+    let mut own: Vec<(&String, &Value)> = part.params.iter().collect();
+    if order == Order::ByName {
+        own.sort_by_key(|(name, _)| (*name != "segments", *name));
+    }
+    let params: Vec<String> = own
+        .into_iter()
         .map(|(name, value)| match value {
             Value::Number(x) => format!("{name}={}", x.to_bits()),
             Value::Pattern(pattern) => format!("{name}={pattern}"),
@@ -61,7 +74,8 @@ fn describe(part: &Part) -> String {
 /// The parts of a design, each with its place and with what holds it, in order: two designs
 /// are the same body if all of these are the same.
 pub(super) fn pieces(design: &Design) -> Vec<String> {
-    let described = |id: PartId| design.parts.get(&id).map_or(String::new(), describe);
+    let described =
+        |id: PartId| design.parts.get(&id).map_or(String::new(), |part| describe(part, Order::ByName));
     let mut pieces: Vec<String> = design
         .parts
         .iter()
@@ -74,9 +88,9 @@ pub(super) fn pieces(design: &Design) -> Vec<String> {
     pieces
 }
 
-pub(super) fn hash(design: &Design) -> String {
+pub(super) fn hash(design: &Design, order: Order) -> String {
     let mut described: Vec<(String, PartId)> =
-        design.parts.iter().map(|(id, p)| (describe(p), *id)).collect();
+        design.parts.iter().map(|(id, p)| (describe(p, order), *id)).collect();
     described.sort_unstable();
     let index = |id: PartId| described.iter().position(|(_, i)| *i == id);
     let mut joints: Vec<(Option<usize>, Option<usize>)> = design

@@ -290,6 +290,9 @@ pub(super) fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) 
         (Some((low, high)), Value::Number(x)) if *x < low || *x > high => {
             Err(Refusal::BadParameter(name.to_owned()))
         }
+        (_, Value::Number(x)) if x.abs() > grammar_lang::units::LARGEST => {
+            Err(Refusal::BadParameter(name.to_owned()))
+        }
         _ => Ok(()),
     }
 }

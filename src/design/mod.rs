@@ -286,10 +286,16 @@ impl Design {
         canonical::pieces(self)
     }
 
+    /// Whether a hash is that of this body, as this version or an earlier one makes it.
+    #[must_use]
+    pub fn is_body(&self, hash: &str) -> bool {
+        self.canonical_hash() == hash || canonical::hash(self, canonical::Order::Declared) == hash
+    }
+
     /// A hash of the body that this design is: parts, places and joints, whatever
     /// the order in which they came to be. 64 hexadecimal digits.
     #[must_use]
     pub fn canonical_hash(&self) -> String {
-        canonical::hash(self)
+        canonical::hash(self, canonical::Order::ByName)
     }
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use grammar_lang::eval::evaluate;
-use grammar_lang::ir::{RuleSet, Ty};
+use grammar_lang::ir::{Expr, ExprKind, RuleSet, Ty};
 use grammar_lang::units::{self, Dimension};
 
 use super::describe::{Named, port_name};
@@ -89,6 +89,7 @@ fn literal(named: Named<'_>, value: &Recorded, ty: Option<&Ty>) -> String {
             let items: Vec<String> = items.iter().map(|item| literal(named, item, Some(of))).collect();
             format!("[{}]", items.join(", "))
         }
+        (Recorded::Text(text), _) => format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"")),
         _ => named.value(value, ty),
     }
 }
@@ -102,7 +103,9 @@ fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
         .iter()
         .filter_map(|(name, given)| {
             let param = declared.and_then(|params| params.get(name));
-            let default = param.and_then(|param| param.default.as_ref());
+            // What a parameter of the grammar may change is written.
+            let fixed = |default: &&Expr| !default.any(&mut |e| matches!(e.kind, ExprKind::Param(_)));
+            let default = param.and_then(|param| param.default.as_ref()).filter(fixed);
             let default = default.and_then(|default| evaluate(default, rules, &mut Vec::new()).ok());
             let differs = default.as_ref() != Some(given);
             let written = || literal(named, &Recorded::new(given), param.map(|param| &param.ty));

@@ -18,7 +18,7 @@ use crate::{reading, score};
 /// A sentence: it does not.
 pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), DesignError> {
     let candidate = candidate(rules, design)?;
-    if candidate.design().canonical_hash() != design.body {
+    if !candidate.design().is_body(&design.body) {
         return Err(DesignError::OtherBody);
     }
     // Earlier versions wrote no names.

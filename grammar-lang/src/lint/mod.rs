@@ -51,6 +51,7 @@ mod stops_at_once;
 mod twice_in_set;
 mod unmade;
 mod unread;
+mod unusual;
 mod weak;
 mod whole_turns;
 mod worlds;
@@ -108,6 +109,7 @@ const DOUBTFUL: &[Lint] = &[
     of_parts::check,
     unread::check,
     weak::check,
+    unusual::check,
     beyond_bend::check,
     near_zero::check,
     no_spread::check,

@@ -26,6 +26,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         });
     };
     places(known).into_iter().flat_map(|place| place.exprs).for_each(&mut reads);
+    for feature in known.ruleset.novelties.values().flat_map(|set| set.features.values()) {
+        reads(&feature.value);
+    }
     for variable in known.ruleset.actuations.values().flat_map(|a| &a.variables) {
         if let Owner::Group(number) = &variable.owner {
             reads(number);
@@ -33,8 +36,13 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
     for (name, (kind, span)) in unread {
         let message = format!("rules set `{name}` of `{kind}`, but nothing reads it");
+        let per = if known.ruleset.is_actuator(kind) {
+            format!("in `per a.{name}` of an actuation")
+        } else {
+            "in a `where`".to_owned()
+        };
         findings.push(Diagnostic::new(Code::UNUSED, span, message).label("makes no difference").help(format!(
-            "read it where it should matter, as in a field of `{kind}`, in `per a.{name}` of an actuation or in a `require`; or do not set it"
+            "read it where it should matter, as in a field of `{kind}`, {per} or in a `require`; or do not set it"
         )));
     }
 }

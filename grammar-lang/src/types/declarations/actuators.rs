@@ -141,6 +141,10 @@ impl Declarations<'_> {
                 .default
                 .as_ref()
                 .map(|d| self.expressions.expect(d, &mut cx, &ty, &format!("`{}`", param.name.text)));
+            // A default without a value would refuse each part that is not given one.
+            if let Some(default) = default.as_ref().filter(|d| d.ty.dimension().is_some()) {
+                self.expressions.constant(default);
+            }
             if let (Some((low, high)), Some(value)) =
                 (domain, default.as_ref().and_then(|d| self.expressions.quiet_number(d)))
                 && (value < low || value > high)

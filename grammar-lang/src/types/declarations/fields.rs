@@ -267,10 +267,33 @@ impl Declarations<'_> {
             return None;
         }
         if reads_params(&expr, cx.locals.len()) {
+            self.hiding(&expr, cx);
             return Some(ir::Field::Varies(expr));
         }
         let value = self.expressions.constant(&expr)?;
         read(self, value, span).map(ir::Field::Fixed)
+    }
+
+    /// Reports parameters that a field reads, and that have the name of something else: no name hides another.
+    fn hiding(&mut self, expr: &Expr, cx: &Context) {
+        for (slot, local) in cx.locals.iter().enumerate() {
+            let reads = expr.any(&mut |e| matches!(e.kind, ExprKind::Local(s) if s == slot));
+            let Some((_, item)) = self.environment.program.lookup(local.span, &local.name).filter(|_| reads)
+            else {
+                continue;
+            };
+            let mut error = Diagnostic::new(
+                Code::DUPLICATE,
+                local.span,
+                format!("`{}` already means something else here", local.name),
+            )
+            .label("a second meaning")
+            .help("choose another name: no name hides another");
+            if let Some(other) = crate::names::declared(item) {
+                error = error.also(other.span, "the other meaning");
+            }
+            self.report(error);
+        }
     }
 
     /// A number that may read the parameters.

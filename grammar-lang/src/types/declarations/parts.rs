@@ -18,7 +18,16 @@ const PART: Fields<'static> = Fields::values(&["shape", "density", "mass", "fric
 impl Declarations<'_> {
     pub(in crate::types) fn part(&mut self, block: &Block, damaged: bool) -> Option<ir::Part> {
         let from = self.values(block, "a part", PART);
-        let is_taken = |name: &str| PartAttribute::named(name).is_some() || PART.all.contains(&name);
+        let is_port = |name: &str| {
+            ir::BLOCK_PORTS.contains(&name)
+                || block
+                    .fields
+                    .iter()
+                    .any(|field| matches!(field, ast::Field::Port(p) if p.name.text == name))
+        };
+        let is_taken = |name: &str| {
+            PartAttribute::named(name).is_some() || PART.all.contains(&name) || is_port(name) || name == "pi"
+        };
         let params = self.instance_params_of(block, &is_taken, damaged);
         let cx = self.context_of(block, &params, damaged);
         let shape = self.shape(&from, "shape", "box(2 cm, 2 cm, 2 cm)", &cx);

@@ -1,0 +1,109 @@
+//! Fields that read parameters, and are far from what robots have for some of them. Fields that read none are looked at where they
+//! are declared.
+
+use nalgebra::Point3;
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::eval::Made;
+use crate::ir::{Form, Kind};
+use crate::source::Span;
+use crate::types::{USUAL, Usual};
+use crate::units;
+
+use super::instances::{Given, made, told};
+use super::known::Known;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let rules = known.ruleset;
+    let parts = rules.parts.iter().map(|(name, part)| (name, Kind::Block(part)));
+    let actuators = rules.actuators.iter().map(|(name, actuator)| (name, Kind::Actuator(actuator)));
+    for (name, kind) in parts.chain(actuators) {
+        for (field, expr) in kind.varying() {
+            let odd = made(known, kind).find_map(|(given, made)| {
+                let (value, usual) = unusual(field, &made.ok()?)?;
+                Some((given, value, usual))
+            });
+            if let Some((given, value, usual)) = odd {
+                findings.push(report(known, (name, kind, &given), expr.span, value, usual));
+            }
+        }
+        if let Some(stray) = stray(known, name, kind) {
+            findings.push(stray);
+        }
+    }
+}
+
+/// The value of a field of one part, in SI units, and what is usual, where it is not.
+fn unusual(field: &str, made: &Made) -> Option<(f64, &'static Usual)> {
+    let density = |mass: f64, form: &Form| mass / form.shape.volume();
+    let (of, field, value) = match (made, field) {
+        (Made::Block(block), "mass" | "density") => ("a part", "density", density(block.mass, &block.form)),
+        (Made::Block(block), "friction") => ("a part", "friction", block.friction),
+        (Made::Actuator(own), "mass" | "density") => {
+            ("an actuator", "density", density(own.mass, &own.segment))
+        }
+        (Made::Actuator(own), "friction") => ("an actuator", "friction", own.friction),
+        (Made::Actuator(own), "torque") => ("an actuator", "torque", own.torque),
+        (Made::Actuator(own), "stiffness") => ("an actuator", "stiffness", own.stiffness),
+        _ => return None,
+    };
+    let usual = USUAL.iter().find(|usual| (usual.of, usual.field) == (of, field))?;
+    let factor = factor(usual);
+    let slack = 1e-9;
+    let within = usual.least * factor * (1.0 - slack)..=usual.most * factor * (1.0 + slack);
+    (!within.contains(&value)).then_some((value, usual))
+}
+
+/// How many SI units the unit of a row is.
+fn factor(usual: &Usual) -> f64 {
+    units::parse(usual.unit).map_or(1.0, |unit| unit.factor)
+}
+
+fn report(
+    known: &Known<'_>,
+    (name, kind, given): (&str, Kind<'_>, &Given),
+    place: Span,
+    value: f64,
+    usual: &Usual,
+) -> Diagnostic {
+    let field = usual.field;
+    let unit = if usual.unit.is_empty() { String::new() } else { format!(" {}", usual.unit) };
+    let shown = units::shown(((value / factor(usual)) * 1e4).round() / 1e4, units::Dimension::NUMBER);
+    let with = told(known, kind, given);
+    Diagnostic::new(
+        Code::UNUSUAL,
+        place,
+        format!("the {field} of a `{name}` with {with} is {shown}{unit}, outside the usual range for robots"),
+    )
+    .label(format!("usual: {} .. {}{unit}, between {}", usual.least, usual.most, usual.ends))
+    .help("narrow the domain of the parameter, or check the unit")
+}
+
+/// A port that lies off its part for some parameters.
+fn stray(known: &Known<'_>, name: &str, kind: Kind<'_>) -> Option<Diagnostic> {
+    let Kind::Block(declared) = kind else { return None };
+    let (given, port) = made(known, kind).find_map(|(given, made)| {
+        let Ok(Made::Block(block)) = made else { return None };
+        let slack = 0.05 * block.form.shape.longest() + 1e-3;
+        let off = block.ports.iter().position(|port| {
+            let at = Point3::from(port.at);
+            let own = if block.form.stands { Point3::new(at.y, at.x, at.z) } else { at };
+            !block.form.shape.holds(&own, slack)
+        })?;
+        Some((given, off))
+    })?;
+    let port = declared.ports.get(port)?;
+    // Where neither reads a parameter it has been reported.
+    let place = port.at.varies().or_else(|| declared.shape.varies())?.span;
+    let with = told(known, kind, &given);
+    let finding = Diagnostic::new(
+        Code::STRAY_PORT,
+        place,
+        format!("the port `{}` of a `{name}` with {with} lies off its part", port.name),
+    );
+    Some(
+        finding
+            .label("outside of the shape")
+            .help("let the place of the port follow from the same parameters as the shape"),
+    )
+}
