@@ -306,3 +306,37 @@ fn a_budget_holds_between_the_choices_of_a_rule() {
         assert_ne!(audit.depths[1].counted, Counted::All, "{:?}", audit.depths);
     }
 }
+
+/// Bodies that look alike may go on differently, as their ports have changed places.
+#[test]
+fn a_part_that_was_turned_onto_itself_is_gone_on_from() {
+    let text = "grammar alike
+use std.objectives { travel }
+use std.models     { hinge_model }
+use std.search     { recommended }
+use std.blocks     { cube }
+part nub { shape = sphere(3 mm)  mass = 2 g  friction = 0.5 }
+begin { place core : cube }
+rule add {
+  match  p : cube with free port q where q is front and p is core
+  choose turn in { 0 deg, 90 deg, 180 deg, 270 deg }
+  attach cube to q turned turn
+}
+rule stick {
+  match  p : cube with free port q where q is left and p is not core
+  attach nub to q
+}
+require few : count(part) <= 3
+simulate hinge_model for 4 s
+maximize travel in cm
+search recommended
+";
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("turned.sgr");
+    std::fs::write(&file, text).unwrap();
+    let output =
+        crate::support::sgc(folder.path(), &["audit", "turned.sgr", "--walks", "20", "--steps", "2"]);
+    let said = crate::support::said(&output);
+    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+    assert!(said.lines().any(|line| words(line) == ["2", "4", "all", "there", "are"]), "{said}");
+}

@@ -792,12 +792,12 @@ fn a_search_begins_with_a_saved_design() {
     let judged = sgc(&["eval", &small, "--grammar", &file.to_string_lossy()]);
     assert!(errors(&judged).contains("make another body, of 2 parts instead of 3"), "{}", errors(&judged));
     // A parameter that was set when the design was made is told where it is not set.
-    assert!(errors(&output).contains("was made with -p max_parts=3, which is not so here"));
+    assert!(errors(&output).contains("was made with max_parts = 3, which is not so here"));
     let same = sgc(&["eval", &small, "--grammar", &grammar, "-p", "max_parts=3"]);
     assert_eq!(code(&same), 0, "{}", errors(&same));
     assert!(!errors(&same).contains("was made with"), "{}", errors(&same));
     let less = sgc(&["eval", &small, "--grammar", &grammar]);
-    assert!(errors(&less).contains("was made with -p max_parts=3"), "{}", errors(&less));
+    assert!(errors(&less).contains("was made with max_parts = 3"), "{}", errors(&less));
     let shorter =
         text.replace("{ bezier_pac }", "{ two_sided_pac }").replace("with bezier_pac", "with two_sided_pac");
     let file = folder.path().join("two_sided.sgr");

@@ -46,6 +46,7 @@ pub(super) fn depths(
         rules,
         settings,
         known: BTreeSet::from([start.design.canonical_hash()]),
+        tried_from: BTreeSet::from([start.design.turned_hash()]),
         random: Stream::named(settings.seed, "audit depths"),
         tried: 0,
         counted: Counted::All,
@@ -61,7 +62,8 @@ pub(super) fn depths(
             breadth.known = before;
             break;
         };
-        all.push(Depth { moves, designs: next.len(), counted: breadth.counted });
+        let designs = breadth.known.len() - before.len();
+        all.push(Depth { moves, designs, counted: breadth.counted });
         if next.is_empty() {
             return all;
         }
@@ -85,15 +87,17 @@ fn history_counts(rules: &RuleSet) -> bool {
 struct Breadth<'a> {
     rules: &'a RuleSet,
     settings: &'a Settings,
-    /// The designs that were reached, by hash.
+    /// The bodies that were reached, by hash.
     known: BTreeSet<String>,
+    /// The designs that were gone on from: several may look alike.
+    tried_from: BTreeSet<String>,
     random: Stream,
     tried: usize,
     counted: Counted,
 }
 
 impl Breadth<'_> {
-    /// The designs that are one move further and new; `None` if the budget is spent.
+    /// The designs that are one move further and new, also those that look like others; `None` if the budget is spent.
     fn next(&mut self, front: &[Derivation], observer: &mut dyn Observer) -> Option<Vec<Derivation>> {
         let mut found = Vec::new();
         for derivation in front {
@@ -125,8 +129,9 @@ impl Breadth<'_> {
                         observer.progress("applications tried", self.tried, self.settings.budget);
                     }
                     if let Ok(next) = derivation.apply(self.rules, rule, &locals)
-                        && self.known.insert(next.design.canonical_hash())
+                        && self.tried_from.insert(next.design.turned_hash())
                     {
+                        self.known.insert(next.design.canonical_hash());
                         found.push(next);
                     }
                 }

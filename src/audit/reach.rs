@@ -239,11 +239,12 @@ impl Search<'_> {
                     continue;
                 }
             };
-            let hash = next.design.canonical_hash();
-            if hash == self.body {
+            if next.design.canonical_hash() == self.body {
                 return Some(next);
             }
-            if self.known.insert(hash) && contained(&pieces(&next.design), &self.target) {
+            // Of two that look alike, rules may go on differently.
+            if self.known.insert(next.design.turned_hash()) && contained(&pieces(&next.design), &self.target)
+            {
                 let open = self.open(next);
                 path.push(open);
             }

@@ -53,7 +53,14 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     let mut warnings = centre.warnings(&section.name, "point", |i| {
         Figure::of(torques.get(i).copied().unwrap_or(0.0), None, "N*m/rad").to_string()
     });
-    warnings.extend(varies(&angles, &torques, mean).map(|varies| format!("`{}`: {varies}", section.name)));
+    // What does not count has no trend.
+    let counts = |values: &[f64]| -> Vec<f64> {
+        values.iter().enumerate().filter(|(i, _)| !centre.far.contains(i)).map(|(_, x)| *x).collect()
+    };
+    warnings.extend(
+        varies(&counts(&angles), &counts(&torques), mean)
+            .map(|varies| format!("`{}`: {varies}", section.name)),
+    );
     let has_angles = !angles.is_empty();
     let across = |i: usize| angles.get(i).copied().unwrap_or(i as f64 + 1.0);
     let point = |(i, torque): (usize, &f64)| (across(i), *torque, 0);

@@ -4,8 +4,9 @@ use crate::results::place;
 use crate::results::run_files;
 use std::path::{Path, PathBuf};
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Ty};
 use grammar_lang::source::SourceMap;
+use grammar_lang::units;
 
 use super::exit;
 use super::load;
@@ -104,17 +105,18 @@ pub(super) fn open_by(
 /// Refuses a design whose values of enumerations mean others in a grammar: they are saved by their place.
 pub(super) fn check_enumerations(path: &Path, design: &SavedDesign, rules: &RuleSet) -> Result<(), Fault> {
     let Ok(theirs) = design.grammar.compile() else { return Ok(()) };
-    let other = theirs.enumerations.iter().find_map(|(name, values)| {
-        let now = rules.enumerations.get(name)?;
-        (!now.starts_with(values)).then_some((name, values))
+    // Under another name it may be another one: nobody knows.
+    let other = theirs.enumerations.iter().find(|(name, values)| match rules.enumerations.get(*name) {
+        Some(now) => !now.starts_with(values),
+        None => !rules.enumerations.is_empty(),
     });
     match other {
         None => Ok(()),
         Some((name, values)) => Err(Fault::input(format!(
-            "{}: a design keeps values of `enum {name}` by their place, and they were {} where it was made: let the enumeration of `{}` begin with these, and add others behind them",
+            "{}: a design keeps values of `enum {name}` by their place, and they were {} where it was made: let `enum {name}` of `{}` begin with these, and add others behind them",
             path.display(),
             values.join(", "),
-            rules.name
+            rules.name,
         ))),
     }
 }
@@ -169,17 +171,27 @@ pub(super) fn tell_other_parameters(
     rules: &RuleSet,
     params: &[(String, String)],
 ) {
-    let before: Vec<String> = design
-        .grammar
-        .parameters
-        .iter()
-        .filter(|(name, value)| {
-            rules.params.contains_key(name) && !params.contains(&(name.clone(), value.clone()))
+    let Ok(theirs) = design.grammar.compile() else { return };
+    let differs = |name: &String| {
+        let value = |rules: &RuleSet| rules.params.get(name).map(|param| param.value);
+        value(rules).zip(value(&theirs)).is_some_and(|(now, before)| now != before)
+    };
+    let set = design.grammar.parameters.iter().chain(params).filter(|(name, _)| differs(name));
+    let mut before: Vec<String> = set
+        .filter_map(|(name, _)| {
+            let param = theirs.params.get(name)?;
+            let value = match (&param.ty, param.ty.dimension()) {
+                (Ty::Bool, _) => (param.value != 0.0).to_string(),
+                (Ty::Enum(of), _) => theirs.value_of(of, param.value)?.to_owned(),
+                (_, dimension) => units::shown(param.value, dimension.unwrap_or_default()),
+            };
+            Some(format!("{name} = {value}"))
         })
-        .map(|(name, value)| format!("-p {name}={value}"))
         .collect();
+    before.sort_unstable();
+    before.dedup();
     if !before.is_empty() {
-        let (before, named) = (before.join(" "), path.display());
+        let (before, named) = (before.join(", "), path.display());
         output::note(&format!("{named} was made with {before}, which is not so here"));
     }
 }

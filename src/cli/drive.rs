@@ -89,6 +89,12 @@ impl Drive {
 
     /// Says what the target leaves out, and where what would be played is not what was simulated.
     fn compare(&self, gait: &Gait, design: &Path) -> Result<(), Fault> {
+        if !gait.elsewhere.is_empty() {
+            output::note(&format!(
+                "this target does not drive {}: the simulated motion moves them, too, and they need a board of their own",
+                gait.elsewhere.join(", ")
+            ));
+        }
         for cut in &gait.cut {
             let also = if gait.changed.is_empty() { "; so it was simulated, too" } else { "" };
             output::note(&format!("{cut}{also}"));

@@ -47,7 +47,7 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                     }
                 }
             }
-            ExampleClause::Step { name, application } => {
+            ExampleClause::Step { name, application, products } => {
                 let step =
                     apply(rules, &derivation, application, &locals).map_err(|undone| match undone {
                         Undone::NoValue(error) => no_value(error),
@@ -56,12 +56,23 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
                             fail(place, format!("`{name}` cannot be done"), reason)
                         }
                     })?;
-                let id = step.steps.last().map_or(0, |s| s.id);
+                let step_id = step.steps.last().map_or(0, |s| s.id);
                 derivation = step;
-                let product = derivation.design.parts.keys().find(|p| step_of(**p) == id);
-                locals.push(Value::Reference(Reference::Step(id)));
-                let made = product.map_or(Reference::Step(id), |p| Reference::Part(*p));
+                let product = derivation.design.parts.keys().find(|p| step_of(**p) == step_id);
+                locals.push(Value::Reference(Reference::Step(step_id)));
+                let made = product.map_or(Reference::Step(step_id), |p| Reference::Part(*p));
                 locals.push(Value::Reference(made));
+                // Images follow their originals: what has none is what an effect made.
+                let parts = derivation.design.parts.iter();
+                let made: Vec<_> = parts
+                    .filter(|(id, part)| step_of(**id) == step_id && part.image_of.is_none())
+                    .map(|(id, _)| *id)
+                    .collect();
+                for place in products {
+                    let part =
+                        made.get(*place).map_or(Reference::Step(step_id), |part| Reference::Part(*part));
+                    locals.push(Value::Reference(part));
+                }
             }
             ExampleClause::Refuse { application, by } => {
                 let Refused { blocked, reason, .. } = match apply(rules, &derivation, application, &locals) {

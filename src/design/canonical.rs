@@ -33,6 +33,8 @@ pub(super) enum Order {
     ByName,
     /// As they are declared: as version 0.2 counted them.
     Declared,
+    /// By their names; and a part that was turned onto itself is another, as its ports have changed places.
+    Turned,
 }
 
 /// What makes a part this part, apart from its joints.
@@ -41,7 +43,9 @@ fn describe(part: &Part, order: Order) -> String {
     let axes = [Vector3::x(), Vector3::y(), Vector3::z()].map(|a| part.pose.rotation * a);
     // With ports of its own a part has a front and a back wherever they are.
     let plain = match part.made.as_deref() {
-        Some(Made::Block(block)) if block.ports.is_empty() => Some(block.form.shape),
+        Some(Made::Block(block)) if block.ports.is_empty() && order != Order::Turned => {
+            Some(block.form.shape)
+        }
         _ => None,
     };
     let turned = match plain {
@@ -57,7 +61,7 @@ fn describe(part: &Part, order: Order) -> String {
     };
     // The order in which a kind declares its parameters is no matter.
     let mut own: Vec<(&String, &Value)> = part.params.iter().collect();
-    if order == Order::ByName {
+    if order != Order::Declared {
         own.sort_by_key(|(name, _)| (*name != "segments", *name));
     }
     let params: Vec<String> = own

@@ -292,6 +292,12 @@ impl Design {
         self.canonical_hash() == hash || canonical::hash(self, canonical::Order::Declared) == hash
     }
 
+    /// A hash of what can be done to this design: bodies that look alike differ in it where their ports have changed places.
+    #[must_use]
+    pub fn turned_hash(&self) -> String {
+        canonical::hash(self, canonical::Order::Turned)
+    }
+
     /// A hash of the body that this design is: parts, places and joints, whatever
     /// the order in which they came to be. 64 hexadecimal digits.
     #[must_use]

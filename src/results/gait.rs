@@ -33,6 +33,8 @@ pub struct Gait {
     pub coarse: bool,
     /// Whether the first period, from rest, is another one: it is where the motion is not.
     pub begins_otherwise: bool,
+    /// Actuators that the design moves and the target does not drive, by name.
+    pub elsewhere: Vec<String>,
 }
 
 /// Why a board cannot play a design.
@@ -165,7 +167,10 @@ pub fn gait(
     if is_same(&changed) {
         changed.clear();
     }
-    Ok(Gait { schedule, cut, contents, changed, coarse, begins_otherwise })
+    let all = &candidate.body.actuators;
+    let others: Vec<PartId> = all.iter().filter(|id| !driven.contains(id)).copied().collect();
+    let elsewhere = called.all(&others);
+    Ok(Gait { schedule, cut, contents, changed, coarse, begins_otherwise, elsewhere })
 }
 
 /// The name of the target that is meant.

@@ -8,9 +8,8 @@ use crate::source::Span;
 /// A hand-picked derivation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Example {
-    /// What it does and expects, in order. Step number `i` (from 0) fills two
-    /// local slots: `2 i` with the step itself, `2 i + 1` with the first part
-    /// that it made (or the step again, if it made none).
+    /// What it does and expects, in order. Each step fills local slots: one with the step itself, one with the first part
+    /// that it made (or the step again, if it made none), and one for each part that its rule names.
     pub clauses: Vec<ExampleClause>,
     /// Where it is declared.
     pub span: Span,
@@ -26,6 +25,9 @@ pub enum ExampleClause {
         name: String,
         /// What is applied.
         application: Application,
+        /// Which of the parts that the rule makes have names there, by their place among these.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        products: Vec<usize>,
     },
     /// A rule that must not be applicable with these values.
     Refuse {

@@ -10,7 +10,7 @@ use super::known::Known;
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (example, steps) in &known.ruleset.examples {
         for clause in &steps.clauses {
-            if let ExampleClause::Step { name, application } = clause
+            if let ExampleClause::Step { name, application, .. } = clause
                 && let Some((place, domain, why)) = outside(known, application)
             {
                 let message = format!("the example `{example}` fails: the step `{name}` cannot be applied");

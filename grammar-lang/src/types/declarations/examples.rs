@@ -102,13 +102,43 @@ impl Declarations<'_> {
                     let ty = checked.as_ref().map_or(Ty::Unknown, |(_, ty)| ty.clone());
                     cx.locals.push(Local { name: String::new(), ty: Ty::Step, span: name.span });
                     self.expressions.bind(name, ty, &mut cx);
+                    let named = self.products(&application.rule);
+                    for (_, product, ty) in &named {
+                        let local = format!("{}.{}", name.text, product.text);
+                        cx.locals.push(Local { name: local, ty: ty.clone(), span: product.span });
+                    }
                     if let Some((application, _)) = checked {
-                        out.push(ir::ExampleClause::Step { name: name.text.clone(), application });
+                        let products = named.into_iter().map(|(place, ..)| place).collect();
+                        out.push(ir::ExampleClause::Step { name: name.text.clone(), application, products });
                     }
                 }
             }
         }
         (self.expressions.errors.len() == found).then_some(ir::Example { clauses: out, span })
+    }
+
+    /// The parts that a rule makes and names: their places among all that it makes, their names and types.
+    fn products(&self, rule: &Name) -> Vec<(usize, Name, Ty)> {
+        let declared = self.environment.program.lookup(rule.span, &rule.text);
+        let Some((_, ast::Item { kind: ItemKind::Rule(_, clauses), .. })) = declared else {
+            return Vec::new();
+        };
+        let made = clauses.iter().filter_map(|clause| match &clause.kind {
+            ast::RuleClauseKind::Attach { what, product, .. } => Some((what, product)),
+            ast::RuleClauseKind::Replace { with, product, .. } => Some((with, product)),
+            _ => None,
+        });
+        let named = made.enumerate().filter_map(|(place, (what, product))| {
+            let kind = match &what.kind {
+                ast::ExprKind::Call(callee, _) => callee,
+                _ => what,
+            };
+            let active =
+                matches!(&kind.kind, ast::ExprKind::Name(name) if self.expressions.is_actuator(name, kind.span));
+            let ty = if active { Ty::Actuator } else { Ty::Part };
+            Some((place, product.clone()?, ty))
+        });
+        named.collect()
     }
 
     /// A rule with a value for each of its locals, and the type of what it makes first.

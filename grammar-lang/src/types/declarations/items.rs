@@ -93,6 +93,8 @@ impl Declarations<'_> {
                 examples.insert(name.text.clone(), example);
             }
         }
+        let products = std::mem::take(&mut self.products);
+        self.unread(products.iter(), "use it in this rule or in an example, or take it out");
         examples
     }
 

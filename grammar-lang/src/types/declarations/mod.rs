@@ -88,11 +88,18 @@ pub(super) struct Declarations<'a> {
     pub(super) expressions: Expressions<'a>,
     /// Rules in which something is wrong: what they match and choose is not certain.
     faulty: IndexSet<Span>,
+    /// What sound rules call the parts that they make: an example may read it where the rule does not.
+    products: Vec<Name>,
 }
 
 impl<'a> Declarations<'a> {
     pub(super) fn new(expressions: Expressions<'a>) -> Self {
-        Self { environment: expressions.environment, expressions, faulty: IndexSet::new() }
+        Self {
+            environment: expressions.environment,
+            expressions,
+            faulty: IndexSet::new(),
+            products: Vec::new(),
+        }
     }
 
     pub(super) fn report(&mut self, found: Diagnostic) {

@@ -82,6 +82,7 @@ impl Declarations<'_> {
                 clauses.iter().filter_map(|c| bound_by(&c.kind)),
                 "use it in this rule, or take it out",
             );
+            self.products.extend(clauses.iter().filter_map(|c| product_of(&c.kind)).cloned());
         }
         if damaged || self.expressions.errors.iter().skip(found).any(Diagnostic::is_error) {
             self.faulty.insert(name.span);
@@ -541,6 +542,13 @@ impl Declarations<'_> {
 fn bound_by(clause: &RuleClauseKind) -> Option<&Name> {
     match clause {
         RuleClauseKind::Choose(name, ..) | RuleClauseKind::Let(name, _) => Some(name),
+        _ => None,
+    }
+}
+
+/// What a clause of a rule calls the part that it makes.
+fn product_of(clause: &RuleClauseKind) -> Option<&Name> {
+    match clause {
         RuleClauseKind::Attach { product, .. } | RuleClauseKind::Replace { product, .. } => product.as_ref(),
         _ => None,
     }

@@ -36,6 +36,18 @@ impl Expressions<'_> {
         if let Some(value) = self.qualified(of, name, span, cx) {
             return value;
         }
+        // A part that the rule of a step of an example names. A port or an attribute of that name is meant first.
+        let is_other =
+            self.environment.ports.contains(&name.text) || Attribute::of(&Ty::Part, &name.text).is_some();
+        if let ast::ExprKind::Name(head) = &of.kind
+            && !is_other
+        {
+            let whole = format!("{head}.{}", name.text);
+            if let Some((slot, local)) = cx.locals.iter().enumerate().find(|(_, l)| l.name == whole) {
+                self.read.insert(local.span);
+                return Expr { kind: ExprKind::Local(slot), ty: local.ty.clone(), span };
+            }
+        }
         let of = self.infer(of, cx);
         let asked = Asked { name, span, stage: cx.stage };
         match of.ty.clone() {
