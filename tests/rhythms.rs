@@ -118,3 +118,39 @@ fn a_child_inherits_the_rhythm_of_all() {
     let inherited = child.inherit(&parent, &parameters, others);
     assert_eq!(inherited[place], 3.25);
 }
+
+/// `from` says where a search for curves begins: for each actuator by itself, with what is drawn for the others unchanged.
+#[test]
+fn curves_begin_where_the_grammar_says() {
+    let text = TWO
+        .replace(
+            "shared period : Time in 2 s .. 6 s mutate",
+            "shared period : Time in 2 s .. 6 s from 2.5 s mutate",
+        )
+        .replace("in 10 deg .. 80 deg mutate", "in 10 deg .. 80 deg from 20 deg * a.segments / 2 mutate");
+    assert_ne!(text, TWO);
+    let (plain, begun) = (compiled(TWO), compiled(&text));
+    let (one, other) = (drive(&plain), drive(&begun));
+    let labels = other.labels(|_| "a".to_owned());
+    let values = |drive: &Drive<'_>| drive.draw(&mut Stream::named(7, "begin"));
+    for ((label, drawn), begun) in labels.iter().zip(values(&one)).zip(values(&other)) {
+        match label.as_str() {
+            "period" => assert_eq!(begun, 2.5),
+            "amplitude of a" => assert!((begun - 40_f64.to_radians()).abs() < 1e-12, "{begun}"),
+            _ => assert_eq!(begun, drawn, "{label}"),
+        }
+    }
+    // A list begins with one value for each item; what lies outside of the domain is not taken.
+    let list = TWO
+        .replace(
+            "open : Number in 0.2 .. 0.8 mutate",
+            "open[2] : Number in 0.2 .. 0.8 from [0.3, 0.7] mutate",
+        )
+        .replace("[open, 1 - open]", "open");
+    let list = compiled(&list);
+    let drive = drive(&list);
+    let labels = drive.labels(|_| "a".to_owned());
+    let drawn = drive.draw(&mut Stream::named(7, "begin"));
+    let of = |name: &str| labels.iter().position(|label| label == name).map(|place| drawn[place]);
+    assert_eq!((of("open[0] of a"), of("open[1] of a")), (Some(0.3), Some(0.7)), "{labels:?}");
+}

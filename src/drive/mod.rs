@@ -186,22 +186,46 @@ impl<'r> Drive<'r> {
         labels
     }
 
-    /// Draws every value evenly from its domain.
+    /// Draws every value evenly from its domain, but for those that begin somewhere.
     #[must_use]
     pub fn draw(&self, random: &mut Stream) -> Parameters {
         let mut out = Vec::with_capacity(self.length);
-        for field in &self.fields {
+        for (place, field) in self.fields.iter().enumerate() {
             let Some(variable) = self.variable(field) else { continue };
-            for _ in 0..variable.size.unwrap_or(1) {
+            let begun = self.beginning(place, variable);
+            for item in 0..variable.size.unwrap_or(1) {
                 let (low, high) = variable.domain;
-                out.push(match variable.ty {
+                // Drawn in any case: what others draw does not depend on it.
+                let drawn = match variable.ty {
                     Ty::Bool => f64::from(u8::from(random.unit() < 0.5)),
                     Ty::Count => low + random.below((high - low) as usize + 1) as f64,
                     _ => low + (high - low) * random.unit(),
-                });
+                };
+                out.push(begun.get(item).map_or(drawn, |x| x.max(low).min(high)));
             }
         }
         out
+    }
+
+    /// Where the values of a field begin; empty if they are drawn, or if what is said has no value for this body.
+    fn beginning(&self, place: usize, variable: &Variable) -> Vec<f64> {
+        let Some(from) = &variable.from else { return Vec::new() };
+        let Some(driven) = self.actuators.iter().find(|driven| driven.fields.contains(&place)) else {
+            return Vec::new();
+        };
+        let Candidate { rules, derivation, .. } = &self.candidate;
+        let original = derivation.design.parts.get(&driven.id).and_then(|part| part.image_of);
+        let own = Value::Reference(Reference::Part(original.unwrap_or(driven.id)));
+        let scope = DesignScope::new(rules, derivation);
+        let number = |value: &Value| match value {
+            Value::Bool(yes) => Some(f64::from(u8::from(*yes))),
+            value => value.as_number(),
+        };
+        match evaluate(from, &scope, &mut vec![own]) {
+            Ok(Value::List(items)) => items.iter().filter_map(number).collect(),
+            Ok(value) => number(&value).into_iter().collect(),
+            Err(_) => Vec::new(),
+        }
     }
 
     /// Whether saved values fit this body and lie in their domains.

@@ -36,6 +36,10 @@ pub struct Variable {
     pub ty: Ty,
     /// Least and greatest value in SI units; 0 and 1 for a Bool.
     pub domain: (f64, f64),
+    /// Where a search for curves begins: an expression that may read the actuator, which is local 0, where each has its own; drawn
+    /// evenly if this is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub from: Option<Expr>,
     /// How it is mutated.
     pub mutation: Mutation,
     /// Where it is declared.
@@ -118,6 +122,8 @@ impl Writer<'_> {
             } else {
                 format!(" in {}", range(variable.domain, &variable.ty))
             };
+            let from = variable.from.as_ref();
+            let from = from.map_or(String::new(), |value| format!(" from {}", self.expr(value, &names)));
             let chance = self.expr(&variable.mutation.probability, &Names::new());
             let kernel = match &variable.mutation.kernel {
                 Kernel::Flip => format!(" flip {chance}"),
@@ -140,7 +146,7 @@ impl Writer<'_> {
             self.line(
                 1,
                 format!(
-                    "{word} {}{size} : {}{domain}{per}{kernel} bound {bound}",
+                    "{word} {}{size} : {}{domain}{from}{per}{kernel} bound {bound}",
                     variable.name, variable.ty
                 ),
             );

@@ -515,6 +515,8 @@ pub struct Variable {
     pub ty: Name,
     /// The values that it may take.
     pub domain: Option<Expr>,
+    /// Where a search for curves begins.
+    pub from: Option<Expr>,
     /// Actuators for which this has the same value share one.
     pub per: Option<Expr>,
     /// Probability and kernel of its mutation.

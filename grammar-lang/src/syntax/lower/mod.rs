@@ -435,12 +435,13 @@ impl<'a> Lowering<'a> {
 
     fn variable(&mut self, shared: bool, node: Node<'_>) -> Option<Variable> {
         let mut words = Vec::new();
-        let (mut size, mut domain, mut per) = (None, None, None);
+        let (mut size, mut domain, mut from, mut per) = (None, None, None, None);
         let (mut mutate, mut flip, mut bound) = (None, None, None);
         for part in parts(node) {
             match part.as_rule() {
                 Rule::array_size => size = parts(part).next().and_then(|e| self.expr(e)),
                 Rule::expr => domain = self.expr(part),
+                Rule::begin_value => from = parts(part).next().and_then(|e| self.expr(e)),
                 Rule::per_part => per = parts(part).next().and_then(|e| self.expr(e)),
                 Rule::mutate_part => {
                     let mut inner = parts(part);
@@ -453,7 +454,7 @@ impl<'a> Lowering<'a> {
         }
         let mut words = words.into_iter();
         let (name, ty) = (words.next()?, words.next()?);
-        Some(Variable { shared, name, size, ty, domain, per, mutate, flip, bound })
+        Some(Variable { shared, name, size, ty, domain, from, per, mutate, flip, bound })
     }
 }
 

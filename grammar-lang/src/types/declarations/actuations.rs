@@ -308,6 +308,10 @@ impl Declarations<'_> {
             Some(size) => Some(self.list_length(size, cx)?),
         };
         let domain = self.varied_domain(variable, &ty, cx)?;
+        let from = match &variable.from {
+            Some(from) => Some(self.beginning(variable, from, (&ty, domain, size), cx)?),
+            None => None,
+        };
         let (probability, kernel) = self.mutation(variable, &ty, cx)?;
         let bound = variable.bound.as_ref().map_or(ir::Bound::Clamp, |bound| self.bound(bound));
         Some(ir::Variable {
@@ -316,9 +320,76 @@ impl Declarations<'_> {
             size,
             ty,
             domain,
+            from,
             mutation: ir::Mutation { probability, kernel, bound },
             span: variable.name.span,
         })
+    }
+
+    /// Where a search for curves begins with a variable. One that each actuator has may read the actuator.
+    fn beginning(
+        &mut self,
+        variable: &ast::Variable,
+        from: &ast::Expr,
+        (ty, (low, high), size): (&Ty, (f64, f64), Option<usize>),
+        cx: &Context,
+    ) -> Option<Expr> {
+        let mut known = Context { stage: Stage::Derivation, ..cx.clone() };
+        known.locals.truncate(if variable.shared { 0 } else { 1 });
+        let what = format!("where `{}` begins", variable.name.text);
+        let before = self.expressions.errors.len();
+        let value = match size {
+            Some(_) => {
+                let wanted = Ty::List(Box::new(ty.clone()));
+                self.expressions.expect(from, &mut known, &wanted, &what)
+            }
+            None => self.expressions.expect(from, &mut known, ty, &what),
+        };
+        for mut error in self.expressions.errors.split_off(before) {
+            if error.code == Code::UNKNOWN_NAME && variable.shared {
+                error.help = Some(
+                    "a shared variable begins with one value for all: no actuator is known here".to_owned(),
+                );
+            }
+            self.expressions.errors.add(error);
+        }
+        if value.ty == Ty::Unknown {
+            return None;
+        }
+        let items = match &value.kind {
+            ExprKind::List(items) => items.iter().collect(),
+            _ => vec![&value],
+        };
+        if let (Some(many), ExprKind::List(items)) = (size, &value.kind)
+            && items.len() != many
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::WRONG_TYPE,
+                    from.span,
+                    format!("`{}` has {many} values", variable.name.text),
+                )
+                .label(format!("here are {}", items.len()))
+                .help("give one value for each item"),
+            );
+            return None;
+        }
+        let outside = items.into_iter().find(|item| {
+            self.expressions.quiet_number(item).is_some_and(|x| *ty != Ty::Bool && (x < low || x > high))
+        });
+        if let Some(outside) = outside {
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    outside.span,
+                    format!("`{}` begins outside its domain", variable.name.text),
+                )
+                .label("outside")
+                .help("begin within the domain"),
+            );
+            return None;
+        }
+        Some(value)
     }
 
     fn list_length(&mut self, size: &ast::Expr, cx: &Context) -> Option<usize> {
