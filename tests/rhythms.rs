@@ -132,7 +132,7 @@ fn curves_begin_where_the_grammar_says() {
     let (plain, begun) = (compiled(TWO), compiled(&text));
     let (one, other) = (drive(&plain), drive(&begun));
     let labels = other.labels(|_| "a".to_owned());
-    let values = |drive: &Drive<'_>| drive.draw(&mut Stream::named(7, "begin"));
+    let values = |drive: &Drive<'_>| drive.begin(&mut Stream::named(7, "begin"));
     for ((label, drawn), begun) in labels.iter().zip(values(&one)).zip(values(&other)) {
         match label.as_str() {
             "period" => assert_eq!(begun, 2.5),
@@ -140,7 +140,18 @@ fn curves_begin_where_the_grammar_says() {
             _ => assert_eq!(begun, drawn, "{label}"),
         }
     }
-    // A list begins with one value for each item; what lies outside of the domain is not taken.
+    // A restart begins elsewhere, and the walk of annealing measures how values spread.
+    assert_eq!(other.draw(&mut Stream::named(7, "begin")), values(&one));
+    // A value beyond the domain becomes the end of the domain; one that cannot be computed is drawn.
+    let place = labels.iter().position(|label| label == "amplitude of a").unwrap();
+    for (from, expected) in
+        [("20 deg * a.segments", 80_f64.to_radians()), ("20 deg / (a.segments - 4)", values(&one)[place])]
+    {
+        let text = text.replace("20 deg * a.segments / 2", from);
+        let rules = compiled(&text);
+        assert!((values(&drive(&rules))[place] - expected).abs() < 1e-12, "{from}");
+    }
+    // A list begins with one value for each item.
     let list = TWO
         .replace(
             "open : Number in 0.2 .. 0.8 mutate",
@@ -150,7 +161,7 @@ fn curves_begin_where_the_grammar_says() {
     let list = compiled(&list);
     let drive = drive(&list);
     let labels = drive.labels(|_| "a".to_owned());
-    let drawn = drive.draw(&mut Stream::named(7, "begin"));
+    let drawn = drive.begin(&mut Stream::named(7, "begin"));
     let of = |name: &str| labels.iter().position(|label| label == name).map(|place| drawn[place]);
     assert_eq!((of("open[0] of a"), of("open[1] of a")), (Some(0.3), Some(0.7)), "{labels:?}");
 }

@@ -186,22 +186,34 @@ impl<'r> Drive<'r> {
         labels
     }
 
-    /// Draws every value evenly from its domain, but for those that begin somewhere.
+    /// Draws every value evenly from its domain.
     #[must_use]
     pub fn draw(&self, random: &mut Stream) -> Parameters {
         let mut out = Vec::with_capacity(self.length);
-        for (place, field) in self.fields.iter().enumerate() {
+        for field in &self.fields {
             let Some(variable) = self.variable(field) else { continue };
-            let begun = self.beginning(place, variable);
-            for item in 0..variable.size.unwrap_or(1) {
+            for _ in 0..variable.size.unwrap_or(1) {
                 let (low, high) = variable.domain;
-                // Drawn in any case: what others draw does not depend on it.
-                let drawn = match variable.ty {
+                out.push(match variable.ty {
                     Ty::Bool => f64::from(u8::from(random.unit() < 0.5)),
                     Ty::Count => low + random.below((high - low) as usize + 1) as f64,
                     _ => low + (high - low) * random.unit(),
-                };
-                out.push(begun.get(item).map_or(drawn, |x| x.max(low).min(high)));
+                });
+            }
+        }
+        out
+    }
+
+    /// The values that a search begins with: those that the grammar gives, and the others drawn as by [`Self::draw`].
+    #[must_use]
+    pub fn begin(&self, random: &mut Stream) -> Parameters {
+        let mut out = self.draw(random);
+        for (place, field) in self.fields.iter().enumerate() {
+            let Some(variable) = self.variable(field) else { continue };
+            let (low, high) = variable.domain;
+            let own = out.iter_mut().skip(field.start).take(variable.size.unwrap_or(1));
+            for (value, begun) in own.zip(self.beginning(place, variable)) {
+                *value = begun.max(low).min(high);
             }
         }
         out

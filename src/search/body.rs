@@ -144,7 +144,7 @@ pub(super) fn inherited(
     let inherit = |(task, tune): (&Task, &Tune)| {
         let drive = Drive::new(own, task).ok()?;
         let from = Drive::new(parent, task).ok()?;
-        let fresh = drive.draw(random);
+        let fresh = drive.begin(random);
         Some(drive.inherit(&from, &tune.parameters, fresh))
     };
     let all: Option<Vec<_>> = own.rules.tasks.values().zip(tunes).map(inherit).collect();

@@ -326,7 +326,7 @@ fn form(text: &str, place: usize) -> Option<String> {
         && !line.contains(':')
         && let Some(name) = words.next().filter(|name| name.chars().all(char::is_alphanumeric))
     {
-        return Some(format!("write `match {name} : {second}`, with what else is asked behind it"));
+        return Some(format!("write `match {name} : {second}`, and put other conditions after it"));
     }
     if matches!(first, "maximize" | "minimize")
         && line.matches(" in ").count() > 1

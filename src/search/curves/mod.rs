@@ -114,11 +114,11 @@ impl<'a> Tuner<'a> {
         Around { tuned: self.known.tuned, parent: self.known.parent.unwrap_or(lowest), spent: self.spent }
     }
 
-    /// Curves that a chain begins with.
+    /// Curves that a chain begins with. Only the first begins where the grammar says: the others are to begin elsewhere.
     fn start(&self, chain: usize) -> Parameters {
         match (&self.warm, chain) {
             (Some(warm), 0) => warm.clone(),
-            (_, 0) => self.evaluator.drive.draw(&mut self.stream("start")),
+            (_, 0) => self.evaluator.drive.begin(&mut self.stream("start")),
             _ => self.evaluator.drive.draw(&mut self.stream(&format!("start {chain}"))),
         }
     }
