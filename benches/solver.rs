@@ -50,7 +50,7 @@ fn main() {
             }
         }
         let hinges = body.assembly.joints.iter();
-        let hinges = hinges.filter(|j| matches!(j.kind, sgc::design::assembly::JointKind::Hinge(_))).count();
+        let hinges = hinges.filter(|j| matches!(j.kind, sgc::design::assembly::JointKind::Dof(_))).count();
         let own: Vec<_> = LANES.iter().zip(least).map(|(lanes, t)| format!("{lanes}: {t:5.2}")).collect();
         println!(
             "{name:>14}{hinges:>8}{most:9.1}   {}   widest here {}",

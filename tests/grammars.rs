@@ -101,7 +101,7 @@ fn the_bodies_to_measure_with_have_their_hinges() {
     for (example, elements, hinges) in [("two", 17, 10), ("four", 31, 20), ("eight", 58, 40)] {
         let derivation = Derivation::start(&rules, Some(example)).unwrap();
         let assembly = Body::new(&derivation.design, &rules).assembly;
-        let hinge = |joint: &&sgc::design::assembly::Joint| matches!(joint.kind, JointKind::Hinge(_));
+        let hinge = |joint: &&sgc::design::assembly::Joint| matches!(joint.kind, JointKind::Dof(_));
         assert_eq!(
             (assembly.elements.len(), assembly.joints.iter().filter(hinge).count()),
             (elements, hinges)

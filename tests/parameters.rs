@@ -59,11 +59,11 @@ fn sizes_masses_and_strength_follow_from_the_parameter() {
         let tip = &ports(&design.parts[&id])[1];
         assert!((tip.frame.translation.vector.x - length).abs() < 1e-12);
         let hinge = body.assembly.joints.iter().find_map(|joint| match &joint.kind {
-            JointKind::Hinge(hinge) => Some(hinge),
+            JointKind::Dof(hinge) => Some(hinge),
             JointKind::Rigid => None,
         });
         let hinge = hinge.unwrap();
-        assert!((hinge.torque - 0.06 * shrink(3.0 * level)).abs() < 1e-12);
+        assert!((hinge.effort - 0.06 * shrink(3.0 * level)).abs() < 1e-12);
         assert!((hinge.stiffness - 0.3 * shrink(3.0 * level)).abs() < 1e-12);
         // How far it bends is that of its kind.
         assert!((hinge.limits.1 - std::f64::consts::FRAC_PI_2 / 3.0).abs() < 1e-12);

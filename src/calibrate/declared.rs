@@ -1,7 +1,7 @@
 //! What the grammar declares of what is measured.
 
 use grammar_lang::diagnostics::did_you_mean;
-use grammar_lang::ir::{Actuator, Backend, Kind, Part, RuleSet, Table, Tendon};
+use grammar_lang::ir::{Actuator, Backend, JointKind, Kind, Motor, Part, RuleSet, Table, Tendon};
 use grammar_lang::units::{Dimension, parse, shown, suggest};
 
 use super::measurements::Section;
@@ -43,17 +43,35 @@ pub(super) fn varies(name: &str, field: &str, place: &Location) -> Problem {
     )
 }
 
-/// The actuator that a section is for: the one that it names, or the only one that there is.
-pub(super) fn actuator<'a>(rules: &'a RuleSet, section: &Section) -> Result<(String, &'a Actuator), Problem> {
-    let names = || rules.actuators.keys().map(String::as_str);
+/// An actuator that bends: what a bench measures.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bender<'a> {
+    /// How far it bends, rad.
+    pub(super) bend: (f64, f64),
+    /// What drives it.
+    pub(super) motor: &'a Motor,
+}
+
+impl<'a> Bender<'a> {
+    fn of(actuator: &'a Actuator) -> Option<Self> {
+        let bends = actuator.joint.kind == JointKind::Bend;
+        Some(Self { bend: actuator.range.filter(|_| bends)?, motor: actuator.motor.as_ref()? })
+    }
+}
+
+/// The bending actuator that a section is for: the one that it names, or the only one that there is.
+pub(super) fn actuator<'a>(rules: &'a RuleSet, section: &Section) -> Result<(String, Bender<'a>), Problem> {
+    let benders: Vec<(&String, Bender<'_>)> =
+        rules.actuators.iter().filter_map(|(name, actuator)| Some((name, Bender::of(actuator)?))).collect();
+    let names = || benders.iter().map(|(name, _)| name.as_str());
     match section.setting("for") {
-        Some((name, place)) => match rules.actuators.get(name) {
-            Some(actuator) => Ok((name.clone(), actuator)),
-            None => Err(unknown("actuator", name, names(), place)),
+        Some((name, place)) => match benders.iter().find(|(known, _)| *known == name) {
+            Some((_, bender)) => Ok((name.clone(), *bender)),
+            None => Err(unknown("bending actuator", name, names(), place)),
         },
-        None => match rules.actuators.iter().next() {
-            Some((name, actuator)) if rules.actuators.len() == 1 => Ok((name.clone(), actuator)),
-            _ => Err(unsaid("actuator", names(), section)),
+        None => match benders.as_slice() {
+            [(name, bender)] => Ok(((*name).clone(), *bender)),
+            _ => Err(unsaid("bending actuator", names(), section)),
         },
     }
 }

@@ -66,8 +66,8 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         vec![Problem::contradiction(&section.place, format!("`{}` does not move", section.name))]
     })?;
     let (field, what, old) = match section.kind {
-        Kind::Deflate => ("relaxing_speed", "deflating", &actuator.relaxing_speed),
-        _ => ("bending_speed", "inflating", &actuator.bending_speed),
+        Kind::Deflate => ("relaxing_speed", "deflating", &actuator.motor.relaxing_speed),
+        _ => ("bending_speed", "inflating", &actuator.motor.speed),
     };
     let path = format!("{name}.{field}");
     let mut measured: Vec<(Figure, Figure, (Figure, Figure))> = found

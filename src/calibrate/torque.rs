@@ -16,7 +16,7 @@ const STRONG: f64 = 0.25;
 /// Fits a section of kind `tip`: force times arm.
 pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Problem>> {
     let (name, actuator) = declared::actuator(rules, section).map_err(|p| vec![p])?;
-    let old = actuator.torque.fixed().copied();
+    let old = actuator.motor.effort.fixed().copied();
     let old = old.ok_or_else(|| vec![declared::varies(&name, "torque", &section.place)])?;
     let (forces, arms) = (section.numbers("force"), section.numbers("arm"));
     let problems: Vec<Problem> = forces

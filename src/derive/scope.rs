@@ -2,8 +2,8 @@
 
 use grammar_lang::eval::{Domain, Reference, Scope, Value};
 use grammar_lang::ir::{
-    Attribute, CellAttribute, DesignFunction, DesignWord, Group, JointAttribute, Lattice, PartAttribute,
-    PortAttribute, RuleSet, SearchWord, StepAttribute, Word,
+    Attribute, CellAttribute, DesignFunction, DesignWord, Group, JointAttribute, JointKind, Lattice,
+    PartAttribute, PortAttribute, RuleSet, SearchWord, StepAttribute, Word,
 };
 
 use super::Derivation;
@@ -68,7 +68,10 @@ impl<'a> DesignScope<'a> {
         let part = design.parts.get(&id).filter(|_| !lattice::is_cell(id))?;
         // A parameter of that name is what the actuator itself says.
         let own = || part.params.get(attribute.text()).cloned();
-        let bend = || Some(self.rules.actuators.get(&part.kind)?.bend);
+        let bend = || {
+            let row = self.rules.actuators.get(&part.kind)?;
+            row.range.filter(|_| row.joint.kind != JointKind::Slide)
+        };
         Some(match attribute {
             PartAttribute::Turn => Value::Number(part.turn),
             PartAttribute::Image => Value::Number(f64::from(part.image)),

@@ -4,7 +4,7 @@
 //! them. It knows no grammar and no solver: a model lowers it to its own bodies.
 //!
 //! Frame: right-handed, y is up, x-z is the ground plane. SI units throughout.
-//! Poses are those at rest (every hinge at angle zero).
+//! Poses are those at rest (every joint at zero).
 
 use nalgebra::{Isometry3, Point3, UnitVector3};
 
@@ -40,35 +40,98 @@ pub struct Joint {
 pub enum JointKind {
     /// Nothing: the two are one body.
     Rigid,
-    /// Rotation about one axis, driven by a servo.
-    Hinge(Hinge),
+    /// One degree of freedom.
+    Dof(Dof),
 }
 
-/// A hinge with its servo. Angles are of the child relative to the parent,
-/// right-handed about `axis`, zero at rest.
+/// A degree of freedom. Its position is that of the child relative to the parent, zero at rest: an angle in rad,
+/// right-handed about `axis`, or a distance in m along it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Hinge {
+pub struct Dof {
     /// A point on the axis, in the world at rest.
     pub anchor: Point3<f64>,
     /// The axis, in the world at rest.
     pub axis: UnitVector3<f64>,
-    /// Which actuator drives this hinge: an index below [`Assembly::actuators`].
-    pub actuator: usize,
-    /// The share of the actuator's total bend angle that this hinge takes.
+    /// What the child does.
+    pub travel: Travel,
+    /// What moves it.
+    pub control: Control,
+    /// The share of all that the actuator does that this one takes.
     pub share: f64,
-    /// Hard limits of the hinge angle in rad, low then high.
+    /// Hard limits of the position, low then high.
     pub limits: (f64, f64),
-    /// Servo stiffness in N m/rad.
+    /// Stiffness in N m/rad or N/m; not used where a speed is controlled.
     pub stiffness: f64,
-    /// Servo damping in N m s/rad.
+    /// Damping in N m s/rad or N s/m.
     pub damping: f64,
-    /// Largest servo torque in N m.
-    pub torque: f64,
-    /// Fastest change of the servo's own target while the bend grows away from
-    /// zero, rad/s of this hinge.
-    pub bending_rate: f64,
-    /// The same while the bend goes back towards zero, rad/s of this hinge.
-    pub relaxing_rate: f64,
+    /// Largest torque or force in N m or N; without limit where nothing drives it.
+    pub effort: f64,
+}
+
+/// What a degree of freedom lets a body do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Travel {
+    /// It turns about the axis.
+    Turn,
+    /// It slides along the axis.
+    Slide,
+}
+
+/// What moves a degree of freedom.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Control {
+    /// A servo holds it where the drive of its actuator says.
+    Position {
+        /// Which actuator it belongs to: an index below [`Assembly::actuators`].
+        actuator: usize,
+        /// Fastest change of the servo's own target away from zero, rad/s or m/s of this joint.
+        rate: f64,
+        /// The same while it goes back towards zero.
+        relaxing_rate: f64,
+    },
+    /// A motor turns it as fast as the drive of its actuator says: the damping is what drives it.
+    Speed {
+        /// Which actuator it belongs to.
+        actuator: usize,
+        /// So many times as fast as it is asked to turn.
+        times: f64,
+    },
+    /// Its own spring and damper.
+    Passive {
+        /// Where the spring is slack, rad or m.
+        neutral: f64,
+    },
+}
+
+impl Control {
+    /// The same with so many times the speed.
+    #[must_use]
+    pub fn faster(self, by: f64) -> Self {
+        match self {
+            Self::Position { actuator, rate, relaxing_rate } => {
+                Self::Position { actuator, rate: rate * by, relaxing_rate: relaxing_rate * by }
+            }
+            Self::Speed { actuator, times } => Self::Speed { actuator, times: times * by },
+            Self::Passive { .. } => self,
+        }
+    }
+}
+
+impl Dof {
+    /// Which actuator drives it, if one does.
+    #[must_use]
+    pub fn actuator(&self) -> Option<usize> {
+        match self.control {
+            Control::Position { actuator, .. } | Control::Speed { actuator, .. } => Some(actuator),
+            Control::Passive { .. } => None,
+        }
+    }
+
+    /// Whether what is controlled is its speed.
+    #[must_use]
+    pub fn is_spun(&self) -> bool {
+        matches!(self.control, Control::Speed { .. })
+    }
 }
 
 /// A spring between the centres of two balls. Its length at rest is their distance at rest, times
@@ -106,8 +169,8 @@ pub struct Assembly {
     pub joints: Vec<Joint>,
     /// The springs; all elements are then balls.
     pub springs: Vec<Spring>,
-    /// What the actuators of balls do; those of hinges are told by the hinges.
+    /// What the actuators of balls do; those of joints are told by the joints.
     pub swellings: Vec<Swelling>,
-    /// How many actuators the hinges and swellings refer to.
+    /// How many actuators the joints and swellings refer to.
     pub actuators: usize,
 }

@@ -6,8 +6,9 @@ use grammar_lang::eval::Made;
 use grammar_lang::ir::{self, Form, RuleSet};
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
-use super::assembly::{Assembly, Element, Hinge, Joint, JointKind, Shape};
+use super::assembly::{Assembly, Control, Dof, Element, Joint, JointKind, Shape, Travel};
 use super::port::{about, segments};
+use super::row::{axis_of, cuts, side};
 use super::{Design, Part, PartId, filled, lattice};
 
 /// The assembly of a design, and what its elements and actuators are.
@@ -33,12 +34,12 @@ impl Body {
         }
         let body = Self::of_parts(design, rules);
         match rules.method() {
-            ir::Method::Balls(Some(filling)) => filled::filled(design, &body, filling),
+            ir::Method::Balls(Some(filling)) => filled::filled(design, rules, &body, filling),
             _ => body,
         }
     }
 
-    /// Rigid elements and hinges.
+    /// Rigid elements and joints.
     fn of_parts(design: &Design, rules: &RuleSet) -> Self {
         let mut body =
             Self { assembly: Assembly::default(), parts_of_elements: Vec::new(), actuators: Vec::new() };
@@ -89,14 +90,14 @@ impl Body {
             Some(Made::Actuator(actuator)) => actuator,
             None => return (first, first),
         };
-        // How far and how fast it bends is the same for all of its kind.
+        // How far and how fast it moves is the same for all of its kind.
         let Some(alike) = rules.actuators.get(&part.kind) else { return (first, first) };
         let Shape::Cylinder { radius, half_length } = actuator.segment.shape else { return (first, first) };
         let length = 2.0 * half_length;
         let count = segments(part);
-        let hinges = cuts(length, count);
-        let starts = || std::iter::once(0.0).chain(hinges.iter().copied());
-        let ends = || hinges.iter().copied().chain([length * count as f64]);
+        let places = cuts(length, count);
+        let starts = || std::iter::once(0.0).chain(places.iter().copied());
+        let ends = || places.iter().copied().chain([length * count as f64]);
         let spans: Vec<(f64, f64)> = starts().zip(ends()).collect();
         let by_tip = part.held_by.is_some() && part.holding == 1;
         // The segment that is the i-th from the holder, counted from the base.
@@ -108,45 +109,50 @@ impl Body {
             let mass = actuator.mass * (end - start) / length;
             push(shape, part.pose * centre, mass, actuator.friction);
         }
-        let shares = hinges.len().max(1) as f64;
-        // Held by its tip it bends the same way: each base-side segment turns against its parent.
-        let side = if by_tip { -Vector3::z() } else { Vector3::z() };
-        let axis = UnitVector3::new_normalize(part.pose.rotation * side);
+        let joints = places.len().max(1) as f64;
+        let axis = UnitVector3::new_normalize(
+            part.pose.rotation * (axis_of(alike.joint, part, rules) * side(by_tip)),
+        );
+        let control = match &alike.motor {
+            None => Control::Passive { neutral: alike.neutral / joints },
+            Some(_) if alike.joint.kind == ir::JointKind::Spin => {
+                Control::Speed { actuator: self.actuators.len(), times: 1.0 }
+            }
+            Some(motor) => Control::Position {
+                actuator: self.actuators.len(),
+                rate: motor.speed.most() / joints,
+                relaxing_rate: motor.relaxing_speed.most() / joints,
+            },
+        };
+        let (low, high) = alike.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         for i in 1..count {
             let place = segment(i).min(segment(i - 1));
-            let hinge = Hinge {
-                anchor: part.pose * Point3::new(hinges[place], 0.0, 0.0),
+            let dof = Dof {
+                anchor: part.pose * Point3::new(places[place], 0.0, 0.0),
                 axis,
-                actuator: self.actuators.len(),
-                share: 1.0 / shares,
-                limits: (alike.bend.0 / shares, alike.bend.1 / shares),
+                travel: match alike.joint.kind {
+                    ir::JointKind::Bend | ir::JointKind::Twist | ir::JointKind::Spin => Travel::Turn,
+                    ir::JointKind::Slide => Travel::Slide,
+                },
+                control,
+                share: 1.0 / joints,
+                limits: (low / joints, high / joints),
                 stiffness: actuator.stiffness,
                 damping: actuator.damping,
-                torque: actuator.torque,
-                bending_rate: alike.bending_speed.most() / shares,
-                relaxing_rate: alike.relaxing_speed.most() / shares,
+                effort: actuator.effort.unwrap_or(f64::INFINITY),
             };
             self.assembly.joints.push(Joint {
                 parent: first + i - 1,
                 child: first + i,
-                kind: JointKind::Hinge(hinge),
+                kind: JointKind::Dof(dof),
             });
         }
-        self.actuators.push(id);
+        if alike.motor.is_some() {
+            self.actuators.push(id);
+        }
         let last = first + count.saturating_sub(1);
         if by_tip { (last, first) } else { (first, last) }
     }
-}
-
-/// Where an actuator of so many segments, of a length in the mean, has its hinges: distances from its base.
-///
-/// Each hinge stands for an equal share of the length, in the middle of it, so that the row bends as an elastic
-/// rod does, with an error of second order in the number of hinges. The segments at both ends are
-/// therefore half as long as those between hinges.
-fn cuts(length: f64, count: usize) -> Vec<f64> {
-    let hinges = count.saturating_sub(1);
-    let share = length * count as f64 / hinges.max(1) as f64;
-    (0..hinges).map(|hinge| share * (hinge as f64 + 0.5)).collect()
 }
 
 /// How an element lies in its part.

@@ -8,11 +8,12 @@
 use std::collections::BTreeMap;
 
 use grammar_lang::eval::Made;
-use grammar_lang::ir::{Filling, JOINED};
-use nalgebra::Point3;
+use grammar_lang::ir::{self, Filling, JOINED, RuleSet};
+use nalgebra::{Point3, Vector3};
 
 use super::assembly::{Assembly, Element, Shape, Spring, Swelling};
 use super::port::segments;
+use super::row::axis_of;
 use super::{Body, Design, PartId};
 
 /// Points this near to a surface (m) are inside.
@@ -22,7 +23,7 @@ const CLOSE: f64 = 1e-9;
 type Node = [i64; 3];
 
 /// The same body of balls. A part that no point of the grid lies in has none.
-pub(super) fn filled(design: &Design, body: &Body, filling: Filling) -> Body {
+pub(super) fn filled(design: &Design, rules: &RuleSet, body: &Body, filling: Filling) -> Body {
     let mut own = Body {
         assembly: Assembly { actuators: body.assembly.actuators, ..Assembly::default() },
         parts_of_elements: Vec::new(),
@@ -43,7 +44,7 @@ pub(super) fn filled(design: &Design, body: &Body, filling: Filling) -> Body {
                 friction: element.friction,
             });
             own.parts_of_elements.push(*id);
-            let gain = gain(design, *id, &point(node, filling.spacing));
+            let gain = gain(design, rules, *id, &point(node, filling.spacing));
             let actuator = body.actuators.iter().position(|actuator| actuator == id);
             if let (Some(actuator), Some(gain)) = (actuator, gain) {
                 own.assembly.swellings.push(Swelling { element: index, actuator, gain });
@@ -95,11 +96,19 @@ fn is_inside(element: &Element, point: &Point3<f64>) -> bool {
 }
 
 /// The strain of a point of an actuator for each radian that the whole actuator bends; none of a passive part.
-fn gain(design: &Design, id: PartId, point: &Point3<f64>) -> Option<f64> {
+fn gain(design: &Design, rules: &RuleSet, id: PartId, point: &Point3<f64>) -> Option<f64> {
     let part = design.parts.get(&id)?;
     let Some(Made::Actuator(actuator)) = part.made.as_deref() else { return None };
     let segment = 2.0 * actuator.segment.half_extents().x;
     let local = part.pose.inverse() * point;
-    // It bends towards its own top: what is above its axis becomes shorter.
-    Some(-local.y / (segment * segments(part) as f64))
+    let joint = rules.actuators.get(&part.kind)?.joint;
+    let axis = axis_of(joint, part, rules);
+    let length = segment * segments(part) as f64;
+    // What lies towards the inside of a bend becomes shorter: about z, what is above the axis of the row.
+    match joint.kind {
+        ir::JointKind::Bend => Some(-local.coords.dot(&axis.cross(&Vector3::x())) / length),
+        ir::JointKind::Slide => Some(axis.x / length),
+        // Strain alone can do neither: the checker refuses them.
+        ir::JointKind::Twist | ir::JointKind::Spin => None,
+    }
 }

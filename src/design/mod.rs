@@ -12,6 +12,7 @@ mod filled;
 pub mod lattice;
 mod overlap;
 mod port;
+mod row;
 mod symmetry;
 
 use std::collections::BTreeMap;

@@ -57,8 +57,8 @@ impl Drive<'_> {
         self.on_hardware(parameters, &Conditions::NOMINAL, &mut followed)?;
         for (column, driven) in self.actuators.iter().enumerate() {
             let actuator = self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind));
-            if let Some(actuator) = actuator {
-                follow([&actuator.bending_speed, &actuator.relaxing_speed], 1.0, &mut followed, column);
+            if let Some(motor) = actuator.and_then(|actuator| actuator.motor.as_ref()) {
+                follow([&motor.speed, &motor.relaxing_speed], 1.0, &mut followed, column);
             }
             let drives = self.actuations.get(driven.actuation).map(|(_, actuation)| &actuation.drive.ty);
             if drives == Some(&Ty::Valves) {

@@ -19,7 +19,7 @@ pub struct Cycle {
 pub enum Asked {
     /// States of its valves.
     Valves(Valves),
-    /// Bends in rad at equal distances over the period, the first at its beginning.
+    /// Bends in rad, distances in m or speeds in rad/s at equal distances over the period, the first at its beginning.
     Bends(Vec<f64>),
 }
 
@@ -55,7 +55,8 @@ impl Drive<'_> {
         Ok(Some(Cycle { period, actuators }))
     }
 
-    /// The bends that an actuator is asked for at some times in s, as far as it can bend.
+    /// What an actuator is asked for at some times in s, as far as it can do it: its bend in rad, its distance in m, or its
+    /// speed in rad/s.
     pub(super) fn bends(
         &self,
         driven: &Driven,
@@ -69,8 +70,8 @@ impl Drive<'_> {
         let actuator = self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind));
         // Cells are strained as far as they are asked to be.
         let unlimited = (f64::NEG_INFINITY, f64::INFINITY);
-        let (low, high) = actuator.map_or(unlimited, |a| a.bend);
-        // An actuator cannot bend further than it can.
+        let (low, high) = actuator.map_or(unlimited, grammar_lang::ir::Actuator::driven_range);
+        // An actuator cannot go further than it can.
         let within = |bend: f64| bend.max(low).min(high);
         let times: Vec<f64> = times.collect();
         if actuation.moving.is_empty()

@@ -85,6 +85,7 @@ impl Drive<'_> {
             else {
                 continue;
             };
+            let Some(motor) = &actuator.motor else { continue };
             let aimed = target.filter(|target| self.kind_of(driven) == Some(target.kind.as_str()));
             if let Some(mut valves) = self.valves(driven, parameters)? {
                 if let Some(Backend::Pneumatic(air)) = aimed.map(|target| &target.backend) {
@@ -92,9 +93,9 @@ impl Drive<'_> {
                 }
                 inflated.push(Inflated {
                     valves,
-                    bending: &actuator.bending_speed,
-                    relaxing: &actuator.relaxing_speed,
-                    most: actuator.bend.1,
+                    bending: &motor.speed,
+                    relaxing: &motor.relaxing_speed,
+                    most: actuator.driven_range().1,
                     late: conditions.late(column),
                     supplied: aimed.is_some(),
                 });
@@ -104,7 +105,7 @@ impl Drive<'_> {
             if let Some(threads) = self.threads(driven) {
                 wind(threads, conditions.speed, targets, column);
             }
-            let by_bend = [&actuator.bending_speed, &actuator.relaxing_speed];
+            let by_bend = [&motor.speed, &motor.relaxing_speed];
             if by_bend.iter().any(|speed| matches!(speed, Speed::ByBend(_))) {
                 follow(by_bend, conditions.speed, targets, column);
             }

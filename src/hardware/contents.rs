@@ -1,6 +1,6 @@
 //! What a target and its actuators say, line by line: to see what is another in two of them.
 
-use grammar_lang::ir::{Actuator, Backend, Speed, Table, Target};
+use grammar_lang::ir::{Actuator, Backend, JointKind, Speed, Table, Target};
 use grammar_lang::units;
 
 /// A number in a unit, to six places.
@@ -16,13 +16,6 @@ fn range((low, high): (f64, f64), unit: &str) -> String {
 fn table(table: &Table, (from, to): (&str, &str)) -> String {
     let rows = table.rows.iter().map(|[x, y]| format!("{}: {}", in_unit(*x, from), in_unit(*y, to)));
     rows.collect::<Vec<_>>().join(", ")
-}
-
-fn speed(speed: &Speed) -> String {
-    match speed {
-        Speed::Constant(speed) => in_unit(*speed, "deg/s"),
-        Speed::ByBend(rows) => table(rows, ("deg", "deg/s")),
-    }
 }
 
 /// What a target says, by the names that a grammar has for it.
@@ -60,11 +53,21 @@ fn of_target(target: &Target) -> Vec<(&'static str, String)> {
 }
 
 fn of_actuator(actuator: &Actuator) -> Vec<(&'static str, String)> {
-    vec![
-        ("bend", range(actuator.bend, "deg")),
-        ("bending_speed", speed(&actuator.bending_speed)),
-        ("relaxing_speed", speed(&actuator.relaxing_speed)),
-    ]
+    let kind = actuator.joint.kind;
+    let (position, velocity) = if kind == JointKind::Slide { ("mm", "mm/s") } else { ("deg", "deg/s") };
+    let speed = |speed: &Speed| match speed {
+        Speed::Constant(speed) => in_unit(*speed, velocity),
+        Speed::ByBend(by_bend) => table(by_bend, ("deg", "deg/s")),
+    };
+    let mut fields = Vec::new();
+    if let Some(limits) = actuator.range {
+        fields.push((kind.range(), range(limits, position)));
+    }
+    if let Some(motor) = &actuator.motor {
+        fields.push((kind.speed_field(), speed(&motor.speed)));
+        fields.push(("relaxing_speed", speed(&motor.relaxing_speed)));
+    }
+    fields
 }
 
 /// What is another in a target and the actuators that it drives than in some before, in words: `` `shortest` is 2200 ms

@@ -191,16 +191,18 @@ fn no_target(rules: &RuleSet, name: &str) -> NoGait {
     NoGait::UnknownTarget { grammar: rules.name.clone(), name: name.to_owned(), there }
 }
 
-/// The rules of a design with the targets of others, and with actuators that bend as theirs do; the task is on the target.
+/// The rules of a design with the targets of others, and with actuators that move as theirs do; the task is on the target.
 fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) -> RuleSet {
     let mut played = rules.clone();
     if let Some(of) = of {
         played.targets.clone_from(&of.targets);
         for (kind, actuator) in &mut played.actuators {
             if let Some(other) = of.actuators.get(kind) {
-                actuator.bend = other.bend;
-                actuator.bending_speed = other.bending_speed.clone();
-                actuator.relaxing_speed = other.relaxing_speed.clone();
+                actuator.range = other.range;
+                if let (Some(motor), Some(other)) = (&mut actuator.motor, &other.motor) {
+                    motor.speed = other.speed.clone();
+                    motor.relaxing_speed = other.relaxing_speed.clone();
+                }
             }
         }
     }

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Settings, Unfit};
-use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape, Spring, Swelling};
+use crate::design::assembly::{Assembly, Control, Dof, Element, JointKind, Shape, Spring, Swelling, Travel};
 
 /// More steps than this in one run is a slip of the pen, not a wish.
 const MOST_STEPS: f64 = 1e9;
@@ -80,7 +80,7 @@ pub(super) fn assembly(assembly: &Assembly) -> Result<(), Unfit> {
         })?;
         match &joint.kind {
             JointKind::Rigid => {}
-            JointKind::Hinge(part) => hinge(index, part, assembly.actuators)?,
+            JointKind::Dof(part) => dof(index, part, assembly.actuators)?,
         }
     }
     Ok(())
@@ -171,36 +171,48 @@ fn element(index: usize, element: &Element) -> Result<(), Unfit> {
     })
 }
 
-fn hinge(index: usize, hinge: &Hinge, actuators: usize) -> Result<(), Unfit> {
-    need(hinge.anchor.iter().chain(hinge.axis.iter()).all(|value| value.is_finite()), || {
-        format!("the hinge of joint {index} has an anchor or axis that is not finite; give it a place")
+fn dof(index: usize, dof: &Dof, actuators: usize) -> Result<(), Unfit> {
+    need(dof.anchor.iter().chain(dof.axis.iter()).all(|value| value.is_finite()), || {
+        format!("joint {index} has an anchor or axis that is not finite; give it a place")
     })?;
-    need(hinge.actuator < actuators, || {
+    need(dof.actuator().is_none_or(|actuator| actuator < actuators), || {
         format!(
-            "the hinge of joint {index} belongs to actuator {}, but there are {actuators}; number them from zero",
-            hinge.actuator
+            "joint {index} belongs to actuator {}, but there are {actuators}; number them from zero",
+            dof.actuator().unwrap_or_default()
         )
     })?;
-    need(hinge.share.is_finite(), || {
-        format!("the hinge of joint {index} has a share of {}; give a finite number", hinge.share)
+    need(dof.share.is_finite(), || {
+        format!("joint {index} has a share of {}; give a finite number", dof.share)
     })?;
-    let (low, high) = hinge.limits;
+    let (low, high) = dof.limits;
+    let unit = match dof.travel {
+        Travel::Turn => "rad",
+        Travel::Slide => "m",
+    };
     need(low <= 0.0 && 0.0 <= high && low < high, || {
         format!(
-            "the hinge of joint {index} is limited to {low} to {high} rad, which excludes the rest angle zero \
+            "joint {index} is limited to {low} to {high} {unit}, which excludes its place at rest, zero, \
              or leaves no room; give a lower limit below and an upper limit above zero"
         )
     })?;
-    for (name, value) in [("stiffness", hinge.stiffness), ("damping", hinge.damping)] {
+    for (name, value) in [("stiffness", dof.stiffness), ("damping", dof.damping)] {
         need(not_negative(value), || {
-            format!("the servo of joint {index} has a {name} of {value}; give zero or a positive number")
+            format!("joint {index} has a {name} of {value}; give zero or a positive number")
         })?;
     }
-    for (name, value) in [
-        ("largest torque", hinge.torque),
-        ("bending rate", hinge.bending_rate),
-        ("relaxing rate", hinge.relaxing_rate),
-    ] {
+    let moving = match dof.control {
+        Control::Position { rate, relaxing_rate, .. } => {
+            vec![("rate", rate), ("relaxing rate", relaxing_rate)]
+        }
+        Control::Speed { times, .. } => vec![("gain", times)],
+        Control::Passive { neutral } => {
+            need(neutral.is_finite(), || {
+                format!("the spring of joint {index} is slack at {neutral} {unit}; give a place")
+            })?;
+            Vec::new()
+        }
+    };
+    for (name, value) in [("largest torque", dof.effort)].into_iter().chain(moving) {
         need(value >= 0.0, || {
             format!("the servo of joint {index} has a {name} of {value}; give zero or a positive number")
         })?;

@@ -1,7 +1,7 @@
-//! Lowers an assembly to rigid bodies joined by hinges.
+//! Lowers an assembly to rigid bodies joined by joints of one degree of freedom.
 //!
-//! The solvers of hinges start from this: elements joined rigidly are one body, every
-//! hinge joint is one degree of freedom, and the whole is a tree whose root is
+//! The solvers of joints start from this: elements joined rigidly are one body, every
+//! other joint is one degree of freedom, and the whole is a tree whose root is
 //! the body of the core. Bodies are numbered depth first, parents before
 //! children, so that a limb is a contiguous range. Body frames have their
 //! origin at the centre of mass and the world's axes at rest. SI units.
@@ -15,7 +15,7 @@ use super::motion::Placement;
 use super::run::Driven;
 use super::servo::Servo;
 use super::{Settings, Unfit, World};
-use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
+use crate::design::assembly::{Assembly, Dof, Element, JointKind, Shape};
 
 /// A rigid body: one or more elements.
 #[derive(Clone, Debug)]
@@ -28,9 +28,9 @@ pub(super) struct Body {
     pub(super) centre: Vector3<f64>,
     /// Inertia about the centre of mass, world axes at rest, kg m^2.
     pub(super) inertia: Matrix3<f64>,
-    /// The hinge that joins it to its parent; none for the root.
-    pub(super) hinge: Option<Hinge>,
-    /// Which of [`Lowered::servos`] turns the hinge.
+    /// What joins it to its parent; nothing joins the root.
+    pub(super) dof: Option<Dof>,
+    /// Which of [`Lowered::servos`] moves it.
     pub(super) servo: usize,
 }
 
@@ -54,9 +54,9 @@ pub(super) struct Lowered {
     pub(super) bodies: Vec<Body>,
     /// One for each element, in the assembly's order.
     pub(super) pieces: Vec<Piece>,
-    /// The servos at rest; hinges that always have the same target share one.
+    /// The servos at rest; joints that always have the same target share one.
     pub(super) servos: Vec<Servo>,
-    /// How many actuators the hinges refer to.
+    /// How many actuators the joints refer to.
     pub(super) actuators: usize,
 }
 
@@ -79,9 +79,9 @@ impl Lowered {
         }
         let (mut bodies, mut servos) = (Vec::with_capacity(order.len()), Vec::new());
         for (new, &old) in order.iter().enumerate() {
-            let hinge = groups.hinges[old].map(|hinge| raised(hinge, lift));
-            let servo = hinge.as_ref().map_or(0, |hinge| servo(&mut servos, hinge));
-            bodies.push(body(assembly, &members[new], place[groups.parents[old]], hinge, servo, lift));
+            let dof = groups.dofs[old].map(|dof| raised(dof, lift));
+            let servo = dof.as_ref().map_or(0, |dof| servo(&mut servos, dof));
+            bodies.push(body(assembly, &members[new], place[groups.parents[old]], dof, servo, lift));
         }
         let pieces = assembly
             .elements
@@ -94,11 +94,11 @@ impl Lowered {
 
     /// What runs it.
     pub(super) fn driven(&self) -> Driven {
-        let hinges: Vec<&Hinge> = self.bodies.iter().filter_map(|body| body.hinge.as_ref()).collect();
+        let dofs: Vec<&Dof> = self.bodies.iter().filter_map(|body| body.dof.as_ref()).collect();
         let placement =
             |piece: &Piece| Placement { body: piece.body, local: piece.local, shape: piece.shape };
         let placements: Arc<[Placement]> = self.pieces.iter().map(placement).collect();
-        Driven::hinges(&hinges, &self.servos, self.bodies.len(), self.actuators, placements)
+        Driven::joints(&dofs, &self.servos, self.bodies.len(), self.actuators, placements)
     }
 
     /// Where the centre of the root is, m, when the body is set on the ground of a world.
@@ -117,9 +117,9 @@ impl Lowered {
         Vector3::new(root.x, -low, root.z)
     }
 
-    /// Number of hinges between two bodies.
+    /// Number of moving joints between two bodies.
     pub(super) fn distance(&self, mut a: usize, mut b: usize) -> usize {
-        let mut hinges = 0;
+        let mut joints = 0;
         // A parent has the smaller number, so climbing from the larger one meets.
         while a != b {
             if a > b {
@@ -127,9 +127,9 @@ impl Lowered {
             } else {
                 b = self.bodies[b].parent
             }
-            hinges += 1;
+            joints += 1;
         }
-        hinges
+        joints
     }
 }
 
@@ -137,14 +137,14 @@ impl Lowered {
 struct Groups<'a> {
     of_element: Vec<usize>,
     parents: Vec<usize>,
-    hinges: Vec<Option<&'a Hinge>>,
+    dofs: Vec<Option<&'a Dof>>,
 }
 
 impl<'a> Groups<'a> {
     fn of(assembly: &'a Assembly) -> Result<Self, Unfit> {
         let mut of_element = vec![None; assembly.elements.len()];
         of_element[0] = Some(0);
-        let (mut parents, mut hinges) = (vec![0], vec![None]);
+        let (mut parents, mut dofs) = (vec![0], vec![None]);
         for joint in &assembly.joints {
             let Some(parent) = of_element[joint.parent] else {
                 return Err(Unfit {
@@ -165,15 +165,15 @@ impl<'a> Groups<'a> {
             }
             of_element[joint.child] = Some(match &joint.kind {
                 JointKind::Rigid => parent,
-                JointKind::Hinge(hinge) => {
+                JointKind::Dof(dof) => {
                     parents.push(parent);
-                    hinges.push(Some(hinge));
+                    dofs.push(Some(dof));
                     parents.len() - 1
                 }
             });
         }
         let of_element = of_element.into_iter().map(|group| group.unwrap_or(0)).collect();
-        Ok(Self { of_element, parents, hinges })
+        Ok(Self { of_element, parents, dofs })
     }
 
     fn depth_first(&self) -> Vec<usize> {
@@ -190,26 +190,26 @@ impl<'a> Groups<'a> {
     }
 }
 
-/// The place of a hinge's servo among all, where it is put if there is none like it.
-fn servo(servos: &mut Vec<Servo>, hinge: &Hinge) -> usize {
-    let own = Servo::new(hinge);
+/// The place of a joint's servo among all, where it is put if there is none like it.
+fn servo(servos: &mut Vec<Servo>, dof: &Dof) -> usize {
+    let own = Servo::new(dof);
     servos.iter().position(|servo| *servo == own).unwrap_or_else(|| {
         servos.push(own);
         servos.len() - 1
     })
 }
 
-fn raised(hinge: &Hinge, lift: f64) -> Hinge {
-    let mut hinge = hinge.clone();
-    hinge.anchor.y += lift;
-    hinge
+fn raised(dof: &Dof, lift: f64) -> Dof {
+    let mut dof = dof.clone();
+    dof.anchor.y += lift;
+    dof
 }
 
 fn body(
     assembly: &Assembly,
     members: &[usize],
     parent: usize,
-    hinge: Option<Hinge>,
+    dof: Option<Dof>,
     servo: usize,
     lift: f64,
 ) -> Body {
@@ -225,7 +225,7 @@ fn body(
         inertia += turn.matrix() * own * turn.matrix().transpose();
         inertia += element.mass * (Matrix3::identity() * arm.norm_squared() - arm * arm.transpose());
     }
-    Body { parent, mass, centre: centre + Vector3::y() * lift, inertia, hinge, servo }
+    Body { parent, mass, centre: centre + Vector3::y() * lift, inertia, dof, servo }
 }
 
 fn piece(element: &Element, body: usize, bodies: &[Body], lift: f64) -> Piece {

@@ -8,18 +8,18 @@ use super::motion::Placement;
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
 use super::{Invalid, LAST_STRETCH, Motion, Settings, Stop, Targets, Watch, World};
-use crate::design::assembly::Hinge;
+use crate::design::assembly::Dof;
 
 /// A solver that advances one body step by step, in one or several runs at
-/// once, its *lanes*. What is driven is either the hinges of a
-/// [`Lowered`](super::lowering::Lowered) assembly, of which hinge h carries body h + 1, or the strains of
-/// a [`Lattice`](super::lattice::Lattice): then "hinge" stands for an actuator, and its angle for its strain.
+/// once, its *lanes*. What moves is either the joints of a
+/// [`Lowered`](super::lowering::Lowered) assembly, of which joint j carries body j + 1, or the strains of
+/// a [`Lattice`](super::lattice::Lattice): then "joint" stands for an actuator, and its position for its strain.
 pub(super) trait Stepper: Send {
     /// Number of runs at once.
     const LANES: usize;
     /// Back to the state at rest, bit for bit.
     fn reset(&mut self);
-    /// Sets the target of a servo for the next step of a lane, rad.
+    /// Sets the target of a servo for the next step of a lane, rad, m or rad/s.
     fn aim(&mut self, lane: usize, servo: usize, target: f64);
     /// Moves all lanes on by one step.
     fn step(&mut self);
@@ -27,12 +27,12 @@ pub(super) trait Stepper: Send {
     fn failure(&self, lane: usize) -> Option<Invalid>;
     /// The pose of a body in the world, m.
     fn pose(&self, lane: usize, body: usize) -> Isometry3<f64>;
-    /// The angle of a hinge, rad.
-    fn angle(&self, lane: usize, hinge: usize) -> f64;
-    /// The mechanical work that has been done at a hinge since the last reset, J:
-    /// the torque that acted times the turn of the hinge, step by step, where
+    /// The position of a joint, rad or m; of one whose speed is driven that speed, rad/s.
+    fn position(&self, lane: usize, joint: usize) -> f64;
+    /// The mechanical work that has been done at a joint since the last reset, J:
+    /// the torque that acted times the turn of the joint (or the force times its way), step by step, where
     /// that is positive.
-    fn work(&self, lane: usize, hinge: usize) -> f64;
+    fn work(&self, lane: usize, joint: usize) -> f64;
 }
 
 /// So many steps between two looks at whether to stop: milliseconds at most.
@@ -43,8 +43,8 @@ const STEPS_PER_LOOK: usize = 16;
 pub(super) struct Driven {
     /// The servos at rest.
     servos: Vec<Servo>,
-    /// The actuator of each hinge.
-    hinges: Vec<usize>,
+    /// The actuator of each joint, if one drives it.
+    joints: Vec<Option<usize>>,
     bends: Bends,
     placements: Arc<[Placement]>,
     bodies: usize,
@@ -52,9 +52,9 @@ pub(super) struct Driven {
 }
 
 impl Driven {
-    /// The hinges of so many bodies.
-    pub(super) fn hinges(
-        hinges: &[&Hinge],
+    /// The joints of so many bodies.
+    pub(super) fn joints(
+        dofs: &[&Dof],
         servos: &[Servo],
         bodies: usize,
         actuators: usize,
@@ -62,8 +62,8 @@ impl Driven {
     ) -> Self {
         Self {
             servos: servos.to_vec(),
-            hinges: hinges.iter().map(|hinge| hinge.actuator).collect(),
-            bends: Bends::new(hinges, actuators),
+            joints: dofs.iter().map(|dof| dof.actuator()).collect(),
+            bends: Bends::new(dofs, actuators),
             placements,
             bodies,
             actuators,
@@ -74,7 +74,7 @@ impl Driven {
     pub(super) fn strains(actuators: usize, placements: Arc<[Placement]>) -> Self {
         Self {
             servos: (0..actuators).map(Servo::free).collect(),
-            hinges: (0..actuators).collect(),
+            joints: (0..actuators).map(Some).collect(),
             bends: Bends::themselves(actuators),
             bodies: placements.len(),
             placements,
@@ -115,10 +115,10 @@ struct Lane<'a> {
     failure: Option<Invalid>,
 }
 
-/// What is recorded of a lane at one time: the pose of every body, and the angle of every hinge.
+/// What is recorded of a lane at one time: the pose of every body, and the position of every joint.
 struct State {
     poses: Vec<Isometry3<f64>>,
-    angles: Vec<f64>,
+    positions: Vec<f64>,
 }
 
 impl State {
@@ -128,10 +128,10 @@ impl State {
             let place = from.translation.vector.lerp(&to.translation.vector, share);
             Isometry3::from_parts(place.into(), from.rotation.nlerp(&to.rotation, share))
         };
-        let angle = |(from, to): (&f64, &f64)| from + (to - from) * share;
+        let position = |(from, to): (&f64, &f64)| from + (to - from) * share;
         Self {
             poses: before.poses.iter().zip(&self.poses).map(pose).collect(),
-            angles: before.angles.iter().zip(&self.angles).map(angle).collect(),
+            positions: before.positions.iter().zip(&self.positions).map(position).collect(),
         }
     }
 }
@@ -197,7 +197,9 @@ impl<S: Stepper> Run<S> {
     fn state(&self, lane: usize) -> State {
         State {
             poses: (0..self.driven.bodies).map(|body| self.stepper.pose(lane, body)).collect(),
-            angles: (0..self.driven.hinges.len()).map(|hinge| self.stepper.angle(lane, hinge)).collect(),
+            positions: (0..self.driven.joints.len())
+                .map(|joint| self.stepper.position(lane, joint))
+                .collect(),
         }
     }
 
@@ -211,7 +213,7 @@ impl<S: Stepper> Run<S> {
                     _ => now,
                 };
                 lane.motion.poses.extend(state.poses);
-                self.driven.bends.append(state.angles.into_iter(), &mut lane.motion.bends);
+                self.driven.bends.append(state.positions.into_iter(), &mut lane.motion.bends);
             }
         }
     }
@@ -261,9 +263,9 @@ impl<S: Stepper> Row for Run<S> {
             }
         }
         for (number, lane) in lanes.iter_mut().enumerate() {
-            for (hinge, &actuator) in self.driven.hinges.iter().enumerate() {
-                if let Some(sum) = lane.motion.work.get_mut(actuator) {
-                    *sum += self.stepper.work(number, hinge);
+            for (joint, &actuator) in self.driven.joints.iter().enumerate() {
+                if let Some(sum) = actuator.and_then(|actuator| lane.motion.work.get_mut(actuator)) {
+                    *sum += self.stepper.work(number, joint);
                 }
             }
         }

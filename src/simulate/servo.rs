@@ -1,51 +1,54 @@
 //! What a servo wants: its rate-limited target, the same for all solvers.
 
 use super::motion::Targets;
-use crate::design::assembly::Hinge;
+use crate::design::assembly::{Control, Dof, Travel};
 
-/// The moving target of one hinge.
+/// The moving target of one degree of freedom: an angle in rad or a distance in m, or the speed of a motor in rad/s.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Servo {
-    /// Which actuator it belongs to.
-    pub(super) actuator: usize,
+    travel: Travel,
+    control: Control,
     share: f64,
-    bending_rate: f64,
-    relaxing_rate: f64,
-    /// Where the servo's own target stands now, rad.
+    /// Where the servo's own target stands now.
     pub(super) target: f64,
 }
 
 impl Servo {
     /// At rest.
-    pub(super) fn new(hinge: &Hinge) -> Self {
-        Self {
-            actuator: hinge.actuator,
-            share: hinge.share,
-            bending_rate: hinge.bending_rate,
-            relaxing_rate: hinge.relaxing_rate,
-            target: 0.0,
-        }
+    pub(super) fn new(dof: &Dof) -> Self {
+        let target = if let Control::Passive { neutral } = dof.control { neutral } else { 0.0 };
+        Self { travel: dof.travel, control: dof.control, share: dof.share, target }
     }
 
-    /// The same servo with so many times the rates.
+    /// The same servo with so many times the speed.
     pub(super) fn faster(&self, times: f64) -> Self {
-        let Self { bending_rate, relaxing_rate, .. } = *self;
-        Self { bending_rate: bending_rate * times, relaxing_rate: relaxing_rate * times, ..self.clone() }
+        Self { control: self.control.faster(times), ..self.clone() }
     }
 
     /// Of an actuator that is where it is asked to be.
     pub(super) fn free(actuator: usize) -> Self {
         let rate = f64::INFINITY;
-        Self { actuator, share: 1.0, bending_rate: rate, relaxing_rate: rate, target: 0.0 }
+        let control = Control::Position { actuator, rate, relaxing_rate: rate };
+        Self { travel: Travel::Turn, control, share: 1.0, target: 0.0 }
     }
 
     /// Moves the target for `step` seconds towards what the drive asks for at
     /// time `t`. False if the drive asks for no number at all.
+    #[inline]
     pub(super) fn follow(&mut self, drive: &Targets, t: f64, step: f64) -> bool {
-        let wanted = if self.actuator < drive.actuators { drive.at(self.actuator, t) } else { 0.0 };
-        let wanted = wanted * self.share;
-        self.target = slew(self.target, wanted, self.bending_rate, self.relaxing_rate, step);
-        wanted.is_finite()
+        let asked = |actuator: usize| if actuator < drive.actuators { drive.at(actuator, t) } else { 0.0 };
+        match self.control {
+            Control::Position { actuator, rate, relaxing_rate } => {
+                let wanted = asked(actuator) * self.share;
+                self.target = slew(self.target, wanted, rate, relaxing_rate, step);
+                wanted.is_finite()
+            }
+            Control::Speed { actuator, times } => {
+                self.target = asked(actuator) * self.share * times;
+                self.target.is_finite()
+            }
+            Control::Passive { .. } => true,
+        }
     }
 }
 
@@ -77,42 +80,47 @@ fn slew(from: f64, to: f64, away: f64, back: f64, time: f64) -> f64 {
     }
 }
 
-/// Turns hinge angles into the total bend of each actuator.
+/// Turns the positions of joints into that of each actuator: from its base to its tip.
 ///
-/// The bend is the one whose shares come closest to the angles (least
-/// squares); for equal shares that add up to one it is the sum.
+/// It is the one whose shares come closest to those of the joints (least
+/// squares); for equal shares that add up to one it is the sum. Of motors these are speeds.
 #[derive(Clone, Debug)]
 pub(super) struct Bends {
-    /// Actuator and weight of each hinge.
-    weights: Vec<(usize, f64)>,
+    /// Actuator and weight of each joint that something drives.
+    weights: Vec<Option<(usize, f64)>>,
     actuators: usize,
 }
 
 impl Bends {
-    /// For hinges in the order in which their angles will be given.
-    pub(super) fn new(hinges: &[&Hinge], actuators: usize) -> Self {
+    /// For joints in the order in which their positions will be given.
+    pub(super) fn new(dofs: &[&Dof], actuators: usize) -> Self {
         let mut squares = vec![0.0; actuators];
-        for hinge in hinges {
-            squares[hinge.actuator] += hinge.share * hinge.share;
+        for dof in dofs {
+            if let Some(actuator) = dof.actuator() {
+                squares[actuator] += dof.share * dof.share;
+            }
         }
-        let weight = |hinge: &&Hinge| {
-            let square: f64 = squares[hinge.actuator];
-            (hinge.actuator, if square > 0.0 { hinge.share / square } else { 1.0 })
+        let weight = |dof: &&Dof| {
+            let actuator = dof.actuator()?;
+            let square: f64 = squares[actuator];
+            Some((actuator, if square > 0.0 { dof.share / square } else { 1.0 }))
         };
-        Self { weights: hinges.iter().map(weight).collect(), actuators }
+        Self { weights: dofs.iter().map(weight).collect(), actuators }
     }
 
     /// For numbers that are the bends, one for each actuator.
     pub(super) fn themselves(actuators: usize) -> Self {
-        Self { weights: (0..actuators).map(|actuator| (actuator, 1.0)).collect(), actuators }
+        Self { weights: (0..actuators).map(|actuator| Some((actuator, 1.0))).collect(), actuators }
     }
 
-    /// Appends the bends that belong to the hinge angles.
-    pub(super) fn append(&self, angles: impl Iterator<Item = f64>, bends: &mut Vec<f64>) {
+    /// Appends the bends that belong to the positions.
+    pub(super) fn append(&self, positions: impl Iterator<Item = f64>, bends: &mut Vec<f64>) {
         let start = bends.len();
         bends.resize(start + self.actuators, 0.0);
-        for (&(actuator, weight), angle) in self.weights.iter().zip(angles) {
-            bends[start + actuator] += weight * angle;
+        for (weight, position) in self.weights.iter().zip(positions) {
+            if let &Some((actuator, weight)) = weight {
+                bends[start + actuator] += weight * position;
+            }
         }
     }
 }

@@ -85,16 +85,15 @@ impl World {
             }
         }
         for joint in &mut body.joints {
-            let hinge = match &mut joint.kind {
+            let dof = match &mut joint.kind {
                 JointKind::Rigid => continue,
-                JointKind::Hinge(hinge) => hinge,
+                JointKind::Dof(dof) => dof,
             };
-            hinge.torque *= self.torque;
-            hinge.bending_rate *= self.speed;
-            hinge.relaxing_rate *= self.speed;
+            dof.effort *= self.torque;
+            dof.control = dof.control.faster(self.speed);
             if self.tilt != 0.0 {
-                hinge.anchor = Point3::from(about(hinge.anchor.coords));
-                hinge.axis = turn * hinge.axis;
+                dof.anchor = Point3::from(about(dof.anchor.coords));
+                dof.axis = turn * dof.axis;
             }
         }
         (body, settings)

@@ -53,11 +53,11 @@ pub struct MadeActuator {
     pub mass: f64,
     /// Coulomb coefficient of its surface.
     pub friction: f64,
-    /// Greatest torque of a hinge, N m.
-    pub torque: f64,
-    /// Stiffness of a hinge's servo, N m/rad.
+    /// Greatest torque or force of a joint, N m or N; none where nothing drives it.
+    pub effort: Option<f64>,
+    /// Stiffness of a joint, N m/rad or N/m.
     pub stiffness: f64,
-    /// Damping of a hinge's servo, N m s/rad.
+    /// Damping of a joint, N m s/rad or N s/m.
     pub damping: f64,
     /// `#rrggbb`
     pub colour: String,
@@ -138,8 +138,13 @@ impl From<'_> {
             segment,
             mass: self.mass(&actuator.mass, segment)?,
             friction: self.number("friction", &actuator.friction, Sign::NotNegative)?,
-            torque: self.number("torque", &actuator.torque, Sign::Positive)?,
-            stiffness: self.number("stiffness", &actuator.stiffness, Sign::Positive)?,
+            effort: match &actuator.motor {
+                Some(motor) => {
+                    Some(self.number(actuator.joint.kind.effort_field(), &motor.effort, Sign::Positive)?)
+                }
+                None => None,
+            },
+            stiffness: self.number("stiffness", &actuator.stiffness, Sign::NotNegative)?,
             damping: self.number("damping", &actuator.damping, Sign::NotNegative)?,
             colour: self.colour(&actuator.colour)?,
         })

@@ -3,9 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer, range};
-use super::{Expr, Ty};
+use super::{DRIVEN, Expr, Ty};
 use crate::source::Span;
-use crate::units::Dimension;
 
 /// A parameterised curve for actuators.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,7 +16,7 @@ pub struct Actuation {
     pub lets: Vec<(String, Expr)>,
     /// Values that depend on time, in order, with the next local slots.
     pub moving: Vec<(String, Expr)>,
-    /// The target of the total bend angle, or the states of valves: its type says which.
+    /// Where the tip is to stand against the base, how fast it is to turn, or the states of valves: its type says which.
     pub drive: Expr,
     /// Where it is declared.
     pub span: Span,
@@ -156,11 +155,8 @@ impl Writer<'_> {
             self.line(1, format!("let {name} = {}", self.expr(value, &names)));
             names.push(name.clone());
         }
-        let driven = match &actuation.drive.ty {
-            Ty::Valves => "valves",
-            Ty::Quantity(Dimension::ANGLE) => "angle",
-            _ => "strain",
-        };
+        let driven =
+            DRIVEN.iter().find(|(_, ty)| *ty == actuation.drive.ty).map_or("strain", |(word, _)| word);
         self.line(1, format!("drive {driven} = {}", self.expr(&actuation.drive, &names)));
         self.line(0, "}");
     }

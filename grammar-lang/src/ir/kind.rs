@@ -51,7 +51,10 @@ impl<'r> Kind<'r> {
                 ("segment", actuator.segment.varies()),
                 (actuator.mass.field(), actuator.mass.varies()),
                 ("friction", actuator.friction.varies()),
-                ("torque", actuator.torque.varies()),
+                (
+                    actuator.joint.kind.effort_field(),
+                    actuator.motor.as_ref().and_then(|motor| motor.effort.varies()),
+                ),
                 ("stiffness", actuator.stiffness.varies()),
                 ("damping", actuator.damping.varies()),
                 ("colour", actuator.colour.varies()),
@@ -72,10 +75,10 @@ impl RuleSet {
         block().or_else(actuator).or_else(cell)
     }
 
-    /// Whether `kind` names an actuator.
+    /// Whether `kind` names an actuator: a row of segments that something drives.
     #[must_use]
     pub fn is_actuator(&self, kind: &str) -> bool {
-        self.actuators.contains_key(kind)
+        self.actuators.get(kind).is_some_and(|row| row.motor.is_some())
     }
 
     /// Whether `kind` names the cells of the lattice.

@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer, range, shape, tabulated};
-use super::{Expr, Form, Table, Ty};
+use super::{Expr, Form, Joint, JointKind, Table, Ty};
 use crate::source::Span;
 use crate::units::{self, Dimension};
 
@@ -119,7 +119,7 @@ pub struct Port {
     pub facing: Field<[f64; 3]>,
 }
 
-/// How fast an actuator bends, rad/s.
+/// How fast a joint moves: rad/s, of a slide m/s.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
 pub enum Speed {
@@ -149,7 +149,7 @@ impl Speed {
     }
 }
 
-/// An actuator: a row of equal segments joined by driven hinges.
+/// An actuator: a row of equal segments with a joint between each and the next.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Actuator {
     /// One segment.
@@ -158,24 +158,44 @@ pub struct Actuator {
     pub mass: Mass,
     /// Coulomb coefficient of its surface.
     pub friction: Field<f64>,
-    /// Total bend from base to tip in rad, least and greatest.
-    pub bend: (f64, f64),
-    /// Speed of the total bend while it grows, rad/s.
-    pub bending_speed: Speed,
-    /// Speed of the total bend while it goes back to zero, rad/s.
-    pub relaxing_speed: Speed,
-    /// Greatest torque of a hinge, N m.
-    pub torque: Field<f64>,
-    /// Stiffness of a hinge's servo, N m/rad.
+    /// How its segments move against each other.
+    pub joint: Joint,
+    /// How far its tip goes against its base, least and greatest, in rad (of a slide m), rest among them. A spin has no end.
+    pub range: Option<(f64, f64)>,
+    /// What drives it; nothing drives a passive row.
+    pub motor: Option<Motor>,
+    /// Stiffness of each joint, N m/rad or N/m; of a spin none.
     pub stiffness: Field<f64>,
-    /// Damping of a hinge's servo, N m s/rad.
+    /// Damping of each joint, N m s/rad or N s/m.
     pub damping: Field<f64>,
+    /// Where the springs of a passive row pull it, from base to tip, rad or m.
+    pub neutral: f64,
     /// `#rrggbb`
     pub colour: Field<String>,
     /// Parameters of an instance.
     pub params: IndexMap<String, InstanceParam>,
     /// Where it is declared.
     pub span: Span,
+}
+
+/// What drives the joints of a row.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Motor {
+    /// Speed of the tip against the base while it goes away from rest, rad/s or m/s. Of a spin the greatest.
+    pub speed: Speed,
+    /// Speed while it goes back to rest.
+    pub relaxing_speed: Speed,
+    /// Greatest torque or force of each joint, N m or N.
+    pub effort: Field<f64>,
+}
+
+impl Actuator {
+    /// What its drive can ask of it: where its tip stands against its base, rad or m, or of a spin how fast it turns, rad/s.
+    #[must_use]
+    pub fn driven_range(&self) -> (f64, f64) {
+        let most = self.motor.as_ref().map_or(f64::INFINITY, |motor| motor.speed.most());
+        self.range.unwrap_or((-most, most))
+    }
 }
 
 /// A parameter that each part of a kind has for itself.
@@ -236,29 +256,41 @@ impl Writer<'_> {
 
     pub(super) fn actuator(&mut self, name: &str, actuator: &Actuator) {
         let names: Names = actuator.params.keys().cloned().collect();
+        let joint = actuator.joint;
         self.gap();
         self.line(0, format!("actuator {name} {{"));
         self.instance_params(&actuator.params);
         self.field(&names, "segment", &actuator.segment, |form| shape(*form));
-        let angle = Ty::Quantity(Dimension::ANGLE);
-        self.line(1, format!("bend = {}", range(actuator.bend, &angle)));
-        for (field, speed) in
-            [("bending_speed", &actuator.bending_speed), ("relaxing_speed", &actuator.relaxing_speed)]
-        {
-            let speed = match speed {
-                Speed::Constant(speed) => units::shown(*speed, Dimension::ANGULAR_VELOCITY),
+        let passive = if actuator.motor.is_none() { " passive" } else { "" };
+        if joint != Joint::BEND || actuator.motor.is_none() {
+            self.line(1, format!("joint = {joint}{passive}"));
+        }
+        let kind = joint.kind;
+        if let Some(limits) = actuator.range {
+            let position = Ty::Quantity(kind.position());
+            self.line(1, format!("{} = {}", kind.range(), range(limits, &position)));
+        }
+        if let Some(motor) = &actuator.motor {
+            let speed = |speed: &Speed| match speed {
+                Speed::Constant(speed) => units::shown(*speed, kind.speed()),
                 Speed::ByBend(table) => tabulated(table, Dimension::ANGLE, Dimension::ANGULAR_VELOCITY),
             };
-            self.line(1, format!("{field} = {speed}"));
+            self.line(1, format!("{} = {}", kind.speed_field(), speed(&motor.speed)));
+            if kind != JointKind::Spin {
+                self.line(1, format!("relaxing_speed = {}", speed(&motor.relaxing_speed)));
+            }
         }
         self.mass(&names, &actuator.mass);
-        for (field, value, dimension) in [
-            ("friction", &actuator.friction, Dimension::NUMBER),
-            ("torque", &actuator.torque, Dimension::TORQUE),
-            ("stiffness", &actuator.stiffness, Dimension::ANGULAR_STIFFNESS),
-            ("damping", &actuator.damping, Dimension::ANGULAR_DAMPING),
-        ] {
-            self.quantity(&names, field, value, dimension);
+        self.quantity(&names, "friction", &actuator.friction, Dimension::NUMBER);
+        if let Some(motor) = &actuator.motor {
+            self.quantity(&names, kind.effort_field(), &motor.effort, kind.effort());
+        }
+        if kind != JointKind::Spin {
+            self.quantity(&names, "stiffness", &actuator.stiffness, kind.stiffness());
+        }
+        self.quantity(&names, "damping", &actuator.damping, kind.damping());
+        if actuator.neutral != 0.0 {
+            self.line(1, format!("neutral = {}", units::shown(actuator.neutral, kind.position())));
         }
         self.line(0, "}");
     }

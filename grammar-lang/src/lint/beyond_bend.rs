@@ -6,8 +6,7 @@ use std::collections::BTreeSet;
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Allowance, PartId, Reference, Scope, Value};
-use crate::ir::{Actuation, Actuator, Attribute, PartAttribute, Ty, Word};
-use crate::units::Dimension;
+use crate::ir::{Actuation, Actuator, Attribute, JointKind, PartAttribute, Ty, Word};
 
 use super::known::Known;
 
@@ -55,10 +54,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         else {
             continue;
         };
-        if actuation.drive.ty != Ty::Quantity(Dimension::ANGLE) {
+        let joint = actuator.joint.kind;
+        if actuation.drive.ty != Ty::Quantity(joint.driven()) {
             continue;
         }
-        let (low, high) = actuator.bend;
+        let (low, high) = actuator.driven_range();
         let beyond = |(share, slack): (f64, f64)| {
             let slack = slack * (high - low);
             let (least, most) = range(known, actuator, actuation, share)?;
@@ -68,22 +68,36 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         if let Some(beyond) = [(0.5, CLOSE), (0.0, FAR), (1.0, FAR)].into_iter().find_map(beyond)
             && told.insert(actuation.drive.span)
         {
-            let angle = |x: f64| format!("{} deg", (x.to_degrees() * 10.0).round() / 10.0);
+            let tenths = |x: f64| (x * 10.0).round() / 10.0;
+            let shown = |x: f64| match joint {
+                JointKind::Bend | JointKind::Twist => format!("{} deg", tenths(x.to_degrees())),
+                JointKind::Spin => format!("{} deg/s", tenths(x.to_degrees())),
+                JointKind::Slide => format!("{} mm", tenths(x * 1e3)),
+            };
+            let field = if joint == JointKind::Spin { joint.speed_field() } else { joint.range() };
             findings.push(
                 Diagnostic::new(
                     Code::BEYOND_BEND,
                     actuation.drive.span,
-                    format!("this drive asks `{kind}` to bend to {} or further", angle(beyond)),
+                    format!("this drive asks `{kind}` to {} to {} or further", verb(joint), shown(beyond)),
                 )
-                .label(format!("beyond its bend of {} .. {}", angle(low), angle(high)))
-                .also(actuator.span, "it stops at the ends of `bend`")
-                .help("narrow what the drive varies, or widen `bend` if the actuator can do it"),
+                .label(format!("beyond its {field} of {} .. {}", shown(low), shown(high)))
+                .also(actuator.span, format!("it stops at the ends of `{field}`"))
+                .help(format!("narrow what the drive varies, or widen `{field}` if the actuator can do it")),
             );
         }
     }
 }
 
-/// The least and the greatest angle that a drive asks for, where all that it varies is at this share of its domain.
+/// What a joint is asked to do, before how far.
+fn verb(joint: JointKind) -> &'static str {
+    match joint {
+        JointKind::Spin => "speed up",
+        JointKind::Bend | JointKind::Twist | JointKind::Slide => joint.text(),
+    }
+}
+
+/// The least and the greatest that a drive asks for, where all that it varies is at this share of its domain.
 fn range(known: &Known<'_>, actuator: &Actuator, actuation: &Actuation, share: f64) -> Option<(f64, f64)> {
     let allowance = Allowance::of(MOST_OPERATIONS);
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);

@@ -12,9 +12,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, target) in &known.ruleset.targets {
         let Backend::Tendon(threads) = &target.backend else { continue };
         let Some(actuator) = known.ruleset.actuators.get(&target.kind) else { continue };
+        let Some(bend) = actuator.range else { continue };
         let (low, high) = threads.thread.domain();
         let wound = |bend: f64| threads.thread.at(bend.clamp(low, high)) / threads.wheel;
-        let used = (wound(actuator.bend.1) - wound(actuator.bend.0)).abs();
+        let used = (wound(bend.1) - wound(bend.0)).abs();
         let turn = threads.turn.1 - threads.turn.0;
         if used < LEAST * turn {
             let degrees = |x: f64| format!("{:.0} deg", x.to_degrees());

@@ -13,8 +13,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, target) in &known.ruleset.targets {
         let Backend::Tendon(threads) = &target.backend else { continue };
         let Some(actuator) = known.ruleset.actuators.get(&target.kind) else { continue };
+        let Some(bend) = actuator.range else { continue };
         let (low, high) = threads.reach();
-        if low > actuator.bend.0 + CLOSE || high < actuator.bend.1 - CLOSE {
+        if low > bend.0 + CLOSE || high < bend.1 - CLOSE {
             let range = |(a, b)| format!("{} .. {}", shown(a, Dimension::ANGLE), shown(b, Dimension::ANGLE));
             findings.push(
                 Diagnostic::new(
@@ -24,7 +25,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         "`{name}` can bend `{}` only within {}, not {}",
                         target.kind,
                         range((low, high)),
-                        range(actuator.bend)
+                        range(bend)
                     ),
                 )
                 .label("its servos or its table reach no further")

@@ -43,7 +43,7 @@ fn unusual(field: &str, made: &Made) -> Option<(f64, &'static Usual)> {
             ("an actuator", "density", density(own.mass, &own.segment))
         }
         (Made::Actuator(own), "friction") => ("an actuator", "friction", own.friction),
-        (Made::Actuator(own), "torque") => ("an actuator", "torque", own.torque),
+        (Made::Actuator(own), "torque") => ("an actuator", "torque", own.effort?),
         (Made::Actuator(own), "stiffness") => ("an actuator", "stiffness", own.stiffness),
         _ => return None,
     };

@@ -2,7 +2,7 @@
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Made;
-use crate::ir::Kind;
+use crate::ir::{Actuator, JointKind, Kind};
 use crate::units::{Dimension, shown};
 
 use super::instances::made;
@@ -11,7 +11,9 @@ use super::known::Known;
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     let gravity = ruleset.tasks.values().map(|task| task.model.gravity).fold(0.0, f64::max);
-    for (name, actuator) in &ruleset.actuators {
+    // A twist need not hold what hangs on it, and the weight does not load it with a torque.
+    let bends = |actuator: &&Actuator| actuator.joint.kind == JointKind::Bend;
+    for (name, actuator) in ruleset.actuators.iter().filter(|(_, actuator)| bends(actuator)) {
         let fewest =
             actuator.params.get("segments").and_then(|p| p.domain).map_or(1.0, |(low, _)| low.max(1.0));
         // All of them in a row, held by the first hinge. Weak is what is so whatever its other parameters are.
@@ -19,7 +21,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         let margins = made(known, kind).filter_map(|(_, made)| match made {
             Ok(Made::Actuator(made)) => {
                 let arm = made.segment.half_extents().x;
-                Some((made.torque, made.mass * gravity * arm * fewest * fewest))
+                Some((made.effort?, made.mass * gravity * arm * fewest * fewest))
             }
             _ => None,
         });

@@ -376,6 +376,29 @@ pub enum Field {
     Param(Param),
     /// `port ...`
     Port(Box<Port>),
+    /// `joint = ...`, where it is more than a name.
+    Joint(Box<Joint>),
+}
+
+/// `joint = KIND about AXIS passive`
+#[derive(Clone, Debug)]
+pub struct Joint {
+    /// Where the word `joint` stands.
+    pub word: Span,
+    /// What the segments do: `bend`, `slide`, ...
+    pub kind: Name,
+    /// `about` or `along`, and which axis.
+    pub axis: Option<(Name, Expr)>,
+    /// Where it says that nothing drives it.
+    pub passive: Option<Span>,
+}
+
+impl Joint {
+    /// The word, as the name of a field.
+    #[must_use]
+    pub fn named(&self) -> Name {
+        Name { text: "joint".to_owned(), span: self.word }
+    }
 }
 
 /// `port NAME[i in DOMAIN] at POINT facing DIRECTION`

@@ -28,6 +28,7 @@ const CLAUSES: &[(&str, &str)] = &[
     ("feature", "feature legs = count(actuator) weight 2"),
     ("known", "known \"Shepherd et al.\" { legs = 4 }"),
     ("param", "param segments : Count in 2 .. 12 = 5"),
+    ("joint", "joint = bend about z"),
     ("port", "port left at vector(0 cm, 0 cm, -1 cm) facing vector(0, 0, -1)"),
 ];
 
@@ -47,7 +48,7 @@ pub(super) fn form(entry: Rule, first: &str) -> Option<&'static str> {
     let declaration = || kind(first).map(|kind| kind.form);
     match entry {
         // A field may be called like a declaration: `record` of a model.
-        Rule::only_field if !["param", "port"].contains(&first) => None,
+        Rule::only_field if !["param", "port", "joint"].contains(&first) => None,
         Rule::only_edit => of(EDITS).or_else(declaration).or_else(|| of(CLAUSES)),
         Rule::only_item => declaration().or_else(|| of(CLAUSES)).or_else(|| of(EDITS)),
         _ => of(CLAUSES).or_else(declaration).or_else(|| of(EDITS)),
@@ -91,7 +92,7 @@ mod tests {
                 "place" => Rule::only_begin,
                 "step" | "refuse" | "expect" => Rule::only_example,
                 "feature" | "known" => Rule::only_novelty,
-                "param" | "port" => Rule::only_field,
+                "param" | "port" | "joint" => Rule::only_field,
                 _ => Rule::only_rule,
             };
             read(entry, form);

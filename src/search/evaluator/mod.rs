@@ -128,7 +128,7 @@ impl<'r> Evaluator<'r> {
     pub(super) fn hinges(&self) -> usize {
         let moves = |joint: &&Joint| match joint.kind {
             JointKind::Rigid => false,
-            JointKind::Hinge(_) => true,
+            JointKind::Dof(_) => true,
         };
         self.drive.candidate().body.assembly.joints.iter().filter(moves).count()
     }

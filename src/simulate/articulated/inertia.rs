@@ -1,6 +1,6 @@
 //! The mass matrix by composite rigid bodies (Featherstone 2008, section 6.2).
 //!
-//! In world axes, but each composite body is referred to its own hinge: the
+//! In world axes, but each composite body is referred to its own joint: the
 //! entries of a distant fingertip would drown in rounding if all referred to
 //! the root.
 
@@ -8,15 +8,16 @@ use super::kinematics::Frame;
 use super::scalar::Scalar;
 use super::tree::{ROOT, Tree, dof_of};
 use super::vector::{Sym, V3};
+use crate::design::assembly::Travel;
 
-/// A body and all that hangs on it, as one rigid body about its hinge.
+/// A body and all that hangs on it, as one rigid body about its joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Composite<S> {
     /// Mass.
     mass: S,
-    /// Mass times the way from the hinge to the centre of mass.
+    /// Mass times the way from the joint to the centre of mass.
     moment: V3<S>,
-    /// Inertia about the hinge.
+    /// Inertia about the joint.
     inertia: Sym<S>,
 }
 
@@ -66,21 +67,25 @@ pub(super) fn mass_matrix<S: Scalar>(
         let frame = &frames[body];
         let own = Composite { mass: link.mass, moment: V3::null(tree.kit), inertia: inertias[body] };
         composites[body] = Composite::null(tree.kit);
-        composites[body].attach(&own, frame.centre - frame.hinge);
+        composites[body].attach(&own, frame.centre - frame.anchor);
     }
     for body in (1..tree.links.len()).rev() {
         let parent = tree.links[body].parent;
         let (low, high) = composites.split_at_mut(body);
-        low[parent].attach(&high[0], frames[body].hinge - frames[parent].hinge);
-        hinge_row(tree, frames, body, &high[0], h);
+        low[parent].attach(&high[0], frames[body].anchor - frames[parent].anchor);
+        if tree.slides {
+            joint_row::<S, true>(tree, frames, body, &high[0], h);
+        } else {
+            joint_row::<S, false>(tree, frames, body, &high[0], h);
+        }
     }
     root_rows(tree, &composites[0], h);
 }
 
-/// The row of one hinge: the momentum that unit speed gives, seen by each
+/// The row of one joint: the momentum that unit speed gives, seen by each
 /// degree of freedom between it and the root.
 #[inline(always)]
-fn hinge_row<S: Scalar>(
+fn joint_row<S: Scalar, const SLIDES: bool>(
     tree: &Tree<S>,
     frames: &[Frame<S>],
     body: usize,
@@ -91,14 +96,19 @@ fn hinge_row<S: Scalar>(
     let start = tree.rows[dof_of(body)];
     let row = &mut h[start..start + path.len()];
     let mut at = &frames[body];
-    let linear = at.axis.cross(composite.moment);
+    let mut linear = at.axis.cross(composite.moment);
     let mut angular = composite.inertia * at.axis;
+    if SLIDES && tree.travels[body] == Travel::Slide {
+        angular = V3::null(tree.kit) - linear;
+        linear = at.axis * composite.mass;
+    }
     let mut ancestor = body;
     for depth in (ROOT..path.len()).rev() {
-        row[depth] = at.axis.dot(angular);
+        let slides = SLIDES && tree.travels[ancestor] == Travel::Slide;
+        row[depth] = at.axis.dot(if slides { linear } else { angular });
         ancestor = tree.links[ancestor].parent;
         let next = &frames[ancestor];
-        angular += (at.hinge - next.hinge).cross(linear);
+        angular += (at.anchor - next.anchor).cross(linear);
         at = next;
     }
     row[..3].copy_from_slice(&angular.0);

@@ -1,4 +1,4 @@
-//! Servos with their torque limits, and the hard limits of hinges.
+//! Servos and motors with the limits of their torque, springs, and the hard limits of joints.
 //!
 //! A servo is an implicit spring-damper inside the mass matrix: its impulse in
 //! a step is `drive - yielding * speed` with the speed at the end of the step.
@@ -22,16 +22,18 @@ const DAMPER: [f64; 3] = [9.0 / 16.0, 6.0 / 16.0, 1.0 / 16.0];
 /// The angle at the beginning of a step has these shares of turns in the three steps added to it, which comes to
 /// nothing where the speed is steady; what is stiff decays by a half.
 const SPRING: [f64; 3] = [8.0 / 27.0, -7.0 / 27.0, -1.0 / 27.0];
+/// A limit that is no further away than this is looked at even when all is still, rad or cm.
+const NEAR: f64 = 0.02;
 /// A speed that no step reaches: the room of a limit that is far away.
 const FAR: f64 = 1e30;
 
-/// One hinge that is near a hard limit.
+/// One joint that is near a hard limit.
 #[derive(Clone, Copy, Debug)]
 struct Stop<S> {
     body: usize,
     start: usize,
     count: usize,
-    /// What a unit impulse does to the hinge's speed.
+    /// What a unit impulse does to the joint's speed.
     response: S,
     /// Speeds that would reach the low and the high limit in this step.
     room: (S, S),
@@ -44,7 +46,7 @@ struct Stop<S> {
 struct Drive<S> {
     /// Impulse at zero speed.
     drive: S,
-    /// Speed of the hinge in the step before the last.
+    /// Speed of the joint in the step before the last.
     before: S,
     /// Where the servo's target stands when the step begins: what it was aimed at last.
     target: S,
@@ -86,7 +88,7 @@ impl<S: Scalar> Drive<S> {
     }
 }
 
-/// All hinges.
+/// All joints.
 #[derive(Clone, Debug)]
 pub(super) struct Joints<S> {
     stops: Vec<Stop<S>>,
@@ -97,7 +99,7 @@ pub(super) struct Joints<S> {
 }
 
 impl<S: Scalar> Joints<S> {
-    /// Room for all hinges of a tree.
+    /// Room for all joints of a tree.
     pub(super) fn new(tree: &Tree<S>) -> Self {
         let bodies = tree.links.len();
         Self {
@@ -114,18 +116,26 @@ impl<S: Scalar> Joints<S> {
         self.drives.fill(Drive::null(kit));
     }
 
-    /// Computes what the servos do at the state and targets of this step.
+    /// Computes what the servos do at the state and targets of this step, for a time that is shorter than it in the first.
     #[inline(always)]
-    pub(super) fn prepare(&mut self, tree: &Tree<S>, state: &State<S>, targets: &[S], step: S) {
+    pub(super) fn prepare(&mut self, tree: &Tree<S>, state: &State<S>, targets: &[S], step: S, time: S) {
         let k = |value: f64| step.like(value);
+        // Springs pull to where they are slack from the beginning.
+        for &body in &tree.passive {
+            self.drives[body].target = targets[tree.links[body].servo];
+        }
         for (body, link) in tree.links.iter().enumerate().skip(1) {
             let servo = &mut self.drives[body];
             let (now, before) = (state.speeds[dof_of(body)], servo.before);
-            let bent = state.angles[body] + step * (now * k(SPRING[1]) + before * k(SPRING[2]));
             let damped = now * k(DAMPER[1]) + before * k(DAMPER[2]);
-            servo.drive = step * (link.stiffness * (servo.target - bent) - link.damping * damped);
+            servo.drive = if tree.spun[body] {
+                time * (link.damping * (servo.target - damped))
+            } else {
+                let bent = state.positions[body] + step * (now * k(SPRING[1]) + before * k(SPRING[2]));
+                time * (link.stiffness * (servo.target - bent) - link.damping * damped)
+            };
             servo.yielding = step * (link.damping * k(DAMPER[0]) + step * link.stiffness * k(SPRING[0]));
-            servo.most = step * link.torque;
+            servo.most = step * link.effort;
             servo.before = now;
             servo.target = targets[link.servo];
         }
@@ -177,23 +187,41 @@ impl<S: Scalar> Joints<S> {
 
     /// Adds up the work of the step just solved, which ends with these speeds.
     #[inline(always)]
-    pub(super) fn tally(&mut self, speeds: &[S]) {
+    pub(super) fn tally(&mut self, tree: &Tree<S>, speeds: &[S]) {
         for (body, servo) in self.drives.iter_mut().enumerate().skip(1) {
-            // The hinge turns by its speed times the step, so impulse times
-            // speed is torque times turn.
+            // The joint turns by its speed times the step, so impulse times
+            // speed is torque times turn; what slides, likewise.
             let work = (servo.given * speeds[dof_of(body)]).max(servo.given.like(0.0)) - servo.work.1;
             let sum = servo.work.0 + work;
             servo.work = (sum, (sum - servo.work.0) - work);
         }
+        // What springs give back is no work of theirs: see `stored`.
+        for &body in &tree.passive {
+            self.drives[body].work = (S::zero(tree.kit), S::zero(tree.kit));
+        }
     }
 
-    /// The work that has been done at a body's hinge since the last reset, erg.
+    /// The energy in the springs of passive joints in the middle of the step just made, erg. It is counted, so that a spring
+    /// that gave more than it took would be found out.
+    #[inline(always)]
+    pub(super) fn stored(&self, tree: &Tree<S>, state: &State<S>, step: S) -> S {
+        let half = step.like(0.5);
+        let mut sum = step.like(0.0);
+        for &body in &tree.passive {
+            let middle = state.positions[body] - state.speeds[dof_of(body)] * (step * half);
+            let stretch = middle - self.drives[body].target;
+            sum += half * (tree.links[body].stiffness * (stretch * stretch));
+        }
+        sum
+    }
+
+    /// The work that has been done at a body's joint since the last reset, erg.
     #[inline(always)]
     pub(super) fn work(&self, body: usize) -> S {
         self.drives[body].work.0
     }
 
-    /// Makes rows for the hinges that come near a hard limit; `free` are the
+    /// Makes rows for the joints that come near a hard limit; `free` are the
     /// speeds that the step would end with if there were no contacts.
     #[inline(always)]
     pub(super) fn collect(
@@ -209,8 +237,8 @@ impl<S: Scalar> Joints<S> {
         self.dofs.clear();
         let (rate, far) = (step.like(1.0) / step, step.like(FAR));
         for (body, link) in tree.links.iter().enumerate().skip(1) {
-            let near = step * free[dof_of(body)].abs() * step.like(2.0) + step.like(0.02);
-            let angle = state.angles[body];
+            let near = step * free[dof_of(body)].abs() * step.like(2.0) + step.like(NEAR);
+            let angle = state.positions[body];
             let (low, high) = (angle - link.limits.0, link.limits.1 - angle);
             let is_near = low.less(near) | high.less(near);
             if is_near.any() {

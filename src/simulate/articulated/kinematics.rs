@@ -1,8 +1,11 @@
 //! Where every body is and how it moves, from the state of the tree.
 
+use std::f64::consts::PI;
+
 use super::scalar::Scalar;
-use super::tree::{ROOT, Tree, dof_of};
+use super::tree::{Link, ROOT, Tree, dof_of};
 use super::vector::{M3, Quat, V3};
+use crate::design::assembly::Travel;
 
 /// The state of a tree.
 #[derive(Clone, Debug)]
@@ -16,8 +19,8 @@ pub(super) struct State<S> {
     pub(super) lost: V3<S>,
     /// Rotation of the root.
     pub(super) rotation: Quat<S>,
-    /// Hinge angles by body, rad; that of the root is not used.
-    pub(super) angles: Vec<S>,
+    /// Positions of the joints by body, rad or cm; that of the root is not used. What spins is within half a turn.
+    pub(super) positions: Vec<S>,
     /// Velocities by degree of freedom, rad/s and cm/s.
     pub(super) speeds: Vec<S>,
 }
@@ -31,7 +34,7 @@ impl<S: Scalar> State<S> {
             centre: position,
             lost: V3::null(kit),
             rotation,
-            angles: vec![S::zero(kit); tree.links.len()],
+            positions: vec![S::zero(kit); tree.links.len()],
             speeds: vec![S::zero(kit); tree.dofs()],
         }
     }
@@ -42,17 +45,24 @@ impl<S: Scalar> State<S> {
         self.centre = other.centre;
         self.lost = other.lost;
         self.rotation = other.rotation;
-        self.angles.copy_from_slice(&other.angles);
+        self.positions.copy_from_slice(&other.positions);
         self.speeds.copy_from_slice(&other.speeds);
     }
 
-    /// Turns the root and the hinges for a time with the present velocities.
+    /// Turns the root and moves the joints for a time with the present velocities.
     #[inline(always)]
-    pub(super) fn turn(&mut self, step: S) {
+    pub(super) fn turn(&mut self, tree: &Tree<S>, step: S) {
         let v = &self.speeds;
         self.rotation = self.rotation.turned(V3([v[0], v[1], v[2]]) * step);
-        for body in 1..self.angles.len() {
-            self.angles[body] += v[dof_of(body)] * step;
+        for body in 1..self.positions.len() {
+            self.positions[body] += v[dof_of(body)] * step;
+        }
+        for &body in &tree.endless {
+            // A wheel keeps its precision however far it rolls.
+            let position = self.positions[body];
+            let [half, whole, none] = [PI, 2.0 * PI, 0.0].map(|angle| step.like(angle));
+            let back = S::pick(half.less(position), whole, S::pick(position.less(-half), -whole, none));
+            self.positions[body] = position - back;
         }
     }
 }
@@ -65,9 +75,9 @@ pub(super) struct Frame<S> {
     pub(super) rotation: M3<S>,
     /// Centre of mass.
     pub(super) centre: V3<S>,
-    /// A point on the hinge axis; for the root its centre.
-    pub(super) hinge: V3<S>,
-    /// Hinge axis.
+    /// A point on the axis of the joint that carries it, which moves with the body; for the root its centre.
+    pub(super) anchor: V3<S>,
+    /// The axis.
     pub(super) axis: V3<S>,
     /// Angular velocity.
     pub(super) spin: V3<S>,
@@ -79,7 +89,18 @@ impl<S: Scalar> Frame<S> {
     /// Nowhere in particular.
     pub(super) fn null(kit: S::Kit) -> Self {
         let zero = V3::null(kit);
-        Self { rotation: M3([zero; 3]), centre: zero, hinge: zero, axis: zero, spin: zero, velocity: zero }
+        Self { rotation: M3([zero; 3]), centre: zero, anchor: zero, axis: zero, spin: zero, velocity: zero }
+    }
+}
+
+impl<S: Scalar> Frame<S> {
+    /// The velocity of a point of the body, or of what hangs on it, that unit speed of its joint gives.
+    #[inline(always)]
+    pub(super) fn moves(&self, travel: Travel, point: V3<S>) -> V3<S> {
+        match travel {
+            Travel::Turn => self.axis.cross(point - self.anchor),
+            Travel::Slide => self.axis,
+        }
     }
 }
 
@@ -91,7 +112,7 @@ pub(super) fn place<S: Scalar>(tree: &Tree<S>, state: &State<S>, frames: &mut [F
     frames[0] = Frame {
         rotation: state.rotation.matrix(),
         centre: zero,
-        hinge: zero,
+        anchor: zero,
         axis: zero,
         spin: V3([v[0], v[1], v[2]]),
         velocity: V3([v[3], v[4], v[5]]),
@@ -99,15 +120,31 @@ pub(super) fn place<S: Scalar>(tree: &Tree<S>, state: &State<S>, frames: &mut [F
     for (body, link) in tree.links.iter().enumerate().skip(1) {
         let parent = frames[link.parent];
         let rate = v[body + ROOT - 1];
-        let rotation = parent.rotation * M3::rotation(link.axis, state.angles[body]);
+        if tree.travels[body] == Travel::Slide {
+            frames[body] = slid(link, &parent, state.positions[body], rate);
+            continue;
+        }
+        let rotation = parent.rotation * M3::rotation(link.axis, state.positions[body]);
         let axis = parent.rotation * link.axis;
-        let to_hinge = parent.rotation * link.to_hinge;
+        let to_joint = parent.rotation * link.to_joint;
         let to_centre = rotation * link.to_centre;
-        let hinge = parent.centre + to_hinge;
+        let anchor = parent.centre + to_joint;
         let spin = parent.spin + axis * rate;
-        let velocity = parent.velocity + parent.spin.cross(to_hinge) + spin.cross(to_centre);
-        frames[body] = Frame { rotation, centre: hinge + to_centre, hinge, axis, spin, velocity };
+        let velocity = parent.velocity + parent.spin.cross(to_joint) + spin.cross(to_centre);
+        frames[body] = Frame { rotation, centre: anchor + to_centre, anchor, axis, spin, velocity };
     }
+}
+
+/// The frame of a body that slides.
+#[inline(always)]
+fn slid<S: Scalar>(link: &Link<S>, parent: &Frame<S>, position: S, rate: S) -> Frame<S> {
+    let (rotation, spin) = (parent.rotation, parent.spin);
+    let axis = rotation * link.axis;
+    let to_anchor = rotation * link.to_joint + axis * position;
+    let to_centre = rotation * link.to_centre;
+    let anchor = parent.centre + to_anchor;
+    let velocity = parent.velocity + spin.cross(to_anchor + to_centre) + axis * rate;
+    Frame { rotation, centre: anchor + to_centre, anchor, axis, spin, velocity }
 }
 
 /// Velocity of one body, world axes.
@@ -146,10 +183,15 @@ pub(super) fn move_on<S: Scalar>(
     moves[0] = Velocity { spin: V3([v[0], v[1], v[2]]), velocity: V3([v[3], v[4], v[5]]) };
     for (body, link) in tree.links.iter().enumerate().skip(1) {
         let (frame, parent) = (&frames[body], moves[link.parent]);
-        let spin = parent.spin + frame.axis * speeds[dof_of(body)];
-        let to_hinge = frame.hinge - frames[link.parent].centre;
-        let at_hinge = parent.velocity + parent.spin.cross(to_hinge);
-        let velocity = at_hinge + spin.cross(frame.centre - frame.hinge);
+        let own = frame.axis * speeds[dof_of(body)];
+        let to_anchor = frame.anchor - frames[link.parent].centre;
+        let mut spin = parent.spin;
+        let mut at_anchor = parent.velocity + parent.spin.cross(to_anchor);
+        match tree.travels[body] {
+            Travel::Turn => spin += own,
+            Travel::Slide => at_anchor += own,
+        }
+        let velocity = at_anchor + spin.cross(frame.centre - frame.anchor);
         moves[body] = Velocity { spin, velocity };
     }
 }

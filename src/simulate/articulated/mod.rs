@@ -1,4 +1,4 @@
-//! The fast hinge solver: reduced coordinates, direct servos, contacts by
+//! The fast solver of joints: reduced coordinates, direct servos, contacts by
 //! projected Gauss-Seidel.
 //!
 //! A step goes: mass matrix (`inertia`); servos as implicit spring-dampers on its
@@ -41,14 +41,14 @@ use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 
 use self::scalar::Scalar;
 use self::solver::Solver;
-use self::tree::{LENGTH, TORQUE};
+use self::tree::{LENGTH, TORQUE, dof_of, scales};
 use super::lowering::Lowered;
 use super::run::Stepper;
 use super::widths::Widths;
 use super::{Invalid, Model, Settings, Simulation, Unfit};
 use crate::design::assembly::Assembly;
 
-/// The fast hinge solver, in single precision.
+/// The fast solver of joints, in single precision.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Articulated;
 
@@ -68,7 +68,7 @@ impl<S: Scalar> Stepper for Solver<S> {
 
     #[inline]
     fn aim(&mut self, lane: usize, servo: usize, target: f64) {
-        self.targets[servo].set_lane(lane, target);
+        self.targets[servo].set_lane(lane, target * self.tree.servos[servo]);
     }
 
     fn step(&mut self) {
@@ -93,11 +93,14 @@ impl<S: Scalar> Stepper for Solver<S> {
     }
 
     #[inline]
-    fn angle(&self, lane: usize, hinge: usize) -> f64 {
-        self.state.angles[hinge + 1].lane(lane) + 0.0
+    fn position(&self, lane: usize, joint: usize) -> f64 {
+        let (body, tree) = (joint + 1, &self.tree);
+        let now = if tree.spun[body] { self.state.speeds[dof_of(body)] } else { self.state.positions[body] };
+        // Adding zero leaves no negative zero.
+        now.lane(lane) / scales(tree.travels[body]).0 + 0.0
     }
 
-    fn work(&self, lane: usize, hinge: usize) -> f64 {
-        self.joints.work(hinge + 1).lane(lane) / TORQUE + 0.0
+    fn work(&self, lane: usize, joint: usize) -> f64 {
+        self.joints.work(joint + 1).lane(lane) / TORQUE + 0.0
     }
 }

@@ -9,6 +9,7 @@ use super::scalar::Scalar;
 use super::stride::{Pose, Stride};
 use super::tree::{Tree, dof_of};
 use super::vector::{Sym, V3};
+use crate::design::assembly::Travel;
 
 /// What a body carries over a step.
 #[derive(Clone, Copy, Debug)]
@@ -126,7 +127,7 @@ impl<S: Scalar> Momenta<S> {
     }
 }
 
-/// Impulse on a body and all that hangs on it, and its moment about the hinge.
+/// Impulse on a body and all that hangs on it, and its moment about the joint.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Wrench<S> {
     linear: V3<S>,
@@ -158,14 +159,17 @@ pub(super) fn gather<S: Scalar>(
         let linear = change * link.mass;
         let spin = carried.spin - inertias[body] * frame.spin;
         let angular = spin - stride.spin;
-        let arm = frame.centre - frame.hinge;
+        let arm = frame.centre - frame.anchor;
         wrenches[body] = Wrench { linear, angular: angular + arm.cross(linear) };
     }
     for body in (1..tree.links.len()).rev() {
         let parent = tree.links[body].parent;
         let own = wrenches[body];
-        impulses[dof_of(body)] = frames[body].axis.dot(own.angular);
-        let arm = frames[body].hinge - frames[parent].hinge;
+        impulses[dof_of(body)] = match tree.travels[body] {
+            Travel::Turn => frames[body].axis.dot(own.angular),
+            Travel::Slide => frames[body].axis.dot(own.linear),
+        };
+        let arm = frames[body].anchor - frames[parent].anchor;
         let carrier = &mut wrenches[parent];
         carrier.linear += own.linear;
         carrier.angular += own.angular + arm.cross(own.linear);

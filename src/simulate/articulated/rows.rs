@@ -1,4 +1,4 @@
-//! Contact and hinge rows in the factorised space, and where they are kept.
+//! Contact and joint rows in the factorised space, and where they are kept.
 //!
 //! A contact has three rows: normal and two tangents. Its column for one
 //! degree of freedom is the velocity that unit speed gives to the contact
@@ -11,6 +11,7 @@ use super::scalar::{Mask, Scalar};
 use super::touches::{MOST_LANES, Pair, Touch, Touches};
 use super::tree::{ROOT, Tree};
 use super::vector::V3;
+use crate::design::assembly::Travel;
 
 /// One contact, ready to be solved.
 #[derive(Clone, Copy, Debug)]
@@ -97,7 +98,11 @@ impl<S: Scalar> Rows<S> {
             self.starts.clear();
             self.starts.extend(tree.path(limb.tip).iter().map(|&dof| tree.rows[dof as usize]));
             for touch in limb.touches.iter() {
-                self.push_ground(tree, frames, factor, limb.tip, touch);
+                if tree.slides {
+                    self.push_ground::<true>(tree, frames, factor, limb.tip, touch);
+                } else {
+                    self.push_ground::<false>(tree, frames, factor, limb.tip, touch);
+                }
             }
         }
         self.grounded = self.contacts.len();
@@ -109,7 +114,7 @@ impl<S: Scalar> Rows<S> {
     /// Adds a contact with the ground of a body on the path to a tip: normal y,
     /// tangents x and z.
     #[inline(always)]
-    fn push_ground(
+    fn push_ground<const SLIDES: bool>(
         &mut self,
         tree: &Tree<S>,
         frames: &[Frame<S>],
@@ -136,10 +141,11 @@ impl<S: Scalar> Rows<S> {
                 4 => [one, zero, zero],
                 5 => [zero, zero, one],
                 _ => {
-                    let frame = &frames[path[depth] as usize + 1 - ROOT];
-                    // Only hinges before the body move its point.
+                    let body = path[depth] as usize + 1 - ROOT;
+                    // Only joints before the body move its point.
                     let moves = zero.like(depth as f64).less(touch.depth);
-                    let V3([x, y, z]) = frame.axis.cross(touch.point - frame.hinge);
+                    let travel = if SLIDES { tree.travels[body] } else { Travel::Turn };
+                    let V3([x, y, z]) = frames[body].moves(travel, touch.point);
                     [y, x, z].map(|entry| S::pick(moves, entry, zero))
                 }
             });
@@ -181,8 +187,8 @@ impl<S: Scalar> Rows<S> {
             // Where both move alike the row is zero until the elimination reaches it.
             self.scratch[dof] = V3::null(tree.kit);
             if dof >= ROOT && (with_one | with_two).any() {
-                let frame = &frames[dof + 1 - ROOT];
-                let way = frame.axis.cross(touch.point - frame.hinge);
+                let body = dof + 1 - ROOT;
+                let way = frames[body].moves(tree.travels[body], touch.point);
                 let sign = S::pick(with_one, pair.side, -pair.side);
                 let row = V3([way.dot(normal), way.dot(first), way.dot(second)]) * sign;
                 self.scratch[dof] = V3::pick(with_one | with_two, row, V3::null(tree.kit));

@@ -56,7 +56,7 @@ pub(super) struct Solver<S: Scalar> {
     pub(super) gravity: V3<S>,
     /// Whether the root cannot move; only tests hold it.
     pub(super) anchored: bool,
-    /// Targets of the servos, rad.
+    /// Targets of the servos, rad or cm, and of motors, rad/s.
     pub(super) targets: Vec<S>,
     pub(super) ground: Option<Ground<S>>,
     collisions: Option<Collisions<S>>,
@@ -278,7 +278,7 @@ impl<S: Scalar> Solver<S> {
                 stride.take(unsettled, found);
             }
         }
-        self.joints.tally(&self.next);
+        self.joints.tally(&self.tree, &self.next);
         self.move_on();
         self.check();
     }
@@ -297,7 +297,7 @@ impl<S: Scalar> Solver<S> {
         // The first step begins at rest, half a step after the middle of one that was not.
         let time = if self.age == 0 { self.step * self.step.like(0.5) } else { self.step };
         self.fall = self.gravity * time;
-        self.joints.prepare(tree, state, &self.targets, self.step);
+        self.joints.prepare(tree, state, &self.targets, self.step, time);
     }
 
     /// Finds the strides of the speeds that were found, and where they are not those that they were found with.
@@ -361,7 +361,7 @@ impl<S: Scalar> Solver<S> {
         if self.anchored {
             momenta.settle(tree, frames);
         }
-        state.turn(self.step);
+        state.turn(tree, self.step);
         place(tree, state, frames);
         momenta.advance(frames, state, self.step);
     }
@@ -506,7 +506,8 @@ impl<S: Scalar> Solver<S> {
     /// Kinetic and potential energy in the middle of the last step, erg.
     #[inline(always)]
     pub(super) fn energy(&self) -> S {
-        energy(&self.tree, &self.ways, &self.momenta, &self.state, self.gravity, self.step)
+        let stored = self.joints.stored(&self.tree, &self.state, self.step);
+        stored + energy(&self.tree, &self.ways, &self.momenta, &self.state, self.gravity, self.step)
     }
 
     #[cold]

@@ -1,4 +1,4 @@
-//! How far a step takes every body: in a step a hinge turns by its speed times the step, and a limb goes round a
+//! How far a step takes every body: in a step a joint turns by its speed times the step, and a limb goes round a
 //! curve, so that its mean velocity is not that which the speeds mean at the beginning.
 //!
 //! With momenta as mass times the way in a step, forces and constraints where the step begins, the scheme is the
@@ -10,6 +10,7 @@ use super::kinematics::{Frame, Velocity};
 use super::scalar::Scalar;
 use super::tree::{Tree, dof_of};
 use super::vector::{M3, Sym, V3};
+use crate::design::assembly::Travel;
 
 /// What the means over a step have beyond that which the speeds mean where it begins.
 #[derive(Clone, Copy, Debug)]
@@ -111,7 +112,12 @@ pub(super) fn stride<S: Scalar>(
             let (turn, shift) = (turning(own.spin * step), own.velocity * step);
             Way { turn, shift, ..Way::null(tree.kit) }
         } else {
-            go(&ways[link.parent], &frames[link.parent], frame, speeds[dof_of(body)] * step)
+            let (carrier, parent) = (&ways[link.parent], &frames[link.parent]);
+            let by = speeds[dof_of(body)] * step;
+            match tree.travels[body] {
+                Travel::Turn => turned(carrier, parent, frame, by),
+                Travel::Slide => slid(carrier, parent, frame, by),
+            }
         };
         way.velocity = way.shift * rate;
         way.spin = axial(&way.turn) * half;
@@ -125,15 +131,23 @@ pub(super) fn stride<S: Scalar>(
     }
 }
 
-/// The way of a body whose hinge turns by an angle.
+/// The way of a body whose joint turns by an angle.
 #[inline(always)]
-fn go<S: Scalar>(carrier: &Way<S>, parent: &Frame<S>, own: &Frame<S>, angle: S) -> Way<S> {
+fn turned<S: Scalar>(carrier: &Way<S>, parent: &Frame<S>, own: &Frame<S>, angle: S) -> Way<S> {
     let about = turning(own.axis * angle);
     let both = carrier.turn * about;
     let turn = M3([0, 1, 2].map(|row| carrier.turn[row] + about[row] + both[row]));
-    let hinge = carrier.shift + carrier.turn * (own.hinge - parent.centre);
-    let shift = hinge + turn * (own.centre - own.hinge);
+    let anchor = carrier.shift + carrier.turn * (own.anchor - parent.centre);
+    let shift = anchor + turn * (own.centre - own.anchor);
     Way { turn, shift, ..Way::null(angle.kit()) }
+}
+
+/// The way of a body whose joint slides by a distance.
+#[inline(always)]
+fn slid<S: Scalar>(carrier: &Way<S>, parent: &Frame<S>, own: &Frame<S>, way: S) -> Way<S> {
+    let moved = own.axis * way;
+    let shift = carrier.shift + moved + carrier.turn * (moved + (own.centre - parent.centre));
+    Way { turn: carrier.turn, shift, ..Way::null(way.kit()) }
 }
 
 /// Twice the vector of a matrix's antisymmetric part.

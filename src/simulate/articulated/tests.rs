@@ -1,13 +1,14 @@
 //! Truth tests on the tree itself, where gravity may tilt and the root be held.
 
 mod conservation;
+mod joints;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::scalar::Scalar;
 use super::solver::Solver;
 use super::vector::V3;
-use crate::design::assembly::{Assembly, Element, Hinge, JointKind, Shape};
+use crate::design::assembly::{Assembly, Dof, Element, JointKind, Shape};
 use crate::simulate::lowering::Lowered;
 use crate::simulate::tests::bodies::{Builder, cube, element, hinge, m4};
 use crate::simulate::tests::settings;
@@ -25,13 +26,13 @@ fn aloft<S: Scalar<Kit = ()>>(assembly: &Assembly, settings: &Settings) -> Solve
 }
 
 /// A hinge without a servo.
-fn loose(anchor: Vector3<f64>, axis: Vector3<f64>) -> Hinge {
+fn loose(anchor: Vector3<f64>, axis: Vector3<f64>) -> Dof {
     let free = (-1e3, 1e3);
-    Hinge { stiffness: 0.0, damping: 0.0, limits: free, ..hinge(anchor, axis, 0) }
+    Dof { stiffness: 0.0, damping: 0.0, limits: free, ..hinge(anchor, axis, 0) }
 }
 
 /// A row of balls along x, each hinged at its own distance from the last.
-fn chain(links: usize, pitch: f64, joint: impl Fn(Vector3<f64>) -> Hinge) -> Assembly {
+fn chain(links: usize, pitch: f64, joint: impl Fn(Vector3<f64>) -> Dof) -> Assembly {
     let mut body = Builder::default();
     let mut last = body.add(cube(Vector3::zeros()));
     body.0.actuators = 1;
@@ -40,7 +41,7 @@ fn chain(links: usize, pitch: f64, joint: impl Fn(Vector3<f64>) -> Hinge) -> Ass
         let ball =
             element(Shape::Ball { radius: 0.005 }, Translation3::from(anchor + Vector3::x() * pitch).into());
         let child = body.add(ball);
-        body.join(last, child, JointKind::Hinge(joint(anchor)));
+        body.join(last, child, JointKind::Dof(joint(anchor)));
         last = child;
     }
     body.0
@@ -70,12 +71,12 @@ fn period(amplitude: f64) -> (f64, f64) {
     solver.anchored = true;
     // At rest the pendulum lies along x; hanging is minus a quarter turn.
     let hanging = -std::f64::consts::FRAC_PI_2;
-    solver.state.angles[1] = hanging + amplitude;
+    solver.state.positions[1] = hanging + amplitude;
     solver.begin();
     let (mut crossings, mut before) = (Vec::new(), amplitude);
     for count in 1..8000 {
         solver.advance();
-        let now = solver.state.angles[1] - hanging;
+        let now = solver.state.positions[1] - hanging;
         if before > 0.0 && now <= 0.0 {
             crossings.push((f64::from(count) - now / (now - before)) * step);
         }
@@ -342,7 +343,7 @@ fn cylinders_rest() {
 #[test]
 fn a_cantilever_bends_by_the_closed_form() {
     let (count, pitch, stiffness, force) = (5, 0.02, 0.3, 0.02);
-    let joint = |anchor| Hinge { stiffness, torque: 1e3, ..hinge(anchor, Vector3::z(), 0) };
+    let joint = |anchor| Dof { stiffness, effort: 1e3, ..hinge(anchor, Vector3::z(), 0) };
     let mut solver = aloft::<f32>(&chain(count, pitch, joint), &fine(1.0 / 240.0));
     solver.anchored = true;
     // Only the tip has weight to speak of: gravity is the tip force.
@@ -375,14 +376,14 @@ fn a_servo_holds_what_its_torque_allows() {
         for _ in 0..1200 {
             solver.advance();
         }
-        let angle = f64::from(solver.state.angles[1]);
+        let angle = f64::from(solver.state.positions[1]);
         if holds {
             let torque = load * libm::cos(angle);
             assert!((-angle * 0.3 / torque - 1.0).abs() < 2e-3, "{load} N m bent it by {angle}");
         }
     }
     // Far from its target, a servo gives exactly its torque.
-    let weak = chain(1, pitch, |anchor| Hinge { torque: 1e-3, ..hinge(anchor, Vector3::z(), 0) });
+    let weak = chain(1, pitch, |anchor| Dof { effort: 1e-3, ..hinge(anchor, Vector3::z(), 0) });
     let mut solver = aloft::<f64>(&weak, &fine(1.0 / 240.0));
     solver.anchored = true;
     solver.gravity = V3([0.0; 3]);
@@ -393,7 +394,7 @@ fn a_servo_holds_what_its_torque_allows() {
     solver.advance();
     let link = &solver.tree.links[1];
     let inertia = link.mass * 25.0 + link.inertia.0[2];
-    let speed = link.torque / inertia / 240.0;
+    let speed = link.effort / inertia / 240.0;
     // The momentum of a turn is that of the chord.
     let found = libm::sin(solver.state.speeds[6] / 240.0) * 240.0;
     assert!((found / speed - 1.0).abs() < 1e-6, "{found} rad/s, not {speed}");
@@ -401,16 +402,16 @@ fn a_servo_holds_what_its_torque_allows() {
 
 #[test]
 fn hinges_keep_their_hard_limits() {
-    let joint = |anchor| Hinge { limits: (-0.5, 0.4), ..loose(anchor, Vector3::z()) };
+    let joint = |anchor| Dof { limits: (-0.5, 0.4), ..loose(anchor, Vector3::z()) };
     let mut solver = aloft::<f32>(&chain(3, 0.03, joint), &fine(1.0 / 240.0));
     solver.anchored = true;
     for _ in 0..960 {
         solver.advance();
-        for &angle in &solver.state.angles[1..] {
+        for &angle in &solver.state.positions[1..] {
             assert!((-0.53..0.43).contains(&angle), "{angle}");
         }
     }
-    assert!((solver.state.angles[1] + 0.5).abs() < 2e-3, "{}", solver.state.angles[1]);
+    assert!((solver.state.positions[1] + 0.5).abs() < 2e-3, "{}", solver.state.positions[1]);
 }
 
 /// A servo that follows a steady target lags by what its damping takes.
@@ -423,7 +424,7 @@ fn a_moving_servo_lags_by_its_damping() {
         solver.targets[0] = step as f32 / 240.0;
         solver.advance();
     }
-    let lag = f64::from(solver.targets[0] - solver.state.angles[1]);
+    let lag = f64::from(solver.targets[0] - solver.state.positions[1]);
     assert!((lag * 0.3 / 0.01 - 1.0).abs() < 3e-3, "{lag} rad");
 }
 
@@ -446,7 +447,7 @@ fn parts_do_not_pass_through_each_other() {
             let tip = body.add(tip);
             let axis = Vector3::y() * side;
             let anchor = Vector3::new(0.0, 0.0, 0.02 * side);
-            body.join(core, tip, JointKind::Hinge(hinge(anchor, axis, actuator)));
+            body.join(core, tip, JointKind::Dof(hinge(anchor, axis, actuator)));
         }
         let mut solver = aloft::<f32>(&body.0, &Settings { self_collision: true, ..fine(1.0 / 240.0) });
         solver.anchored = true;
@@ -457,12 +458,12 @@ fn parts_do_not_pass_through_each_other() {
             let apart = solver.frames[1].centre[2] - solver.frames[2].centre[2];
             assert!(apart > least, "{shape:?}: {apart} cm apart");
         }
-        let end = solver.state.angles.clone();
+        let end = solver.state.positions.clone();
         solver.reset();
         for _ in 0..480 {
             solver.advance();
         }
-        assert_eq!(end, solver.state.angles, "{shape:?}: not the same again");
+        assert_eq!(end, solver.state.positions, "{shape:?}: not the same again");
         let apart = solver.frames[1].centre[2] - solver.frames[2].centre[2];
         assert!(apart < most, "{shape:?}: stopped {apart} cm apart");
     }

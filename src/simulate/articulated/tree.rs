@@ -10,6 +10,7 @@
 
 use super::scalar::Scalar;
 use super::vector::{Sym, V3};
+use crate::design::assembly::Travel;
 use crate::simulate::World;
 use crate::simulate::lowering::{Body, Lowered};
 
@@ -27,11 +28,11 @@ pub(super) const ROOT: usize = 6;
 pub(super) struct Link<S> {
     /// Index of the parent; the root names itself.
     pub(super) parent: usize,
-    /// Hinge axis, the same in the frames of parent and child.
+    /// Axis of the joint, the same in the frames of parent and child.
     pub(super) axis: V3<S>,
-    /// From the parent's centre to the hinge, parent's frame.
-    pub(super) to_hinge: V3<S>,
-    /// From the hinge to the own centre, own frame.
+    /// From the parent's centre to the joint at rest, parent's frame.
+    pub(super) to_joint: V3<S>,
+    /// From the joint to the own centre, own frame.
     pub(super) to_centre: V3<S>,
     /// Mass.
     pub(super) mass: S,
@@ -39,15 +40,15 @@ pub(super) struct Link<S> {
     pub(super) inertia: Sym<S>,
     /// One over the mean of its principal values.
     pub(super) lightness: S,
-    /// Servo stiffness and damping.
+    /// Stiffness of the joint.
     pub(super) stiffness: S,
-    /// Servo damping.
+    /// Damping of the joint.
     pub(super) damping: S,
-    /// Largest servo torque.
-    pub(super) torque: S,
-    /// Hard limits of the hinge angle.
+    /// Largest torque, or force, of the joint.
+    pub(super) effort: S,
+    /// Hard limits of its position.
     pub(super) limits: (S, S),
-    /// Which servo turns the hinge.
+    /// Which servo moves it.
     pub(super) servo: usize,
 }
 
@@ -58,6 +59,19 @@ pub(super) struct Tree<S: Scalar> {
     pub(super) kit: S::Kit,
     /// The bodies, parents before children.
     pub(super) links: Vec<Link<S>>,
+    /// What the joint of each body lets it do. What is asked for each contact and each entry of H is kept by itself, not in
+    /// the links, which are large.
+    pub(super) travels: Vec<Travel>,
+    /// Whether any of them slides.
+    pub(super) slides: bool,
+    /// Whether it is the speed of a body's joint that is driven.
+    pub(super) spun: Vec<bool>,
+    /// The bodies whose joints nothing drives.
+    pub(super) passive: Vec<usize>,
+    /// The bodies that may turn on and on.
+    pub(super) endless: Vec<usize>,
+    /// What the target of each servo is here in SI units.
+    pub(super) servos: Vec<f64>,
     /// All paths of bodies, one after the other.
     paths: Vec<u32>,
     /// Where the path of each body begins and ends.
@@ -75,11 +89,31 @@ impl<S: Scalar> Tree<S> {
         let mut tree = Self {
             kit,
             links: bodies.iter().map(|body| link(kit, body, &bodies[body.parent], worlds)).collect(),
+            slides: false,
+            travels: vec![Travel::Turn; bodies.len()],
+            spun: vec![false; bodies.len()],
+            passive: Vec::new(),
+            endless: Vec::new(),
+            servos: vec![1.0; lowered.servos.len()],
             paths: Vec::new(),
             spans: Vec::new(),
             rows: Vec::new(),
             entries: 0,
         };
+        for (number, body) in bodies.iter().enumerate() {
+            let Some(dof) = &body.dof else { continue };
+            tree.servos[body.servo] = scales(dof.travel).0;
+            tree.travels[number] = dof.travel;
+            tree.slides |= dof.travel == Travel::Slide;
+            tree.spun[number] = dof.is_spun();
+            if dof.actuator().is_none() {
+                tree.passive.push(number);
+            }
+            let has_ends = dof.limits.0.is_finite() || dof.limits.1.is_finite();
+            if dof.travel == Travel::Turn && !has_ends && (dof.is_spun() || dof.stiffness == 0.0) {
+                tree.endless.push(number);
+            }
+        }
         for body in 0..bodies.len() {
             tree.lay_out(body);
         }
@@ -127,7 +161,15 @@ impl<S: Scalar> Tree<S> {
     }
 }
 
-/// The degree of freedom of the hinge that carries a body other than the root.
+/// What a position and an effort of a joint are here in SI units: rad and N m, or m and N.
+pub(super) fn scales(travel: Travel) -> (f64, f64) {
+    match travel {
+        Travel::Turn => (1.0, TORQUE),
+        Travel::Slide => (LENGTH, MASS * LENGTH),
+    }
+}
+
+/// The degree of freedom of the joint that carries a body other than the root.
 #[inline(always)]
 pub(super) fn dof_of(body: usize) -> usize {
     body + ROOT - 1
@@ -141,26 +183,28 @@ fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body, worlds: &[World]) ->
     let mut link = Link {
         parent: 0,
         axis: V3::null(kit),
-        to_hinge: V3::null(kit),
+        to_joint: V3::null(kit),
         to_centre: V3::null(kit),
         mass: massive(body.mass * MASS),
         lightness: S::each(kit, |lane| 3.0 / (m.trace() * worlds[lane].mass)),
         inertia: Sym([m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(massive)),
         stiffness: of(0.0),
         damping: of(0.0),
-        torque: of(0.0),
+        effort: of(0.0),
         limits: (of(0.0), of(0.0)),
         servo: body.servo,
     };
-    if let Some(hinge) = &body.hinge {
+    if let Some(dof) = &body.dof {
+        let (position, effort) = scales(dof.travel);
         link.parent = body.parent;
-        link.axis = vector(hinge.axis.into_inner());
-        link.to_hinge = vector((hinge.anchor.coords - parent.centre) * LENGTH);
-        link.to_centre = vector((body.centre - hinge.anchor.coords) * LENGTH);
-        link.stiffness = of(hinge.stiffness * TORQUE);
-        link.damping = of(hinge.damping * TORQUE);
-        link.torque = S::each(kit, |lane| hinge.torque * TORQUE * worlds[lane].torque);
-        link.limits = (of(hinge.limits.0), of(hinge.limits.1));
+        link.axis = vector(dof.axis.into_inner());
+        link.to_joint = vector((dof.anchor.coords - parent.centre) * LENGTH);
+        link.to_centre = vector((body.centre - dof.anchor.coords) * LENGTH);
+        // What only its speed drives has no spring.
+        link.stiffness = of(if dof.is_spun() { 0.0 } else { dof.stiffness * (effort / position) });
+        link.damping = of(dof.damping * (effort / position));
+        link.effort = S::each(kit, |lane| dof.effort * effort * worlds[lane].torque);
+        link.limits = (of(dof.limits.0 * position), of(dof.limits.1 * position));
     }
     link
 }

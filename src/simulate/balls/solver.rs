@@ -329,7 +329,7 @@ impl<K: Simd> Stepper for Solver<K> {
         Isometry3::from_parts(Translation3::new(place(0), place(1), place(2)), UnitQuaternion::identity())
     }
 
-    fn angle(&self, _: usize, actuator: usize) -> f64 {
+    fn position(&self, _: usize, actuator: usize) -> f64 {
         self.swell.targets[actuator]
     }
 

@@ -1,14 +1,14 @@
 //! The targets of the servos over time, as a table.
 
-use super::{hinge_names, number};
+use super::{joint_names, number};
 use crate::design::assembly::Assembly;
 use crate::simulate::lowering::Lowered;
 use crate::simulate::schedule::Schedule;
 use crate::simulate::servo::Servo;
 use crate::simulate::{Settings, Targets, Unfit};
 
-/// The target of every hinge after rate limiting, in rad, as comma-separated
-/// values: a row for each step, with the time at which that step ends. Hinges
+/// The target of every joint after rate limiting, in rad, m or rad/s, as comma-separated
+/// values: a row for each step, with the time at which that step ends. Joints
 /// are those of [`super::mjcf`], in its order; `names` are those of the actuators.
 ///
 /// # Errors
@@ -23,13 +23,13 @@ pub fn drive(
 ) -> Result<String, Unfit> {
     let settings = settings.in_whole_steps();
     let lowered = Lowered::new(assembly, &settings)?;
-    let hinges = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref());
-    let mut servos: Vec<Servo> = hinges.map(Servo::new).collect();
+    let dofs = lowered.bodies.iter().filter_map(|body| body.dof.as_ref());
+    let mut servos: Vec<Servo> = dofs.map(Servo::new).collect();
     let Schedule { step, steps, .. } = Schedule::new(&settings);
     let mut out = "time".to_owned();
-    for hinge in hinge_names(&lowered, names) {
+    for joint in joint_names(&lowered, names) {
         out.push(',');
-        out.push_str(&hinge);
+        out.push_str(&joint);
     }
     out.push('\n');
     for now in 1..=steps {

@@ -13,9 +13,9 @@
 
 use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 
-use super::hinge_names;
+use super::joint_names;
 use super::xml::{Xml, numbers};
-use crate::design::assembly::{Assembly, Hinge, Shape};
+use crate::design::assembly::{Assembly, Control, Dof, Shape, Travel};
 use crate::simulate::lowering::{Body, Lowered, Piece};
 use crate::simulate::{Settings, Unfit};
 
@@ -23,7 +23,7 @@ use crate::simulate::{Settings, Unfit};
 const ABOUT: [&str; 4] = [
     "SI units and radians. The y of sgc is up and is z here: x, y, z there are x, -z, y here.",
     "Bodies are rigidly joined parts; element N is the N-th element of the design.",
-    "Servos: each follows the column of its name in the drive (sgc export, format drive), a row for each step.",
+    "Servos and motors: each follows the column of its name in the drive (sgc export, format drive), a row for each step.",
     "Contacts and limits are as stiff as the time step allows (solref); friction has a round cone (cone, impratio).",
 ];
 
@@ -40,7 +40,7 @@ pub fn mjcf(
 ) -> Result<String, Unfit> {
     let settings = settings.in_whole_steps();
     let lowered = Lowered::new(assembly, &settings)?;
-    let names = hinge_names(&lowered, names);
+    let names = joint_names(&lowered, names);
     let mut xml = Xml::default();
     xml.open("mujoco", &[("model", title.to_owned())]);
     for line in ABOUT {
@@ -81,9 +81,9 @@ pub fn mjcf(
     xml.close();
     contacts(&mut xml, &lowered, &settings);
     xml.open("actuator", &[]);
-    let hinges = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref());
-    for (name, hinge) in names.iter().zip(hinges) {
-        servo(&mut xml, name, hinge);
+    let dofs = lowered.bodies.iter().filter_map(|body| body.dof.as_ref());
+    for (name, dof) in names.iter().zip(dofs) {
+        servo(&mut xml, name, dof);
     }
     Ok(xml.finish())
 }
@@ -104,8 +104,8 @@ fn friction(coefficient: f64) -> String {
 }
 
 /// The tree, depth first as it is numbered.
-fn bodies(xml: &mut Xml, lowered: &Lowered, hinges: &[String]) {
-    let mut hinges = hinges.iter();
+fn bodies(xml: &mut Xml, lowered: &Lowered, joints: &[String]) {
+    let mut joints = joints.iter();
     let mut open: Vec<usize> = Vec::new();
     for (index, body) in lowered.bodies.iter().enumerate() {
         while index > 0 && open.last().is_some_and(|&last| last != body.parent) {
@@ -116,7 +116,7 @@ fn bodies(xml: &mut Xml, lowered: &Lowered, hinges: &[String]) {
         let origin = if index == 0 { Vector3::zeros() } else { lowered.bodies[body.parent].centre };
         let place = ("pos", numbers(&turned(&(body.centre - origin))));
         xml.open("body", &[("name", format!("body{index}")), place]);
-        joint(xml, body, &mut hinges);
+        joint(xml, body, &mut joints);
         let inertia = [("pos", "0 0 0".to_owned()), ("mass", numbers(&[body.mass]))];
         let full = ("fullinertia", inertia_of(&body.inertia));
         xml.leaf("inertial", &[&inertia[..], &[full]].concat());
@@ -130,17 +130,30 @@ fn bodies(xml: &mut Xml, lowered: &Lowered, hinges: &[String]) {
 }
 
 fn joint<'a>(xml: &mut Xml, own: &Body, names: &mut impl Iterator<Item = &'a String>) {
-    let Some(hinge) = &own.hinge else {
+    let Some(dof) = &own.dof else {
         xml.leaf("freejoint", &[("name", "root".into())]);
         return;
     };
     let mut attributes = vec![
         ("name", names.next().cloned().unwrap_or_default()),
-        ("type", "hinge".to_owned()),
-        ("pos", numbers(&turned(&(hinge.anchor.coords - own.centre)))),
-        ("axis", numbers(&turned(&hinge.axis))),
+        (
+            "type",
+            match dof.travel {
+                Travel::Turn => "hinge".to_owned(),
+                Travel::Slide => "slide".to_owned(),
+            },
+        ),
+        ("pos", numbers(&turned(&(dof.anchor.coords - own.centre)))),
+        ("axis", numbers(&turned(&dof.axis))),
     ];
-    let (low, high) = hinge.limits;
+    if let Control::Passive { neutral } = dof.control {
+        attributes.extend([
+            ("stiffness", numbers(&[dof.stiffness])),
+            ("damping", numbers(&[dof.damping])),
+            ("springref", numbers(&[neutral])),
+        ]);
+    }
+    let (low, high) = dof.limits;
     if low.is_finite() || high.is_finite() {
         // Far beyond any turn is as good as no limit on that side.
         attributes.push(("range", numbers(&[low.max(-1e3), high.min(1e3)])));
@@ -221,15 +234,22 @@ fn other_than_greater(a: f64, b: f64) -> Option<f64> {
     (a != b).then(|| (a * b).sqrt())
 }
 
-fn servo(xml: &mut Xml, name: &str, hinge: &Hinge) {
-    let mut attributes = vec![
-        ("name", name.to_owned()),
-        ("joint", name.to_owned()),
-        ("kp", numbers(&[hinge.stiffness])),
-        ("kv", numbers(&[hinge.damping])),
-    ];
-    if hinge.torque.is_finite() {
-        attributes.push(("forcerange", numbers(&[-hinge.torque, hinge.torque])));
+/// What drives a joint; what nothing drives has its springs from the joint itself.
+fn servo(xml: &mut Xml, name: &str, dof: &Dof) {
+    let mut attributes = vec![("name", name.to_owned()), ("joint", name.to_owned())];
+    let element = match dof.control {
+        Control::Position { .. } => {
+            attributes.extend([("kp", numbers(&[dof.stiffness])), ("kv", numbers(&[dof.damping]))]);
+            "position"
+        }
+        Control::Speed { .. } => {
+            attributes.push(("kv", numbers(&[dof.damping])));
+            "velocity"
+        }
+        Control::Passive { .. } => return,
+    };
+    if dof.effort.is_finite() {
+        attributes.push(("forcerange", numbers(&[-dof.effort, dof.effort])));
     }
-    xml.leaf("position", &attributes);
+    xml.leaf(element, &attributes);
 }

@@ -13,20 +13,28 @@ mod xml;
 use std::collections::BTreeMap;
 
 use super::lowering::Lowered;
+use crate::design::assembly::Travel;
 pub use drive::drive;
 pub use mjcf::mjcf;
 pub use motion::{NotMotion, motion, read_motion};
 
-/// What the hinges of lowered bodies are called, in their order: `bender-1.hinge0`, counted from the end by which the
-/// actuator is held.
-fn hinge_names(lowered: &Lowered, actuators: &[String]) -> Vec<String> {
-    let mut counted: BTreeMap<usize, usize> = BTreeMap::new();
-    let hinges = lowered.bodies.iter().filter_map(|body| body.hinge.as_ref());
-    let named = hinges.map(|hinge| {
-        let number = counted.entry(hinge.actuator).or_default();
+/// What the joints of lowered bodies are called, in their order: `bender-1.hinge0`, counted from the end by which the
+/// actuator is held. Those that nothing drives are counted together.
+fn joint_names(lowered: &Lowered, actuators: &[String]) -> Vec<String> {
+    let mut counted: BTreeMap<Option<usize>, usize> = BTreeMap::new();
+    let dofs = lowered.bodies.iter().filter_map(|body| body.dof.as_ref());
+    let named = dofs.map(|dof| {
+        let number = counted.entry(dof.actuator()).or_default();
         *number += 1;
-        let actuator = actuators.get(hinge.actuator).map_or("actuator", String::as_str);
-        format!("{actuator}.hinge{}", *number - 1)
+        let owner = match dof.actuator() {
+            Some(actuator) => actuators.get(actuator).map_or("actuator", String::as_str),
+            None => "passive",
+        };
+        let what = match dof.travel {
+            Travel::Turn => "hinge",
+            Travel::Slide => "slide",
+        };
+        format!("{owner}.{what}{}", *number - 1)
     });
     named.collect()
 }

@@ -13,7 +13,7 @@ fn small() -> Assembly {
     let shape = Shape::Cylinder { radius: 0.01, half_length: 0.02 };
     let arm = body.add(bodies::element(shape, nalgebra::Isometry3::translation(0.035, 0.1, 0.0)));
     let anchor = Vector3::new(0.015, 0.1, 0.0);
-    body.join(core, arm, JointKind::Hinge(bodies::hinge(anchor, Vector3::z(), 0)));
+    body.join(core, arm, JointKind::Dof(bodies::hinge(anchor, Vector3::z(), 0)));
     let ball = Shape::Ball { radius: 0.015 };
     let tip = body.add(bodies::element(ball, nalgebra::Isometry3::translation(0.07, 0.1, 0.0)));
     body.join(arm, tip, JointKind::Rigid);
@@ -131,8 +131,8 @@ fn other_frictions_are_paired() {
 #[test]
 fn what_has_no_bounds_has_no_ranges() {
     let mut assembly = small();
-    let JointKind::Hinge(hinge) = &mut assembly.joints[0].kind else { panic!("a hinge") };
-    (hinge.torque, hinge.limits) = (f64::INFINITY, (f64::NEG_INFINITY, f64::INFINITY));
+    let JointKind::Dof(hinge) = &mut assembly.joints[0].kind else { panic!("a hinge") };
+    (hinge.effort, hinge.limits) = (f64::INFINITY, (f64::NEG_INFINITY, f64::INFINITY));
     let text = mjcf(&assembly, &settings(), "", &names()).unwrap();
     assert!(!text.contains("range") && !text.contains("inf"), "{text}");
     let bad = Settings { step: 0.0, ..settings() };

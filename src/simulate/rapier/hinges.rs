@@ -1,9 +1,9 @@
 //! A rapier world with one robot and the ground.
 
-use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
-use crate::design::assembly::{Hinge, Shape};
+use crate::design::assembly::{Control, Dof, Shape, Travel};
 use crate::simulate::lowering::{Body, Lowered, Piece};
 use crate::simulate::run::Stepper;
 use crate::simulate::{Invalid, Settings};
@@ -30,9 +30,9 @@ pub(super) struct Hinges {
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
     joints: Vec<ImpulseJointHandle>,
-    /// Angle of each hinge without jumps at half a turn, rad.
-    angles: Vec<f64>,
-    /// Work done at each hinge so far, J.
+    /// Where each joint stands, rad or m, without jumps at half a turn.
+    positions: Vec<f64>,
+    /// Work done at each joint so far, J.
     work: Vec<f64>,
     failure: Option<Invalid>,
 }
@@ -48,7 +48,7 @@ impl Hinges {
             world: PhysicsWorld::new(),
             bodies: Vec::new(),
             joints: Vec::new(),
-            angles: Vec::new(),
+            positions: Vec::new(),
             work: Vec::new(),
             failure: None,
         };
@@ -69,12 +69,12 @@ impl Hinges {
         }
         self.joints.clear();
         for (index, body) in lowered.bodies.iter().enumerate().skip(1) {
-            let Some(hinge) = &body.hinge else { continue };
-            let joint = revolute(hinge, &lowered.bodies[body.parent], body);
+            let Some(dof) = &body.dof else { continue };
+            let joint = joint(dof, &lowered.bodies[body.parent], body);
             let (parent, child) = (self.bodies[body.parent], self.bodies[index]);
             self.joints.push(world.impulse_joints.insert(parent, child, joint, true));
         }
-        self.angles = vec![0.0; self.joints.len()];
+        self.positions = vec![0.0; self.joints.len()];
         self.work = vec![0.0; self.joints.len()];
     }
 
@@ -82,38 +82,61 @@ impl Hinges {
         &self.world.bodies[self.bodies[body]]
     }
 
-    /// The turn of a hinge from the rotations of its bodies, nearest to its
-    /// last one.
-    fn turn(&self, hinge: usize) -> f64 {
-        let own = &self.lowered.bodies[hinge + 1];
-        let Some(spec) = &own.hinge else { return 0.0 };
-        let relative = self.pose(0, own.parent).rotation.inverse() * self.pose(0, hinge + 1).rotation;
-        let angle = 2.0 * libm::atan2(relative.imag().dot(&spec.axis), relative.w);
-        let turns = ((angle - self.angles[hinge]) / std::f64::consts::TAU).round();
-        angle - turns * std::f64::consts::TAU
+    /// Where a joint stands, rad or m, from the poses of its bodies; an angle nearest to its last one.
+    fn stands(&self, joint: usize) -> f64 {
+        let own = &self.lowered.bodies[joint + 1];
+        let Some(dof) = &own.dof else { return 0.0 };
+        let (parent, child) = (self.pose(0, own.parent), self.pose(0, joint + 1));
+        match dof.travel {
+            Travel::Turn => {
+                let relative = parent.rotation.inverse() * child.rotation;
+                let angle = 2.0 * libm::atan2(relative.imag().dot(&dof.axis), relative.w);
+                let turns = ((angle - self.positions[joint]) / std::f64::consts::TAU).round();
+                angle - turns * std::f64::consts::TAU
+            }
+            Travel::Slide => {
+                let rest = own.centre - self.lowered.bodies[own.parent].centre;
+                let way = parent.rotation.inverse() * (child.translation.vector - parent.translation.vector);
+                (way - rest).dot(&dof.axis)
+            }
+        }
     }
 
-    /// The mean torque of a hinge's motor over the last step, in which the
-    /// hinge turned by an angle, N m.
+    /// How fast a joint moves, rad/s or m/s.
+    fn speed(&self, joint: usize) -> f64 {
+        let own = &self.lowered.bodies[joint + 1];
+        let Some(dof) = &own.dof else { return 0.0 };
+        let (parent, child) = (self.body(own.parent), self.body(joint + 1));
+        let axis = parent.rotation() * vector(dof.axis.into_inner());
+        f64::from(match dof.travel {
+            Travel::Turn => (child.angvel() - parent.angvel()).dot(axis),
+            Travel::Slide => {
+                let between = child.translation() - parent.translation();
+                let carried = parent.linvel() + parent.angvel().cross(between);
+                (child.linvel() - carried).dot(axis) / LENGTH as f32
+            }
+        })
+    }
+
+    /// The mean torque (or force) of a joint's motor over the last step, in which the
+    /// joint moved by so much, N m or N.
     ///
     /// rapier tells the impulse of the last substep only (that on the parent).
     /// A motor that is not at its limit had, on average, as much more or less as
-    /// its angle and speed differed from those of the end.
-    fn torque(&self, hinge: usize, turned: f64) -> f64 {
-        let own = &self.lowered.bodies[hinge + 1];
-        let joint = self.world.impulse_joints.get(self.joints[hinge]);
-        let (Some(joint), Some(spec)) = (joint, &own.hinge) else { return 0.0 };
+    /// its position and speed differed from those of the end.
+    fn effort(&self, joint: usize, moved: f64) -> f64 {
+        let own = &self.lowered.bodies[joint + 1];
+        let handle = self.world.impulse_joints.get(self.joints[joint]);
+        let (Some(handle), Some(dof)) = (handle, &own.dof) else { return 0.0 };
         let step = self.settings.step;
-        let impulse = f64::from(joint.data.motors[JointAxis::AngX as usize].impulse);
-        let last = -impulse * self.substeps as f64 / step / TORQUE;
-        if last.abs() > 0.999 * spec.torque {
+        let impulse = f64::from(handle.data.motors[axis_of(dof.travel) as usize].impulse);
+        let last = -impulse * self.substeps as f64 / step / effort_here(dof.travel);
+        if last.abs() > 0.999 * dof.effort {
             return last;
         }
-        let (parent, child) = (self.body(own.parent), self.body(hinge + 1));
-        let axis = parent.rotation() * vector(spec.axis.into_inner());
-        let speed = f64::from((child.angvel() - parent.angvel()).dot(axis));
-        let change = spec.stiffness * turned / 2.0 + spec.damping * (speed - turned / step);
-        (last + change).clamp(-spec.torque, spec.torque)
+        let stiffness = if dof.is_spun() { 0.0 } else { dof.stiffness };
+        let change = stiffness * moved / 2.0 + dof.damping * (self.speed(joint) - moved / step);
+        (last + change).clamp(-dof.effort, dof.effort)
     }
 
     /// Refuses numbers that are not finite, and elements beyond the limit.
@@ -144,18 +167,12 @@ impl Stepper for Hinges {
     }
 
     fn aim(&mut self, _: usize, servo: usize, target: f64) {
-        let hinges = self.lowered.bodies.iter().skip(1).zip(&self.joints);
-        for (body, &joint) in hinges.filter(|(body, _)| body.servo == servo) {
+        let joints = self.lowered.bodies.iter().skip(1).zip(&self.joints);
+        for (body, &joint) in joints.filter(|(body, _)| body.servo == servo) {
             if let Some(joint) = self.world.impulse_joints.get_mut(joint, false)
-                && let Some(spec) = &body.hinge
+                && let Some(dof) = &body.dof
             {
-                let (stiffness, damping) = (spec.stiffness * TORQUE, spec.damping * TORQUE);
-                joint.data.set_motor_position(
-                    JointAxis::AngX,
-                    target as f32,
-                    stiffness as f32,
-                    damping as f32,
-                );
+                drive(&mut joint.data, dof, target);
             }
         }
     }
@@ -163,11 +180,16 @@ impl Stepper for Hinges {
     fn step(&mut self) {
         self.world.step();
         self.failure = self.failure.or(self.check().err());
-        for hinge in 0..self.joints.len() {
-            let angle = self.turn(hinge);
-            let turned = angle - self.angles[hinge];
-            self.work[hinge] += (self.torque(hinge, turned) * turned).max(0.0);
-            self.angles[hinge] = angle;
+        for joint in 0..self.joints.len() {
+            let position = self.stands(joint);
+            let moved = position - self.positions[joint];
+            // What a spring gives back is no work that is done for it.
+            let driven =
+                self.lowered.bodies[joint + 1].dof.as_ref().is_some_and(|dof| dof.actuator().is_some());
+            if driven {
+                self.work[joint] += (self.effort(joint, moved) * moved).max(0.0);
+            }
+            self.positions[joint] = position;
         }
     }
 
@@ -183,12 +205,13 @@ impl Stepper for Hinges {
         pose
     }
 
-    fn angle(&self, _: usize, hinge: usize) -> f64 {
-        self.angles[hinge]
+    fn position(&self, _: usize, joint: usize) -> f64 {
+        let dof = self.lowered.bodies[joint + 1].dof.as_ref();
+        if dof.is_some_and(Dof::is_spun) { self.speed(joint) } else { self.positions[joint] }
     }
 
-    fn work(&self, _: usize, hinge: usize) -> f64 {
-        self.work[hinge]
+    fn work(&self, _: usize, joint: usize) -> f64 {
+        self.work[joint]
     }
 }
 
@@ -218,14 +241,31 @@ pub(super) fn parameters(settings: &Settings, substeps: usize) -> IntegrationPar
     }
 }
 
+/// Principal moments of inertia that are equal are set apart by this share, either way.
+///
+/// rapier adds up the inertia of a body and of its colliders, and looks for the principal axes of the sum
+/// (`symmetric_eigen` of glamx 0.3.1). Where the least two of its moments are equal, as those of a disc are, it takes x
+/// for one of their axes, whatever it is.
+const APART: f64 = 1e-3;
+
+/// The mass of a body with its principal axes.
+fn mass_of(body: &Body) -> MassProperties {
+    let eigen = (body.inertia * TORQUE).symmetric_eigen();
+    let mut axes = eigen.eigenvectors;
+    if axes.determinant() < 0.0 {
+        axes.column_mut(2).neg_mut();
+    }
+    let moments = Vector3::new(1.0 - APART, 1.0, 1.0 + APART).component_mul(&eigen.eigenvalues);
+    let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes));
+    let turn = Rotation::from_xyzw(turn.i as f32, turn.j as f32, turn.k as f32, turn.w as f32).normalize();
+    let mass = (body.mass * MASS) as f32;
+    MassProperties::with_principal_inertia_frame(Vector::ZERO, mass, vector(moments), turn)
+}
+
 fn rigid_body(body: &Body) -> RigidBody {
-    let m = (body.inertia * TORQUE).cast::<f32>();
-    let columns: [[f32; 3]; 3] = m.into();
-    let inertia = rapier3d::math::Matrix::from_cols_array_2d(&columns);
-    let mass = MassProperties::with_inertia_matrix(Vector::ZERO, (body.mass * MASS) as f32, inertia);
     let mut own = RigidBodyBuilder::dynamic()
         .translation(vector(body.centre * LENGTH))
-        .additional_mass_properties(mass)
+        .additional_mass_properties(mass_of(body))
         .can_sleep(false)
         .build();
     own.enable_gyroscopic_forces(true);
@@ -258,25 +298,124 @@ fn collider(piece: &Piece, self_collision: bool) -> Collider {
         .build()
 }
 
-fn revolute(hinge: &Hinge, parent: &Body, child: &Body) -> GenericJoint {
-    let axis = vector(hinge.axis.into_inner());
-    let anchor = |body: &Body| vector((hinge.anchor.coords - body.centre) * LENGTH);
-    let (stiffness, damping) = ((hinge.stiffness * TORQUE) as f32, (hinge.damping * TORQUE) as f32);
-    let mut joint = RevoluteJointBuilder::new(axis)
+/// What rapier calls the axis of a joint.
+fn axis_of(travel: Travel) -> JointAxis {
+    match travel {
+        Travel::Turn => JointAxis::AngX,
+        Travel::Slide => JointAxis::LinX,
+    }
+}
+
+/// g cm^2/s^2 per N m, or g cm/s^2 per N.
+fn effort_here(travel: Travel) -> f64 {
+    match travel {
+        Travel::Turn => TORQUE,
+        Travel::Slide => TORQUE / LENGTH,
+    }
+}
+
+/// cm per m of a position that is a distance.
+fn position_here(travel: Travel) -> f64 {
+    match travel {
+        Travel::Turn => 1.0,
+        Travel::Slide => LENGTH,
+    }
+}
+
+/// Whether anything pushes a joint: to rapier, a motor without stiffness and damping is one that locks it.
+fn has_motor(dof: &Dof) -> bool {
+    dof.stiffness > 0.0 || dof.damping > 0.0
+}
+
+/// Sets what a joint is asked for: a position in rad or m, or a speed in rad/s.
+fn drive(joint: &mut GenericJoint, dof: &Dof, target: f64) {
+    if !has_motor(dof) {
+        return;
+    }
+    let scale = effort_here(dof.travel) / position_here(dof.travel);
+    let (stiffness, damping) = ((dof.stiffness * scale) as f32, (dof.damping * scale) as f32);
+    let (axis, target) = (axis_of(dof.travel), (target * position_here(dof.travel)) as f32);
+    match dof.control {
+        Control::Speed { .. } => joint.set_motor_velocity(axis, target, damping),
+        Control::Position { .. } | Control::Passive { .. } => {
+            joint.set_motor_position(axis, target, stiffness, damping)
+        }
+    };
+}
+
+fn joint(dof: &Dof, parent: &Body, child: &Body) -> GenericJoint {
+    let axis = vector(dof.axis.into_inner());
+    let anchor = |body: &Body| vector((dof.anchor.coords - body.centre) * LENGTH);
+    let free = match dof.travel {
+        Travel::Turn => JointAxesMask::LOCKED_REVOLUTE_AXES,
+        Travel::Slide => JointAxesMask::LOCKED_PRISMATIC_AXES,
+    };
+    let mut joint = GenericJointBuilder::new(free)
+        .local_axis1(axis)
+        .local_axis2(axis)
         .local_anchor1(anchor(parent))
         .local_anchor2(anchor(child))
         .contacts_enabled(false);
-    if stiffness > 0.0 || damping > 0.0 {
-        joint = joint
-            .motor_model(MotorModel::ForceBased)
-            .motor_position(0.0, stiffness, damping)
-            .motor_max_force((hinge.torque * TORQUE).min(f64::from(f32::MAX)) as f32);
+    let which = axis_of(dof.travel);
+    if has_motor(dof) {
+        let most = (dof.effort * effort_here(dof.travel)).min(f64::from(f32::MAX)) as f32;
+        joint = joint.motor_model(which, MotorModel::ForceBased).motor_max_force(which, most);
     }
     // Angles are known within half a turn; limits beyond cannot be felt.
-    let (low, high) = hinge.limits;
-    let half_turn = std::f64::consts::PI;
-    if low > -half_turn || high < half_turn {
-        joint = joint.limits([low.max(-half_turn) as f32, high.min(half_turn) as f32]);
+    let (low, high) = dof.limits;
+    let most = match dof.travel {
+        Travel::Turn => std::f64::consts::PI,
+        Travel::Slide => 1e3,
+    };
+    if low > -most || high < most {
+        let here = |end: f64| (end.clamp(-most, most) * position_here(dof.travel)) as f32;
+        joint = joint.limits(which, [here(low), here(high)]);
     }
-    joint.build().into()
+    let mut joint = joint.build();
+    drive(&mut joint, dof, 0.0);
+    joint
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{Isometry3, UnitQuaternion, Vector3};
+
+    use super::{Hinges, MASS, TORQUE};
+    use crate::design::assembly::{Assembly, Element, Shape};
+    use crate::simulate::lowering::Lowered;
+    use crate::simulate::run::Stepper;
+    use crate::simulate::tests::bodies::element;
+    use crate::simulate::tests::settings;
+
+    /// Whatever its principal moments and axes, a body has the inertia that its elements have.
+    #[test]
+    fn bodies_have_their_inertia() {
+        let shapes = [
+            Shape::Cylinder { radius: 0.03, half_length: 0.004 },
+            Shape::Cylinder { radius: 0.01, half_length: 0.02 },
+            Shape::Box { half: Vector3::new(0.01, 0.02, 0.03) },
+            Shape::Ball { radius: 0.01 },
+        ];
+        for shape in shapes {
+            for turn in [Vector3::zeros(), Vector3::z() * 1.3, Vector3::new(0.3, -1.0, 0.2)] {
+                let pose = Isometry3::from_parts(Vector3::zeros().into(), UnitQuaternion::new(turn));
+                let one: Element = element(shape, pose);
+                let body = Assembly { elements: vec![one], ..Assembly::default() };
+                let lowered = Lowered::new(&body, &settings()).unwrap();
+                let mut world = Hinges::new(&lowered, &settings(), Vector3::zeros(), 1e-3);
+                world.step();
+                let kept = world.body(0).mass_properties().local_mprops;
+                let due = lowered.bodies[0].inertia * TORQUE;
+                let columns = kept.reconstruct_inertia_matrix().to_cols_array_2d();
+                for (column, entries) in columns.iter().enumerate() {
+                    for (row, &entry) in entries.iter().enumerate() {
+                        let off = (f64::from(entry) - due[(row, column)]).abs();
+                        assert!(off < 3e-3 * due.norm(), "{shape:?}, {turn}: {columns:?} for {due}");
+                    }
+                }
+                let mass = lowered.bodies[0].mass * MASS;
+                assert!((f64::from(kept.mass()) / mass - 1.0).abs() < 1e-5);
+            }
+        }
+    }
 }

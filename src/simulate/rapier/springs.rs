@@ -153,7 +153,7 @@ impl Stepper for Springs {
         Isometry3::from(self.place(ball))
     }
 
-    fn angle(&self, _: usize, actuator: usize) -> f64 {
+    fn position(&self, _: usize, actuator: usize) -> f64 {
         self.targets[actuator]
     }
 

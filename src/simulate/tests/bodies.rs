@@ -2,7 +2,7 @@
 
 use nalgebra::{Isometry3, Point3, Translation3, UnitQuaternion, UnitVector3, Vector3};
 
-use crate::design::assembly::{Assembly, Element, Hinge, Joint, JointKind, Shape};
+use crate::design::assembly::{Assembly, Control, Dof, Element, Joint, JointKind, Shape, Travel};
 use crate::simulate::Targets;
 
 const DENSITY: f64 = 1000.0;
@@ -19,19 +19,23 @@ pub(crate) fn cube(place: Vector3<f64>) -> Element {
     element(Shape::Box { half: Vector3::repeat(CUBE) }, Translation3::from(place).into())
 }
 
-pub(crate) fn hinge(anchor: Vector3<f64>, axis: Vector3<f64>, actuator: usize) -> Hinge {
-    Hinge {
+pub(crate) fn hinge(anchor: Vector3<f64>, axis: Vector3<f64>, actuator: usize) -> Dof {
+    Dof {
         anchor: Point3::from(anchor),
         axis: UnitVector3::new_normalize(axis),
-        actuator,
+        travel: Travel::Turn,
+        control: servo(actuator, 3.0),
         share: 0.2,
         limits: (-0.8, 0.8),
         stiffness: 0.3,
         damping: 0.01,
-        torque: 0.06,
-        bending_rate: 3.0,
-        relaxing_rate: 3.0,
+        effort: 0.06,
     }
+}
+
+/// A servo whose target moves at a rate, rad/s.
+pub(crate) fn servo(actuator: usize, rate: f64) -> Control {
+    Control::Position { actuator, rate, relaxing_rate: rate }
 }
 
 /// Adds to an assembly; keeps track of elements and actuators.
@@ -78,7 +82,7 @@ impl Builder {
             let shape = Shape::Cylinder { radius: RADIUS, half_length: HALF_LENGTH };
             let pose = Isometry3::from_parts((at + way * HALF_LENGTH).into(), turn);
             let child = self.add(element(shape, pose));
-            self.join(last, child, JointKind::Hinge(hinge(at, axis, actuator)));
+            self.join(last, child, JointKind::Dof(hinge(at, axis, actuator)));
             at += way * (2.0 * HALF_LENGTH);
             last = child;
         }

@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::bodies::{Builder, cube, element, fork, gait, hinge, idle, m2, m4, m8, millipede};
+use super::bodies::{Builder, cube, element, fork, gait, hinge, idle, m2, m4, m8, millipede, servo};
 use super::lattices::{bend, cells, lattice};
 use super::{HINGED, settings};
-use crate::design::assembly::{Assembly, Hinge, JointKind, Shape};
+use crate::design::assembly::{Assembly, Dof, JointKind, Shape};
 use crate::simulate::{Invalid, Motion, Settings, Stop, Targets, model};
 
 pub(super) fn run(name: &str, body: &Assembly, settings: &Settings, drive: &Targets) -> Motion {
@@ -47,8 +47,8 @@ pub(super) fn crane(links: usize, pitch: f64, tip: f64, stiffness: f64) -> Assem
         let mut ball = element(Shape::Ball { radius: 0.015 }, Translation3::from(place).into());
         ball.mass = if link + 1 == links { tip } else { tip * 1e-3 };
         let child = body.add(ball);
-        let joint = Hinge { stiffness, share: 1.0 / links as f64, ..hinge(anchor, Vector3::z(), 0) };
-        body.join(last, child, JointKind::Hinge(joint));
+        let joint = Dof { stiffness, share: 1.0 / links as f64, ..hinge(anchor, Vector3::z(), 0) };
+        body.join(last, child, JointKind::Dof(joint));
         last = child;
     }
     body.0
@@ -211,7 +211,7 @@ fn turned(body: &Assembly, turn: UnitQuaternion<f64>) -> Assembly {
         element.pose = Isometry3::from_parts(Translation3::identity(), turn) * element.pose;
     }
     for joint in &mut body.joints {
-        if let JointKind::Hinge(hinge) = &mut joint.kind {
+        if let JointKind::Dof(hinge) = &mut joint.kind {
             hinge.anchor = turn * hinge.anchor;
             hinge.axis = turn * hinge.axis;
         }
@@ -344,9 +344,9 @@ fn refusal(change: impl FnOnce(&mut Assembly, &mut Settings)) -> String {
     reasons[0].clone()
 }
 
-fn first_hinge(body: &mut Assembly) -> &mut Hinge {
+fn first_hinge(body: &mut Assembly) -> &mut Dof {
     let mut hinges = body.joints.iter_mut().filter_map(|joint| match &mut joint.kind {
-        JointKind::Hinge(hinge) => Some(hinge),
+        JointKind::Dof(hinge) => Some(hinge),
         JointKind::Rigid => None,
     });
     hinges.next().unwrap()
@@ -364,9 +364,9 @@ fn nonsense_is_refused_with_advice() {
         (refusal(|b, _| b.elements[1].mass = f64::NAN), "give it a positive mass"),
         (refusal(|b, _| b.elements[2].shape = Shape::Ball { radius: -0.1 }), "positive sizes"),
         (refusal(|b, _| b.elements[2].friction = -0.1), "zero or a positive number"),
-        (refusal(|b, _| first_hinge(b).limits = (0.1, 0.5)), "excludes the rest angle"),
-        (refusal(|b, _| first_hinge(b).actuator = 7), "number them from zero"),
-        (refusal(|b, _| first_hinge(b).torque = -1.0), "largest torque of -1"),
+        (refusal(|b, _| first_hinge(b).limits = (0.1, 0.5)), "excludes its place at rest"),
+        (refusal(|b, _| first_hinge(b).control = servo(7, 3.0)), "number them from zero"),
+        (refusal(|b, _| first_hinge(b).effort = -1.0), "largest torque of -1"),
         (refusal(|b, _| b.joints.truncate(3)), "hang together as a tree"),
         (refusal(|b, _| b.joints[0].child = 99), "does not exist"),
         (refusal(|b, _| b.joints.reverse()), "from the core outwards"),

@@ -3,7 +3,7 @@
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
 use super::HINGED;
-use super::bodies::{element, gait, idle, m2};
+use super::bodies::{element, gait, idle, m2, servo};
 use super::truth::{crane, during, place, run};
 use crate::design::assembly::{Assembly, JointKind, Shape};
 use crate::simulate::{Motion, Settings, Targets};
@@ -51,8 +51,8 @@ fn a_strained_servo_works_with_its_limit() {
     let mut body = crane(1, ARM, TIP, 30.0);
     let limit = 1.2 * TIP * 9.81 * ARM;
     for joint in &mut body.joints {
-        if let JointKind::Hinge(hinge) = &mut joint.kind {
-            (hinge.torque, hinge.bending_rate) = (limit, f64::INFINITY);
+        if let JointKind::Dof(hinge) = &mut joint.kind {
+            (hinge.effort, hinge.control) = (limit, servo(0, f64::INFINITY));
         }
     }
     let drive = Targets { interval: 1.0, actuators: 1, angles: vec![0.7] };

@@ -2,7 +2,7 @@
 
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 
-use super::bodies::{cube, element, fork, gait, idle, m4, m8};
+use super::bodies::{cube, element, fork, gait, idle, m4, m8, servo};
 use super::lattices::{cells, lattice, lattice_settings};
 use super::truth::{crane, during, place};
 use super::{HINGED, settings};
@@ -10,7 +10,7 @@ use crate::design::assembly::{Assembly, Shape};
 use crate::simulate::{Case, Motion, Settings, Stop, Targets, World, model};
 
 /// The motions of one drive in several worlds.
-fn in_worlds(
+pub(super) fn in_worlds(
     name: &str,
     body: &Assembly,
     settings: &Settings,
@@ -163,8 +163,8 @@ fn a_servo_is_as_strong_and_as_fast_as_its_world_says() {
     let (pitch, tip, stiffness) = (0.05, 0.02, 0.3);
     let arm = crane(1, pitch, tip, stiffness);
     let mut weak = arm.clone();
-    let crate::design::assembly::JointKind::Hinge(hinge) = &mut weak.joints[0].kind else { panic!() };
-    hinge.torque = 1.5 * pitch * tip * settings().gravity;
+    let crate::design::assembly::JointKind::Dof(hinge) = &mut weak.joints[0].kind else { panic!() };
+    hinge.effort = 1.5 * pitch * tip * settings().gravity;
     for name in HINGED {
         let angle = |body: &Assembly, world: World| {
             in_worlds(name, body, &during(2.0), &idle(1), &[world])[0].bends.last().copied().unwrap()
@@ -182,8 +182,8 @@ fn a_servo_is_as_strong_and_as_fast_as_its_world_says() {
         assert!(angle(&weak, World { torque: 2.0, mass: 2.0, ..World::NOMINAL }) > -0.3, "{name}");
         // Its target moves at its rates.
         let mut slow = crane(1, pitch, 1e-4, stiffness);
-        let crate::design::assembly::JointKind::Hinge(hinge) = &mut slow.joints[0].kind else { panic!() };
-        hinge.bending_rate = 0.5;
+        let crate::design::assembly::JointKind::Dof(hinge) = &mut slow.joints[0].kind else { panic!() };
+        hinge.control = servo(0, 0.5);
         let asked = Targets { interval: 1.0, actuators: 1, angles: vec![1.0; 4] };
         for speed in [0.8, 1.0, 1.2] {
             let world = World { speed, ..World::NOMINAL };

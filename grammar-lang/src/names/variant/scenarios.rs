@@ -8,7 +8,7 @@ fn called(field: &Field) -> Option<&str> {
     match field {
         Field::Value(name, _) => Some(&name.text),
         Field::Group(group) => Some(&group.method.as_ref().unwrap_or(&group.name).text),
-        Field::Param(_) | Field::Port(_) => None,
+        Field::Param(_) | Field::Port(_) | Field::Joint(_) => None,
     }
 }
 

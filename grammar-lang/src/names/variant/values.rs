@@ -282,6 +282,7 @@ fn fields_of(block: &Block) -> Vec<String> {
             Field::Group(group) => group.name.text.clone(),
             Field::Param(param) => param.name.text.clone(),
             Field::Port(port) => port.name.text.clone(),
+            Field::Joint(_) => "joint".to_owned(),
         })
         .collect()
 }

@@ -9,8 +9,8 @@ use pest::iterators::Pair;
 
 use super::ast::{
     ActuationClause, Allow, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field,
-    ItemKind, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind, Typed,
-    Variable,
+    ItemKind, Joint, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind,
+    Typed, Variable,
 };
 use super::parser::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -251,6 +251,22 @@ impl<'a> Lowering<'a> {
         Some(Port { name, index, at: self.expr(next)?, facing: self.expr(inner.next()?)? })
     }
 
+    fn joint(&mut self, node: Node<'_>) -> Option<Joint> {
+        let mut words = children(node).filter(|part| part.as_rule() != Rule::equals);
+        let word = self.span(&words.next()?);
+        let kind = self.name(&words.next()?);
+        let mut joint = Joint { word, kind, axis: None, passive: None };
+        for part in words {
+            if part.as_rule() == Rule::kw_passive {
+                joint.passive = Some(self.span(&part));
+                continue;
+            }
+            let mut inner = children(part);
+            joint.axis = Some((self.name(&inner.next()?), self.expr(inner.next()?)?));
+        }
+        Some(joint)
+    }
+
     /// Sorts the trailing parts of `attach` and `place`.
     fn attachment(&mut self, nodes: impl Iterator<Item = Node<'a>>) -> Attachment {
         let mut out = Attachment::default();
@@ -313,6 +329,7 @@ impl<'a> Lowering<'a> {
         Some(match node.as_rule() {
             Rule::param_item => Field::Param(self.param(node)?),
             Rule::port_clause => Field::Port(Box::new(self.port(node)?)),
+            Rule::joint_clause => Field::Joint(Box::new(self.joint(node)?)),
             Rule::group => Field::Group(self.block(node)?),
             _ => {
                 let mut inner = parts(node);

@@ -188,21 +188,24 @@ impl Declarations<'_> {
         cx: &mut Context,
     ) -> Expr {
         self.check_driven(what, of_cells);
-        let (ty, said) = match what.text.as_str() {
-            _ if of_cells => (Ty::NUMBER, "the driven strain"),
-            "valves" => (Ty::Valves, "what drives the valves"),
-            _ => (Ty::Quantity(Dimension::ANGLE), "the driven angle"),
+        let known = ir::DRIVEN.into_iter().find(|(word, _)| *word == what.text);
+        let (ty, said) = match known {
+            _ if of_cells => (Ty::NUMBER, "the driven strain".to_owned()),
+            Some((_, Ty::Valves)) => (Ty::Valves, "what drives the valves".to_owned()),
+            Some((word, ty)) => (ty, format!("the driven {word}")),
+            None => (Ty::Quantity(Dimension::ANGLE), "the driven angle".to_owned()),
         };
-        let value = self.expressions.expect(value, cx, &ty, said);
+        let value = self.expressions.expect(value, cx, &ty, &said);
         if ty == Ty::Valves {
             self.check_valves(&value, variables);
         }
         value
     }
 
-    /// An actuator has an angle or valves to drive, a cell a strain.
+    /// An actuator has an angle, a distance, a speed or valves to drive, a cell a strain.
     fn check_driven(&mut self, what: &Name, of_cells: bool) {
-        let known: &[&str] = if of_cells { &["strain"] } else { &["angle", "valves"] };
+        let known =
+            if of_cells { vec!["strain"] } else { ir::DRIVEN.iter().map(|(word, _)| *word).collect() };
         if known.contains(&what.text.as_str()) {
             return;
         }
@@ -212,7 +215,10 @@ impl Declarations<'_> {
                 "write `drive strain = ...`: by how much it grows, as in `10 % * sin(t / 2 s * 360 deg)`",
             )
         } else {
-            ("an actuator", "write `drive angle = ...` or `drive valves = ...`")
+            (
+                "an actuator",
+                "write `drive angle = ...`, `drive distance = ...` (of what slides), `drive speed = ...` (of what spins) or `drive valves = ...`",
+            )
         };
         let message = format!("{owner} has no `{}` to drive", what.text);
         self.report(

@@ -78,14 +78,14 @@ impl Declarations<'_> {
             block.fields.iter().any(|f| match f {
                 Field::Value(n, _) => n.text == name,
                 Field::Group(group) => group.name.text == name,
-                Field::Param(_) | Field::Port(_) => false,
+                Field::Param(_) | Field::Port(_) | Field::Joint(_) => false,
             })
         };
         for field in fields {
             let name = match field {
                 Field::Value(name, _) => name,
                 Field::Group(group) => &group.name,
-                Field::Param(_) | Field::Port(_) => {
+                Field::Param(_) | Field::Port(_) | Field::Joint(_) => {
                     self.check_declares(field, what);
                     continue;
                 }
@@ -113,7 +113,7 @@ impl Declarations<'_> {
             match field {
                 Field::Value(_, value) => drop(values.insert(text, (name, value))),
                 Field::Group(group) => drop(groups.insert(text, group)),
-                Field::Param(_) | Field::Port(_) => {}
+                Field::Param(_) | Field::Port(_) | Field::Joint(_) => {}
             }
         }
         Values { block, what, values, groups, misspelt }
@@ -122,13 +122,18 @@ impl Declarations<'_> {
     /// Parameters and ports are declared where something has them.
     fn check_declares(&mut self, field: &Field, what: &str) {
         let (name, message, help) = match field {
-            Field::Param(param) if !matches!(what, "a part" | "an actuator" | "a cell") => {
+            Field::Param(param) if !matches!(what, "a part" | "a cell") && !what.contains("actuator") => {
                 (&param.name, "parameters", "declare it outside, for the whole grammar")
             }
             Field::Port(port) if what != "a part" => (
                 &port.name,
                 "ports of its own",
                 "only a passive part declares ports; an actuator has `base` and `tip`",
+            ),
+            Field::Joint(joint) if !what.contains("actuator") => (
+                &joint.named(),
+                "joint",
+                "an actuator is a row of segments, and says how they move: `actuator`",
             ),
             _ => return,
         };

@@ -176,6 +176,11 @@ impl Declarations<'_> {
                     self.not_a_descriptor(&port.name);
                     continue;
                 }
+                Field::Joint(joint) => {
+                    is_fine = false;
+                    self.not_a_descriptor(&joint.named());
+                    continue;
+                }
             };
             let descriptor = self.descriptor(group, damaged);
             is_fine &= descriptor.is_some();

@@ -171,6 +171,10 @@ impl Declarations<'_> {
                     self.no_feature(&port.name, features);
                     return None;
                 }
+                Field::Joint(joint) => {
+                    self.no_feature(&joint.named(), features);
+                    return None;
+                }
             };
             let Some((feature, _)) = features.get(&name.text) else {
                 self.no_feature(name, features);

@@ -204,7 +204,7 @@ impl Declarations<'_> {
         }
         let fields = block.fields.iter().filter(|field| match field {
             Field::Value(name, _) | Field::Group(Block { name, .. }) => elsewhere(&name.text).is_none(),
-            Field::Param(_) | Field::Port(_) => true,
+            Field::Param(_) | Field::Port(_) | Field::Joint(_) => true,
         });
         let from = self.values_among(block, fields, what, allowed);
         Some((method.name, from))
@@ -401,7 +401,7 @@ fn meant(block: &Block, which: Loop) -> Option<&'static str> {
     let given = |field: &str| {
         block.fields.iter().any(|known| match known {
             Field::Value(name, _) | Field::Group(Block { name, .. }) => name.text == field,
-            Field::Param(_) | Field::Port(_) => false,
+            Field::Param(_) | Field::Port(_) | Field::Joint(_) => false,
         })
     };
     // Earlier texts have a block that is called as the method.

@@ -449,20 +449,51 @@ impl Declarations<'_> {
                     continue;
                 };
                 let valves = actuation.drive.ty == Ty::Valves;
-                if valves && actuator.bend.0 < 0.0 {
+                let joint = actuator.joint.kind;
+                if valves && actuator.driven_range().0 < 0.0 {
+                    let (does, help) = if joint == ir::JointKind::Spin {
+                        ("spins", format!("drive its speed: `drive speed = ...`"))
+                    } else {
+                        let example =
+                            if joint == ir::JointKind::Slide { "0 mm .. 20 mm" } else { "0 deg .. 90 deg" };
+                        (
+                            joint.does(),
+                            format!("write for example `set {kind}.{} = {example}`", joint.range()),
+                        )
+                    };
+                    let both = if joint == ir::JointKind::Spin { "" } else { " both ways" };
                     self.report(
                         Diagnostic::new(
                             Code::TARGET_MISFIT,
                             *place,
-                            format!("`{with}` drives valves, but `{kind}` bends both ways"),
+                            format!("`{with}` drives valves, but `{kind}` {does}{both}"),
                         )
-                        .label("air can bend an actuator in one direction only")
+                        .label("air can move an actuator in one direction only")
                         .also(actuator.span, "declared here")
-                        .help(format!("write for example `set {kind}.bend = 0 deg .. 90 deg`")),
+                        .help(help),
                     );
                 }
                 let target = task.on.as_ref().and_then(|name| targets.get(name));
                 let Some(target) = target.filter(|target| target.kind == *kind) else { continue };
+                if matches!(target.backend, Backend::Tendon(_)) && joint != ir::JointKind::Bend {
+                    self.report(
+                        Diagnostic::new(
+                            Code::TARGET_MISFIT,
+                            *place,
+                            format!(
+                                "the target winds up threads, which bend an actuator, but `{kind}` {}",
+                                joint.does()
+                            ),
+                        )
+                        .label("no thread can do this")
+                        .also(target.span, "the task is simulated on this target")
+                        .help(format!(
+                            "choose a target for another kind, or simulate without it: take `on {}` out",
+                            task.on.as_deref().unwrap_or_default()
+                        )),
+                    );
+                    continue;
+                }
                 let air = matches!(target.backend, Backend::Pneumatic(_));
                 if air != valves {
                     let (drives, wants, example) = if air {

@@ -331,6 +331,17 @@ impl<'a> Declarations<'a> {
     ) {
         for (kind, actuator) in actuators {
             match actuated.get(kind) {
+                None if actuator.motor.is_none() => {}
+                Some((_, span)) if actuator.motor.is_none() => self.report(
+                    Diagnostic::new(
+                        Code::NOT_ACTUATED,
+                        *span,
+                        format!("`{kind}` is passive: nothing can drive it"),
+                    )
+                    .label("driven here")
+                    .also(actuator.span, "its `joint` says `passive`")
+                    .help("take this line out, or take `passive` out of its `joint`"),
+                ),
                 // It says what drives it: that is what is wrong.
                 None if self.says_what_drives(kind) => {}
                 None => {
@@ -358,11 +369,43 @@ impl<'a> Declarations<'a> {
                 }
                 Some((with, span)) => {
                     if let Some(actuation) = actuations.get(with) {
+                        self.check_drive(kind, actuator, (with, actuation), *span);
                         self.check_attributes(kind, &actuator.params, actuation, *span);
                     }
                 }
             }
         }
+    }
+
+    /// An actuator that slides is driven by a distance, one that spins by a speed, any other by an angle.
+    fn check_drive(
+        &mut self,
+        kind: &str,
+        actuator: &ir::Actuator,
+        (with, actuation): (&str, &ir::Actuation),
+        span: Span,
+    ) {
+        let joint = actuator.joint.kind;
+        let drive = &actuation.drive;
+        if matches!(drive.ty, Ty::Valves | Ty::Unknown) || drive.ty == Ty::Quantity(joint.driven()) {
+            return;
+        }
+        let drives = ir::DRIVEN.iter().find(|(_, ty)| *ty == drive.ty).map_or("strain", |(word, _)| word);
+        self.report(
+            Diagnostic::new(
+                Code::WRONG_DIMENSION,
+                span,
+                format!("`{with}` drives a {drives}, but `{kind}` {}", joint.does())
+                    .replace("a angle", "an angle"),
+            )
+            .label("does not fit")
+            .also(drive.span, "its drive")
+            .also(actuator.span, "this actuator")
+            .help(format!(
+                "actuate `{kind}` with an actuation that says `drive {} = ...`",
+                joint.driven_word()
+            )),
+        );
     }
 
     /// Checks that a task whose objective reads the period has one.

@@ -13,7 +13,7 @@ use crate::simulate::tests::settings;
 use crate::simulate::{Settings, Targets};
 
 /// Places and rotations of all bodies.
-fn poses<S: Scalar>(solver: &Solver<S>) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
+pub(super) fn poses<S: Scalar>(solver: &Solver<S>) -> Vec<(Vector3<f64>, Matrix3<f64>)> {
     let pose = |frame: &crate::simulate::articulated::kinematics::Frame<S>| {
         let place = |axis: usize| solver.state.position[axis].lane(0) + frame.centre[axis].lane(0);
         let turn = Matrix3::from_fn(|row, column| frame.rotation[row][column].lane(0));
@@ -91,7 +91,7 @@ fn arms_that_beat_carry_nobody_away() {
 }
 
 /// Angular momentum about the centre of mass between two places, g cm^2/s: from nothing but poses.
-fn turning<S: Scalar>(
+pub(super) fn turning<S: Scalar>(
     solver: &Solver<S>,
     from: &[(Vector3<f64>, Matrix3<f64>)],
     to: &[(Vector3<f64>, Matrix3<f64>)],
@@ -162,13 +162,13 @@ fn tree(step: f64, turn: f64) -> Solver<f32> {
         element(Shape::Ball { radius: 0.01 }, Isometry3::translation(place.x, place.y, place.z))
     };
     let trunk = body.add(ball(Vector3::x() * 0.12));
-    body.join(last, trunk, JointKind::Hinge(loose(Vector3::zeros(), Vector3::z())));
+    body.join(last, trunk, JointKind::Dof(loose(Vector3::zeros(), Vector3::z())));
     last = trunk;
     for side in [1.0, -1.0] {
         let at = Vector3::x() * 0.12;
         let child = body.add(ball(at + Vector3::new(0.045, 0.0, 0.105 * side)));
         let (s, c) = libm::sincos(turn);
-        body.join(last, child, JointKind::Hinge(loose(at, Vector3::new(c, 0.0, s * side))));
+        body.join(last, child, JointKind::Dof(loose(at, Vector3::new(c, 0.0, s * side))));
     }
     let mut solver = aloft::<f32>(&body.0, &fine(step));
     solver.anchored = true;
@@ -299,7 +299,7 @@ fn bridge() -> Assembly {
             let turn = UnitQuaternion::rotation_between(&Vector3::x(), &way).unwrap();
             let pose = Isometry3::from_parts((at + way * 0.008).into(), turn);
             let child = body.add(element(Shape::Cylinder { radius: 0.01, half_length: 0.008 }, pose));
-            body.join(last, child, JointKind::Hinge(hinge(at, Vector3::x() * side, actuator)));
+            body.join(last, child, JointKind::Dof(hinge(at, Vector3::x() * side, actuator)));
             at += way * 0.016;
             last = child;
         }

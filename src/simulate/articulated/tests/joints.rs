@@ -1,0 +1,174 @@
+//! Bodies whose joints turn and slide: what must not change when nothing acts, and what springs may give back.
+
+use nalgebra::Vector3;
+
+use super::conservation::{poses, turning};
+use super::{aloft, chain, energy_of, fine, loose, momenta};
+use crate::design::assembly::{Control, Dof, Shape, Travel};
+use crate::simulate::Settings;
+use crate::simulate::articulated::kinematics::place;
+use crate::simulate::articulated::scalar::Scalar;
+use crate::simulate::articulated::solver::Solver;
+use crate::simulate::articulated::vector::{Sym, V3};
+use crate::simulate::tests::bodies::hinge;
+
+/// A joint with a spring of its own, N m/rad or N/m.
+fn sprung(anchor: Vector3<f64>, axis: Vector3<f64>, travel: Travel, stiffness: f64) -> Dof {
+    let control = Control::Passive { neutral: 0.0 };
+    Dof { travel, control, stiffness, effort: f64::INFINITY, ..loose(anchor, axis) }
+}
+
+/// An uneven body that tumbles in the air without weight: it slides, turns, and slides again. With springs, or limp.
+fn tumbling<S: Scalar<Kit = ()>>(step: f64, springs: bool) -> Solver<S> {
+    let joint = |anchor: Vector3<f64>| match (anchor.x * 40.0) as usize {
+        0 => sprung(anchor, Vector3::new(0.3, 1.0, 0.2), Travel::Slide, if springs { 4.0 } else { 0.0 }),
+        1 => sprung(anchor, Vector3::new(1.0, 0.0, 1.0), Travel::Turn, if springs { 2e-3 } else { 0.0 }),
+        _ => sprung(anchor, Vector3::new(-0.5, 0.2, 1.0), Travel::Slide, if springs { 6.0 } else { 0.0 }),
+    };
+    let mut assembly = chain(3, 0.03, joint);
+    for (place, element) in assembly.elements.iter_mut().enumerate() {
+        element.shape = Shape::Box { half: Vector3::new(0.004, 0.012, 0.02 - 0.004 * place as f64) };
+        element.mass = 0.01;
+        // Away from all joints, or half of the terms would be zero.
+        element.pose.translation.vector += Vector3::new(-0.01, 0.004, 0.002);
+    }
+    let mut solver = aloft::<S>(&assembly, &Settings { gravity: 0.0, ..fine(step) });
+    for (dof, speed) in solver.state.speeds.iter_mut().enumerate() {
+        *speed = S::of((), [4.0, -2.0, 3.0][dof % 3]);
+    }
+    solver.begin();
+    solver
+}
+
+/// The velocities of all bodies are those with which their places and rotations change.
+#[test]
+fn velocities_are_how_places_change() {
+    let mut solver = tumbling::<f64>(1.0 / 240.0, true);
+    (0..40).for_each(|_| solver.advance());
+    let small = 1e-6;
+    let place_after = |solver: &Solver<f64>, time: f64| {
+        let (mut state, mut frames) = (solver.state.clone(), solver.frames.clone());
+        state.turn(&solver.tree, time);
+        // Places are relative to the root's centre, which moves, too.
+        place(&solver.tree, &state, &mut frames);
+        frames
+    };
+    let (before, after) = (place_after(&solver, -small), place_after(&solver, small));
+    let root = solver.frames[0].velocity;
+    for (body, frame) in solver.frames.iter().enumerate() {
+        for axis in 0..3 {
+            let rate = (after[body].centre[axis] - before[body].centre[axis]) / (2.0 * small);
+            let velocity = frame.velocity[axis] - root[axis];
+            assert!((rate - velocity).abs() < 1e-4, "body {body}: {rate} cm/s for {velocity}");
+        }
+        let turn = (after[body].rotation[2][1] - before[body].rotation[2][1]) / (2.0 * small);
+        let second = V3([0, 1, 2].map(|row| frame.rotation[row][1]));
+        let due = frame.spin.cross(second)[2];
+        assert!((turn - due).abs() < 1e-4, "body {body}: {turn} for {due}");
+    }
+}
+
+/// The mass matrix is that of the kinetic energy of all bodies.
+#[test]
+fn the_mass_matrix_is_that_of_the_energy() {
+    use crate::simulate::articulated::inertia::{Composite, mass_matrix, turn_inertias};
+    let mut solver = tumbling::<f64>(1.0 / 240.0, false);
+    (0..40).for_each(|_| solver.advance());
+    let tree = &solver.tree;
+    let mut inertias = vec![Sym::null(()); tree.links.len()];
+    turn_inertias(tree, &solver.frames, &mut inertias);
+    let mut composites = vec![Composite::null(()); tree.links.len()];
+    let mut h = vec![0.0; tree.entries];
+    mass_matrix(tree, &solver.frames, &inertias, &mut composites, &mut h);
+    let speeds = &solver.state.speeds;
+    let mut by_matrix = 0.0;
+    for dof in 0..tree.dofs() {
+        let path = tree.path_to(dof);
+        for (place, &other) in path.iter().enumerate() {
+            let twice = if other as usize == dof { 1.0 } else { 2.0 };
+            by_matrix += 0.5 * twice * h[tree.rows[dof] + place] * speeds[dof] * speeds[other as usize];
+        }
+    }
+    let by_bodies: f64 = tree
+        .links
+        .iter()
+        .zip(&solver.frames)
+        .zip(&inertias)
+        .map(|((link, frame), inertia)| {
+            0.5 * (frame.velocity.square() * link.mass + frame.spin.dot(*inertia * frame.spin))
+        })
+        .sum();
+    assert!((by_matrix / by_bodies - 1.0).abs() < 1e-9, "{by_matrix} and {by_bodies} erg");
+}
+
+#[test]
+fn what_tumbles_keeps_its_momenta() {
+    for springs in [false, true] {
+        let mut solver = tumbling::<f64>(1.0 / 30720.0, springs);
+        let start = momenta(&solver);
+        for _ in 0..7680 {
+            solver.advance();
+        }
+        let end = momenta(&solver);
+        for part in [0..3, 3..6] {
+            let size: f64 = part.clone().map(|i| start[i].powi(2)).sum::<f64>().sqrt();
+            let off: f64 = part.map(|i| (end[i] - start[i]).powi(2)).sum::<f64>().sqrt();
+            assert!(off < 1e-3 * size, "{start:?} became {end:?}");
+        }
+        // At every step, whatever its length.
+        let mut solver = tumbling::<f64>(1.0 / 240.0, springs);
+        let (mut first, mut before) = (None, poses(&solver));
+        for _ in 0..480 {
+            solver.advance();
+            let after = poses(&solver);
+            let now = turning(&solver, &before, &after, 1.0 / 240.0);
+            let first = *first.get_or_insert(now);
+            assert!((now - first).norm() < 1e-4 * first.norm(), "{first} became {now}");
+            before = after;
+        }
+    }
+}
+
+/// Springs store what they take: the sum falls by what the scheme takes from stiff motion, and gains nothing.
+#[test]
+fn what_tumbles_keeps_its_energy() {
+    for springs in [false, true] {
+        let drift = |rate: f64| {
+            let mut solver = tumbling::<f64>(1.0 / rate, springs);
+            let start = energy_of(&solver);
+            let (mut low, mut high) = (0.0_f64, 0.0_f64);
+            for _ in 0..(0.5 * rate) as usize {
+                solver.advance();
+                let off = energy_of(&solver) / start - 1.0;
+                (low, high) = (low.min(off), high.max(off));
+            }
+            (low, high)
+        };
+        let [(coarse, most), (fine, _)] = [240.0, 3840.0].map(drift);
+        assert!(most < 0.02, "springs {springs}: gained {most}");
+        assert!(coarse > -0.2 && fine > coarse / 8.0 - 1e-3, "springs {springs}: lost {coarse}, then {fine}");
+    }
+}
+
+/// A spring that is drawn back and forth by a servo, for long: what it gives back is counted, and no more.
+#[test]
+fn no_spring_gives_more_than_it_took() {
+    let joint = |anchor: Vector3<f64>| {
+        if anchor.x < 0.01 {
+            Dof { limits: (-1.0, 1.0), share: 1.0, ..hinge(anchor, Vector3::z(), 0) }
+        } else {
+            sprung(anchor, Vector3::y(), Travel::Slide, 20.0)
+        }
+    };
+    let mut assembly = chain(2, 0.03, joint);
+    assembly.elements[2].mass = 0.02;
+    let mut solver = aloft::<f32>(&assembly, &Settings { gravity: 0.0, ..fine(1.0 / 240.0) });
+    let mut most = 0.0_f32;
+    for step in 0..4800 {
+        solver.targets[0] = 0.4 * libm::sinf(step as f32 / 240.0 * 20.0);
+        solver.advance();
+        most = most.max(solver.ledger.gained / solver.ledger.allowed);
+    }
+    assert_eq!(solver.failures, [None]);
+    assert!(most < 0.2, "{most} of what is allowed");
+}
