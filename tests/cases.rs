@@ -36,6 +36,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("part", "part"),
     ("port", "port"),
     ("actuator", "actuator"),
+    ("joint", "joint"),
     ("limb", "param of a part"),
     ("cell", "cell"),
     ("lattice", "lattice"),

@@ -65,6 +65,7 @@ pub(crate) const GRAMMARS: &[&str] = &[
     "grammars/millipede.sgr",
     "grammars/morphology.sgr",
     "grammars/pneumatic.sgr",
+    "grammars/rover.sgr",
     "grammars/scaled.sgr",
     "grammars/shepherd.sgr",
     "grammars/steering.sgr",

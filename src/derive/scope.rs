@@ -72,6 +72,11 @@ impl<'a> DesignScope<'a> {
             let row = self.rules.actuators.get(&part.kind)?;
             row.range.filter(|_| row.joint.kind != JointKind::Slide)
         };
+        let fastest = || {
+            let row = self.rules.actuators.get(&part.kind)?;
+            let motor = row.motor.as_ref().filter(|_| row.joint.kind == JointKind::Spin);
+            motor.map(|motor| motor.speed.most())
+        };
         Some(match attribute {
             PartAttribute::Turn => Value::Number(part.turn),
             PartAttribute::Image => Value::Number(f64::from(part.image)),
@@ -84,6 +89,7 @@ impl<'a> DesignScope<'a> {
             PartAttribute::Twin => reference(Reference::Part(design.twin(id))),
             PartAttribute::LeastBend => own().or_else(|| Some(Value::Number(bend()?.0)))?,
             PartAttribute::GreatestBend => own().or_else(|| Some(Value::Number(bend()?.1)))?,
+            PartAttribute::GreatestSpeed => own().or_else(|| Some(Value::Number(fastest()?)))?,
             // Only a motion has it.
             PartAttribute::Work => own()?,
         })

@@ -44,11 +44,11 @@ pub(super) fn about(axis: usize, angle: f64) -> UnitQuaternion<f64> {
     UnitQuaternion::new_normalize(nalgebra::Quaternion::new(cos, part(0), part(1), part(2)))
 }
 
-/// How many segments an actuator has.
+/// How many segments an actuator has: two, with one joint between them, if its kind does not say.
 pub(super) fn segments(part: &Part) -> usize {
     match part.params.get("segments") {
         Some(Value::Number(n)) => *n as usize,
-        _ => 0,
+        _ => 2,
     }
 }
 

@@ -1,16 +1,16 @@
 //! From a saved design to the scene that the viewer shows.
 
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{JointKind, RuleSet};
 use grammar_lang::source::SourceMap;
 use indexmap::IndexMap;
 
 use super::DesignError;
 use super::making::{look, making};
 use super::saved::{SavedDesign, SavedTask};
-use super::view::{Check, Curve, Element, Scene, Worlds};
+use super::view::{Check, Curve, Element, Measure, Scene, Worlds};
 use super::{describe, elsewhere, genuine, replay, robustness, summary};
 use crate::derive::Candidate;
-use crate::design::lattice;
+use crate::design::{Part, lattice};
 use crate::score::Observed;
 use crate::simulate::Stop;
 
@@ -61,6 +61,7 @@ pub fn scene(
         .enumerate()
         .map(|(i, id)| Curve {
             name: names.get(*id).unwrap_or_default().to_owned(),
+            measure: measure(rules, parts.get(id)),
             interval: targets.interval,
             targets: targets.angles.iter().skip(i).step_by(targets.actuators.max(1)).copied().collect(),
         })
@@ -103,11 +104,21 @@ pub fn scene(
         elements,
         motion,
         curves,
-        strain: rules.lattice.is_some(),
         making: making(rules, sources, &candidate.derivation, &names),
         checks,
         worlds: worlds(rules, &candidate, design, saved)?,
     })
+}
+
+/// What is driven of an actuator, or of the cells of a lattice.
+fn measure(rules: &RuleSet, part: Option<&Part>) -> Measure {
+    let row = part.and_then(|part| rules.actuators.get(&part.kind));
+    match row.map(|row| row.joint.kind) {
+        None => Measure::Strain,
+        Some(JointKind::Bend | JointKind::Twist) => Measure::Angle,
+        Some(JointKind::Slide) => Measure::Distance,
+        Some(JointKind::Spin) => Measure::Speed,
+    }
 }
 
 /// How a task does in the worlds that it was tested in, with the motion in the worst of them.

@@ -223,9 +223,10 @@ impl<'r> Facts<'r> {
             PartAttribute::Holder => Abstract::Part(Kinds::all()),
             PartAttribute::Twin => Abstract::Part(kinds.clone()),
             // A parameter of that name is what the actuator itself says.
-            PartAttribute::LeastBend | PartAttribute::GreatestBend | PartAttribute::Work => {
-                self.param_of(kinds, attribute.text()).unwrap_or(Abstract::Any)
-            }
+            PartAttribute::LeastBend
+            | PartAttribute::GreatestBend
+            | PartAttribute::GreatestSpeed
+            | PartAttribute::Work => self.param_of(kinds, attribute.text()).unwrap_or(Abstract::Any),
         }
     }
 

@@ -154,6 +154,7 @@ words! {
         Twin "twin" "Its first image, or itself.";
         LeastBend "least_bend" "Of an actuator: the least bend.";
         GreatestBend "greatest_bend" "Of an actuator: the greatest bend.";
+        GreatestSpeed "greatest_speed" "Of an actuator that spins: how fast it can turn.";
         Work "work" "Of an actuator: the mechanical work that it did in the motion.";
     }
 }
@@ -322,12 +323,13 @@ impl PartAttribute {
     /// Whether only actuators have it.
     #[must_use]
     pub fn is_of_actuators(self) -> bool {
-        matches!(self, Self::LeastBend | Self::GreatestBend | Self::Work)
+        matches!(self, Self::LeastBend | Self::GreatestBend | Self::GreatestSpeed | Self::Work)
     }
 
     fn ty(self) -> Ty {
         match self {
             Self::Turn | Self::LeastBend | Self::GreatestBend => Ty::Quantity(Dimension::ANGLE),
+            Self::GreatestSpeed => Ty::Quantity(Dimension::ANGULAR_VELOCITY),
             Self::Image | Self::Depth => Ty::Count,
             Self::Mass => Ty::Quantity(Dimension::MASS),
             Self::Holder | Self::Twin => Ty::Part,

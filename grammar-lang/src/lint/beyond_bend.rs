@@ -37,6 +37,11 @@ impl Scope for Driven<'_> {
         match attribute {
             Attribute::Part(PartAttribute::Image | PartAttribute::Turn) => Some(Value::Number(0.0)),
             Attribute::Part(PartAttribute::Depth) => Some(Value::Number(1.0)),
+            Attribute::Part(PartAttribute::LeastBend) => Some(Value::Number(self.actuator.range?.0)),
+            Attribute::Part(PartAttribute::GreatestBend) => Some(Value::Number(self.actuator.range?.1)),
+            Attribute::Part(PartAttribute::GreatestSpeed) => {
+                Some(Value::Number(self.actuator.motor.as_ref()?.speed.most()))
+            }
             Attribute::Param(name) => {
                 let default = self.actuator.params.get(name)?.default.as_ref()?;
                 self.known.value(default).ok()

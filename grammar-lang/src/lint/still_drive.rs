@@ -4,6 +4,7 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Actuation, Expr, ExprKind, Ty, Word};
 
 use super::known::Known;
+use crate::units::Dimension;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, actuation) in &known.ruleset.actuations {
@@ -25,8 +26,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 
 /// Whether what an actuation drives to depends on the time.
 fn changes(actuation: &Actuation) -> bool {
-    // A cycle of valves says when each of them switches.
-    if actuation.drive.ty == Ty::Valves {
+    // A cycle of valves says when each of them switches, and what turns at a steady speed moves.
+    let speed = Ty::Quantity(Dimension::ANGULAR_VELOCITY);
+    if actuation.drive.ty == Ty::Valves || actuation.drive.ty == speed {
         return true;
     }
     let reads_time =

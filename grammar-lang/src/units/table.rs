@@ -145,6 +145,8 @@ pub fn suggest(dimension: Dimension) -> String {
         "N*m/rad",
         "N*m/rad^2",
         "N*m*s/rad^2",
+        "N/m",
+        "N*s/m",
         "g/cm^3",
         "deg/s",
         "mm/s",
@@ -166,7 +168,7 @@ pub fn suggest(dimension: Dimension) -> String {
 #[must_use]
 pub fn display_unit(dimension: Dimension) -> String {
     // Those that people have a name for; all are of size one.
-    let named = ["N", "Pa", "J", "W", "N*m/rad", "N*m/rad^2", "N*m*s/rad^2"];
+    let named = ["N", "Pa", "J", "W", "N*m/rad", "N*m/rad^2", "N*m*s/rad^2", "N/m", "N*s/m"];
     let is_it = |name: &&str| parse(name).is_ok_and(|unit| unit.dimension == dimension);
     match named.into_iter().find(is_it) {
         Some(name) => name.to_owned(),

@@ -17,8 +17,8 @@ use flate2::write::ZlibEncoder;
 use nalgebra::{Isometry3, UnitQuaternion};
 use serde::Serialize;
 
-use super::Scene;
 use super::pieces::{Look, Looks, Piece, finite, pieces};
+use super::{Measure, Scene};
 use crate::simulate::Motion;
 
 /// The most frames that a page keeps of a recording.
@@ -42,9 +42,6 @@ pub struct Data {
     pub actuators: usize,
     /// What elements look like, each look once.
     pub looks: Vec<Look>,
-    /// Whether bends are strains, not angles.
-    #[serde(skip_serializing_if = "std::ops::Not::not")]
-    pub strain: bool,
     /// Whether the motion in another world follows in `stream`, as four groups more: x, y, z and rotations.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub elsewhere: bool,
@@ -55,8 +52,8 @@ pub struct Data {
     /// The target curves, without their samples.
     pub curves: Vec<Label>,
     /// The groups in `stream`: the bodies' x, y and z in m, their rotations
-    /// (channels i, j, k, w of each body in turn), the bends, then one group
-    /// per target curve, all angles in rad.
+    /// (channels i, j, k, w of each body in turn), one group per actuator with what it did, then one
+    /// per target curve, in SI units.
     pub groups: Vec<Group>,
     /// The packed channels as base64.
     pub stream: String,
@@ -80,6 +77,8 @@ pub struct Part {
 pub struct Label {
     /// Name of the actuator.
     pub name: String,
+    /// What its numbers are.
+    pub measure: Measure,
     /// Time between samples in s.
     pub interval: f64,
 }
@@ -116,7 +115,10 @@ pub fn data(scene: &Scene) -> Data {
     let actuators = motion.bends.len().checked_div(motion.frames()).unwrap_or(0);
     let mut packer = Packer::default();
     packer.poses(motion, &kept);
-    packer.group(columns(&motion.bends, actuators, &kept));
+    // Each by itself: what slides has other numbers than what turns.
+    for column in columns(&motion.bends, actuators, &kept) {
+        packer.group(vec![column]);
+    }
     for curve in &scene.curves {
         packer.group(vec![curve.targets.clone()]);
     }
@@ -132,14 +134,17 @@ pub fn data(scene: &Scene) -> Data {
         frames: kept.len(),
         bodies: motion.bodies,
         actuators,
-        strain: scene.strain,
         looks: looks.list,
         elements,
         pieces,
         curves: scene
             .curves
             .iter()
-            .map(|curve| Label { name: curve.name.clone(), interval: finite(curve.interval) })
+            .map(|curve| Label {
+                name: curve.name.clone(),
+                measure: curve.measure,
+                interval: finite(curve.interval),
+            })
             .collect(),
         stream: packer.stream(),
         groups: packer.groups,
@@ -351,7 +356,7 @@ mod tests {
         let scene = walker();
         let data = data(&scene);
         let back = unpack(&data.groups, &data.stream);
-        assert_eq!(data.groups.len(), 5 + scene.curves.len());
+        assert_eq!(data.groups.len(), 4 + data.actuators + scene.curves.len());
         assert_eq!(data.frames, scene.motion.frames());
         let got = |group: usize, channel: usize, frame: usize| back[group][channel][frame];
         for frame in 0..data.frames {
@@ -366,11 +371,12 @@ mod tests {
                 assert!((same.abs() - 1.0).abs() < 1e-4, "{turn:?}");
             }
             for actuator in 0..data.actuators {
-                let error = got(4, actuator, frame) - scene.motion.bends[frame * data.actuators + actuator];
+                let error =
+                    got(4 + actuator, 0, frame) - scene.motion.bends[frame * data.actuators + actuator];
                 assert!(error.abs() < 1e-4);
             }
         }
-        for (curve, got) in scene.curves.iter().zip(&back[5..]) {
+        for (curve, got) in scene.curves.iter().zip(&back[4 + data.actuators..]) {
             assert_eq!(curve.targets.len(), got[0].len());
             assert!(curve.targets.iter().zip(&got[0]).all(|(want, got)| (want - got).abs() < 1e-4));
         }

@@ -16,6 +16,7 @@ mod tests;
 mod worlds;
 
 use nalgebra::Isometry3;
+use serde::Serialize;
 
 use crate::design::assembly::Shape;
 use crate::simulate::Motion;
@@ -38,8 +39,6 @@ pub struct Scene {
     pub motion: Motion,
     /// One curve per actuator, in the order of the actuators of [`Motion::bends`].
     pub curves: Vec<Curve>,
-    /// Whether actuators are strained, not bent: then bends and targets are shares of a size.
-    pub strain: bool,
     /// How the design was made.
     pub making: Making,
     /// What other models or settings say about the same design.
@@ -126,10 +125,26 @@ pub struct Piece {
 pub struct Curve {
     /// The name of the actuator.
     pub name: String,
+    /// What its target is, and what it did.
+    pub measure: Measure,
     /// Time between samples in s, the first being at time zero.
     pub interval: f64,
-    /// Target of the total bend angle in rad; the last sample holds on.
+    /// Its target in SI units; the last sample holds on.
     pub targets: Vec<f64>,
+}
+
+/// What is driven of an actuator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Measure {
+    /// An angle from base to tip, rad.
+    Angle,
+    /// A distance that the tip slides, m.
+    Distance,
+    /// How fast the tip turns, rad/s.
+    Speed,
+    /// By how much cells grow, as a share of their size.
+    Strain,
 }
 
 /// One cross-check of the result.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Translation3, UnitQuaternion, Vector3};
 
-use super::{Check, Curve, Element, Look, Made, Making, Piece, Scene, page};
+use super::{Check, Curve, Element, Look, Made, Making, Measure, Piece, Scene, page};
 use crate::design::assembly::Shape;
 use crate::simulate::Motion;
 use crate::simulate::motion::Placement;
@@ -138,6 +138,7 @@ pub(super) fn walker() -> Scene {
     };
     let elements_of_making = elements.clone();
     let curve = |leg: usize| Curve {
+        measure: Measure::Angle,
         name: ["front leg", "hind leg"][leg].to_owned(),
         interval: 0.05,
         targets: (0..=400).map(|i| bend(leg, 0.05 * f64::from(i))).collect(),
@@ -156,7 +157,6 @@ pub(super) fn walker() -> Scene {
         elements,
         motion,
         curves: (0..2).map(curve).collect(),
-        strain: false,
         making: grown(&elements_of_making),
         checks: vec![
             Check { name: "half the time step".to_owned(), text: "38.0 cm (−0.5 %)".to_owned(), ok: true },
@@ -199,7 +199,12 @@ fn large() -> Scene {
     scene.motion.placements = placed(&scene.elements, places);
     let targets = scene.curves[0].targets.clone();
     scene.curves = (1..=8)
-        .map(|i| Curve { name: format!("actuator {i}"), interval: 0.05, targets: targets.clone() })
+        .map(|i| Curve {
+            name: format!("actuator {i}"),
+            measure: Measure::Angle,
+            interval: 0.05,
+            targets: targets.clone(),
+        })
         .collect();
     scene
 }

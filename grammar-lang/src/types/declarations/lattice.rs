@@ -1,5 +1,7 @@
 //! Checks lattices: their cells, the grid, and what rules do to places.
 
+use indexmap::IndexMap;
+
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::singles::Singles;
@@ -293,7 +295,19 @@ impl Declarations<'_> {
     }
 
     /// The models of all tasks must be able to simulate the bodies.
-    pub(in crate::types) fn check_models(&mut self, tasks: &super::tasks::Tasks, singles: &Singles<'_>) {
+    pub(in crate::types) fn check_models(
+        &mut self,
+        tasks: &super::tasks::Tasks,
+        singles: &Singles<'_>,
+        actuators: &IndexMap<String, ir::Actuator>,
+    ) {
+        // Balls are strained: that bends a row, or makes it longer.
+        let strains = |joint: ir::Joint| match joint.kind {
+            ir::JointKind::Bend => true,
+            ir::JointKind::Slide => joint.axis[0].abs() == 1.0,
+            ir::JointKind::Twist | ir::JointKind::Spin => false,
+        };
+        let odd = actuators.iter().find(|(_, actuator)| !strains(actuator.joint));
         let lattice = self.environment.has_lattice;
         let first = tasks.values().next().map(|(task, _)| task.model.method);
         for (task, _) in tasks.values() {
@@ -310,6 +324,10 @@ impl Declarations<'_> {
                 (_, method) if Some(method) != first => (
                     "all tasks of a body must be simulated by the same method",
                     "simulate all of them with hinges, or all with the same balls",
+                ),
+                (false, ir::Method::Balls(Some(_))) if odd.is_some() => (
+                    "balls that are strained can bend a row or make it longer, and nothing else",
+                    "simulate twists, spins and slides across the row with a model of hinges, such as `hinge_model` of `std.models`",
                 ),
                 _ => continue,
             };

@@ -5,6 +5,7 @@ mod actuators;
 mod examples;
 mod fields;
 mod items;
+mod joints;
 mod lattice;
 mod loops;
 mod methods;

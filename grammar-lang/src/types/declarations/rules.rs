@@ -461,6 +461,9 @@ impl Declarations<'_> {
         let ty =
             group.as_ref().map_or(Ty::Unknown, |group| self.expressions.member_of(group, link.name.span));
         self.expressions.bind(&link.name, ty, cx);
+        if let Some(Group::Kind(kind)) = &group {
+            self.expressions.matched.insert(link.name.span, kind.clone());
+        }
         if let Some(port) = &link.port {
             self.expressions.bind(port, Ty::Port, cx);
         }
@@ -526,14 +529,25 @@ impl Declarations<'_> {
         };
         let part = self.expressions.infer(of, cx);
         let value = self.expressions.expect(value, cx, &whole.ty, &format!("`{}`", attribute.text));
-        self.check_set_domain(&attribute.text, &value);
+        self.check_set_domain(of, &attribute.text, &value, cx);
         Some(ir::Effect::Set { part, attribute: settable, value })
     }
 
-    /// Where one actuator alone has a parameter, what it is set to must lie in its domain.
-    fn check_set_domain(&mut self, name: &str, value: &Expr) {
-        if let Some([only]) = self.environment.param_owners.get(name).map(Vec::as_slice) {
-            self.expressions.check_instance_domain(only, name, value);
+    /// Where it is known which kind a part is, what its parameter is set to must lie in the domain: where the kind was matched, or
+    /// no other has such a parameter.
+    fn check_set_domain(&mut self, of: &ast::Expr, name: &str, value: &Expr, cx: &Context) {
+        let local = match &of.kind {
+            ast::ExprKind::Name(part) => cx.locals.iter().rfind(|local| local.name == *part),
+            _ => None,
+        };
+        let kind = local.and_then(|local| self.expressions.matched.get(&local.span));
+        let declared = kind.and_then(|kind| self.environment.program.lookup(of.span, kind));
+        let alone = match self.environment.param_owners.get(name).map(Vec::as_slice) {
+            Some([only]) => Some(*only),
+            _ => None,
+        };
+        if let Some(owner) = declared.map(|(_, item)| item).or(alone) {
+            self.expressions.check_instance_domain(owner, name, value);
         }
     }
 }

@@ -104,6 +104,8 @@ pub(super) struct Expressions<'a> {
     pub(super) errors: Found,
     /// Every parameter that some actuator of the program has, once that was asked.
     instance_params: Option<InstanceParams>,
+    /// The kind of part that a local was matched as, by where the local is declared.
+    pub(in crate::types) matched: BTreeMap<Span, String>,
     /// The kinds of parts that a local was chosen from, by where the local is declared.
     chosen: BTreeMap<Span, IndexMap<String, Span>>,
     /// Records whose types are known.
@@ -141,6 +143,7 @@ impl<'a> Expressions<'a> {
             environment,
             errors,
             instance_params: None,
+            matched: BTreeMap::new(),
             chosen: BTreeMap::new(),
             records: BTreeMap::new(),
             touched: IndexSet::new(),

@@ -1,4 +1,4 @@
-// The actuators' bends over time: a lane each, target dashed, actual drawn through.
+// What the actuators do over time: a lane each, target dashed, actual drawn through.
 
 /** An element with a class and text or children. */
 function make(tag, className, ...children) {
@@ -8,10 +8,14 @@ function make(tag, className, ...children) {
   return node;
 }
 
-/** An angle in rad as whole degrees, or a strain as per cent. */
-function shown(bend, strain) {
-  const whole = Math.round(strain ? bend * 100 : (bend * 180) / Math.PI);
-  return String(whole === 0 ? 0 : whole).replace("-", "\u2212") + (strain ? " %" : "\u00b0");
+/** What an actuator's numbers are shown as: how many to one in SI units, and the unit. */
+const MEASURES = { angle: [180 / Math.PI, "\u00b0"], distance: [1000, " mm"], speed: [180 / Math.PI, "\u00b0/s"], strain: [100, " %"] };
+
+/** A number of a measure, whole. */
+function shown(value, measure) {
+  const [factor, unit] = MEASURES[measure];
+  const whole = Math.round(value * factor);
+  return String(whole === 0 ? 0 : whole).replace("-", "\u2212") + unit;
 }
 
 class Curves {
@@ -19,16 +23,20 @@ class Curves {
   constructor(box, recording, seek, light) {
     this.recording = recording;
     const { duration, curves, elements } = recording;
-    // One scale for all lanes, from the least to the greatest bend, zero within.
-    [this.low, this.high] = [0, 0];
-    for (const { targets, bend } of curves) {
+    // One scale for all lanes of a measure, from the least to the greatest value, zero within.
+    this.scales = {};
+    for (const { targets, bend, measure } of curves) {
+      const scale = (this.scales[measure] ||= { low: 0, high: 0 });
       for (const values of [targets, bend]) {
-        for (const value of values) [this.low, this.high] = [Math.min(this.low, value), Math.max(this.high, value)];
+        for (const value of values) [scale.low, scale.high] = [Math.min(scale.low, value), Math.max(scale.high, value)];
       }
     }
-    if (this.high - this.low < 0.02) this.high = this.low + 0.02;
+    for (const [measure, scale] of Object.entries(this.scales)) {
+      const least = measure === "distance" ? 0.001 : 0.02;
+      if (scale.high - scale.low < least) scale.high = scale.low + least;
+    }
     // Cells that nothing ever strains are material, not actuators.
-    const still = (curve) => recording.strain && [...curve.targets].every((value) => value === 0);
+    const still = (curve) => curve.measure === "strain" && [...curve.targets].every((value) => value === 0);
     const shownLanes = curves.filter((curve) => !still(curve)).length;
     box.style.setProperty("--lane", `${Math.min(Math.max(Math.floor(150 / Math.max(shownLanes, 1)), 30), 60)}px`);
     box.append(this.ticks(duration));
@@ -63,11 +71,12 @@ class Curves {
   }
 
   /** The curves of one actuator in a box of 1000 by 100, stretched to its place. */
-  plot({ targets, interval, bend }, duration) {
+  plot({ targets, interval, bend, measure }, duration) {
     const svg = document.createElementNS("http://www.w3.org/2000/svg", "svg");
     svg.setAttribute("viewBox", "0 0 1000 100");
     svg.setAttribute("preserveAspectRatio", "none");
-    const y = (value) => (97 - (94 * (value - this.low)) / (this.high - this.low)).toFixed(2);
+    const { low, high } = this.scales[measure];
+    const y = (value) => (97 - (94 * (value - low)) / (high - low)).toFixed(2);
     const path = (className, d) => {
       const node = document.createElementNS(svg.namespaceURI, "path");
       node.setAttribute("class", className);
@@ -97,7 +106,8 @@ class Curves {
       times.append(tick);
     }
     // What the height of every lane stands for.
-    const scale = make("span", "", `${shown(this.low, this.recording.strain)} to ${shown(this.high, this.recording.strain)}`);
+    const scales = Object.entries(this.scales).map(([measure, { low, high }]) => `${shown(low, measure)} to ${shown(high, measure)}`);
+    const scale = make("span", "", scales.join(", "));
     const key = make("div", "key", make("span", "", make("i", "t"), "target"), make("span", "", make("i", "a"), "actual"));
     return make("div", "ticks", scale, times, key);
   }
@@ -108,8 +118,8 @@ class Curves {
     const part = recording.duration > 0 ? (100 * t) / recording.duration : 0;
     for (const { curve, now, target, actual } of this.lanes) {
       now.style.left = `${part}%`;
-      target.textContent = curve.targets.length ? shown(recording.target(curve, t), recording.strain) : "";
-      actual.textContent = curve.bend.length ? shown(recording.between(curve.bend, place), recording.strain) : "";
+      target.textContent = curve.targets.length ? shown(recording.target(curve, t), curve.measure) : "";
+      actual.textContent = curve.bend.length ? shown(recording.between(curve.bend, place), curve.measure) : "";
     }
   }
 

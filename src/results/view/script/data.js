@@ -37,10 +37,11 @@ function looking(elements, looks) {
 /** A recording that can be asked for the pose of any element at any time. */
 class Recording {
   constructor(data, channels) {
-    Object.assign(this, { interval: data.interval, duration: data.duration, frames: data.frames, strain: !!data.strain, elements: looking(data.elements, data.looks) });
-    [this.x, this.y, this.z, this.turn, this.bends] = channels;
-    this.curves = data.curves.map((curve, i) => ({ ...curve, targets: channels[5 + i][0] || [], bend: this.bends[i] || [] }));
-    const [x, y, z, turn] = channels.slice(5 + data.curves.length);
+    Object.assign(this, { interval: data.interval, duration: data.duration, frames: data.frames, elements: looking(data.elements, data.looks) });
+    [this.x, this.y, this.z, this.turn] = channels;
+    const bends = channels.slice(4, 4 + data.actuators), rest = channels.slice(4 + data.actuators);
+    this.curves = data.curves.map((curve, i) => ({ ...curve, targets: rest[i][0] || [], bend: bends[i]?.[0] || [] }));
+    const [x, y, z, turn] = rest.slice(data.curves.length);
     /** Where the bodies are in another world; null if that is not known. */
     this.elsewhere = data.elsewhere ? { x, y, z, turn } : null;
     this.pose = new Float32Array(7);
