@@ -85,9 +85,18 @@ fn a_search_on_ice_moves_nobody() {
     let on_ice = texts["std.models"].replace("ground_friction = 0.8", "ground_friction = 0");
     assert_ne!(on_ice, texts["std.models"]);
     texts.insert("std.models".into(), on_ice);
-    let rules = compile_texts(&texts, "grammars/codesign.sgr").unwrap();
+    // Without worlds that slope: on ice, all slide down those.
+    let rover = texts["grammars/rover.sgr"]
+        .replace("use std.scenarios  { workshop }", "")
+        .replace(" in workshop of", "")
+        .replace(" in workshop", "")
+        .replace("min over w", "");
+    assert!(!rover.contains("workshop"), "{rover}");
+    texts.insert("grammars/rover.sgr".into(), rover);
     let (seeds, evaluations) = if is_long() { (10, 3000) } else { (2, 120) };
-    for seed in 1..=seeds {
+    let of = |entry: &str| compile_texts(&texts, entry).unwrap();
+    let bodies = [of("grammars/codesign.sgr"), of("grammars/rover.sgr")];
+    for (rules, seed) in bodies.iter().flat_map(|rules| (1..=seeds).map(move |seed| (rules, seed))) {
         let limits = Limits {
             seed,
             jobs: Jobs::new(2),
@@ -98,11 +107,15 @@ fn a_search_on_ice_moves_nobody() {
         };
         let stop = AtomicBool::new(false);
         let outcome =
-            sgc::search::run(&rules, Derivation::begin(&rules), &Witness, &limits, &stop, &mut Nobody)
-                .unwrap();
-        assert_eq!(outcome.evaluations, evaluations);
+            sgc::search::run(rules, Derivation::begin(rules), &Witness, &limits, &stop, &mut Nobody).unwrap();
+        // A check that has begun is made to its end.
+        assert!((evaluations..evaluations + 16).contains(&outcome.evaluations));
         let furthest = *FURTHEST.lock().unwrap();
         assert!(furthest < 2e-4, "seed {seed}: a centre of mass went {furthest} m");
-        println!("seed {seed}: furthest {furthest:e} m, best {:?}", outcome.best.map(|best| best.value));
+        println!(
+            "{}, seed {seed}: furthest {furthest:e} m, best {:?}",
+            rules.name,
+            outcome.best.map(|best| best.value)
+        );
     }
 }

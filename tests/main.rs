@@ -23,6 +23,7 @@ mod gaits;
 mod grammars;
 mod hostile;
 mod ice;
+mod joints;
 mod lattice;
 mod library;
 mod mending;

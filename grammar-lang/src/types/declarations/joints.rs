@@ -268,7 +268,7 @@ pub(super) fn belongs_elsewhere(field: &str, row: Row) -> Option<String> {
         }
         "bend" | "range" => format!("how far it {} is `{}`", kind.does(), kind.range()),
         "bending_speed" | "speed" => format!("how fast it {} is `{}`", kind.does(), kind.speed_field()),
-        "torque" | "effort" => format!("how strong it is says `{}`", kind.effort_field()),
+        "torque" | "effort" => format!("its strength is `{}`", kind.effort_field()),
         _ => return None,
     })
 }

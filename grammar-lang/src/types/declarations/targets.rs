@@ -452,7 +452,7 @@ impl Declarations<'_> {
                 let joint = actuator.joint.kind;
                 if valves && actuator.driven_range().0 < 0.0 {
                     let (does, help) = if joint == ir::JointKind::Spin {
-                        ("spins", format!("drive its speed: `drive speed = ...`"))
+                        ("spins", "drive its speed: `drive speed = ...`".to_owned())
                     } else {
                         let example =
                             if joint == ir::JointKind::Slide { "0 mm .. 20 mm" } else { "0 deg .. 90 deg" };

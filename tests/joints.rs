@@ -1,0 +1,170 @@
+//! Rows that twist, slide, spin, or that nothing drives, from the text to the motion.
+
+use grammar_lang::ir::RuleSet;
+use grammar_lang::source::SourceMap;
+use sgc::derive::{Candidate, Derivation, Stream};
+use sgc::drive::Drive;
+use sgc::loader::Files;
+use sgc::search::settings;
+use sgc::simulate::{Motion, Settings, model};
+
+fn compiled(text: &str) -> RuleSet {
+    let mut sources = SourceMap::default();
+    let entry = sources.add("own.sgr", text);
+    let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
+    compiled.ruleset.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics))
+}
+
+/// A cube with a row of a joint at each side, and a lever at its end that shows how it moves.
+fn winged(joint: &str, fields: &str, drive: &str) -> String {
+    format!(
+        "grammar winged
+        use std.blocks     {{ cube }}
+        use std.models     {{ hinge_model }}
+        use std.objectives {{ travel }}
+        use std.search     {{ recommended }}
+        part lever {{
+          shape = box(4 cm, 1 cm, 0.5 cm)  density = 1 g/cm^3  friction = 0.8
+          port hub at vector(-1.5 cm, 0.5 cm, 0 cm) facing vector(0, 1, 0)
+        }}
+        actuator wing {{
+          segment = cylinder(6 mm, 12 mm)  density = 1 g/cm^3  friction = 0.8
+          joint = {joint}  {fields}
+        }}
+        actuation beat for a : wing {{
+          vary  most : Number in 0.5 .. 1.0 mutate 0.5 by normal(0, 0.1)
+          drive {drive}
+        }}
+        symmetry mirror xy
+        begin {{
+          place core : cube
+          place left : wing to core.left turned 30 deg
+          place arm  : lever to left.tip by hub
+        }}
+        rule grow {{
+          match  p : block with free port q
+          attach cube to q
+        }}
+        require few : count(part) <= 12
+        actuate wing with beat
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search recommended"
+    )
+}
+
+const TURNS: &str = "range = -90 deg .. 90 deg  speed = 360 deg/s  effort = 0.06 N*m/rad  \
+     stiffness = 0.3 N*m/rad^2  damping = 0.01 N*m*s/rad^2";
+const SLIDES: &str =
+    "range = -5 mm .. 20 mm  speed = 60 mm/s  effort = 5 N  stiffness = 500 N/m  damping = 10 N*s/m";
+const SPINS: &str = "speed = 360 deg/s  effort = 0.03 N*m/rad  damping = 0.01 N*m*s/rad^2";
+
+fn moved(rules: &RuleSet, name: &str, weightless: bool) -> (Motion, Vec<usize>) {
+    let candidate = Candidate::new(rules, Derivation::begin(rules).into());
+    let task = rules.first_task().unwrap();
+    let drive = Drive::new(&candidate, task).unwrap();
+    let targets = drive.targets(&drive.draw(&mut Stream::named(3, "wings"))).unwrap();
+    let gravity = if weightless { 0.0 } else { task.model.gravity };
+    let settings = Settings { gravity, ..settings(&task.model) };
+    let assembly = &candidate.body.assembly;
+    let mut simulation = model(name).unwrap().prepare(assembly, &settings).unwrap();
+    let motion = simulation.run(&[targets]).remove(0).unwrap();
+    // The elements of the original and of its image, in the same order.
+    let parts = &candidate.design().parts;
+    let images = [0, 1].map(|image| {
+        let of =
+            |(_, id): &(usize, &sgc::design::PartId)| parts[*id].kind != "cube" && parts[*id].image == image;
+        let all = candidate.body.parts_of_elements.iter().enumerate();
+        all.filter(of).map(|(element, _)| element).collect::<Vec<_>>()
+    });
+    (motion, images.concat())
+}
+
+/// With the same drive, the image of a row moves as its mirror image does, whatever its joint and its axis.
+#[test]
+fn images_move_as_mirror_images() {
+    let angle = "angle = most * 60 deg * sin(t / 1 s * 360 deg)";
+    let distance = "distance = most * 10 mm * (1 + sin(t / 1 s * 360 deg))";
+    let speed = "speed = most * a.greatest_speed";
+    let bends =
+        TURNS.replace("range", "bend").replace(" speed", " bending_speed").replace("effort", "torque")
+            + "  relaxing_speed = 360 deg/s";
+    let cases = [
+        ("bend about z", bends.as_str(), angle),
+        ("bend about y", &bends, angle),
+        ("bend about vector(0, 1, -0.5)", &bends, angle),
+        ("twist", TURNS, angle),
+        ("slide along x", SLIDES, distance),
+        ("slide along vector(1, 2, -1)", SLIDES, distance),
+        ("spin about x", SPINS, speed),
+        ("spin about vector(1, 0.5, 0.2)", SPINS, speed),
+    ];
+    for (joint, fields, drive) in cases {
+        let rules = compiled(&winged(joint, fields, drive));
+        let (motion, elements) = moved(&rules, "articulated", true);
+        let (originals, images) = elements.split_at(elements.len() / 2);
+        assert!(originals.len() == 3 && images.len() == 3, "{joint}: {elements:?}");
+        let mut way = 0.0_f64;
+        // Later, contacts with the ground make much of little differences.
+        for frame in (0..motion.frames()).filter(|frame| motion.time(*frame) <= 1.0) {
+            let at = |element| motion.pose(element, motion.time(frame)).unwrap().translation.vector;
+            for (&original, &image) in originals.iter().zip(images) {
+                let (a, b) = (at(original), at(image));
+                let off = (a.x - b.x).abs().max((a.y - b.y).abs()).max((a.z + b.z).abs());
+                assert!(off < 3e-4, "{joint}, {} s: {a} and {b}", motion.time(frame));
+                way = way.max((a - motion.pose(original, 0.0).unwrap().translation.vector).norm());
+            }
+        }
+        assert!(way > 3e-3, "{joint} moves by {way} m only");
+    }
+}
+
+/// The two solvers agree on where levers go that nothing holds.
+#[test]
+fn solvers_agree_on_all_joints() {
+    for (joint, fields, drive) in [
+        ("twist", TURNS, "angle = most * 60 deg * sin(t / 2 s * 360 deg)"),
+        ("slide along vector(1, 2, -1)", SLIDES, "distance = most * 8 mm * (1 + sin(t / 2 s * 360 deg))"),
+        ("spin about vector(1, 0.5, 0.2)", SPINS, "speed = most * a.greatest_speed * sin(t / 2 s * 360 deg)"),
+    ] {
+        let rules = compiled(&winged(joint, fields, drive));
+        let [(ours, elements), (theirs, _)] = ["articulated", "rapier"].map(|name| moved(&rules, name, true));
+        for t in [0.5, 1.0, 1.5, 2.0] {
+            for &element in &elements {
+                let place = |motion: &Motion| motion.pose(element, t).unwrap().translation.vector;
+                let off = (place(&ours) - place(&theirs)).norm();
+                assert!(off < 3e-3, "{joint}, {t} s: {off} m apart");
+            }
+        }
+    }
+}
+
+/// A passive row is none of the actuators, and needs no actuation.
+#[test]
+fn what_is_passive_is_no_actuator() {
+    let text = winged("spin about x", SPINS, "speed = most * a.greatest_speed")
+        .replace(
+            "symmetry mirror xy",
+            "symmetry mirror xy
+        actuator axle {
+          segment = cylinder(6 mm, 12 mm)  density = 1 g/cm^3  friction = 0.8
+          joint = spin about x passive  damping = 1e-5 N*m*s/rad^2
+        }",
+        )
+        .replace(
+            "place arm ",
+            "place end : axle to core.front
+          place arm ",
+        )
+        .replace(
+            "require few : count(part) <= 12",
+            "require few : count(part) <= 12
+        require two : count(actuator) == 2",
+        );
+    let rules = compiled(&text);
+    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
+    assert_eq!(candidate.body.actuators.len(), 2);
+    assert_eq!(candidate.body.assembly.actuators, 2);
+    let (motion, _) = moved(&rules, "articulated", false);
+    assert_eq!(motion.work.len(), 2);
+}
