@@ -66,6 +66,7 @@ pub(crate) const GRAMMARS: &[&str] = &[
     "grammars/morphology.sgr",
     "grammars/pneumatic.sgr",
     "grammars/rover.sgr",
+    "grammars/salamander.sgr",
     "grammars/scaled.sgr",
     "grammars/shepherd.sgr",
     "grammars/steering.sgr",

@@ -23,6 +23,12 @@ const STRAY: f64 = 0.15;
 /// Runs of which one is this many times as fast as another are told.
 const DIFFERENT: f64 = 1.15;
 
+/// A point at an end is alone if its run has so many steps, the step to it is this share of the whole way, and so many times as fast as
+/// any other.
+const LONE_STEPS: usize = 5;
+const LONE_WAY: f64 = 0.1;
+const LONE_SPEED: f64 = 2.0;
+
 /// A run of a section: its name, its points in time, and the line of the first.
 struct Curve {
     name: String,
@@ -139,6 +145,16 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: (f64, f64)) 
             found.far.len()
         ));
     }
+    for curve in curves {
+        let Some((time, bend)) = lone_end(&curve.points) else { continue };
+        out.push(format!(
+            "`{}`: the point of {} at {time:.2} s and {:.0} deg, at an end of the film, is far from the one beside it, and no other step is as \
+             large. The speed depends on where a run begins and ends: look at that picture, or leave it out.",
+            section.name,
+            called(curve),
+            bend.to_degrees()
+        ));
+    }
     if found.is_thin {
         out.push(format!(
             "`{}`: {all} points of {} are too few to say how well the speed is known, or whether one of them is wrong. Read \
@@ -171,6 +187,34 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: (f64, f64)) 
         ));
     }
     out
+}
+
+/// The first or the last point of a run, if it is alone there: the way to its neighbour is a part of the whole way that counts, and
+/// is gone faster than twice as fast as any other.
+fn lone_end(points: &[(f64, f64)]) -> Option<(f64, f64)> {
+    let steps: Vec<(f64, f64)> = points
+        .windows(2)
+        .filter_map(|pair| match pair {
+            [(t, a), (u, b)] if u > t => Some(((b - a).abs(), (b - a).abs() / (u - t))),
+            _ => None,
+        })
+        .collect();
+    let (least, most) = points
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), (_, bend)| (low.min(*bend), high.max(*bend)));
+    let is_alone = |end: usize| {
+        let (way, speed) = steps.get(end).copied().unwrap_or_default();
+        let others = steps.iter().enumerate().filter(|(place, _)| *place != end);
+        let fastest = others.map(|(_, (_, speed))| *speed).fold(0.0, f64::max);
+        steps.len() >= LONE_STEPS && way > LONE_WAY * (most - least) && speed > LONE_SPEED * fastest
+    };
+    if is_alone(0) {
+        points.first().copied()
+    } else if is_alone(steps.len().saturating_sub(1)) {
+        points.last().copied()
+    } else {
+        None
+    }
 }
 
 /// What the grammar says of a speed.

@@ -633,6 +633,31 @@ fn films_that_cannot_be_are_told() {
     assert!(short.iter().any(|told| told.contains("it was filmed up to a bend of 40 deg")), "{short:?}");
 }
 
+/// One wrong picture at an end of a film moves the whole table: it is told. A motion that begins or ends fast is not.
+#[test]
+fn a_wrong_picture_at_an_end_of_a_film_is_told() {
+    let film = |wrong: Option<(usize, f64)>| {
+        let bend = |i: usize| (90.0 * (1.0 - libm::exp(-0.12 * (i as f64 - 6.0)))).max(0.0);
+        let angles = (0..50).map(|i| match wrong {
+            Some((place, by)) if place == i => format!("{:.2}", bend(i) + by),
+            _ => format!("{:.2}", bend(i)),
+        });
+        let times = (0..50).map(|i| format!("{:.2}", f64::from(i) * 0.04));
+        format!(
+            "[film]\nkind = \"inflate\"\nfor = \"bender\"\n\"time [s]\" = [{}]\n\"angle [deg]\" = [{}]\n",
+            times.collect::<Vec<_>>().join(", "),
+            angles.collect::<Vec<_>>().join(", ")
+        )
+    };
+    let told = |wrong| warnings(&film(wrong)).iter().any(|told| told.contains("at an end of the film"));
+    assert!(!told(None));
+    for wrong in [(0, -25.0), (0, 30.0), (49, -30.0), (49, 40.0)] {
+        assert!(told(Some(wrong)), "{wrong:?}");
+    }
+    // In the middle it is an outlier among others, which hardly counts.
+    assert!(!told(Some((25, 30.0))));
+}
+
 #[test]
 fn a_prototype_that_repeats_another_counts_once() {
     let built = |names: &str, simulated: &str, measured: &str| {

@@ -3,7 +3,7 @@
 use grammar_lang::eval::{Domain, Reference, Scope, Value};
 use grammar_lang::ir::{
     Attribute, CellAttribute, DesignFunction, DesignWord, Group, JointAttribute, JointKind, Lattice,
-    PartAttribute, PortAttribute, RuleSet, SearchWord, StepAttribute, Word,
+    PartAttribute, PortAttribute, RuleSet, SearchWord, StepAttribute, Symmetry, Word,
 };
 
 use super::Derivation;
@@ -80,6 +80,10 @@ impl<'a> DesignScope<'a> {
         Some(match attribute {
             PartAttribute::Turn => Value::Number(part.turn),
             PartAttribute::Image => Value::Number(f64::from(part.image)),
+            PartAttribute::OwnImage => {
+                let mirror = matches!(self.rules.symmetry, Symmetry::Mirror(_));
+                Value::Bool(mirror && part.image == 0 && design.twin(id) == id)
+            }
             PartAttribute::Depth => Value::Number(design.depth(id) as f64),
             PartAttribute::Mass => Value::Number(design.mass(self.rules, id)?),
             // The core holds itself.

@@ -220,6 +220,7 @@ impl<'r> Facts<'r> {
             PartAttribute::Turn => Abstract::Number(Interval::new(0.0, full)),
             PartAttribute::Image => Abstract::Number(Interval::new(0.0, self.images() as f64 - 1.0)),
             PartAttribute::Depth | PartAttribute::Mass => Abstract::Number(Interval::NOT_NEGATIVE),
+            PartAttribute::OwnImage => Abstract::Any,
             PartAttribute::Holder => Abstract::Part(Kinds::all()),
             PartAttribute::Twin => Abstract::Part(kinds.clone()),
             // A parameter of that name is what the actuator itself says.

@@ -148,6 +148,7 @@ words! {
     PartAttribute {
         Turn "turn" "Its rotation about the port that holds it.";
         Image "image" "Which image of the symmetry it is: 0 for an original, then 1, 2, ...";
+        OwnImage "own_image" "Whether it is its own image: it lies on the plane of a mirror.";
         Depth "depth" "How many joints lie between it and the core.";
         Mass "mass" "Its mass.";
         Holder "holder" "The part that holds it; the core holds itself.";
@@ -329,6 +330,7 @@ impl PartAttribute {
     fn ty(self) -> Ty {
         match self {
             Self::Turn | Self::LeastBend | Self::GreatestBend => Ty::Quantity(Dimension::ANGLE),
+            Self::OwnImage => Ty::Bool,
             Self::GreatestSpeed => Ty::Quantity(Dimension::ANGULAR_VELOCITY),
             Self::Image | Self::Depth => Ty::Count,
             Self::Mass => Ty::Quantity(Dimension::MASS),

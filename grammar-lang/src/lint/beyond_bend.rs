@@ -37,6 +37,7 @@ impl Scope for Driven<'_> {
         match attribute {
             Attribute::Part(PartAttribute::Image | PartAttribute::Turn) => Some(Value::Number(0.0)),
             Attribute::Part(PartAttribute::Depth) => Some(Value::Number(1.0)),
+            Attribute::Part(PartAttribute::OwnImage) => Some(Value::Bool(false)),
             Attribute::Part(PartAttribute::LeastBend) => Some(Value::Number(self.actuator.range?.0)),
             Attribute::Part(PartAttribute::GreatestBend) => Some(Value::Number(self.actuator.range?.1)),
             Attribute::Part(PartAttribute::GreatestSpeed) => {

@@ -105,11 +105,15 @@ fn a_pendulum_keeps_time() {
 fn tumbling<S: Scalar<Kit = ()>>(step: f64) -> Solver<S> {
     let axes = [Vector3::z(), Vector3::y(), Vector3::new(1.0, 1.0, 0.0)];
     let joint = |anchor: Vector3<f64>| loose(anchor, axes[(anchor.x * 40.0) as usize % 3]);
-    let mut assembly = chain(3, 0.03, joint);
+    thrown(chain(3, 0.03, joint), step)
+}
+
+/// A chain, made uneven, that turns and flies in the air without weight, each joint with a speed.
+fn thrown<S: Scalar<Kit = ()>>(mut assembly: Assembly, step: f64) -> Solver<S> {
     for (place, element) in assembly.elements.iter_mut().enumerate() {
         element.shape = Shape::Box { half: Vector3::new(0.004, 0.012, 0.02 - 0.004 * place as f64) };
         element.mass = 0.01;
-        // Away from both hinges, or half of the terms would be zero.
+        // Away from all joints, or half of the terms would be zero.
         element.pose.translation.vector += Vector3::new(-0.01, 0.004, 0.002);
     }
     let mut solver = aloft::<S>(&assembly, &Settings { gravity: 0.0, ..fine(step) });

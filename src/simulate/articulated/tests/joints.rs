@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 
 use super::conservation::{poses, turning};
-use super::{aloft, chain, energy_of, fine, loose, momenta};
-use crate::design::assembly::{Control, Dof, Shape, Travel};
+use super::{aloft, chain, energy_of, fine, loose, momenta, thrown};
+use crate::design::assembly::{Control, Dof, Travel};
 use crate::simulate::Settings;
 use crate::simulate::articulated::kinematics::place;
 use crate::simulate::articulated::scalar::Scalar;
@@ -25,19 +25,7 @@ fn tumbling<S: Scalar<Kit = ()>>(step: f64, springs: bool) -> Solver<S> {
         1 => sprung(anchor, Vector3::new(1.0, 0.0, 1.0), Travel::Turn, if springs { 2e-3 } else { 0.0 }),
         _ => sprung(anchor, Vector3::new(-0.5, 0.2, 1.0), Travel::Slide, if springs { 6.0 } else { 0.0 }),
     };
-    let mut assembly = chain(3, 0.03, joint);
-    for (place, element) in assembly.elements.iter_mut().enumerate() {
-        element.shape = Shape::Box { half: Vector3::new(0.004, 0.012, 0.02 - 0.004 * place as f64) };
-        element.mass = 0.01;
-        // Away from all joints, or half of the terms would be zero.
-        element.pose.translation.vector += Vector3::new(-0.01, 0.004, 0.002);
-    }
-    let mut solver = aloft::<S>(&assembly, &Settings { gravity: 0.0, ..fine(step) });
-    for (dof, speed) in solver.state.speeds.iter_mut().enumerate() {
-        *speed = S::of((), [4.0, -2.0, 3.0][dof % 3]);
-    }
-    solver.begin();
-    solver
+    thrown(chain(3, 0.03, joint), step)
 }
 
 /// The velocities of all bodies are those with which their places and rotations change.
