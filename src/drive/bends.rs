@@ -1,7 +1,7 @@
 //! What each actuator is asked for, and what its hardware lets it do: over the whole motion, from rest.
 
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::{Tendon, Ty};
+use grammar_lang::ir::{JointKind, Tendon, Ty};
 
 use super::hardware::follow;
 use super::{Asked, Conditions, Cycle, Drive};
@@ -57,7 +57,9 @@ impl Drive<'_> {
         self.on_hardware(parameters, &Conditions::NOMINAL, &mut followed)?;
         for (column, driven) in self.actuators.iter().enumerate() {
             let actuator = self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind));
-            if let Some(motor) = actuator.and_then(|actuator| actuator.motor.as_ref()) {
+            // A spin is asked for a speed, which nothing limits but its motor.
+            let stands = actuator.filter(|actuator| actuator.joint.kind != JointKind::Spin);
+            if let Some(motor) = stands.and_then(|actuator| actuator.motor.as_ref()) {
                 follow([&motor.speed, &motor.relaxing_speed], 1.0, &mut followed, column);
             }
             let drives = self.actuations.get(driven.actuation).map(|(_, actuation)| &actuation.drive.ty);

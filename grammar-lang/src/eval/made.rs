@@ -5,7 +5,7 @@ use std::fmt;
 use indexmap::IndexMap;
 
 use super::{Scope, Value, evaluate};
-use crate::ir::{Actuator, Field, Form, Kind, Mass, Part, Port};
+use crate::ir::{Actuator, Field, Form, JointKind, Kind, Mass, Part, Port};
 
 /// What one part of a kind is.
 #[derive(Clone, Debug, PartialEq)]
@@ -134,6 +134,10 @@ impl From<'_> {
 
     fn actuator(&self, actuator: &Actuator) -> Result<MadeActuator, Unmade> {
         let segment = self.form("segment", &actuator.segment)?;
+        // What drives a joint needs a spring to hold it, or, of a spin, a damper to turn it.
+        let spins = actuator.joint.kind == JointKind::Spin;
+        let needs =
+            |what: bool| if what && actuator.motor.is_some() { Sign::Positive } else { Sign::NotNegative };
         Ok(MadeActuator {
             segment,
             mass: self.mass(&actuator.mass, segment)?,
@@ -144,8 +148,8 @@ impl From<'_> {
                 }
                 None => None,
             },
-            stiffness: self.number("stiffness", &actuator.stiffness, Sign::NotNegative)?,
-            damping: self.number("damping", &actuator.damping, Sign::NotNegative)?,
+            stiffness: self.number("stiffness", &actuator.stiffness, needs(!spins))?,
+            damping: self.number("damping", &actuator.damping, needs(spins))?,
             colour: self.colour(&actuator.colour)?,
         })
     }
