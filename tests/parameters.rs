@@ -4,7 +4,7 @@ use grammar_lang::eval::Value;
 use grammar_lang::ir::{RuleSet, Settable};
 use grammar_lang::source::SourceMap;
 use sgc::derive::{Derivation, Stream};
-use sgc::design::assembly::{JointKind, Shape};
+use sgc::design::assembly::Shape;
 use sgc::design::{Attachment, Body, CORE, Design, Refusal, ports};
 use sgc::loader::Files;
 
@@ -58,10 +58,7 @@ fn sizes_masses_and_strength_follow_from_the_parameter() {
         assert!((design.mass(&rules, id).unwrap() - whole).abs() < 1e-12);
         let tip = &ports(&design.parts[&id])[1];
         assert!((tip.frame.translation.vector.x - length).abs() < 1e-12);
-        let hinge = body.assembly.joints.iter().find_map(|joint| match &joint.kind {
-            JointKind::Dof(hinge) => Some(hinge),
-            JointKind::Rigid => None,
-        });
+        let hinge = body.assembly.joints.iter().flat_map(|joint| joint.kind.dofs()).next();
         let hinge = hinge.unwrap();
         assert!((hinge.effort - 0.06 * shrink(3.0 * level)).abs() < 1e-12);
         assert!((hinge.stiffness - 0.3 * shrink(3.0 * level)).abs() < 1e-12);

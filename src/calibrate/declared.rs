@@ -55,7 +55,7 @@ pub(super) struct Bender<'a> {
 impl<'a> Bender<'a> {
     fn of(actuator: &'a Actuator) -> Option<Self> {
         let bends = actuator.joint.kind == JointKind::Bend;
-        Some(Self { bend: actuator.range.filter(|_| bends)?, motor: actuator.motor.as_ref()? })
+        Some(Self { bend: actuator.joint.range.filter(|_| bends)?, motor: actuator.motor.as_ref()? })
     }
 }
 

@@ -47,6 +47,7 @@ impl Blocked {
             Self::Refused(Refusal::Gone) => "not there".to_owned(),
             Self::Refused(Refusal::PortTaken) => "port taken".to_owned(),
             Self::Refused(Refusal::Asymmetric) => "symmetry".to_owned(),
+            Self::Refused(Refusal::Handed(kind)) => format!("no mirror image of {kind}"),
             Self::Refused(Refusal::BadParameter(name)) => format!("parameter {name}"),
             Self::Refused(Refusal::NoSuchPart(unmade)) => format!("no {}", unmade.field),
             Self::Refused(Refusal::NoPort(name)) => format!("no port {name}"),
@@ -72,6 +73,9 @@ impl Blocked {
             Self::Refused(Refusal::Gone) => "what it names is not there (any more)".to_owned(),
             Self::Refused(Refusal::PortTaken) => "the port is taken".to_owned(),
             Self::Refused(Refusal::Asymmetric) => "the symmetry would be lost".to_owned(),
+            Self::Refused(Refusal::Handed(kind)) => format!(
+                "`{kind}` has no mirror image: the port by which it is held is not in the middle between its left and right (z = 0)"
+            ),
             Self::Refused(Refusal::BadParameter(name)) => format!("`{name}` is outside its domain"),
             Self::Refused(Refusal::NoSuchPart(unmade)) => {
                 format!("with its parameters the part has no `{}`: {}", unmade.field, unmade.reason)

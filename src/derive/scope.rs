@@ -70,7 +70,7 @@ impl<'a> DesignScope<'a> {
         let own = || part.params.get(attribute.text()).cloned();
         let bend = || {
             let row = self.rules.actuators.get(&part.kind)?;
-            row.range.filter(|_| row.joint.kind != JointKind::Slide)
+            row.joint.range.filter(|_| row.joint.kind != JointKind::Slide)
         };
         let fastest = || {
             let row = self.rules.actuators.get(&part.kind)?;

@@ -42,6 +42,35 @@ pub enum JointKind {
     Rigid,
     /// One degree of freedom.
     Dof(Dof),
+    /// It turns about three axes, one after the other from the parent on, as a ball in its socket.
+    Socket(Box<[Dof; 3]>),
+}
+
+impl JointKind {
+    /// The degrees of freedom, from the parent on.
+    #[must_use]
+    pub fn dofs(&self) -> &[Dof] {
+        match self {
+            Self::Rigid => &[],
+            Self::Dof(dof) => std::slice::from_ref(dof),
+            Self::Socket(dofs) => dofs.as_slice(),
+        }
+    }
+
+    /// The same, to change them.
+    pub fn dofs_mut(&mut self) -> &mut [Dof] {
+        match self {
+            Self::Rigid => &mut [],
+            Self::Dof(dof) => std::slice::from_mut(dof),
+            Self::Socket(dofs) => dofs.as_mut_slice(),
+        }
+    }
+}
+
+impl From<Dof> for JointKind {
+    fn from(dof: Dof) -> Self {
+        Self::Dof(dof)
+    }
 }
 
 /// A degree of freedom. Its position is that of the child relative to the parent, zero at rest: an angle in rad,

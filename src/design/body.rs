@@ -2,13 +2,13 @@
 
 use std::collections::BTreeMap;
 
-use grammar_lang::eval::Made;
+use grammar_lang::eval::{Made, MadeJoint};
 use grammar_lang::ir::{self, Form, RuleSet};
 use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
 
 use super::assembly::{Assembly, Control, Dof, Element, Joint, JointKind, Shape, Travel};
-use super::port::{about, segments};
-use super::row::{axis_of, cuts, side};
+use super::port::{about, base, segments};
+use super::row::{axes_of, cuts, side};
 use super::{Design, Part, PartId, filled, lattice};
 
 /// The assembly of a design, and what its elements and actuators are.
@@ -56,7 +56,7 @@ impl Body {
             let Some(part) = design.parts.get(&id) else { continue };
             if let Some(parent) = holder {
                 let child = body.assembly.elements.len();
-                body.assembly.joints.push(Joint { parent, child, kind: JointKind::Rigid });
+                body.assembly.joints.push(Joint { parent, child, kind: hung(part, rules) });
             }
             let ends = body.add(rules, id, part);
             let mut held = held.remove(&id).unwrap_or_default();
@@ -110,11 +110,8 @@ impl Body {
             push(shape, part.pose * centre, mass, actuator.friction);
         }
         let joints = places.len().max(1) as f64;
-        let axis = UnitVector3::new_normalize(
-            part.pose.rotation * (axis_of(alike.joint, part, rules) * side(by_tip)),
-        );
         let control = match &alike.motor {
-            None => Control::Passive { neutral: alike.neutral / joints },
+            None => Control::Passive { neutral: alike.joint.neutral / joints },
             Some(_) if alike.joint.kind == ir::JointKind::Spin => {
                 Control::Speed { actuator: self.actuators.len(), times: 1.0 }
             }
@@ -124,34 +121,80 @@ impl Body {
                 relaxing_rate: motor.relaxing_speed.most() / joints,
             },
         };
-        let (low, high) = alike.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let moves = Moves {
+            control,
+            share: 1.0 / joints,
+            side: side(by_tip),
+            effort: actuator.effort.unwrap_or(f64::INFINITY),
+        };
         for i in 1..count {
             let place = segment(i).min(segment(i - 1));
-            let dof = Dof {
-                anchor: part.pose * Point3::new(places[place], 0.0, 0.0),
-                axis,
-                travel: match alike.joint.kind {
-                    ir::JointKind::Bend | ir::JointKind::Twist | ir::JointKind::Spin => Travel::Turn,
-                    ir::JointKind::Slide => Travel::Slide,
-                },
-                control,
-                share: 1.0 / joints,
-                limits: (low / joints, high / joints),
-                stiffness: actuator.stiffness,
-                damping: actuator.damping,
-                effort: actuator.effort.unwrap_or(f64::INFINITY),
-            };
-            self.assembly.joints.push(Joint {
-                parent: first + i - 1,
-                child: first + i,
-                kind: JointKind::Dof(dof),
-            });
+            let anchor = part.pose * Point3::new(places[place], 0.0, 0.0);
+            let kind = moves.joint((&alike.joint, &actuator.joint), anchor, part, rules);
+            self.assembly.joints.push(Joint { parent: first + i - 1, child: first + i, kind });
         }
         if alike.motor.is_some() {
             self.actuators.push(id);
         }
         let last = first + count.saturating_sub(1);
         if by_tip { (last, first) } else { (first, last) }
+    }
+}
+
+/// The joint of a part with what holds it.
+fn hung(part: &Part, rules: &RuleSet) -> JointKind {
+    let Some(Made::Block(made)) = part.made.as_deref() else { return JointKind::Rigid };
+    let alike = rules.parts.get(&part.kind).and_then(|kind| kind.joint.as_ref());
+    let (Some(alike), Some(own)) = (alike, &made.joint) else { return JointKind::Rigid };
+    let moves = Moves {
+        control: Control::Passive { neutral: alike.neutral },
+        share: 1.0,
+        side: 1.0,
+        effort: f64::INFINITY,
+    };
+    moves.joint((alike, own), base(part, &part.pose), part, rules)
+}
+
+/// How the joints of a part move.
+struct Moves {
+    control: Control,
+    /// Of what the part does, each joint does so much.
+    share: f64,
+    side: f64,
+    effort: f64,
+}
+
+impl Moves {
+    /// One joint, of the kind of part and of this one, at a place in the world.
+    fn joint(
+        &self,
+        (alike, own): (&ir::Joint, &MadeJoint),
+        anchor: Point3<f64>,
+        part: &Part,
+        rules: &RuleSet,
+    ) -> JointKind {
+        let (low, high) = alike.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let dof = |axis: Vector3<f64>| Dof {
+            anchor,
+            axis: UnitVector3::new_normalize(part.pose.rotation * (axis * self.side)),
+            travel: match alike.kind {
+                ir::JointKind::Bend | ir::JointKind::Twist | ir::JointKind::Spin | ir::JointKind::Socket => {
+                    Travel::Turn
+                }
+                ir::JointKind::Slide => Travel::Slide,
+            },
+            control: self.control,
+            share: self.share,
+            limits: (low * self.share, high * self.share),
+            stiffness: own.stiffness,
+            damping: own.damping,
+            effort: self.effort,
+        };
+        let dofs: Vec<Dof> = axes_of(alike.kind, own.axis, part, rules).into_iter().map(dof).collect();
+        match <[Dof; 3]>::try_from(dofs) {
+            Ok(three) => JointKind::Socket(Box::new(three)),
+            Err(other) => other.into_iter().next().map_or(JointKind::Rigid, JointKind::Dof),
+        }
     }
 }
 

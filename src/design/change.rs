@@ -241,6 +241,12 @@ impl Design {
         if sound { Ok(()) } else { Err(Refusal::Asymmetric) }
     }
 
+    /// Whether the port by which a part is held lies off the plane in which its own frame is mirrored.
+    fn is_handed(part: &Part) -> bool {
+        let own = ports(part).get(part.holding as usize).map(|port| port.frame.translation.vector.z);
+        own.is_some_and(|z| z.abs() > symmetry::SAME)
+    }
+
     /// Finds every pose anew and checks that images still are images.
     pub(super) fn place_all(&mut self, rules: &RuleSet) -> Result<(), Refusal> {
         let images = symmetry::images(rules.symmetry);
@@ -261,7 +267,12 @@ impl Design {
                     // An image must still sit where it is held.
                     let (have, want) = (port::base(part, &pose), port::base(part, &held));
                     if (have - want).norm() > symmetry::SAME {
-                        return Err(Refusal::Asymmetric);
+                        let handed = image.reflects() && Self::is_handed(part);
+                        return Err(if handed {
+                            Refusal::Handed(part.kind.clone())
+                        } else {
+                            Refusal::Asymmetric
+                        });
                     }
                     pose
                 }

@@ -13,7 +13,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::assembly::{Assembly, Element, Shape, Spring, Swelling};
 use super::port::segments;
-use super::row::axis_of;
+use super::row::axes_of;
 use super::{Body, Design, PartId};
 
 /// Points this near to a surface (m) are inside.
@@ -101,14 +101,14 @@ fn gain(design: &Design, rules: &RuleSet, id: PartId, point: &Point3<f64>) -> Op
     let Some(Made::Actuator(actuator)) = part.made.as_deref() else { return None };
     let segment = 2.0 * actuator.segment.half_extents().x;
     let local = part.pose.inverse() * point;
-    let joint = rules.actuators.get(&part.kind)?.joint;
-    let axis = axis_of(joint, part, rules);
+    let kind = rules.actuators.get(&part.kind)?.joint.kind;
+    let axis = *axes_of(kind, actuator.joint.axis, part, rules).first()?;
     let length = segment * segments(part) as f64;
     // What lies towards the inside of a bend becomes shorter: about z, what is above the axis of the row.
-    match joint.kind {
+    match kind {
         ir::JointKind::Bend => Some(-local.coords.dot(&axis.cross(&Vector3::x())) / length),
         ir::JointKind::Slide => Some(axis.x / length),
         // Strain alone can do neither: the checker refuses them.
-        ir::JointKind::Twist | ir::JointKind::Spin => None,
+        ir::JointKind::Twist | ir::JointKind::Spin | ir::JointKind::Socket => None,
     }
 }

@@ -82,6 +82,8 @@ pub enum Refusal {
     PortTaken,
     /// The change would break the symmetry.
     Asymmetric,
+    /// A part of this kind cannot be mirrored: the port by which it is held is on the other side of its image.
+    Handed(String),
     /// A parameter lies outside its domain or has no value.
     BadParameter(String),
     /// With its parameters a field of the part has no value that a part can have.

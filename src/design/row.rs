@@ -1,6 +1,6 @@
-//! The row of segments that an actuator is: where its joints are, and about which axis they move.
+//! Joints in the frame of their part: where those of a row are, and about which axes joints move.
 
-use grammar_lang::ir::{self, RuleSet};
+use grammar_lang::ir::{self, JointKind, RuleSet};
 use nalgebra::Vector3;
 
 use super::Part;
@@ -10,15 +10,25 @@ pub(super) fn side(by_tip: bool) -> f64 {
     if by_tip { -1.0 } else { 1.0 }
 }
 
-/// The axis of a row's joints in its own frame, where what is nearer to the tip moves.
-pub(super) fn axis_of(joint: ir::Joint, part: &Part, rules: &RuleSet) -> Vector3<f64> {
-    let mut axis = Vector3::from(joint.axis);
+/// The axes of a joint in the frame of its part, where of a row what is nearer to the tip moves. A socket has three, which it
+/// turns about one after the other: from side to side, up and down, and about itself.
+pub(super) fn axes_of(kind: JointKind, axis: [f64; 3], part: &Part, rules: &RuleSet) -> Vec<Vector3<f64>> {
+    let axes = if kind == JointKind::Socket {
+        vec![Vector3::y(), Vector3::z(), Vector3::x()]
+    } else {
+        vec![axis.into()]
+    };
+    axes.into_iter().map(|axis| seen(kind, axis, part, rules)).collect()
+}
+
+/// An axis as the image of a part has it.
+fn seen(kind: JointKind, mut axis: Vector3<f64>, part: &Part, rules: &RuleSet) -> Vector3<f64> {
     // The frame of a mirror image has the opposite of the mirrored z axis. A turn there is the mirror image of this one if it
     // goes the same way about z and the other way about x and y; a slide, if it goes the same way along x and y.
     if part.image > 0 && matches!(rules.symmetry, ir::Symmetry::Mirror(_)) {
-        axis = match joint.kind {
-            ir::JointKind::Slide => Vector3::new(axis.x, axis.y, -axis.z),
-            ir::JointKind::Bend | ir::JointKind::Twist | ir::JointKind::Spin => {
+        axis = match kind {
+            JointKind::Slide => Vector3::new(axis.x, axis.y, -axis.z),
+            JointKind::Bend | JointKind::Twist | JointKind::Spin | JointKind::Socket => {
                 Vector3::new(-axis.x, -axis.y, axis.z)
             }
         };

@@ -45,6 +45,11 @@ pub(super) fn images(symmetry: Symmetry) -> Vec<Image> {
 }
 
 impl Image {
+    /// Whether it swaps left and right.
+    pub(super) fn reflects(&self) -> bool {
+        self.reflects
+    }
+
     fn point(&self, point: &Point3<f64>) -> Point3<f64> {
         Point3::from(self.matrix * point.coords)
     }

@@ -23,9 +23,12 @@ struct Inflated<'a> {
     most: f64,
     /// How much later than they should its valves change, s.
     late: f64,
-    /// Whether it hangs on the target's supply.
+    /// Whether it hangs on a supply of air that others may share.
     supplied: bool,
 }
+
+/// Actuators that air moves, on one supply or on none, and their columns.
+type Group<'a> = (Option<&'a Supply>, Vec<(usize, Inflated<'a>)>);
 
 impl Inflated<'_> {
     /// The state at a time in s, and how long it still holds.
@@ -51,15 +54,16 @@ impl Inflated<'_> {
 }
 
 impl Drive<'_> {
-    /// The target that the task is simulated on.
-    fn target(&self) -> Option<&Target> {
-        self.task.on.as_ref().and_then(|name| self.candidate.rules.targets.get(name))
+    /// The target that drives an actuator where the task is simulated, if one does.
+    fn target(&self, driven: &Driven) -> Option<&Target> {
+        let kind = self.kind_of(driven)?;
+        let mut targets = self.candidate.rules.targets_of(self.task);
+        targets.find_map(|(_, target)| (target.kind == kind).then_some(target))
     }
 
     /// The servos that wind up an actuator's threads where the task is simulated on them.
     pub(super) fn threads(&self, driven: &Driven) -> Option<&Tendon> {
-        let target = self.target().filter(|target| self.kind_of(driven) == Some(target.kind.as_str()))?;
-        match &target.backend {
+        match &self.target(driven)?.backend {
             Backend::Tendon(threads) => Some(threads),
             Backend::Pneumatic(_) => None,
         }
@@ -72,13 +76,8 @@ impl Drive<'_> {
         conditions: &Conditions,
         targets: &mut Targets,
     ) -> Result<(), EvalError> {
-        let target = self.target();
-        let supply = target.and_then(|target| match &target.backend {
-            Backend::Pneumatic(air) => air.supply,
-            Backend::Tendon(_) => None,
-        });
-        let mut inflated = Vec::new();
-        let mut columns = Vec::new();
+        // What hangs on one supply moves together.
+        let mut groups: Vec<Group<'_>> = Vec::new();
         for (column, driven) in self.actuators.iter().enumerate() {
             let Some(actuator) =
                 self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind))
@@ -86,20 +85,28 @@ impl Drive<'_> {
                 continue;
             };
             let Some(motor) = &actuator.motor else { continue };
-            let aimed = target.filter(|target| self.kind_of(driven) == Some(target.kind.as_str()));
             if let Some(mut valves) = self.valves(driven, parameters)? {
-                if let Some(Backend::Pneumatic(air)) = aimed.map(|target| &target.backend) {
+                let mut supply = None;
+                if let Some(Backend::Pneumatic(air)) = self.target(driven).map(|target| &target.backend) {
                     valves = valves.settled(air.shortest);
+                    supply = air.supply.as_ref();
                 }
-                inflated.push(Inflated {
+                let one = Inflated {
                     valves,
                     bending: &motor.speed,
                     relaxing: &motor.relaxing_speed,
                     most: actuator.driven_range().1,
                     late: conditions.late(column),
-                    supplied: aimed.is_some(),
-                });
-                columns.push(column);
+                    supplied: supply.is_some(),
+                };
+                let same = |group: &&mut Group<'_>| match (group.0, supply) {
+                    (Some(one), Some(other)) => std::ptr::eq(one, other),
+                    (one, other) => one.is_none() && other.is_none(),
+                };
+                match groups.iter_mut().find(same) {
+                    Some(group) => group.1.push((column, one)),
+                    None => groups.push((supply, vec![(column, one)])),
+                }
                 continue;
             }
             if let Some(threads) = self.threads(driven) {
@@ -110,8 +117,9 @@ impl Drive<'_> {
                 follow(by_bend, conditions.speed, targets, column);
             }
         }
-        if !inflated.is_empty() {
-            inflate(&inflated, supply.as_ref(), conditions, targets, &columns);
+        for (supply, actuators) in groups {
+            let (columns, inflated): (Vec<_>, Vec<_>) = actuators.into_iter().unzip();
+            inflate(&inflated, supply, conditions, targets, &columns);
         }
         Ok(())
     }

@@ -60,7 +60,7 @@ fn of_actuator(actuator: &Actuator) -> Vec<(&'static str, String)> {
         Speed::ByBend(by_bend) => table(by_bend, ("deg", "deg/s")),
     };
     let mut fields = Vec::new();
-    if let Some(limits) = actuator.range {
+    if let Some(limits) = actuator.joint.range {
         fields.push((kind.range(), range(limits, position)));
     }
     if let Some(motor) = &actuator.motor {

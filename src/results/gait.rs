@@ -1,7 +1,7 @@
 //! The gait of a saved design as what a board plays, compared with what was simulated.
 
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{RuleSet, Target, Task};
 use thiserror::Error;
 
 use super::DesignError;
@@ -118,7 +118,7 @@ pub fn gait(
     let candidate = replay::candidate(rules, design)?;
     let (simulated, parameters) = replay::drive_of(&candidate, saved)?;
     let own = simulated.task();
-    let name = target_name(of.unwrap_or(rules), target, own.on.as_deref())?;
+    let name = target_name(of.unwrap_or(rules), target, &own.on)?;
     let played = on_target(rules, of, &saved.name, &name);
     let (drive, _) = replay::drive_of(&candidate.under(&played), saved)?;
     let Some(target) = played.targets.get(&name) else {
@@ -155,7 +155,7 @@ pub fn gait(
     }
     let before = simulated.bends_over_time(&parameters)?;
     let contents = contents::changes(
-        (own.on.as_ref().and_then(|on| rules.targets.get(on)), rules.actuators.get(&target.kind)),
+        (simulated_on(rules, own, &target.kind), rules.actuators.get(&target.kind)),
         (target, played.actuators.get(&target.kind)),
     );
     let is_same = |all: &[Compared]| all.iter().all(|one| one.apart() <= SAME);
@@ -174,11 +174,10 @@ pub fn gait(
 }
 
 /// The name of the target that is meant.
-fn target_name(rules: &RuleSet, named: Option<&str>, on: Option<&str>) -> Result<String, NoGait> {
-    let mut names = rules.targets.keys();
-    let only = names.next().filter(|_| names.next().is_none()).map(String::as_str);
-    let on = on.filter(|on| rules.targets.contains_key(*on));
-    match named.or(on).or(only) {
+fn target_name(rules: &RuleSet, named: Option<&str>, on: &[String]) -> Result<String, NoGait> {
+    let on = only(on.iter().map(String::as_str).filter(|on| rules.targets.contains_key(*on)));
+    let one = only(rules.targets.keys().map(String::as_str));
+    match named.or(on).or(one) {
         Some(name) if rules.targets.contains_key(name) => Ok(name.to_owned()),
         Some(name) => Err(no_target(rules, name)),
         None if rules.targets.is_empty() => Err(NoGait::NoTarget { grammar: rules.name.clone() }),
@@ -186,9 +185,19 @@ fn target_name(rules: &RuleSet, named: Option<&str>, on: Option<&str>) -> Result
     }
 }
 
+/// What there is one of.
+fn only<'n>(mut names: impl Iterator<Item = &'n str>) -> Option<&'n str> {
+    names.next().filter(|_| names.next().is_none())
+}
+
 fn no_target(rules: &RuleSet, name: &str) -> NoGait {
     let there = rules.targets.keys().cloned().collect();
     NoGait::UnknownTarget { grammar: rules.name.clone(), name: name.to_owned(), there }
+}
+
+/// The target that drives a kind of actuators where a task is simulated.
+fn simulated_on<'r>(rules: &'r RuleSet, task: &'r Task, kind: &str) -> Option<&'r Target> {
+    rules.targets_of(task).find_map(|(_, target)| (target.kind == kind).then_some(target))
 }
 
 /// The rules of a design with the targets of others, and with actuators that move as theirs do; the task is on the target.
@@ -198,7 +207,7 @@ fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) ->
         played.targets.clone_from(&of.targets);
         for (kind, actuator) in &mut played.actuators {
             if let Some(other) = of.actuators.get(kind) {
-                actuator.range = other.range;
+                actuator.joint.range = other.joint.range;
                 if let (Some(motor), Some(other)) = (&mut actuator.motor, &other.motor) {
                     motor.speed = other.speed.clone();
                     motor.relaxing_speed = other.relaxing_speed.clone();
@@ -206,8 +215,12 @@ fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) ->
             }
         }
     }
+    let targets = &played.targets;
+    let kind = |name: &str| targets.get(name).map(|target| &target.kind);
     if let Some(task) = played.tasks.get_mut(task) {
-        task.on = Some(target.to_owned());
+        // Actuators of other kinds keep their own targets.
+        task.on.retain(|on| kind(on).is_some() && kind(on) != kind(target));
+        task.on.push(target.to_owned());
     }
     played
 }

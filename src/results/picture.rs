@@ -115,7 +115,7 @@ fn measure(rules: &RuleSet, part: Option<&Part>) -> Measure {
     let row = part.and_then(|part| rules.actuators.get(&part.kind));
     match row.map(|row| row.joint.kind) {
         None => Measure::Strain,
-        Some(JointKind::Bend | JointKind::Twist) => Measure::Angle,
+        Some(JointKind::Bend | JointKind::Twist | JointKind::Socket) => Measure::Angle,
         Some(JointKind::Slide) => Measure::Distance,
         Some(JointKind::Spin) => Measure::Speed,
     }

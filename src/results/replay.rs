@@ -284,16 +284,16 @@ impl<'r> Driven<'r> {
         Recording { scenario, ..Recording::nominal(&self.drive, &self.parameters, motion) }
     }
 
-    /// How fast the robot was, as the target that it is simulated on says.
+    /// How fast the robot was, as the first target that it is simulated on and that says so has it.
     fn speed(&self, motion: &Motion) -> Result<Option<(String, f64)>, DesignError> {
         let rules = self.drive.candidate().rules;
-        let target = self.drive.task().on.as_ref().and_then(|name| rules.targets.get_key_value(name));
-        let Some((name, wanted)) = target.and_then(|(name, target)| Some((name, target.speed.as_ref()?)))
+        let mut targets = rules.targets_of(self.drive.task());
+        let Some((name, wanted)) = targets.find_map(|(name, target)| Some((name, target.speed.as_ref()?)))
         else {
             return Ok(None);
         };
         let speeds = score::quantities(self.recording(motion, None), &[wanted])?;
-        Ok(speeds.first().map(|speed| (name.clone(), *speed)))
+        Ok(speeds.first().map(|speed| (name.to_owned(), *speed)))
     }
 }
 

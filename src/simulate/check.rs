@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::{Settings, Unfit};
-use crate::design::assembly::{Assembly, Control, Dof, Element, JointKind, Shape, Spring, Swelling, Travel};
+use crate::design::assembly::{Assembly, Control, Dof, Element, Shape, Spring, Swelling, Travel};
 
 /// More steps than this in one run is a slip of the pen, not a wish.
 const MOST_STEPS: f64 = 1e9;
@@ -78,9 +78,8 @@ pub(super) fn assembly(assembly: &Assembly) -> Result<(), Unfit> {
         need(joint.parent < count && joint.child < count, || {
             format!("joint {index} names an element that does not exist; there are {count}")
         })?;
-        match &joint.kind {
-            JointKind::Rigid => {}
-            JointKind::Dof(part) => dof(index, part, assembly.actuators)?,
+        for part in joint.kind.dofs() {
+            dof(index, part, assembly.actuators)?;
         }
     }
     Ok(())

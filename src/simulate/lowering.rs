@@ -15,9 +15,9 @@ use super::motion::Placement;
 use super::run::Driven;
 use super::servo::Servo;
 use super::{Settings, Unfit, World};
-use crate::design::assembly::{Assembly, Dof, Element, JointKind, Shape};
+use crate::design::assembly::{Assembly, Dof, Element, Shape};
 
-/// A rigid body: one or more elements.
+/// A rigid body: one or more elements. Between two degrees of freedom of one joint it has none, and no mass.
 #[derive(Clone, Debug)]
 pub(super) struct Body {
     /// The body nearer to the root; the root names itself.
@@ -32,6 +32,13 @@ pub(super) struct Body {
     pub(super) dof: Option<Dof>,
     /// Which of [`Lowered::servos`] moves it.
     pub(super) servo: usize,
+}
+
+impl Body {
+    /// Whether it is nothing but a place between two degrees of freedom of one joint.
+    pub(super) fn is_massless(&self) -> bool {
+        self.mass == 0.0
+    }
 }
 
 /// An element with its place.
@@ -117,17 +124,14 @@ impl Lowered {
         Vector3::new(root.x, -low, root.z)
     }
 
-    /// Number of moving joints between two bodies.
+    /// Number of moving joints between two bodies; the degrees of freedom of a socket are one joint.
     pub(super) fn distance(&self, mut a: usize, mut b: usize) -> usize {
         let mut joints = 0;
         // A parent has the smaller number, so climbing from the larger one meets.
         while a != b {
-            if a > b {
-                a = self.bodies[a].parent
-            } else {
-                b = self.bodies[b].parent
-            }
-            joints += 1;
+            let last = if a > b { &mut a } else { &mut b };
+            joints += usize::from(!self.bodies[*last].is_massless());
+            *last = self.bodies[*last].parent;
         }
         joints
     }
@@ -163,14 +167,11 @@ impl<'a> Groups<'a> {
                     ),
                 });
             }
-            of_element[joint.child] = Some(match &joint.kind {
-                JointKind::Rigid => parent,
-                JointKind::Dof(dof) => {
-                    parents.push(parent);
-                    dofs.push(Some(dof));
-                    parents.len() - 1
-                }
-            });
+            of_element[joint.child] = Some(joint.kind.dofs().iter().fold(parent, |parent, dof| {
+                parents.push(parent);
+                dofs.push(Some(dof));
+                parents.len() - 1
+            }));
         }
         let of_element = of_element.into_iter().map(|group| group.unwrap_or(0)).collect();
         Ok(Self { of_element, parents, dofs })
@@ -216,7 +217,11 @@ fn body(
     let elements = || members.iter().map(|&member| &assembly.elements[member]);
     let mass: f64 = elements().map(|element| element.mass).sum();
     let moment: Vector3<f64> = elements().map(|e| e.mass * e.pose.translation.vector).sum();
-    let centre = moment / mass;
+    // What has no mass is where it turns.
+    let centre = match (&dof, mass > 0.0) {
+        (Some(dof), false) => dof.anchor.coords - Vector3::y() * lift,
+        _ => moment / mass,
+    };
     let mut inertia = Matrix3::zeros();
     for element in elements() {
         let turn = element.pose.rotation.to_rotation_matrix();

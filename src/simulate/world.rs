@@ -3,7 +3,7 @@
 use nalgebra::{Point3, Quaternion, UnitQuaternion, Vector3};
 
 use super::Settings;
-use crate::design::assembly::{Assembly, JointKind};
+use crate::design::assembly::Assembly;
 
 /// Where a body moves, and what of the body is not quite as it was designed. Plain data: every solver applies
 /// the same worlds.
@@ -84,11 +84,7 @@ impl World {
                 element.pose.rotation = turn * element.pose.rotation;
             }
         }
-        for joint in &mut body.joints {
-            let dof = match &mut joint.kind {
-                JointKind::Rigid => continue,
-                JointKind::Dof(dof) => dof,
-            };
+        for dof in body.joints.iter_mut().flat_map(|joint| joint.kind.dofs_mut()) {
             dof.effort *= self.torque;
             dof.control = dof.control.faster(self.speed);
             if self.tilt != 0.0 {

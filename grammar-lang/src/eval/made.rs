@@ -5,7 +5,7 @@ use std::fmt;
 use indexmap::IndexMap;
 
 use super::{Scope, Value, evaluate};
-use crate::ir::{Actuator, Field, Form, JointKind, Kind, Mass, Part, Port};
+use crate::ir::{Actuator, Field, Form, Joint, JointKind, Kind, Mass, Part, Port};
 
 /// What one part of a kind is.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,6 +29,19 @@ pub struct MadeBlock {
     pub colour: String,
     /// Its ports, if they are not the six that every block has.
     pub ports: Vec<MadePort>,
+    /// The joint with which it hangs on what holds it, if it is not fixed there.
+    pub joint: Option<MadeJoint>,
+}
+
+/// The joints of a row, or the joint of a part with what holds it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MadeJoint {
+    /// The unit vector about or along which it moves, in the part's frame.
+    pub axis: [f64; 3],
+    /// Stiffness, N m/rad or N/m.
+    pub stiffness: f64,
+    /// Damping, N m s/rad or N s/m.
+    pub damping: f64,
 }
 
 /// A port that a part declares.
@@ -55,10 +68,8 @@ pub struct MadeActuator {
     pub friction: f64,
     /// Greatest torque or force of a joint, N m or N; none where nothing drives it.
     pub effort: Option<f64>,
-    /// Stiffness of a joint, N m/rad or N/m.
-    pub stiffness: f64,
-    /// Damping of a joint, N m s/rad or N s/m.
-    pub damping: f64,
+    /// Each of its joints.
+    pub joint: MadeJoint,
     /// `#rrggbb`
     pub colour: String,
 }
@@ -129,15 +140,12 @@ impl From<'_> {
             friction: self.number("friction", &part.friction, Sign::NotNegative)?,
             colour: self.colour(&part.colour)?,
             ports: part.ports.iter().map(|port| self.port(port)).collect::<Result<_, _>>()?,
+            joint: part.joint.as_ref().map(|joint| self.joint(joint, false)).transpose()?,
         })
     }
 
     fn actuator(&self, actuator: &Actuator) -> Result<MadeActuator, Unmade> {
         let segment = self.form("segment", &actuator.segment)?;
-        // What drives a joint needs a spring to hold it, or, of a spin, a damper to turn it.
-        let spins = actuator.joint.kind == JointKind::Spin;
-        let needs =
-            |what: bool| if what && actuator.motor.is_some() { Sign::Positive } else { Sign::NotNegative };
         Ok(MadeActuator {
             segment,
             mass: self.mass(&actuator.mass, segment)?,
@@ -148,9 +156,25 @@ impl From<'_> {
                 }
                 None => None,
             },
-            stiffness: self.number("stiffness", &actuator.stiffness, needs(!spins))?,
-            damping: self.number("damping", &actuator.damping, needs(spins))?,
+            joint: self.joint(&actuator.joint, actuator.motor.is_some())?,
             colour: self.colour(&actuator.colour)?,
+        })
+    }
+
+    fn joint(&self, joint: &Joint, driven: bool) -> Result<MadeJoint, Unmade> {
+        let unmade = |reason: &str| Unmade { field: "joint", reason: reason.to_owned() };
+        let axis = unit(self.value("joint", &joint.axis, as_vector)?)
+            .ok_or_else(|| unmade("an axis needs a direction"))?;
+        if joint.kind == JointKind::Bend && !is_across(axis) {
+            return Err(unmade("a row bends about an axis across it"));
+        }
+        // What drives a joint needs a spring to hold it, or, of a spin, a damper to turn it.
+        let spins = joint.kind == JointKind::Spin;
+        let needs = |what: bool| if what && driven { Sign::Positive } else { Sign::NotNegative };
+        Ok(MadeJoint {
+            axis,
+            stiffness: self.number("stiffness", &joint.stiffness, needs(!spins))?,
+            damping: self.number("damping", &joint.damping, needs(spins))?,
         })
     }
 
@@ -225,18 +249,30 @@ impl From<'_> {
     }
 
     fn port(&self, port: &Port) -> Result<MadePort, Unmade> {
-        let vector = |value| match value {
-            Value::Vector(vector) => Some(vector),
-            _ => None,
-        };
         let index = || Some(Value::Number(port.index));
-        let at = self.value_with(index(), "port", &port.at, vector)?;
-        let facing = unit(self.value_with(index(), "port", &port.facing, vector)?).ok_or_else(|| Unmade {
-            field: "port",
-            reason: "a port must face in some direction".to_owned(),
+        let at = self.value_with(index(), "port", &port.at, as_vector)?;
+        let facing = unit(self.value_with(index(), "port", &port.facing, as_vector)?).ok_or_else(|| {
+            Unmade { field: "port", reason: "a port must face in some direction".to_owned() }
         })?;
         Ok(MadePort { name: port.name.clone(), index: port.index, at, facing })
     }
+}
+
+fn as_vector(value: Value) -> Option<[f64; 3]> {
+    match value {
+        Value::Vector(vector) => Some(vector),
+        _ => None,
+    }
+}
+
+/// An axis of a bend has at least this share across the row, of what it has along it.
+const ACROSS: f64 = 1e-3;
+
+/// Whether a row can bend about an axis: it must not lie along the row.
+#[must_use]
+pub fn is_across(axis: [f64; 3]) -> bool {
+    let [along, across, aside] = axis;
+    (across * across + aside * aside).sqrt() >= ACROSS * along.abs()
 }
 
 /// The vector of length one in this direction; none of a vector without length.

@@ -36,7 +36,7 @@ pub(super) const TABLES: &[Columns] = &[
     table(&["term_item"], &[&["colon"], &["equals"]]),
     wide_table(&["require_item"], &[&["colon"], &["kw_because"]]),
     table(&["actuate_item", "simulate_item", "objective_item", "search_item"], &[SECOND]),
-    table(&["field"], &[&["equals"]]),
+    table(&["field", "joint_clause"], &[&["equals"]]),
     table(&["row"], &[&["arrow"]]),
     table(&["place_clause"], &[&["colon"]]),
     table(&["match_clause"], &[&["colon"], &["free_port"], &["where_part"]]),

@@ -1,19 +1,27 @@
-//! The joints of an actuator's row.
-
-use std::fmt;
+//! Joints: between the segments of a row, and of a part with what holds it.
 
 use serde::{Deserialize, Serialize};
 
-use super::Ty;
+use super::{Field, Ty};
 use crate::units::Dimension;
 
-/// How the segments of a row move against each other.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+/// How the segments of a row move against each other, or a part against what holds it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
-    /// What they do.
+    /// What it does.
     pub kind: JointKind,
-    /// About or along what, a unit vector in the frame of the row: x from base to tip, y its top.
-    pub axis: [f64; 3],
+    /// About or along what, in the frame of the part (of a row: x from base to tip, y its top). A unit vector where it is the
+    /// same for all. A socket turns about all axes, and has none.
+    pub axis: Field<[f64; 3]>,
+    /// How far the tip of a row goes against its base, or a part against what holds it: least and greatest, in rad (of a slide
+    /// m), rest among them. A spin has no end.
+    pub range: Option<(f64, f64)>,
+    /// Stiffness of each joint, N m/rad or N/m; of a spin none.
+    pub stiffness: Field<f64>,
+    /// Damping of each joint, N m s/rad or N s/m.
+    pub damping: Field<f64>,
+    /// Where its springs pull it if nothing drives it, rad or m; of a row from base to tip.
+    pub neutral: f64,
 }
 
 /// What a joint lets one segment do against the one before.
@@ -28,25 +36,8 @@ pub enum JointKind {
     Slide,
     /// It turns about an axis, on and on.
     Spin,
-}
-
-impl Joint {
-    /// What rows do that say nothing else: a positive bend is towards their top.
-    pub const BEND: Self = Self { kind: JointKind::Bend, axis: [0.0, 0.0, 1.0] };
-}
-
-impl fmt::Display for Joint {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.kind.text())?;
-        if let Some(word) = self.kind.axis_word() {
-            let named = NAMED_AXES.iter().find(|(_, axis)| *axis == self.axis);
-            match named {
-                Some((name, _)) => write!(f, " {word} {name}")?,
-                None => write!(f, " {word} vector({})", self.axis.map(|x| x.to_string()).join(", "))?,
-            }
-        }
-        Ok(())
-    }
+    /// It turns about every axis, as a ball in its socket. Nothing drives it.
+    Socket,
 }
 
 /// The axes that have names.
@@ -55,7 +46,7 @@ pub const NAMED_AXES: [(&str, [f64; 3]); 3] =
 
 impl JointKind {
     /// Every one, in the order of the reference.
-    pub const ALL: [Self; 4] = [Self::Bend, Self::Twist, Self::Slide, Self::Spin];
+    pub const ALL: [Self; 5] = [Self::Bend, Self::Twist, Self::Slide, Self::Spin, Self::Socket];
 
     /// How a grammar writes it.
     #[must_use]
@@ -65,6 +56,7 @@ impl JointKind {
             Self::Twist => "twist",
             Self::Slide => "slide",
             Self::Spin => "spin",
+            Self::Socket => "socket",
         }
     }
 
@@ -76,6 +68,7 @@ impl JointKind {
             Self::Twist => "twists",
             Self::Slide => "slides",
             Self::Spin => "spins",
+            Self::Socket => "turns in a socket",
         }
     }
 
@@ -85,22 +78,34 @@ impl JointKind {
         Self::ALL.into_iter().find(|kind| kind.text() == text)
     }
 
-    /// The word before its axis; none for a twist, whose axis is the row.
+    /// The word before its axis; none for a twist, whose axis is the row, and for a socket.
     #[must_use]
     pub fn axis_word(self) -> Option<&'static str> {
         match self {
             Self::Bend | Self::Spin => Some("about"),
             Self::Slide => Some("along"),
-            Self::Twist => None,
+            Self::Twist | Self::Socket => None,
         }
     }
 
-    /// The axis of a row that names none.
+    /// The axis of a joint that names none.
     #[must_use]
     pub fn usual_axis(self) -> [f64; 3] {
         match self {
-            Self::Bend => Joint::BEND.axis,
-            Self::Twist | Self::Slide | Self::Spin => [1.0, 0.0, 0.0],
+            Self::Bend => [0.0, 0.0, 1.0],
+            Self::Twist | Self::Slide | Self::Spin | Self::Socket => [1.0, 0.0, 0.0],
+        }
+    }
+
+    /// How a grammar writes it with the axis that it usually has.
+    #[must_use]
+    pub fn example(self) -> &'static str {
+        match self {
+            Self::Bend => "bend about z",
+            Self::Twist => "twist",
+            Self::Slide => "slide along x",
+            Self::Spin => "spin about x",
+            Self::Socket => "socket",
         }
     }
 
@@ -126,7 +131,7 @@ impl JointKind {
     #[must_use]
     pub fn driven_word(self) -> &'static str {
         match self {
-            Self::Bend | Self::Twist => "angle",
+            Self::Bend | Self::Twist | Self::Socket => "angle",
             Self::Slide => "distance",
             Self::Spin => "speed",
         }

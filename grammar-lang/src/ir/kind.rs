@@ -2,7 +2,7 @@
 
 use indexmap::IndexMap;
 
-use super::{Actuator, Expr, ExprKind, InstanceParam, Lattice, Part, RuleSet};
+use super::{Actuator, Expr, ExprKind, InstanceParam, Joint, Lattice, Part, RuleSet, Target, Task};
 
 /// What a name stands for that a part may have for its kind.
 #[derive(Clone, Copy, Debug)]
@@ -45,24 +45,33 @@ impl<'r> Kind<'r> {
                     ("friction", part.friction.varies()),
                     ("colour", part.colour.varies()),
                 ];
-                own.into_iter().chain(ports.map(|port| ("port", port))).collect()
+                let joint = part.joint.iter().flat_map(of_joint);
+                own.into_iter().chain(ports.map(|port| ("port", port))).chain(joint).collect()
             }
-            Self::Actuator(actuator) => vec![
-                ("segment", actuator.segment.varies()),
-                (actuator.mass.field(), actuator.mass.varies()),
-                ("friction", actuator.friction.varies()),
-                (
-                    actuator.joint.kind.effort_field(),
-                    actuator.motor.as_ref().and_then(|motor| motor.effort.varies()),
-                ),
-                ("stiffness", actuator.stiffness.varies()),
-                ("damping", actuator.damping.varies()),
-                ("colour", actuator.colour.varies()),
-            ],
+            Self::Actuator(actuator) => {
+                let effort = actuator.motor.as_ref().and_then(|motor| motor.effort.varies());
+                let own = [
+                    ("segment", actuator.segment.varies()),
+                    (actuator.mass.field(), actuator.mass.varies()),
+                    ("friction", actuator.friction.varies()),
+                    (actuator.joint.kind.effort_field(), effort),
+                    ("colour", actuator.colour.varies()),
+                ];
+                own.into_iter().chain(of_joint(&actuator.joint)).collect()
+            }
             Self::Cell(_) => Vec::new(),
         };
         fields.into_iter().filter_map(|(name, expr)| Some((name, expr?)))
     }
+}
+
+/// The fields of a joint that may read parameters.
+fn of_joint(joint: &Joint) -> [(&'static str, Option<&Expr>); 3] {
+    [
+        ("joint", joint.axis.varies()),
+        ("stiffness", joint.stiffness.varies()),
+        ("damping", joint.damping.varies()),
+    ]
 }
 
 impl RuleSet {
@@ -91,6 +100,11 @@ impl RuleSet {
     #[must_use]
     pub fn is_driven(&self, kind: &str) -> bool {
         self.is_actuator(kind) || self.tasks.values().any(|task| task.actuated.contains_key(kind))
+    }
+
+    /// The targets that a task is simulated on, by name.
+    pub fn targets_of<'r>(&'r self, task: &'r Task) -> impl Iterator<Item = (&'r str, &'r Target)> {
+        task.on.iter().filter_map(|name| Some((name.as_str(), self.targets.get(name)?)))
     }
 
     /// The parameters that parts of a kind have.

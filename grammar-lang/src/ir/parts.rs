@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer, range, shape, tabulated};
-use super::{Expr, Form, Joint, JointKind, Table, Ty};
+use super::{Expr, Form, Joint, JointKind, NAMED_AXES, Table, Ty};
 use crate::source::Span;
 use crate::units::{self, Dimension};
 
@@ -99,6 +99,9 @@ pub struct Part {
     pub colour: Field<String>,
     /// Its ports, if they are not the six that every block has.
     pub ports: Vec<Port>,
+    /// The joint with which it hangs on what holds it, if it is not fixed there. Nothing drives it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub joint: Option<Joint>,
     /// Parameters of each such part.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub params: IndexMap<String, InstanceParam>,
@@ -160,16 +163,8 @@ pub struct Actuator {
     pub friction: Field<f64>,
     /// How its segments move against each other.
     pub joint: Joint,
-    /// How far its tip goes against its base, least and greatest, in rad (of a slide m), rest among them. A spin has no end.
-    pub range: Option<(f64, f64)>,
     /// What drives it; nothing drives a passive row.
     pub motor: Option<Motor>,
-    /// Stiffness of each joint, N m/rad or N/m; of a spin none.
-    pub stiffness: Field<f64>,
-    /// Damping of each joint, N m s/rad or N s/m.
-    pub damping: Field<f64>,
-    /// Where the springs of a passive row pull it, from base to tip, rad or m.
-    pub neutral: f64,
     /// `#rrggbb`
     pub colour: Field<String>,
     /// Parameters of an instance.
@@ -194,7 +189,7 @@ impl Actuator {
     #[must_use]
     pub fn driven_range(&self) -> (f64, f64) {
         let most = self.motor.as_ref().map_or(f64::INFINITY, |motor| motor.speed.most());
-        self.range.unwrap_or((-most, most))
+        self.joint.range.unwrap_or((-most, most))
     }
 }
 
@@ -227,6 +222,11 @@ impl Writer<'_> {
             let facing = self.written(&names, &port.facing, plain);
             self.line(1, format!("port {}[{}] at {at} facing {facing}", port.name, port.index));
         }
+        if let Some(joint) = &part.joint {
+            self.joint(&names, joint, true);
+            self.reach(joint);
+            self.springs(&names, joint);
+        }
         self.line(0, "}");
     }
 
@@ -256,20 +256,17 @@ impl Writer<'_> {
 
     pub(super) fn actuator(&mut self, name: &str, actuator: &Actuator) {
         let names: Names = actuator.params.keys().cloned().collect();
-        let joint = actuator.joint;
+        let joint = &actuator.joint;
         self.gap();
         self.line(0, format!("actuator {name} {{"));
         self.instance_params(&actuator.params);
         self.field(&names, "segment", &actuator.segment, |form| shape(*form));
-        let passive = if actuator.motor.is_none() { " passive" } else { "" };
-        if joint != Joint::BEND || actuator.motor.is_none() {
-            self.line(1, format!("joint = {joint}{passive}"));
-        }
         let kind = joint.kind;
-        if let Some(limits) = actuator.range {
-            let position = Ty::Quantity(kind.position());
-            self.line(1, format!("{} = {}", kind.range(), range(limits, &position)));
+        let usual = kind == JointKind::Bend && joint.axis.fixed() == Some(&kind.usual_axis());
+        if !usual || actuator.motor.is_none() {
+            self.joint(&names, joint, actuator.motor.is_none());
         }
+        self.reach(joint);
         if let Some(motor) = &actuator.motor {
             let speed = |speed: &Speed| match speed {
                 Speed::Constant(speed) => units::shown(*speed, kind.speed()),
@@ -285,14 +282,39 @@ impl Writer<'_> {
         if let Some(motor) = &actuator.motor {
             self.quantity(&names, kind.effort_field(), &motor.effort, kind.effort());
         }
-        if kind != JointKind::Spin {
-            self.quantity(&names, "stiffness", &actuator.stiffness, kind.stiffness());
-        }
-        self.quantity(&names, "damping", &actuator.damping, kind.damping());
-        if actuator.neutral != 0.0 {
-            self.line(1, format!("neutral = {}", units::shown(actuator.neutral, kind.position())));
-        }
+        self.springs(&names, joint);
         self.line(0, "}");
+    }
+
+    fn joint(&mut self, names: &Names, joint: &Joint, passive: bool) {
+        let plain = |x: &[f64; 3]| match NAMED_AXES.iter().find(|(_, axis)| axis == x) {
+            Some((name, _)) => (*name).to_owned(),
+            None => format!("vector({})", x.map(|x| x.to_string()).join(", ")),
+        };
+        let axis = match joint.kind.axis_word() {
+            Some(word) => format!(" {word} {}", self.written(names, &joint.axis, plain)),
+            None => String::new(),
+        };
+        let passive = if passive { " passive" } else { "" };
+        self.line(1, format!("joint = {}{axis}{passive}", joint.kind.text()));
+    }
+
+    fn reach(&mut self, joint: &Joint) {
+        if let Some(limits) = joint.range {
+            let position = Ty::Quantity(joint.kind.position());
+            self.line(1, format!("{} = {}", joint.kind.range(), range(limits, &position)));
+        }
+    }
+
+    fn springs(&mut self, names: &Names, joint: &Joint) {
+        let kind = joint.kind;
+        if kind != JointKind::Spin {
+            self.quantity(names, "stiffness", &joint.stiffness, kind.stiffness());
+        }
+        self.quantity(names, "damping", &joint.damping, kind.damping());
+        if joint.neutral != 0.0 {
+            self.line(1, format!("neutral = {}", units::shown(joint.neutral, kind.position())));
+        }
     }
 
     pub(super) fn instance_params(&mut self, params: &IndexMap<String, InstanceParam>) {

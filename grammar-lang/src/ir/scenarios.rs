@@ -155,10 +155,8 @@ impl RuleSet {
     ) -> Result<(), &'static str> {
         let balls = matches!(self.method(), Method::Balls(_));
         let is_supplied = |task: &Task| {
-            let target = task.on.as_ref().and_then(|on| self.targets.get(on));
-            target.is_some_and(
-                |target| matches!(&target.backend, Backend::Pneumatic(air) if air.supply.is_some()),
-            )
+            self.targets_of(task)
+                .any(|(_, target)| matches!(&target.backend, Backend::Pneumatic(air) if air.supply.is_some()))
         };
         match difference {
             Difference::Torque if balls => Err("balls and springs have no torques"),

@@ -19,9 +19,9 @@ pub struct Task {
     pub actuated: IndexMap<String, String>,
     /// The simulation model.
     pub model: Model,
-    /// The target whose limits hold in the simulation, too.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub on: Option<String>,
+    /// The targets whose limits hold in the simulation, too: one for a kind of actuator at most.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub on: Vec<String>,
     /// The scenarios that it happens in beside the nominal world.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub scenarios: Option<Within>,
@@ -270,7 +270,7 @@ impl Writer<'_> {
 
     pub(super) fn model(&mut self, indent: usize, Task { model, on, scenarios, .. }: &Task) {
         let part = |word: &str, name: &str| format!(" {word} {name}");
-        let on = on.as_ref().map_or(String::new(), |on| part("on", on));
+        let on = if on.is_empty() { String::new() } else { part("on", &on.join(", ")) };
         let within = scenarios.as_ref().map_or(String::new(), |within| part("in", &within.name));
         self.line(
             indent,

@@ -38,8 +38,8 @@ impl Scope for Driven<'_> {
             Attribute::Part(PartAttribute::Image | PartAttribute::Turn) => Some(Value::Number(0.0)),
             Attribute::Part(PartAttribute::Depth) => Some(Value::Number(1.0)),
             Attribute::Part(PartAttribute::OwnImage) => Some(Value::Bool(false)),
-            Attribute::Part(PartAttribute::LeastBend) => Some(Value::Number(self.actuator.range?.0)),
-            Attribute::Part(PartAttribute::GreatestBend) => Some(Value::Number(self.actuator.range?.1)),
+            Attribute::Part(PartAttribute::LeastBend) => Some(Value::Number(self.actuator.joint.range?.0)),
+            Attribute::Part(PartAttribute::GreatestBend) => Some(Value::Number(self.actuator.joint.range?.1)),
             Attribute::Part(PartAttribute::GreatestSpeed) => {
                 Some(Value::Number(self.actuator.motor.as_ref()?.speed.most()))
             }
@@ -76,7 +76,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         {
             let tenths = |x: f64| (x * 10.0).round() / 10.0;
             let shown = |x: f64| match joint {
-                JointKind::Bend | JointKind::Twist => format!("{} deg", tenths(x.to_degrees())),
+                JointKind::Bend | JointKind::Twist | JointKind::Socket => {
+                    format!("{} deg", tenths(x.to_degrees()))
+                }
                 JointKind::Spin => format!("{} deg/s", tenths(x.to_degrees())),
                 JointKind::Slide => format!("{} mm", tenths(x * 1e3)),
             };
@@ -99,7 +101,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 fn verb(joint: JointKind) -> &'static str {
     match joint {
         JointKind::Spin => "speed up",
-        JointKind::Bend | JointKind::Twist | JointKind::Slide => joint.text(),
+        JointKind::Bend | JointKind::Twist | JointKind::Slide | JointKind::Socket => joint.text(),
     }
 }
 

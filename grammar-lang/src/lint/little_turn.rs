@@ -12,7 +12,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, target) in &known.ruleset.targets {
         let Backend::Tendon(threads) = &target.backend else { continue };
         let Some(actuator) = known.ruleset.actuators.get(&target.kind) else { continue };
-        let Some(bend) = actuator.range else { continue };
+        let Some(bend) = actuator.joint.range else { continue };
         let (low, high) = threads.thread.domain();
         let wound = |bend: f64| threads.thread.at(bend.clamp(low, high)) / threads.wheel;
         let used = (wound(bend.1) - wound(bend.0)).abs();

@@ -13,7 +13,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, target) in &known.ruleset.targets {
         let Backend::Tendon(threads) = &target.backend else { continue };
         let Some(actuator) = known.ruleset.actuators.get(&target.kind) else { continue };
-        let Some(bend) = actuator.range else { continue };
+        let Some(bend) = actuator.joint.range else { continue };
         let (low, high) = threads.reach();
         if low > bend.0 + CLOSE || high < bend.1 - CLOSE {
             let range = |(a, b)| format!("{} .. {}", shown(a, Dimension::ANGLE), shown(b, Dimension::ANGLE));

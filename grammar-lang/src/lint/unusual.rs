@@ -44,7 +44,7 @@ fn unusual(field: &str, made: &Made) -> Option<(f64, &'static Usual)> {
         }
         (Made::Actuator(own), "friction") => ("an actuator", "friction", own.friction),
         (Made::Actuator(own), "torque") => ("an actuator", "torque", own.effort?),
-        (Made::Actuator(own), "stiffness") => ("an actuator", "stiffness", own.stiffness),
+        (Made::Actuator(own), "stiffness") => ("an actuator", "stiffness", own.joint.stiffness),
         _ => return None,
     };
     let usual = USUAL.iter().find(|usual| (usual.of, usual.field) == (of, field))?;

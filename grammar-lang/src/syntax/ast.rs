@@ -115,14 +115,14 @@ pub enum ItemKind {
     },
     /// `actuate KIND with ACTUATION`
     Actuate(Name, Name),
-    /// `simulate MODEL for DURATION on TARGET in SCENARIOS`
+    /// `simulate MODEL for DURATION on TARGET, TARGET in SCENARIOS`
     Simulate {
         /// The model.
         model: Name,
         /// How long.
         duration: Expr,
         /// The hardware whose limits hold, too.
-        on: Option<Name>,
+        on: Vec<Name>,
         /// The worlds beside the nominal one.
         scenarios: Option<Name>,
     },

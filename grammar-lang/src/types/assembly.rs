@@ -333,7 +333,7 @@ impl<'a> Assembly<'a> {
             );
         }
         let Asked { tasks, objective, beside } = tasks?;
-        self.declarations.check_models(&tasks, &singles, &used.actuators);
+        self.declarations.check_models(&tasks, &singles, &used.parts, &used.actuators);
         let (targets, prototypes) = hardware?;
         self.declarations.check_targets(&tasks, &targets, &used.actuators, &used.actuations);
         self.declarations.check_periods(&tasks, &used.actuations, &used.terms, &observed);

@@ -16,7 +16,6 @@ use super::cache::{self, Cache, Key, Subject};
 use super::crew::Crew;
 use super::tally::Missing;
 use crate::derive::Candidate;
-use crate::design::assembly::{Joint, JointKind};
 use crate::drive::{Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Observed, Recording};
@@ -126,11 +125,8 @@ impl<'r> Evaluator<'r> {
 
     /// How many joints of the body move.
     pub(super) fn hinges(&self) -> usize {
-        let moves = |joint: &&Joint| match joint.kind {
-            JointKind::Rigid => false,
-            JointKind::Dof(_) => true,
-        };
-        self.drive.candidate().body.assembly.joints.iter().filter(moves).count()
+        let joints = &self.drive.candidate().body.assembly.joints;
+        joints.iter().map(|joint| joint.kind.dofs().len()).sum()
     }
 
     /// Evaluates several parameters at once; each as if it were alone. None if it was

@@ -32,7 +32,7 @@ fn loose(anchor: Vector3<f64>, axis: Vector3<f64>) -> Dof {
 }
 
 /// A row of balls along x, each hinged at its own distance from the last.
-fn chain(links: usize, pitch: f64, joint: impl Fn(Vector3<f64>) -> Dof) -> Assembly {
+fn chain<J: Into<JointKind>>(links: usize, pitch: f64, joint: impl Fn(Vector3<f64>) -> J) -> Assembly {
     let mut body = Builder::default();
     let mut last = body.add(cube(Vector3::zeros()));
     body.0.actuators = 1;
@@ -41,7 +41,7 @@ fn chain(links: usize, pitch: f64, joint: impl Fn(Vector3<f64>) -> Dof) -> Assem
         let ball =
             element(Shape::Ball { radius: 0.005 }, Translation3::from(anchor + Vector3::x() * pitch).into());
         let child = body.add(ball);
-        body.join(last, child, JointKind::Dof(joint(anchor)));
+        body.join(last, child, joint(anchor).into());
         last = child;
     }
     body.0

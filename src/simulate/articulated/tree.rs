@@ -186,7 +186,10 @@ fn link<S: Scalar>(kit: S::Kit, body: &Body, parent: &Body, worlds: &[World]) ->
         to_joint: V3::null(kit),
         to_centre: V3::null(kit),
         mass: massive(body.mass * MASS),
-        lightness: S::each(kit, |lane| 3.0 / (m.trace() * worlds[lane].mass)),
+        lightness: S::each(
+            kit,
+            |lane| if m.trace() > 0.0 { 3.0 / (m.trace() * worlds[lane].mass) } else { 0.0 },
+        ),
         inertia: Sym([m.m11, m.m22, m.m33, m.m12, m.m13, m.m23].map(massive)),
         stiffness: of(0.0),
         damping: of(0.0),

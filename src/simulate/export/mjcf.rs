@@ -107,16 +107,25 @@ fn friction(coefficient: f64) -> String {
 fn bodies(xml: &mut Xml, lowered: &Lowered, joints: &[String]) {
     let mut joints = joints.iter();
     let mut open: Vec<usize> = Vec::new();
-    for (index, body) in lowered.bodies.iter().enumerate() {
-        while index > 0 && open.last().is_some_and(|&last| last != body.parent) {
+    for (index, body) in lowered.bodies.iter().enumerate().filter(|(_, body)| !body.is_massless()) {
+        // The degrees of freedom of a socket are joints of one body there.
+        let mut chain = vec![body];
+        let mut parent = body.parent;
+        while lowered.bodies[parent].is_massless() {
+            chain.push(&lowered.bodies[parent]);
+            parent = lowered.bodies[parent].parent;
+        }
+        while index > 0 && open.last().is_some_and(|&last| last != parent) {
             open.pop();
             xml.close();
         }
         open.push(index);
-        let origin = if index == 0 { Vector3::zeros() } else { lowered.bodies[body.parent].centre };
+        let origin = if index == 0 { Vector3::zeros() } else { lowered.bodies[parent].centre };
         let place = ("pos", numbers(&turned(&(body.centre - origin))));
         xml.open("body", &[("name", format!("body{index}")), place]);
-        joint(xml, body, &mut joints);
+        for own in chain.into_iter().rev() {
+            joint(xml, own, body.centre, &mut joints);
+        }
         let inertia = [("pos", "0 0 0".to_owned()), ("mass", numbers(&[body.mass]))];
         let full = ("fullinertia", inertia_of(&body.inertia));
         xml.leaf("inertial", &[&inertia[..], &[full]].concat());
@@ -129,7 +138,7 @@ fn bodies(xml: &mut Xml, lowered: &Lowered, joints: &[String]) {
     }
 }
 
-fn joint<'a>(xml: &mut Xml, own: &Body, names: &mut impl Iterator<Item = &'a String>) {
+fn joint<'a>(xml: &mut Xml, own: &Body, centre: Vector3<f64>, names: &mut impl Iterator<Item = &'a String>) {
     let Some(dof) = &own.dof else {
         xml.leaf("freejoint", &[("name", "root".into())]);
         return;
@@ -143,7 +152,7 @@ fn joint<'a>(xml: &mut Xml, own: &Body, names: &mut impl Iterator<Item = &'a Str
                 Travel::Slide => "slide".to_owned(),
             },
         ),
-        ("pos", numbers(&turned(&(dof.anchor.coords - own.centre)))),
+        ("pos", numbers(&turned(&(dof.anchor.coords - centre)))),
         ("axis", numbers(&turned(&dof.axis))),
     ];
     if let Control::Passive { neutral } = dof.control {

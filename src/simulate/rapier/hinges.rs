@@ -62,7 +62,8 @@ impl Hinges {
         self.world.integration_parameters = parameters(&self.settings, self.substeps);
         self.world.colliders.insert(ground(&self.settings));
         let Hinges { world, lowered, .. } = self;
-        self.bodies = lowered.bodies.iter().map(|body| world.bodies.insert(rigid_body(body))).collect();
+        let bodies = (0..lowered.bodies.len()).map(|body| rigid_body(&with_mass(lowered, body)));
+        self.bodies = bodies.map(|body| world.bodies.insert(body)).collect();
         for piece in &lowered.pieces {
             let collider = collider(piece, self.settings.self_collision);
             world.colliders.insert_with_parent(collider, self.bodies[piece.body], &mut world.bodies);
@@ -73,6 +74,15 @@ impl Hinges {
             let joint = joint(dof, &lowered.bodies[body.parent], body);
             let (parent, child) = (self.bodies[body.parent], self.bodies[index]);
             self.joints.push(world.impulse_joints.insert(parent, child, joint, true));
+            if lowered.bodies[body.parent].is_massless() && !body.is_massless() {
+                // What a socket joins does not collide: a joint that holds nothing says so.
+                let mut holder = body.parent;
+                while lowered.bodies[holder].is_massless() {
+                    holder = lowered.bodies[holder].parent;
+                }
+                let free = GenericJointBuilder::new(JointAxesMask::empty()).contacts_enabled(false).build();
+                world.impulse_joints.insert(self.bodies[holder], child, free, true);
+            }
         }
         self.positions = vec![0.0; self.joints.len()];
         self.work = vec![0.0; self.joints.len()];
@@ -260,6 +270,22 @@ fn mass_of(body: &Body) -> MassProperties {
     let turn = Rotation::from_xyzw(turn.i as f32, turn.j as f32, turn.k as f32, turn.w as f32).normalize();
     let mass = (body.mass * MASS) as f32;
     MassProperties::with_principal_inertia_frame(Vector::ZERO, mass, vector(moments), turn)
+}
+
+/// What lies between two degrees of freedom has no mass; here it needs some: this share of what hangs on it.
+const RING: f64 = 0.02;
+
+/// A body as it is here: with a mass.
+fn with_mass(lowered: &Lowered, index: usize) -> Body {
+    let mut body = lowered.bodies[index].clone();
+    // Bodies are numbered depth first: what hangs on it comes next.
+    let mut on_it = lowered.bodies.iter().skip(index).filter(|body| !body.is_massless());
+    if body.is_massless()
+        && let Some(next) = on_it.next()
+    {
+        (body.mass, body.inertia) = (next.mass * RING, next.inertia * RING);
+    }
+    body
 }
 
 fn rigid_body(body: &Body) -> RigidBody {

@@ -345,11 +345,7 @@ fn refusal(change: impl FnOnce(&mut Assembly, &mut Settings)) -> String {
 }
 
 fn first_hinge(body: &mut Assembly) -> &mut Dof {
-    let mut hinges = body.joints.iter_mut().filter_map(|joint| match &mut joint.kind {
-        JointKind::Dof(hinge) => Some(hinge),
-        JointKind::Rigid => None,
-    });
-    hinges.next().unwrap()
+    body.joints.iter_mut().flat_map(|joint| joint.kind.dofs_mut()).next().unwrap()
 }
 
 #[test]

@@ -91,10 +91,11 @@ impl<'a> Lowering<'a> {
             Rule::simulate_item => {
                 let model = self.name(&inner.next()?);
                 let duration = self.expr(inner.next()?)?;
-                let (mut on, mut scenarios) = (None, None);
+                let (mut on, mut scenarios) = (Vec::new(), None);
                 for part in inner {
-                    let to = if part.as_rule() == Rule::on_part { &mut on } else { &mut scenarios };
-                    *to = parts(part).next().map(|name| self.name(&name));
+                    let is_on = part.as_rule() == Rule::on_part;
+                    let mut names = parts(part).map(|name| self.name(&name));
+                    if is_on { on.extend(names) } else { scenarios = names.next() }
                 }
                 ItemKind::Simulate { model, duration, on, scenarios }
             }

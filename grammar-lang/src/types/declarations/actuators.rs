@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
-use super::joints::{Row, belongs_elsewhere, called, called_here, examples, fields, says_joint};
+use super::joints::{Owner, Row, belongs_elsewhere, called, called_here, examples, fields, says_joint};
 use crate::diagnostics::{Code, Diagnostic, Fix};
 use crate::ir::{self, Field, JointKind, PartAttribute, Speed, Ty};
 use crate::syntax::ast::{self, Block};
@@ -19,8 +19,8 @@ type Speeds = (Speed, Speed);
 impl Declarations<'_> {
     pub(in crate::types) fn actuator(&mut self, block: &Block, damaged: bool) -> Option<ir::Actuator> {
         // A joint that is wrong leaves open which fields belong to it.
-        let row = self.joint(block, damaged)?;
-        let kind = row.joint.kind;
+        let row = self.joint(block, Owner::Row)?;
+        let kind = row.kind;
         let all = fields(row);
         let from = self.row_values(block, row, &all);
         let is_taken = |name: &str| PartAttribute::named(name).is_some() || all.contains(&name);
@@ -33,10 +33,9 @@ impl Declarations<'_> {
         // How far and how fast it moves is the same for all of a kind: drives and targets are made for it.
         let alike = Context::new(Stage::Declaration, damaged);
         let known = self.expressions.errors.len();
-        let range =
-            if kind == JointKind::Spin { Some(None) } else { self.range(&from, kind, &alike).map(Some) };
+        let least = params.get("segments").and_then(|param| param.domain).map_or(2.0, |(low, _)| low);
+        let joint = self.joint_of(&from, row, (least - 1.0).max(1.0), &cx);
         let speeds = if row.passive { Some(None) } else { self.speeds(&from, kind, &alike).map(Some) };
-        let neutral = self.neutral(&from, kind, range.flatten(), &alike);
         for mut error in self.expressions.errors.split_off(known) {
             let name = self.environment.sources.slice(error.span());
             if error.code == Code::UNKNOWN_NAME && params.contains_key(name) {
@@ -54,18 +53,9 @@ impl Declarations<'_> {
             let (name, sign) = (kind.effort_field(), (Sign::Positive, examples.effort));
             self.varying_number(&from, name, kind.effort(), sign, &cx).map(Some)
         };
-        let stiffness = if kind == JointKind::Spin {
-            Some(Field::Fixed(0.0))
-        } else {
-            // What swings freely has no spring.
-            let sign = if row.passive { Sign::NotNegative } else { Sign::Positive };
-            self.varying_number(&from, "stiffness", kind.stiffness(), (sign, examples.stiffness), &cx)
-        };
-        // Damping is all that makes a driven spin turn.
-        let sign = if kind == JointKind::Spin && !row.passive { Sign::Positive } else { Sign::NotNegative };
-        let damping = self.varying_number(&from, "damping", kind.damping(), (sign, examples.damping), &cx);
-        if let (Some(Field::Fixed(stiffness)), Some(Field::Fixed(damping)), Some((_, tree))) =
-            (&stiffness, &damping, from.values.get("damping"))
+        if let Some(ir::Joint { stiffness: Field::Fixed(stiffness), damping: Field::Fixed(damping), .. }) =
+            &joint
+            && let Some((_, tree)) = from.values.get("damping")
             && !row.passive
             && kind != JointKind::Spin
         {
@@ -78,12 +68,8 @@ impl Declarations<'_> {
             segment: segment?,
             mass: mass?,
             friction: friction?,
-            joint: row.joint,
-            range: range?,
+            joint: joint?,
             motor: motor.map(|((speed, relaxing_speed), effort)| ir::Motor { speed, relaxing_speed, effort }),
-            stiffness: stiffness?,
-            damping: damping?,
-            neutral: neutral?,
             colour: colour?,
             params,
             span: block.name.span,
@@ -91,16 +77,25 @@ impl Declarations<'_> {
     }
 
     /// The values of a row's fields. What belongs to other joints is told as that.
-    fn row_values<'b>(&mut self, block: &'b Block, row: Row, all: &[&'static str]) -> Values<'b> {
+    pub(super) fn row_values<'b>(
+        &mut self,
+        block: &'b Block,
+        row: Row<'_>,
+        all: &[&'static str],
+    ) -> Values<'b> {
         let known = self.expressions.errors.len();
         let allowed = Fields { all, blocks: &[] };
-        let mut from = self.values(block, called(row), allowed);
+        let what = match row.of {
+            Owner::Row => called(row),
+            Owner::Part => "a part",
+        };
+        let mut from = self.values(block, what, allowed);
         for mut error in self.expressions.errors.split_off(known) {
             let (name, place) = (self.environment.sources.slice(error.span()), error.span());
             if error.code == Code::UNKNOWN_FIELD
                 && let Some(help) = belongs_elsewhere(name, row)
             {
-                let meant = called_here(name, row.joint.kind).filter(|meant| all.contains(meant));
+                let meant = called_here(name, row.kind).filter(|meant| all.contains(meant));
                 error.fix = meant.map(|meant| Fix::replace(place, meant, format!("write `{meant}`")));
                 error.help = Some(help);
                 // What is there under another name is not missing, too.
@@ -128,7 +123,7 @@ impl Declarations<'_> {
     }
 
     /// Where springs pull a row: to where it is at rest, if it does not say.
-    fn neutral(
+    pub(super) fn neutral(
         &mut self,
         from: &Values<'_>,
         kind: JointKind,
@@ -157,8 +152,9 @@ impl Declarations<'_> {
         Some(neutral)
     }
 
-    /// How far the tip goes against the base.
-    fn range(&mut self, from: &Values<'_>, kind: JointKind, cx: &Context) -> Option<(f64, f64)> {
+    /// How far the tip goes against the base, or a part against what holds it.
+    pub(super) fn range(&mut self, from: &Values<'_>, row: Row<'_>, cx: &Context) -> Option<(f64, f64)> {
+        let kind = row.kind;
         let (name, example) = (kind.range(), examples(kind).range);
         let Some((_, tree)) = from.values.get(name) else {
             self.missing(from, name, example, cx.damaged);
@@ -173,8 +169,8 @@ impl Declarations<'_> {
             } else {
                 ("0 deg", "other angles")
             };
-            let label = match kind {
-                JointKind::Bend => "the actuator is straight at rest",
+            let label = match (kind, row.of) {
+                (JointKind::Bend, Owner::Row) => "the actuator is straight at rest",
                 _ => "it begins there",
             };
             let example = if kind == JointKind::Slide { example } else { "0 deg .. 90 deg" };
@@ -182,7 +178,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::OUT_OF_DOMAIN,
                     tree.span,
-                    format!("the range of `{name}` must contain {zero}, and {others}, too"),
+                    format!("`{name}` must contain {zero}, and {others}, too"),
                 )
                 .label(label)
                 .help(format!("write for example `{name} = {example}`")),

@@ -130,7 +130,7 @@ impl Declarations<'_> {
                 "ports of its own",
                 "only a passive part declares ports; an actuator has `base` and `tip`",
             ),
-            Field::Joint(joint) if !what.contains("actuator") => (
+            Field::Joint(joint) if what != "a part" && !what.contains("actuator") => (
                 &joint.named(),
                 "joint",
                 "an actuator is a row of segments, and says how they move: `actuator`",
@@ -280,7 +280,7 @@ impl Declarations<'_> {
     }
 
     /// Reports parameters that a field reads, and that have the name of something else: no name hides another.
-    fn hiding(&mut self, expr: &Expr, cx: &Context) {
+    pub(super) fn hiding(&mut self, expr: &Expr, cx: &Context) {
         for (slot, local) in cx.locals.iter().enumerate() {
             let reads = expr.any(&mut |e| matches!(e.kind, ExprKind::Local(s) if s == slot));
             let Some((_, item)) = self.environment.program.lookup(local.span, &local.name).filter(|_| reads)

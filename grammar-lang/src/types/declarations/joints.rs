@@ -1,35 +1,58 @@
-//! The joints of an actuator's row: what a text says of them, and which fields belong to them.
+//! Joints, of an actuator's row and of a part: what a text says of them, and which fields belong to them.
 
 use super::Declarations;
+use super::fields::{Sign, Values, reads_params};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
-use crate::eval::{Value, unit};
-use crate::ir::{self, JointKind, NAMED_AXES, Ty};
+use crate::eval::{Value, is_across, unit};
+use crate::ir::{self, Field, JointKind, NAMED_AXES, Ty};
 use crate::syntax::ast::{self, Block, Name};
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
 /// What a joint can be.
-const JOINTS: &str = "a joint is `bend about z`, `twist`, `slide along x` or `spin about x`, with `passive` if nothing drives it";
+const JOINTS: &str = "a joint is `bend about z`, `twist`, `slide along x` or `spin about x`, with `passive` if nothing drives it, \
+                      or `socket passive`";
 
-/// An axis of a bend has at least this share across the row, of what it has along it.
-const ACROSS: f64 = 1e-3;
+/// How far a socket turns about each of its axes, at most, rad. At a right angle two of them would be one.
+const SOCKET: f64 = 80.0 * std::f64::consts::PI / 180.0;
 
-/// The joints of a row, as its field says.
+/// The joints of a row, or of a part, as the field says.
 #[derive(Clone, Copy)]
-pub(super) struct Row {
-    pub(super) joint: ir::Joint,
+pub(super) struct Row<'b> {
+    pub(super) kind: JointKind,
     /// Whether nothing drives them.
     pub(super) passive: bool,
+    /// The word before the axis, and the axis, where they are written.
+    axis: Option<(&'b Name, &'b ast::Expr)>,
+    /// Whose they are.
+    pub(super) of: Owner,
+}
+
+/// What has joints.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Owner {
+    /// A row of segments: so many joints at least.
+    Row,
+    /// A part: one joint, with what holds it.
+    Part,
 }
 
 /// The fields of every row.
 const COMMON: [&str; 5] = ["segment", "density", "mass", "friction", "joint"];
 
 /// The fields of a row with such joints, as they are listed to people.
-pub(super) fn fields(row: Row) -> Vec<&'static str> {
-    let kind = row.joint.kind;
+pub(super) fn fields(row: Row<'_>) -> Vec<&'static str> {
     let mut fields = COMMON.to_vec();
+    fields.extend(own_fields(row));
+    fields.push("colour");
+    fields
+}
+
+/// The fields of the joints themselves.
+pub(super) fn own_fields(row: Row<'_>) -> Vec<&'static str> {
+    let kind = row.kind;
+    let mut fields = Vec::new();
     let turns_on = kind == JointKind::Spin;
     if !turns_on {
         fields.push(kind.range());
@@ -45,16 +68,15 @@ pub(super) fn fields(row: Row) -> Vec<&'static str> {
         fields.push("stiffness");
     }
     fields.push("damping");
-    if row.passive && !turns_on {
+    if row.passive && !turns_on && kind != JointKind::Socket {
         fields.push("neutral");
     }
-    fields.push("colour");
     fields
 }
 
 /// What a row is called in messages.
-pub(super) fn called(row: Row) -> &'static str {
-    match (row.joint.kind, row.passive) {
+pub(super) fn called(row: Row<'_>) -> &'static str {
+    match (row.kind, row.passive) {
         (JointKind::Bend, false) => "an actuator",
         (JointKind::Twist, false) => "an actuator that twists",
         (JointKind::Slide, false) => "an actuator that slides",
@@ -63,6 +85,7 @@ pub(super) fn called(row: Row) -> &'static str {
         (JointKind::Twist, true) => "a passive actuator that twists",
         (JointKind::Slide, true) => "a passive actuator that slides",
         (JointKind::Spin, true) => "a passive actuator that spins",
+        (JointKind::Socket, _) => "a passive actuator with sockets",
     }
 }
 
@@ -84,6 +107,13 @@ pub(super) fn examples(kind: JointKind) -> Examples {
             stiffness: "500 N/m",
             damping: "10 N*s/m",
         },
+        JointKind::Socket => Examples {
+            range: "-40 deg .. 40 deg",
+            speed: "180 deg/s",
+            effort: "0.06 N*m/rad",
+            stiffness: "0.02 N*m/rad^2",
+            damping: "0.0005 N*m*s/rad^2",
+        },
         JointKind::Bend | JointKind::Twist | JointKind::Spin => Examples {
             range: "-90 deg .. 90 deg",
             speed: "180 deg/s",
@@ -95,29 +125,37 @@ pub(super) fn examples(kind: JointKind) -> Examples {
 }
 
 impl Declarations<'_> {
-    /// The joint of a row.
-    pub(super) fn joint(&mut self, block: &Block, damaged: bool) -> Option<Row> {
+    /// What a row or a part says of its joints: of a row, that it bends, if it says nothing.
+    pub(super) fn joint<'b>(&mut self, block: &'b Block, of: Owner) -> Option<Row<'b>> {
         let mut joints = block.fields.iter().filter_map(|field| match field {
             ast::Field::Joint(joint) => Some((ast::Joint::named(joint), Some(&**joint), None)),
             ast::Field::Value(name, value) if name.text == "joint" => Some((name.clone(), None, Some(value))),
             _ => None,
         });
         let Some((word, joint, value)) = joints.next() else {
-            return Some(Row { joint: ir::Joint::BEND, passive: false });
+            return Some(Row { kind: JointKind::Bend, passive: false, axis: None, of });
         };
         if let Some((again, ..)) = joints.next() {
             self.report(
                 Diagnostic::new(Code::DUPLICATE, again.span, "`joint` is given twice")
                     .label("again")
                     .also(word.span, "first given here")
-                    .help("keep one of them: all joints of a row are alike"),
+                    .help(match of {
+                        Owner::Row => "keep one of them: all joints of a row are alike",
+                        Owner::Part => "keep one of them: `socket passive` turns about all axes",
+                    }),
             );
         }
         match (joint, value.map(|value| (&value.kind, value.span))) {
-            (Some(joint), _) => self.written_joint(joint, damaged),
+            (Some(joint), _) => {
+                let axis = joint.axis.as_ref().map(|(word, axis)| (word, axis));
+                let kind = self.joint_kind(&joint.kind, of)?;
+                self.written_joint(Row { kind, passive: joint.passive.is_some(), axis, of }, &joint.kind)
+            }
             (None, Some((ast::ExprKind::Name(text), span))) => {
-                let kind = Name { text: text.clone(), span };
-                self.written_joint(&ast::Joint { word: word.span, kind, axis: None, passive: None }, damaged)
+                let name = Name { text: text.clone(), span };
+                let kind = self.joint_kind(&name, of)?;
+                self.written_joint(Row { kind, passive: false, axis: None, of }, &name)
             }
             (None, place) => {
                 let span = place.map_or(word.span, |(_, span)| span);
@@ -131,8 +169,7 @@ impl Declarations<'_> {
         }
     }
 
-    fn written_joint(&mut self, joint: &ast::Joint, damaged: bool) -> Option<Row> {
-        let name = &joint.kind;
+    fn joint_kind(&mut self, name: &Name, of: Owner) -> Option<JointKind> {
         let Some(kind) = JointKind::named(&name.text) else {
             let names = || JointKind::ALL.into_iter().map(JointKind::text);
             self.report(
@@ -140,32 +177,75 @@ impl Declarations<'_> {
                     .label("not known")
                     .help(meant_joint(&name.text).map_or_else(
                         || did_you_mean(&name.text, names()).unwrap_or_else(|| JOINTS.to_owned()),
-                        |meant| format!("write `joint = {meant}`"),
+                        |meant| match of {
+                            Owner::Part if !meant.contains("passive") => {
+                                format!("write `joint = {meant} passive`")
+                            }
+                            _ => format!("write `joint = {meant}`"),
+                        },
                     ))
                     .fix_if(respell(name.span, &name.text, names())),
             );
             return None;
         };
-        let axis = match &joint.axis {
-            None => kind.usual_axis(),
-            Some((word, axis)) => self.joint_axis(kind, word, axis, damaged)?,
-        };
-        Some(Row { joint: ir::Joint { kind, axis }, passive: joint.passive.is_some() })
+        Some(kind)
     }
 
-    /// The axis of a joint: `x`, `y`, `z`, or a vector.
-    fn joint_axis(
-        &mut self,
-        kind: JointKind,
-        word: &Name,
-        tree: &ast::Expr,
-        damaged: bool,
-    ) -> Option<[f64; 3]> {
-        let Some(wanted) = kind.axis_word() else {
+    /// Joints that fit what has them.
+    fn written_joint<'b>(&mut self, row: Row<'b>, name: &Name) -> Option<Row<'b>> {
+        let Row { kind, passive, of, axis } = row;
+        if of == Owner::Part && kind == JointKind::Twist {
             self.report(
-                Diagnostic::new(Code::UNKNOWN_FIELD, word.span, "a twist is always about the row itself")
+                Diagnostic::new(
+                    Code::UNKNOWN_FIELD,
+                    name.span,
+                    "a twist is about a row, and a part is no row",
+                )
+                .label("about what?")
+                .help("name the axis in the frame of the part: `joint = bend about x passive`"),
+            );
+            return None;
+        }
+        if !passive && (of == Owner::Part || kind == JointKind::Socket) {
+            let (message, help) = match of {
+                Owner::Part => {
+                    ("nothing can drive the joint of a part", "an `actuator` is driven; of a part")
+                }
+                Owner::Row => {
+                    ("nothing can drive a socket", "a row that bends or twists can be driven; of a socket")
+                }
+            };
+            let written = axis.map_or(name.span, |(_, axis)| axis.span);
+            self.report(
+                Diagnostic::new(Code::MISSING_FIELD, name.span, message)
+                    .label("`passive` is missing")
+                    .help(format!("{help}, write `joint = {} passive`", kind.example()))
+                    .fix(Fix::insert_after(written, " passive", "write `passive`")),
+            );
+            return None;
+        }
+        Some(row)
+    }
+
+    /// The axis of a joint: `x`, `y`, `z`, or a vector, which may read parameters.
+    fn joint_axis(&mut self, row: Row<'_>, cx: &Context) -> Option<Field<[f64; 3]>> {
+        let kind = row.kind;
+        let Some((word, tree)) = row.axis else { return Some(Field::Fixed(kind.usual_axis())) };
+        let Some(wanted) = kind.axis_word() else {
+            let (message, help) = match kind {
+                JointKind::Socket => (
+                    "a socket turns about every axis",
+                    "write `joint = socket passive`, or `joint = bend about y passive` for one axis",
+                ),
+                _ => (
+                    "a twist is always about the row itself",
+                    "write `joint = twist`, or `joint = bend about y` for another axis",
+                ),
+            };
+            self.report(
+                Diagnostic::new(Code::UNKNOWN_FIELD, word.span, message)
                     .label("it has no other axis")
-                    .help("write `joint = twist`, or `joint = bend about y` for another axis"),
+                    .help(help),
             );
             return None;
         };
@@ -174,7 +254,10 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::UNKNOWN_FIELD,
                     word.span,
-                    format!("a row {} {wanted} an axis", kind.does()),
+                    match row.of {
+                        Owner::Row => format!("a row {} {wanted} an axis", kind.does()),
+                        Owner::Part => format!("a part {} {wanted} an axis", kind.does()),
+                    },
                 )
                 .label(format!("not `{}`", word.text))
                 .help(format!("write `joint = {} {wanted} ...`", kind.text()))
@@ -193,14 +276,21 @@ impl Declarations<'_> {
         let axis = match named {
             Some((_, axis)) => axis.map(|x| if negative { 0.0 - x } else { x }),
             None => {
-                let mut cx = Context::new(Stage::Declaration, damaged);
+                let mut own = cx.clone();
                 let ty = Ty::Vector(Dimension::NUMBER);
                 let before = self.expressions.errors.len();
-                let value = self.expressions.expect(tree, &mut cx, &ty, "an axis");
+                let value = self.expressions.expect(tree, &mut own, &ty, "an axis");
                 for mut error in self.expressions.errors.split_off(before) {
                     error.help = Some("write `x`, `y` or `z`, or for example `vector(0, 1, 1)`".to_owned());
                     error.fix = None;
                     self.expressions.errors.add(error);
+                }
+                if value.any(&mut |e| e.ty == Ty::Unknown) {
+                    return None;
+                }
+                if reads_params(&value, cx.locals.len()) {
+                    self.hiding(&value, cx);
+                    return Some(Field::Varies(value));
                 }
                 let Value::Vector(vector) = self.expressions.constant(&value)? else { return None };
                 let Some(axis) = unit(vector) else {
@@ -214,8 +304,7 @@ impl Declarations<'_> {
                 axis
             }
         };
-        let [along, across, aside] = axis;
-        if kind == JointKind::Bend && (across * across + aside * aside).sqrt() < ACROSS * along.abs() {
+        if row.of == Owner::Row && kind == JointKind::Bend && !is_across(axis) {
             self.report(
                 Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "a row bends about an axis across it")
                     .label("this axis lies along the row")
@@ -223,7 +312,68 @@ impl Declarations<'_> {
             );
             return None;
         }
-        Some(axis)
+        Some(Field::Fixed(axis))
+    }
+
+    /// Everything that a text says of joints, but for what drives them. How far they move is the same for all of a kind: drives
+    /// and targets are made for it. `cx` is where fields read parameters.
+    pub(super) fn joint_of(
+        &mut self,
+        from: &Values<'_>,
+        row: Row<'_>,
+        joints: f64,
+        cx: &Context,
+    ) -> Option<ir::Joint> {
+        let kind = row.kind;
+        let axis = self.joint_axis(row, cx);
+        let alike = Context::new(Stage::Declaration, cx.damaged);
+        let range =
+            if kind == JointKind::Spin { Some(None) } else { self.range(from, row, &alike).map(Some) };
+        if let (JointKind::Socket, Some(Some((low, high)))) = (kind, range) {
+            self.socket_range(from, (low, high), joints);
+        }
+        let neutral = self.neutral(from, kind, range.flatten(), &alike);
+        let examples = examples(kind);
+        let stiffness = if kind == JointKind::Spin {
+            Some(Field::Fixed(0.0))
+        } else {
+            // What swings freely has no spring.
+            let sign = if row.passive { Sign::NotNegative } else { Sign::Positive };
+            self.varying_number(from, "stiffness", kind.stiffness(), (sign, examples.stiffness), cx)
+        };
+        // Damping is all that makes a driven spin turn.
+        let sign = if kind == JointKind::Spin && !row.passive { Sign::Positive } else { Sign::NotNegative };
+        let damping = self.varying_number(from, "damping", kind.damping(), (sign, examples.damping), cx);
+        Some(ir::Joint {
+            kind,
+            axis: axis?,
+            range: range?,
+            stiffness: stiffness?,
+            damping: damping?,
+            neutral: neutral?,
+        })
+    }
+
+    /// A socket must not come to where two of its axes are one.
+    fn socket_range(&mut self, from: &Values<'_>, (low, high): (f64, f64), joints: f64) {
+        let Some((_, tree)) = from.values.get("range") else { return };
+        if high.max(-low) <= SOCKET * joints * (1.0 + 1e-9) {
+            return;
+        }
+        let most = (SOCKET * joints).to_degrees().round();
+        self.report(
+            Diagnostic::new(
+                Code::OUT_OF_DOMAIN,
+                tree.span,
+                "a socket turns by at most 80 deg about each axis",
+            )
+            .label(if joints > 1.0 {
+                format!("that is {most} deg for the {joints} joints of the shortest row")
+            } else {
+                "reaches further".to_owned()
+            })
+            .help("narrow the range, for example to `-60 deg .. 60 deg`"),
+        );
     }
 }
 
@@ -243,23 +393,25 @@ fn meant_joint(word: &str) -> Option<&'static str> {
         "prismatic" | "linear" | "telescope" | "extend" | "slider" => "slide along x",
         "continuous" | "wheel" | "motor" | "rotate" | "axle" => "spin about x",
         "torsion" | "roll" => "twist",
+        "ball" | "spherical" | "ball_joint" | "universal" => "socket passive",
         "passive" | "spring" | "elastic" => "bend about z passive",
         _ => return None,
     })
 }
 
 /// What is said of a field that other rows have.
-pub(super) fn belongs_elsewhere(field: &str, row: Row) -> Option<String> {
-    let Row { joint, .. } = row;
-    let kind = joint.kind;
+pub(super) fn belongs_elsewhere(field: &str, row: Row<'_>) -> Option<String> {
+    let kind = row.kind;
     let spin = kind == JointKind::Spin;
     Some(match field {
         "bend" | "range" if spin => "a spin goes on and on: it has no end".to_owned(),
         "neutral" if !row.passive => {
             format!(
-                "it goes where its drive says; only a passive row has `neutral`: `joint = {joint} passive`"
+                "it goes where its drive says; only a passive row has `neutral`: `joint = {} passive`",
+                kind.example()
             )
         }
+        "neutral" if kind == JointKind::Socket => "a socket is at rest where its part is attached".to_owned(),
         "stiffness" | "relaxing_speed" | "neutral" if spin => {
             "a spin is driven by its speed: `damping` says how hard it holds that".to_owned()
         }

@@ -299,15 +299,17 @@ impl Declarations<'_> {
         &mut self,
         tasks: &super::tasks::Tasks,
         singles: &Singles<'_>,
+        parts: &IndexMap<String, ir::Part>,
         actuators: &IndexMap<String, ir::Actuator>,
     ) {
         // Balls are strained: that bends a row, or makes it longer.
-        let strains = |joint: ir::Joint| match joint.kind {
+        let strains = |joint: &ir::Joint| match joint.kind {
             ir::JointKind::Bend => true,
-            ir::JointKind::Slide => joint.axis[0].abs() == 1.0,
-            ir::JointKind::Twist | ir::JointKind::Spin => false,
+            ir::JointKind::Slide => joint.axis.fixed().is_some_and(|axis| axis[0].abs() == 1.0),
+            ir::JointKind::Twist | ir::JointKind::Spin | ir::JointKind::Socket => false,
         };
-        let odd = actuators.iter().find(|(_, actuator)| !strains(actuator.joint));
+        let jointed = parts.values().any(|part| part.joint.is_some());
+        let odd = actuators.iter().find(|(_, actuator)| !strains(&actuator.joint));
         let lattice = self.environment.has_lattice;
         let first = tasks.values().next().map(|(task, _)| task.model.method);
         for (task, _) in tasks.values() {
@@ -327,7 +329,11 @@ impl Declarations<'_> {
                 ),
                 (false, ir::Method::Balls(Some(_))) if odd.is_some() => (
                     "balls that are strained can bend a row or make it longer, and nothing else",
-                    "simulate twists, spins and slides across the row with a model of hinges, such as `hinge_model` of `std.models`",
+                    "simulate twists, spins, sockets and slides across the row with a model of hinges, such as `hinge_model` of `std.models`",
+                ),
+                (false, ir::Method::Balls(Some(_))) if jointed => (
+                    "balls hold parts together without joints",
+                    "simulate a part that has a `joint` with a model of hinges, such as `hinge_model` of `std.models`",
                 ),
                 _ => continue,
             };

@@ -37,7 +37,7 @@ use crate::syntax::declarations::BlockKind;
 pub(super) struct Named {
     pub(super) terms: IndexMap<String, ir::Term>,
     patterns: IndexMap<String, ir::Expr>,
-    parts: IndexMap<String, ir::Part>,
+    pub(super) parts: IndexMap<String, ir::Part>,
     pub(super) actuators: IndexMap<String, ir::Actuator>,
     pub(super) actuations: IndexMap<String, ir::Actuation>,
     scenarios: IndexMap<String, ir::Scenarios>,

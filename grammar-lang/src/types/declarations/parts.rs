@@ -5,6 +5,7 @@ use nalgebra::Point3;
 
 use super::Declarations;
 use super::fields::{Fields, Sign, Values, reads_params};
+use super::joints::{Owner, own_fields, says_joint};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Value, is_colour, unit};
 use crate::ir::{self, ExprKind, Field, Form, Function, Mass, PartAttribute, Solid, Ty};
@@ -14,10 +15,17 @@ use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
-const PART: Fields<'static> = Fields::values(&["shape", "density", "mass", "friction", "colour"]);
+const PART: &[&str] = &["shape", "density", "mass", "friction", "colour", "joint"];
+
 impl Declarations<'_> {
     pub(in crate::types) fn part(&mut self, block: &Block, damaged: bool) -> Option<ir::Part> {
-        let from = self.values(block, "a part", PART);
+        let row = if says_joint(block) { Some(self.joint(block, Owner::Part)?) } else { None };
+        let mut all = PART.to_vec();
+        all.extend(row.into_iter().flat_map(own_fields));
+        let from = match row {
+            Some(row) => self.row_values(block, row, &all),
+            None => self.values(block, "a part", Fields::values(PART)),
+        };
         let is_port = |name: &str| {
             ir::BLOCK_PORTS.contains(&name)
                 || block
@@ -26,7 +34,7 @@ impl Declarations<'_> {
                     .any(|field| matches!(field, ast::Field::Port(p) if p.name.text == name))
         };
         let is_taken = |name: &str| {
-            PartAttribute::named(name).is_some() || PART.all.contains(&name) || is_port(name) || name == "pi"
+            PartAttribute::named(name).is_some() || all.contains(&name) || is_port(name) || name == "pi"
         };
         let params = self.instance_params_of(block, &is_taken, damaged);
         let cx = self.context_of(block, &params, damaged);
@@ -39,12 +47,17 @@ impl Declarations<'_> {
         if let (Some(Field::Fixed(form)), Some(ports)) = (&shape, &ports) {
             self.check_places(block, *form, ports);
         }
+        let joint = match row {
+            Some(row) => Some(self.joint_of(&from, row, 1.0, &cx)?),
+            None => None,
+        };
         Some(ir::Part {
             shape: shape?,
             mass: mass?,
             friction: friction?,
             colour: colour?,
             ports: ports?,
+            joint,
             params,
             span: block.name.span,
         })

@@ -38,8 +38,8 @@ pub(in crate::types) struct Singles<'t> {
     pub(in crate::types) cell: Option<&'t Name>,
     pub(in crate::types) symmetry: Option<ir::Symmetry>,
     pub(super) model: Option<ir::Model>,
-    /// The target that it is simulated on.
-    pub(super) on: Option<&'t Name>,
+    /// The targets that it is simulated on.
+    pub(super) on: Vec<&'t Name>,
     /// The scenarios that it happens in, and whether there are such.
     pub(super) scenarios: Option<(&'t Name, bool)>,
     /// Where its time is said: what is added to it follows there.
@@ -115,9 +115,10 @@ impl<'a> Declarations<'a> {
             }
             ItemKind::Simulate { model, duration, on, scenarios } => {
                 singles.model = self.simulated(model, duration);
-                singles.on = on.as_ref().filter(|on| {
+                let there = |on: &&'a Name| {
                     self.named(on, "target", |k| matches!(k, ItemKind::Target { .. })).is_some()
-                });
+                };
+                singles.on = on.iter().filter(there).collect();
                 singles.duration = Some(duration.span);
                 singles.scenarios = scenarios.as_ref().map(|set| (set, self.set_of_worlds(set)));
             }

@@ -435,6 +435,29 @@ impl Declarations<'_> {
         sound.then_some((targets, prototypes))
     }
 
+    /// No two targets of a task drive the same kind of actuators.
+    fn check_shares(&mut self, task: &ir::Task, targets: &IndexMap<String, ir::Target>) {
+        let mut seen: IndexMap<&str, (&str, Span)> = IndexMap::new();
+        for name in &task.on {
+            let Some(target) = targets.get(name) else { continue };
+            if let Some((before, place)) = seen.insert(&target.kind, (name, target.span)) {
+                let also = if before == name {
+                    format!("the task names `{name}` twice")
+                } else {
+                    format!("`{before}` and `{name}` both drive `{}`", target.kind)
+                };
+                self.report(
+                    Diagnostic::new(Code::TARGET_MISFIT, target.span, also)
+                        .label(format!("for `{}`", target.kind))
+                        .also(place, "the first of them")
+                        .help(
+                            "name one target for each kind of actuator: `on` takes those of different kinds",
+                        ),
+                );
+            }
+        }
+    }
+
     /// Whether what drives an actuator is what its target can do.
     pub(in crate::types) fn check_targets(
         &mut self,
@@ -444,6 +467,7 @@ impl Declarations<'_> {
         actuations: &IndexMap<String, ir::Actuation>,
     ) {
         for (task, actuated) in tasks.values() {
+            self.check_shares(task, targets);
             for (kind, (with, place)) in actuated {
                 let (Some(actuator), Some(actuation)) = (actuators.get(kind), actuations.get(with)) else {
                     continue;
@@ -473,8 +497,8 @@ impl Declarations<'_> {
                         .help(help),
                     );
                 }
-                let target = task.on.as_ref().and_then(|name| targets.get(name));
-                let Some(target) = target.filter(|target| target.kind == *kind) else { continue };
+                let mut on = task.on.iter().filter_map(|name| Some((name, targets.get(name)?)));
+                let Some((name, target)) = on.find(|(_, target)| target.kind == *kind) else { continue };
                 if matches!(target.backend, Backend::Tendon(_)) && joint != ir::JointKind::Bend {
                     self.report(
                         Diagnostic::new(
@@ -489,7 +513,7 @@ impl Declarations<'_> {
                         .also(target.span, "the task is simulated on this target")
                         .help(format!(
                             "choose a target for another kind, or simulate without it: take `on {}` out",
-                            task.on.as_deref().unwrap_or_default()
+                            name
                         )),
                     );
                     continue;

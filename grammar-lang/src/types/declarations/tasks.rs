@@ -49,7 +49,7 @@ impl<'a> Declarations<'a> {
                 name: RuleSet::ONLY_TASK.to_owned(),
                 actuated: names_only(&actuated),
                 model: singles.model.clone()?,
-                on: singles.on.map(|on| on.text.clone()),
+                on: singles.on.iter().map(|on| on.text.clone()).collect(),
                 scenarios: singles.scenarios.map(|(set, _)| within(set)),
                 objective: objective.clone(),
                 beside: objectives.collect::<Option<_>>()?,
@@ -157,7 +157,7 @@ impl<'a> Declarations<'a> {
         let (on, simulated) = if own.model.is_some() || own.duration.is_some() {
             (own.on, Simulated { scenarios: own.scenarios, time: own.duration })
         } else {
-            (singles.on, Simulated { scenarios: singles.scenarios, time: singles.duration })
+            (singles.on.clone(), Simulated { scenarios: singles.scenarios, time: singles.duration })
         };
         if let Some(objective) = &objective {
             self.own_worlds(objective, simulated);
@@ -174,7 +174,7 @@ impl<'a> Declarations<'a> {
                 .help("add for example `simulate hinge_model for 20 s`"),
             );
         }
-        let on = on.map(|on| on.text.clone());
+        let on = on.iter().map(|on| on.text.clone()).collect();
         let task = ir::Task {
             name: name.text.clone(),
             actuated: names_only(&actuated),

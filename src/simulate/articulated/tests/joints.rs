@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use super::conservation::{poses, turning};
 use super::{aloft, chain, energy_of, fine, keeps_momenta, loose, thrown};
-use crate::design::assembly::{Control, Dof, Travel};
+use crate::design::assembly::{Control, Dof, JointKind, Travel};
 use crate::simulate::Settings;
 use crate::simulate::articulated::kinematics::place;
 use crate::simulate::articulated::scalar::Scalar;
@@ -28,10 +28,33 @@ fn tumbling<S: Scalar<Kit = ()>>(step: f64, springs: bool) -> Solver<S> {
     thrown(chain(3, 0.03, joint), step)
 }
 
+/// A joint about all axes, with a spring about each of them or none.
+fn socket(anchor: Vector3<f64>, stiffness: f64) -> JointKind {
+    let axes = [Vector3::y(), Vector3::z(), Vector3::x()];
+    JointKind::Socket(Box::new(axes.map(|axis| sprung(anchor, axis, Travel::Turn, stiffness))))
+}
+
+/// The same with sockets. Without springs they must not come to where two of their axes are one: it tumbles more slowly.
+fn in_sockets<S: Scalar<Kit = ()>>(step: f64, springs: bool) -> Solver<S> {
+    let mut solver: Solver<S> =
+        thrown(chain(3, 0.03, |anchor| socket(anchor, if springs { 2e-3 } else { 0.0 })), step);
+    if !springs {
+        for speed in &mut solver.state.speeds {
+            *speed *= speed.like(0.3);
+        }
+        solver.begin();
+    }
+    solver
+}
+
 /// The velocities of all bodies are those with which their places and rotations change.
 #[test]
 fn velocities_are_how_places_change() {
-    let mut solver = tumbling::<f64>(1.0 / 240.0, true);
+    let bodies: [Solver<f64>; 2] = [tumbling(1.0 / 240.0, true), in_sockets(1.0 / 240.0, true)];
+    bodies.into_iter().for_each(velocities_are_theirs);
+}
+
+fn velocities_are_theirs(mut solver: Solver<f64>) {
     (0..40).for_each(|_| solver.advance());
     let small = 1e-6;
     let place_after = |solver: &Solver<f64>, time: f64| {
@@ -59,8 +82,12 @@ fn velocities_are_how_places_change() {
 /// The mass matrix is that of the kinetic energy of all bodies.
 #[test]
 fn the_mass_matrix_is_that_of_the_energy() {
+    let bodies: [Solver<f64>; 2] = [tumbling(1.0 / 240.0, false), in_sockets(1.0 / 240.0, false)];
+    bodies.into_iter().for_each(the_mass_matrix_is_right);
+}
+
+fn the_mass_matrix_is_right(mut solver: Solver<f64>) {
     use crate::simulate::articulated::inertia::{Composite, mass_matrix, turn_inertias};
-    let mut solver = tumbling::<f64>(1.0 / 240.0, false);
     (0..40).for_each(|_| solver.advance());
     let tree = &solver.tree;
     let mut inertias = vec![Sym::null(()); tree.links.len()];
@@ -91,10 +118,11 @@ fn the_mass_matrix_is_that_of_the_energy() {
 
 #[test]
 fn what_tumbles_keeps_its_momenta() {
-    for springs in [false, true] {
-        keeps_momenta(&mut tumbling(1.0 / 30720.0, springs), 7680);
+    for (springs, sockets) in [(false, false), (true, false), (false, true), (true, true)] {
+        let body = |step: f64| if sockets { in_sockets(step, springs) } else { tumbling(step, springs) };
+        keeps_momenta(&mut body(1.0 / 30720.0), 7680);
         // At every step, whatever its length.
-        let mut solver = tumbling::<f64>(1.0 / 240.0, springs);
+        let mut solver: Solver<f64> = body(1.0 / 240.0);
         let (mut first, mut before) = (None, poses(&solver));
         for _ in 0..480 {
             solver.advance();
@@ -110,9 +138,11 @@ fn what_tumbles_keeps_its_momenta() {
 /// Springs store what they take: the sum falls by what the scheme takes from stiff motion, and gains nothing.
 #[test]
 fn what_tumbles_keeps_its_energy() {
-    for springs in [false, true] {
+    for (springs, sockets) in [(false, false), (true, false), (false, true), (true, true)] {
         let drift = |rate: f64| {
-            let mut solver = tumbling::<f64>(1.0 / rate, springs);
+            let step = 1.0 / rate;
+            let mut solver: Solver<f64> =
+                if sockets { in_sockets(step, springs) } else { tumbling(step, springs) };
             let start = energy_of(&solver);
             let (mut low, mut high) = (0.0_f64, 0.0_f64);
             for _ in 0..(0.5 * rate) as usize {
@@ -123,9 +153,36 @@ fn what_tumbles_keeps_its_energy() {
             (low, high)
         };
         let [(coarse, most), (fine, _)] = [240.0, 3840.0].map(drift);
-        assert!(most < 0.02, "springs {springs}: gained {most}");
-        assert!(coarse > -0.2 && fine > coarse / 8.0 - 1e-3, "springs {springs}: lost {coarse}, then {fine}");
+        assert!(most < 0.02, "springs {springs}, sockets {sockets}: gained {most}");
+        assert!(
+            coarse > -0.2 && fine > coarse / 8.0 - 1e-3,
+            "springs {springs}, sockets {sockets}: lost {coarse}, then {fine}"
+        );
     }
+}
+
+/// A pendulum in a socket goes round in a circle as fast as it should: `w^2 = g / (L cos(angle from below))`.
+#[test]
+fn a_pendulum_in_a_socket_goes_round() {
+    let (length, down) = (10.0, 0.7_f64);
+    let step = 1.0 / 960.0;
+    let mut solver: Solver<f64> = aloft(&chain(1, 0.1, |anchor| socket(anchor, 0.0)), &fine(step));
+    solver.anchored = true;
+    // At rest it lies along x; its third body is the ball.
+    solver.state.positions[2] = -down;
+    let speed = libm::sqrt(981.0 / (length * libm::sin(down)));
+    let first = solver.state.speeds.len() - 3;
+    solver.state.speeds[first] = speed;
+    solver.begin();
+    let steps = 1920;
+    for _ in 0..steps {
+        solver.advance();
+        let off = solver.state.positions[2] + down;
+        assert!(off.abs() < 5e-3, "it swings by {off} rad");
+    }
+    let (turned, due) = (solver.state.positions[1], speed * step * f64::from(steps));
+    assert!((turned / due - 1.0).abs() < 2e-3, "{turned} rad for {due}");
+    assert!(solver.state.positions[3].abs() < 1e-3, "it twists by {}", solver.state.positions[3]);
 }
 
 /// A spring that is drawn back and forth by a servo, for long: what it gives back is counted, and no more.
