@@ -5,6 +5,8 @@
 //! to measure these instead of the examples of `benches/bodies/`). All methods take
 //! turns, each round every one; the least of the rounds counts. On an idle machine, please.
 //!
+//! The last two bodies have the same parts and degrees of freedom: one bends only, the other has joints of all kinds.
+//!
 //! Then what a drive takes in several worlds at once, as a multiple of what it takes in the nominal one alone.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, missing_docs)]
@@ -30,7 +32,11 @@ fn main() {
     let rounds = std::env::args().filter_map(|a| a.parse().ok()).next().unwrap_or(3);
     let designs: Vec<_> = std::env::args().skip(1).map(PathBuf::from).filter(|path| path.exists()).collect();
     let bodies: Vec<_> = match designs.as_slice() {
-        [] => ["two", "four", "eight"].map(example).into(),
+        [] => ["two", "four", "eight"]
+            .map(|name| example("bodies", name))
+            .into_iter()
+            .chain(["bends", "mixed"].map(|name| example("joints", name)))
+            .collect(),
         some => some.iter().map(|path| saved(path)).collect(),
     };
     println!("ms for an evaluation, the least of {rounds} rounds");
@@ -49,8 +55,7 @@ fn main() {
                 *least = least.min(time(own.as_mut(), drives, lanes));
             }
         }
-        let hinges = body.assembly.joints.iter();
-        let hinges = hinges.filter(|j| matches!(j.kind, sgc::design::assembly::JointKind::Dof(_))).count();
+        let hinges: usize = body.assembly.joints.iter().map(|joint| joint.kind.dofs().len()).sum();
         let own: Vec<_> = LANES.iter().zip(least).map(|(lanes, t)| format!("{lanes}: {t:5.2}")).collect();
         println!(
             "{name:>14}{hinges:>8}{most:9.1}   {}   widest here {}",
@@ -125,10 +130,11 @@ fn widest(body: &Body, settings: &Settings) -> usize {
 type Measured = (String, Body, Settings, Vec<Targets>);
 
 /// An example of the bodies, and drives of it as the search would start with.
-fn example(name: &str) -> Measured {
-    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/benches/bodies/bodies.sgr");
+fn example(file: &str, name: &str) -> Measured {
+    let path = format!("{}/benches/bodies/{file}.sgr", env!("CARGO_MANIFEST_DIR"));
+    let text = std::fs::read_to_string(Path::new(&path)).unwrap();
     let mut sources = SourceMap::default();
-    let entry = sources.add(path, std::fs::read_to_string(Path::new(path)).unwrap());
+    let entry = sources.add(path, text);
     let rules = grammar_lang::compile(&Files, &mut sources, entry, &[], None).ruleset.unwrap();
     let derivation = Arc::new(Derivation::start(&rules, Some(name)).unwrap());
     measured(name, &rules, derivation, |drive, random| drive.draw(random))

@@ -177,6 +177,7 @@ codes! {
     NO_GRIP           "W0737" "no-grip" Warning;
     STILL_DRIVE       "W0738" "still-drive" Warning;
     AGAINST_REQUIREMENT "W0739" "against-a-requirement" Warning;
+    FIRST_OF_SEVERAL  "W0740" "first-of-several" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

@@ -18,6 +18,7 @@ mod endless;
 mod example_outside;
 mod excludes_nothing;
 mod few_channels;
+mod first_of_several;
 mod fronts;
 mod instances;
 mod known;
@@ -122,6 +123,7 @@ const DOUBTFUL: &[Lint] = &[
     no_grip::check,
     still_drive::check,
     against_requirements::check,
+    first_of_several::check,
 ];
 
 /// What says nothing. A text that several grammars share may say in one of them

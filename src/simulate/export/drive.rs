@@ -7,9 +7,9 @@ use crate::simulate::schedule::Schedule;
 use crate::simulate::servo::Servo;
 use crate::simulate::{Settings, Targets, Unfit};
 
-/// The target of every joint after rate limiting, in rad, m or rad/s, as comma-separated
-/// values: a row for each step, with the time at which that step ends. Joints
-/// are those of [`super::mjcf`], in its order; `names` are those of the actuators.
+/// The target of every joint that something drives after rate limiting, in rad, m or rad/s, as
+/// comma-separated values: a row for each step, with the time at which that step ends. Columns
+/// are the actuators of [`super::mjcf`], in its order; `names` are those of the actuators here.
 ///
 /// # Errors
 ///
@@ -24,12 +24,14 @@ pub fn drive(
     let settings = settings.in_whole_steps();
     let lowered = Lowered::new(assembly, &settings)?;
     let dofs = lowered.bodies.iter().filter_map(|body| body.dof.as_ref());
-    let mut servos: Vec<Servo> = dofs.map(Servo::new).collect();
+    let driven = dofs.zip(joint_names(&lowered, names)).filter(|(dof, _)| dof.actuator().is_some());
+    let (mut servos, columns): (Vec<Servo>, Vec<String>) =
+        driven.map(|(dof, name)| (Servo::new(dof), name)).unzip();
     let Schedule { step, steps, .. } = Schedule::new(&settings);
     let mut out = "time".to_owned();
-    for joint in joint_names(&lowered, names) {
+    for column in columns {
         out.push(',');
-        out.push_str(&joint);
+        out.push_str(&column);
     }
     out.push('\n');
     for now in 1..=steps {

@@ -2,7 +2,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use roxmltree::{Document, Node};
 
 use super::{drive, mjcf, motion, read_motion};
-use crate::design::assembly::{Assembly, JointKind, Shape};
+use crate::design::assembly::{Assembly, Control, Dof, JointKind, Shape};
 use crate::simulate::tests::{bodies, settings};
 use crate::simulate::{Model, Settings, articulated::Articulated};
 
@@ -137,6 +137,36 @@ fn what_has_no_bounds_has_no_ranges() {
     assert!(!text.contains("range") && !text.contains("inf"), "{text}");
     let bad = Settings { step: 0.0, ..settings() };
     assert!(mjcf(&assembly, &bad, "", &names()).is_err());
+}
+
+/// What hangs in a socket is one body with three joints, and a drive has a column for each of the model's actuators.
+#[test]
+fn a_socket_is_three_joints_of_one_body() {
+    let mut assembly = small();
+    let anchor = Vector3::new(0.055, 0.1, 0.0);
+    let about = |axis: Vector3<f64>| Dof {
+        control: Control::Passive { neutral: 0.0 },
+        effort: f64::INFINITY,
+        ..bodies::hinge(anchor, axis, 0)
+    };
+    let axes = [Vector3::y(), Vector3::z(), Vector3::x()].map(about);
+    assembly.joints[1].kind = JointKind::Socket(Box::new(axes));
+    let text = mjcf(&assembly, &settings(), "socket", &names()).unwrap();
+    let document = Document::parse(&text).unwrap();
+    let of_body = |name: &str| {
+        let body = all(&document, "body").find(|body| body.attribute("name") == Some(name)).unwrap();
+        let joints = body.children().filter(|node| node.has_tag_name("joint"));
+        joints.map(|joint| numbers(joint, "axis")).collect::<Vec<_>>()
+    };
+    assert_eq!(all(&document, "body").count(), 3, "{text}");
+    // Their y is minus our z, their z our y.
+    assert_eq!(of_body("body4"), [vec![0.0, 0.0, 1.0], vec![0.0, -1.0, 0.0], vec![1.0, 0.0, 0.0]]);
+    let actuators: Vec<_> = all(&document, "position").filter_map(|node| node.attribute("name")).collect();
+    let targets = crate::simulate::Targets { interval: 10.0, actuators: 1, angles: vec![0.1] };
+    let short = Settings { duration: 0.1, ..settings() };
+    let drive = drive(&assembly, &short, &targets, &names()).unwrap();
+    assert_eq!(drive.lines().next().unwrap(), format!("time,{}", actuators.join(",")));
+    assert_eq!(actuators, ["bender-1.hinge0"]);
 }
 
 /// The targets are those that the servos of the solvers get: rate-limited, whatever the step.

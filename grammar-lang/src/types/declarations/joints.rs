@@ -38,6 +38,9 @@ pub(super) enum Owner {
     Part,
 }
 
+/// The fields that the joint of a part can have.
+pub(super) const OF_JOINTS: [&str; 5] = ["bend", "range", "stiffness", "damping", "neutral"];
+
 /// The fields of every row.
 const COMMON: [&str; 5] = ["segment", "density", "mass", "friction", "joint"];
 
@@ -215,11 +218,12 @@ impl Declarations<'_> {
                     ("nothing can drive a socket", "a row that bends or twists can be driven; of a socket")
                 }
             };
-            let written = axis.map_or(name.span, |(_, axis)| axis.span);
+            let written = axis.map_or(name.span, |(_, axis)| name.span.join(axis.span));
+            let text = self.environment.sources.slice(written);
             self.report(
                 Diagnostic::new(Code::MISSING_FIELD, name.span, message)
                     .label("`passive` is missing")
-                    .help(format!("{help}, write `joint = {} passive`", kind.example()))
+                    .help(format!("{help}, write `joint = {text} passive`"))
                     .fix(Fix::insert_after(written, " passive", "write `passive`")),
             );
             return None;
@@ -416,7 +420,8 @@ pub(super) fn belongs_elsewhere(field: &str, row: Row<'_>) -> Option<String> {
             "a spin is driven by its speed: `damping` says how hard it holds that".to_owned()
         }
         "torque" | "effort" | "bending_speed" | "speed" | "relaxing_speed" if row.passive => {
-            "nothing drives a passive row: `stiffness` and `damping` are all that it has".to_owned()
+            let what = if row.of == Owner::Part { "the joint of a part" } else { "a passive row" };
+            format!("nothing drives {what}: `stiffness` and `damping` are all that it has")
         }
         "bend" | "range" => format!("how far it {} is `{}`", kind.does(), kind.range()),
         "bending_speed" | "speed" => format!("how fast it {} is `{}`", kind.does(), kind.speed_field()),

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 
 use super::Declarations;
 use super::fields::{Fields, Sign, Values, reads_params};
-use super::joints::{Owner, own_fields, says_joint};
+use super::joints::{OF_JOINTS, Owner, own_fields, says_joint};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Value, is_colour, unit};
 use crate::ir::{self, ExprKind, Field, Form, Function, Mass, PartAttribute, Solid, Ty};
@@ -22,9 +22,13 @@ impl Declarations<'_> {
         let row = if says_joint(block) { Some(self.joint(block, Owner::Part)?) } else { None };
         let mut all = PART.to_vec();
         all.extend(row.into_iter().flat_map(own_fields));
+        // A joint that cannot be read leaves its fields behind.
+        if damaged && row.is_none() {
+            all.extend(OF_JOINTS);
+        }
         let from = match row {
             Some(row) => self.row_values(block, row, &all),
-            None => self.values(block, "a part", Fields::values(PART)),
+            None => self.values(block, "a part", Fields::values(&all)),
         };
         let is_port = |name: &str| {
             ir::BLOCK_PORTS.contains(&name)
