@@ -41,7 +41,7 @@ pub(super) struct Drive {
     /// Move nothing: print what the board would play, and draw it
     #[arg(long)]
     dry_run: bool,
-    /// Where to write the drawing [default: schedule.svg beside the design]
+    /// Where to write the drawing [default: schedule.svg beside the design, with --target NAME schedule.NAME.svg]
     #[arg(long, value_name = "FILE", requires = "dry_run")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -138,7 +138,12 @@ impl Drive {
 
     fn show(&self, schedule: &Schedule, design: &Path) -> Result<u8, Fault> {
         output::data(&dry_run::text(schedule, 100, Marks::Blocks))?;
-        let out = self.out.clone().unwrap_or_else(|| design.with_file_name("schedule.svg"));
+        // Each board has a drawing of its own where the text names several.
+        let name = match &self.target {
+            Some(target) => format!("schedule.{target}.svg"),
+            None => "schedule.svg".to_owned(),
+        };
+        let out = self.out.clone().unwrap_or_else(|| design.with_file_name(name));
         self.replace.write_sealed(&out, &picture::svg(schedule), DRIVE)?;
         output::note(&format!("drawn in {}", out.display()));
         Ok(exit::DONE)

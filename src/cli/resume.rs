@@ -27,7 +27,7 @@ pub(super) struct Resume {
     /// The run folder, or the folder of several runs; sgc then continues those that are not complete
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// End after this many simulated motions in all; with 0, only the grammar's schedule ends the run
+    /// End after this many simulated motions in all, or a few more: what has begun is finished. With 0, only the grammar's schedule ends the run
     /// [default: as before]
     #[arg(long, value_name = "N")]
     max_evals: Option<u64>,

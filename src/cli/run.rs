@@ -44,7 +44,7 @@ pub(super) struct Run {
     /// Do K runs, with this seed and the seeds that follow it, each in its own folder, and summarise them
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=1000))]
     runs: Option<u16>,
-    /// End after this many simulated motions; with 0, only the grammar's schedule ends the run [default: 8000,
+    /// End after this many simulated motions, or a few more: what has begun is finished. With 0, only the grammar's schedule ends the run [default: 8000,
     /// or 0 with --time and without --runs]
     #[arg(long, value_name = "N")]
     max_evals: Option<u64>,

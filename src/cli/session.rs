@@ -116,6 +116,11 @@ impl Session<'_> {
                 "the evaluations were spent before each of the {} tasks had a gait: begin anew with more (--max-evals), or with a search that tries fewer curves for each task",
                 rules.tasks.len()
             )),
+            None if outcome.tally.invalid() == 0 => Some(
+                "no gait kept its value in a finer simulation: no feasible design was found. A robot that hardly moves \
+                 has a value that is nothing but rounding"
+                    .to_owned(),
+            ),
             None => Some("no evaluation was valid: no feasible design was found".to_owned()),
             Some(_)
                 if is_stuck_at_the_start(

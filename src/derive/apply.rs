@@ -1,7 +1,9 @@
 //! Applies rules, takes steps back, repeats recorded steps.
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
-use grammar_lang::ir::{Binder, Cells, Effect, Expr, ExprKind, Holding, Painting, Rule, RuleSet};
+use grammar_lang::ir::{
+    Binder, Cells, DesignWord, Effect, Expr, ExprKind, Holding, Painting, Rule, RuleSet, Word,
+};
 
 use super::record::{Recorded, Step};
 use super::scope::DesignScope;
@@ -48,6 +50,7 @@ impl Blocked {
             Self::Refused(Refusal::PortTaken) => "port taken".to_owned(),
             Self::Refused(Refusal::Asymmetric) => "symmetry".to_owned(),
             Self::Refused(Refusal::Handed(kind)) => format!("no mirror image of {kind}"),
+            Self::Refused(Refusal::Askew(kind)) => format!("{kind} out of the mirror's plane"),
             Self::Refused(Refusal::BadParameter(name)) => format!("parameter {name}"),
             Self::Refused(Refusal::NoSuchPart(unmade)) => format!("no {}", unmade.field),
             Self::Refused(Refusal::NoPort(name)) => format!("no port {name}"),
@@ -73,6 +76,11 @@ impl Blocked {
             Self::Refused(Refusal::Gone) => "what it names is not there (any more)".to_owned(),
             Self::Refused(Refusal::PortTaken) => "the port is taken".to_owned(),
             Self::Refused(Refusal::Asymmetric) => "the symmetry would be lost".to_owned(),
+            Self::Refused(Refusal::Askew(kind)) => {
+                format!(
+                    "on the plane of the mirror, a `{kind}` that is turned out of the plane is not its own image"
+                )
+            }
             Self::Refused(Refusal::Handed(kind)) => format!(
                 "`{kind}` has no mirror image: the port by which it is held is not in the middle between its left and right (z = 0)"
             ),
@@ -117,6 +125,24 @@ impl Derivation {
         }
         next.next += 1;
         Ok(next)
+    }
+
+    /// The kinds of two parts that would overlap if a rule were applied, where a requirement asks that none do.
+    #[must_use]
+    pub fn would_overlap(
+        &self,
+        rules: &RuleSet,
+        rule: &Rule,
+        locals: &[Value],
+        broken: usize,
+    ) -> Option<(String, String)> {
+        let asks = |e: &Expr| matches!(&e.kind, ExprKind::Word(Word::Design(DesignWord::NoOverlap)));
+        rules.requirements.get(broken)?.condition.any(&mut |e| asks(e)).then_some(())?;
+        let mut next = self.clone();
+        self.carry_out(&mut next, rules, &rule.effects, locals, self.next).ok()?;
+        let (a, b) = next.design.overlapping(rules)?;
+        let kind = |id: PartId| next.design.parts.get(&id).map(|part| part.kind.clone());
+        Some((kind(a)?, kind(b)?))
     }
 
     /// Carries out effects on `next`, as step number `step`. All of them

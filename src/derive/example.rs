@@ -153,7 +153,12 @@ fn apply(
     derivation.apply(rules, rule, &locals).map_err(|blocked| match blocked {
         Blocked::NoValue(error) => Undone::NoValue(error),
         blocked => {
-            let reason = blocked.sentence(rules);
+            let mut reason = blocked.sentence(rules);
+            if let Blocked::Requirement(broken) = blocked
+                && let Some((a, b)) = derivation.would_overlap(rules, rule, &locals, broken)
+            {
+                reason += &format!(" (`{a}` and `{b}`)");
+            }
             Undone::refused(Some(blocked), reason, None)
         }
     })

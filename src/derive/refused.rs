@@ -83,9 +83,9 @@ fn always(rules: &RuleSet, rule: &Rule, begun: &Derivation) -> Option<Refusal> {
     let mut reason = None;
     for locals in &all.all {
         match begun.apply(rules, rule, locals) {
-            Err(Blocked::Refused(why @ (Refusal::PortTaken | Refusal::Asymmetric | Refusal::Handed(_))))
-                if reason.as_ref().is_none_or(|known| *known == why) =>
-            {
+            Err(Blocked::Refused(
+                why @ (Refusal::PortTaken | Refusal::Asymmetric | Refusal::Handed(_) | Refusal::Askew(_)),
+            )) if reason.as_ref().is_none_or(|known| *known == why) => {
                 reason = Some(why);
             }
             _ => return None,
@@ -100,6 +100,10 @@ fn report(rules: &RuleSet, rule: &Rule, why: &Refusal) -> Option<Diagnostic> {
             "something is there already, or comes there by the symmetry: attach one, and its images follow"
         }
         Refusal::Asymmetric => "what it attaches has no image there: name a port off the axis or mirror",
+        Refusal::Askew(_) => {
+            "turn it by 0 deg or 180 deg; to bend across the plane, give it another axis instead: \
+             `bender(direction = 90 deg)`, or `joint = bend about y` in an actuator of your own"
+        }
         Refusal::Handed(_) => {
             "in a mirror, left and right of a part are swapped: hold it by a port with z = 0 in its own frame"
         }

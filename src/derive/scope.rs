@@ -68,9 +68,9 @@ impl<'a> DesignScope<'a> {
         let part = design.parts.get(&id).filter(|_| !lattice::is_cell(id))?;
         // A parameter of that name is what the actuator itself says.
         let own = || part.params.get(attribute.text()).cloned();
-        let bend = || {
+        let range = |slides: bool| {
             let row = self.rules.actuators.get(&part.kind)?;
-            row.joint.range.filter(|_| row.joint.kind != JointKind::Slide)
+            row.joint.range.filter(|_| (row.joint.kind == JointKind::Slide) == slides)
         };
         let fastest = || {
             let row = self.rules.actuators.get(&part.kind)?;
@@ -91,8 +91,10 @@ impl<'a> DesignScope<'a> {
                 reference(Reference::Part(part.held_by.map_or(id, |(holder, _)| holder)))
             }
             PartAttribute::Twin => reference(Reference::Part(design.twin(id))),
-            PartAttribute::LeastBend => own().or_else(|| Some(Value::Number(bend()?.0)))?,
-            PartAttribute::GreatestBend => own().or_else(|| Some(Value::Number(bend()?.1)))?,
+            PartAttribute::LeastBend => own().or_else(|| Some(Value::Number(range(false)?.0)))?,
+            PartAttribute::GreatestBend => own().or_else(|| Some(Value::Number(range(false)?.1)))?,
+            PartAttribute::LeastDistance => own().or_else(|| Some(Value::Number(range(true)?.0)))?,
+            PartAttribute::GreatestDistance => own().or_else(|| Some(Value::Number(range(true)?.1)))?,
             PartAttribute::GreatestSpeed => own().or_else(|| Some(Value::Number(fastest()?)))?,
             // Only a motion has it.
             PartAttribute::Work => own()?,

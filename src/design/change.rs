@@ -30,9 +30,16 @@ impl Design {
         if places.contains(&place) {
             // Where the symmetry leaves the place alone, the application is its own
             // image, or it cannot have one.
-            let alone = places.iter().all(|p| *p == place)
-                && self.parts.get(&original).is_some_and(|p| images.iter().all(|i| i.keeps(p)));
-            return if alone { Ok(original) } else { Err(Refusal::Asymmetric) };
+            let all_here = places.iter().all(|p| *p == place);
+            if all_here && self.parts.get(&original).is_some_and(|p| images.iter().all(|i| i.keeps(p))) {
+                return Ok(original);
+            }
+            let mirrored = all_here && images.iter().all(symmetry::Image::reflects);
+            return Err(if mirrored && rules.actuators.contains_key(&attachment.kind) {
+                Refusal::Askew(attachment.kind.clone())
+            } else {
+                Refusal::Asymmetric
+            });
         }
         for (k, (part, port)) in places.into_iter().enumerate() {
             let image = Attachment { part, port, ..attachment.clone() };

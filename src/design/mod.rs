@@ -84,6 +84,8 @@ pub enum Refusal {
     Asymmetric,
     /// A part of this kind cannot be mirrored: the port by which it is held is on the other side of its image.
     Handed(String),
+    /// An actuator of this kind is turned out of the plane of the mirror that it lies on.
+    Askew(String),
     /// A parameter lies outside its domain or has no value.
     BadParameter(String),
     /// With its parameters a field of the part has no value that a part can have.
@@ -279,7 +281,13 @@ impl Design {
     /// Whether no two parts overlap; touching is allowed.
     #[must_use]
     pub fn no_overlap(&self, rules: &RuleSet) -> bool {
-        overlap::none(self, rules)
+        overlap::first(self, rules).is_none()
+    }
+
+    /// Two parts that overlap, if any do.
+    #[must_use]
+    pub fn overlapping(&self, rules: &RuleSet) -> Option<(PartId, PartId)> {
+        overlap::first(self, rules)
     }
 
     /// The parts with their places and what holds them, as texts in order: of two designs of

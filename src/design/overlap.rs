@@ -7,7 +7,7 @@ use parry3d_f64::query;
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder};
 
 use super::assembly::Shape;
-use super::{Body, Design};
+use super::{Body, Design, PartId};
 
 /// Elements are made smaller by this share before they are compared: parts that
 /// touch do not overlap, whatever the rounding.
@@ -64,8 +64,8 @@ fn pose(pose: &Isometry3<f64>, shape: &Shape) -> Pose {
     )
 }
 
-/// Whether no two parts of a design overlap.
-pub(super) fn none(design: &Design, rules: &RuleSet) -> bool {
+/// Two parts of a design that overlap, if any do.
+pub(super) fn first(design: &Design, rules: &RuleSet) -> Option<(PartId, PartId)> {
     let body = Body::new(design, rules);
     let solids: Vec<_> = body
         .assembly
@@ -84,9 +84,9 @@ pub(super) fn none(design: &Design, rules: &RuleSet) -> bool {
             // A pair that the library cannot judge counts as overlapping.
             if query::intersection_test(pose_a, a.shape(), pose_b, b.shape()).map_or(true, |s| s.intersecting)
             {
-                return false;
+                return Some((*part_a, *part_b));
             }
         }
     }
-    true
+    None
 }

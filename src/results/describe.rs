@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-use grammar_lang::eval::{EvalError, Reference, Value};
+use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
 use grammar_lang::ir::{RuleSet, Ty};
 use grammar_lang::source::SourceMap;
 use grammar_lang::units::{self, Dimension};
@@ -220,12 +220,17 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     out
 }
 
-/// The parameters that the fields of a part read: `(level = 2)`; empty where none does.
+/// The parameters that the fields of a part read and that are not what they are by default: `(level = 2)`; empty where there are none.
 fn varied(rules: &RuleSet, part: &Part) -> String {
     let Some(kind) = rules.kind(&part.kind) else { return String::new() };
     let own = kind.params().iter().filter(|(name, _)| kind.reads(name));
     let own = own.filter_map(|(name, declared)| {
-        let value = match (part.params.get(name)?, &declared.ty) {
+        let given = part.params.get(name)?;
+        let default = declared.default.as_ref().and_then(|it| evaluate(it, rules, &mut Vec::new()).ok());
+        if default.as_ref() == Some(given) {
+            return None;
+        }
+        let value = match (given, &declared.ty) {
             (Value::Number(x), Ty::Enum(of)) => rules.value_of(of, *x)?.to_owned(),
             (Value::Number(x), ty) => units::shown(*x, ty.dimension().unwrap_or_default()),
             (Value::Bool(x), _) => x.to_string(),

@@ -92,7 +92,8 @@ fn is_own(path: &Path, name: &str) -> bool {
     let kept = [archive::FOLDER, archive::TABLE, front::FOLDER, front::TABLE];
     // Pages and drawings are ours as long as nobody has edited them.
     let drawn = ["view.html", "schedule.svg", "difference.svg"];
-    let is_drawn = drawn.contains(&name) && is_as_written(&path.join(name));
+    let of_target = name.starts_with("schedule.") && name.ends_with(".svg");
+    let is_drawn = (drawn.contains(&name) || of_target) && is_as_written(&path.join(name));
     of_run.contains(&name)
         || kept.contains(&name)
         || is_drawn

@@ -226,6 +226,8 @@ impl<'r> Facts<'r> {
             // A parameter of that name is what the actuator itself says.
             PartAttribute::LeastBend
             | PartAttribute::GreatestBend
+            | PartAttribute::LeastDistance
+            | PartAttribute::GreatestDistance
             | PartAttribute::GreatestSpeed
             | PartAttribute::Work => self.param_of(kinds, attribute.text()).unwrap_or(Abstract::Any),
         }

@@ -6,6 +6,7 @@ use indexmap::IndexMap;
 
 use super::{Scope, Value, evaluate};
 use crate::ir::{Actuator, Field, Form, Joint, JointKind, Kind, Mass, Part, Port};
+use crate::units::{Dimension, shown};
 
 /// What one part of a kind is.
 #[derive(Clone, Debug, PartialEq)]
@@ -146,6 +147,23 @@ impl From<'_> {
 
     fn actuator(&self, actuator: &Actuator) -> Result<MadeActuator, Unmade> {
         let segment = self.form("segment", &actuator.segment)?;
+        let joint = self.joint(&actuator.joint, actuator.motor.is_some())?;
+        if let (JointKind::Slide, Some(range)) = (actuator.joint.kind, actuator.joint.range) {
+            let count =
+                actuator.params.get_index_of("segments").and_then(|slot| self.params.get(slot)?.as_number());
+            let length = 2.0 * segment.half_extents().x * count.unwrap_or(2.0);
+            let shorter = shortens(joint.axis, range);
+            if shorter > SHORTER * length * (1.0 + 1e-9) {
+                return Err(Unmade {
+                    field: "range",
+                    reason: format!(
+                        "a row of {} cannot get shorter by {}; half of its length is the most",
+                        shown(length, Dimension::LENGTH),
+                        shown(shorter, Dimension::LENGTH)
+                    ),
+                });
+            }
+        }
         Ok(MadeActuator {
             segment,
             mass: self.mass(&actuator.mass, segment)?,
@@ -156,7 +174,7 @@ impl From<'_> {
                 }
                 None => None,
             },
-            joint: self.joint(&actuator.joint, actuator.motor.is_some())?,
+            joint,
             colour: self.colour(&actuator.colour)?,
         })
     }
@@ -274,6 +292,15 @@ pub fn is_across(axis: [f64; 3]) -> bool {
     let [along, across, aside] = axis;
     (across * across + aside * aside).sqrt() >= ACROSS * along.abs()
 }
+
+/// By how much a row gets shorter at most, m, where its joints slide along an axis within a range.
+#[must_use]
+pub fn shortens(axis: [f64; 3], (low, high): (f64, f64)) -> f64 {
+    (-low * axis[0]).max(-high * axis[0]).max(0.0)
+}
+
+/// The share of its length by which a row may get shorter: beyond it, segments that are not neighbours would meet.
+pub const SHORTER: f64 = 0.5;
 
 /// The vector of length one in this direction; none of a vector without length.
 #[must_use]

@@ -174,6 +174,16 @@ impl JointKind {
     }
 }
 
+/// What an actuator does that is driven by this: "of what slides".
+#[must_use]
+pub fn moved_by(driven: &str) -> &'static str {
+    match driven {
+        "distance" => "slides",
+        "speed" => "spins",
+        _ => "bends or twists",
+    }
+}
+
 /// What an actuation can drive of an actuator, and the type of it.
 pub const DRIVEN: [(&str, Ty); 4] = [
     ("angle", Ty::Quantity(Dimension::ANGLE)),

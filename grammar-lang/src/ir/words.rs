@@ -153,8 +153,10 @@ words! {
         Mass "mass" "Its mass.";
         Holder "holder" "The part that holds it; the core holds itself.";
         Twin "twin" "Its first image, or itself.";
-        LeastBend "least_bend" "Of an actuator: the least bend.";
-        GreatestBend "greatest_bend" "Of an actuator: the greatest bend.";
+        LeastBend "least_bend" "Of an actuator that bends or twists: the low end of its range.";
+        GreatestBend "greatest_bend" "Of an actuator that bends or twists: the high end of its range.";
+        LeastDistance "least_distance" "Of an actuator that slides: the low end of its range.";
+        GreatestDistance "greatest_distance" "Of an actuator that slides: the high end of its range.";
         GreatestSpeed "greatest_speed" "Of an actuator that spins: how fast it can turn.";
         Work "work" "Of an actuator: the mechanical work that it did in the motion.";
     }
@@ -324,13 +326,22 @@ impl PartAttribute {
     /// Whether only actuators have it.
     #[must_use]
     pub fn is_of_actuators(self) -> bool {
-        matches!(self, Self::LeastBend | Self::GreatestBend | Self::GreatestSpeed | Self::Work)
+        matches!(
+            self,
+            Self::LeastBend
+                | Self::GreatestBend
+                | Self::LeastDistance
+                | Self::GreatestDistance
+                | Self::GreatestSpeed
+                | Self::Work
+        )
     }
 
     fn ty(self) -> Ty {
         match self {
             Self::Turn | Self::LeastBend | Self::GreatestBend => Ty::Quantity(Dimension::ANGLE),
             Self::OwnImage => Ty::Bool,
+            Self::LeastDistance | Self::GreatestDistance => Ty::Quantity(Dimension::LENGTH),
             Self::GreatestSpeed => Ty::Quantity(Dimension::ANGULAR_VELOCITY),
             Self::Image | Self::Depth => Ty::Count,
             Self::Mass => Ty::Quantity(Dimension::MASS),

@@ -38,8 +38,12 @@ impl Scope for Driven<'_> {
             Attribute::Part(PartAttribute::Image | PartAttribute::Turn) => Some(Value::Number(0.0)),
             Attribute::Part(PartAttribute::Depth) => Some(Value::Number(1.0)),
             Attribute::Part(PartAttribute::OwnImage) => Some(Value::Bool(false)),
-            Attribute::Part(PartAttribute::LeastBend) => Some(Value::Number(self.actuator.joint.range?.0)),
-            Attribute::Part(PartAttribute::GreatestBend) => Some(Value::Number(self.actuator.joint.range?.1)),
+            Attribute::Part(PartAttribute::LeastBend | PartAttribute::LeastDistance) => {
+                Some(Value::Number(self.actuator.joint.range?.0))
+            }
+            Attribute::Part(PartAttribute::GreatestBend | PartAttribute::GreatestDistance) => {
+                Some(Value::Number(self.actuator.joint.range?.1))
+            }
             Attribute::Part(PartAttribute::GreatestSpeed) => {
                 Some(Value::Number(self.actuator.motor.as_ref()?.speed.most()))
             }

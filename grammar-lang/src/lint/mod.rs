@@ -39,6 +39,7 @@ mod nothing_to_search;
 mod odd_search;
 mod odd_size;
 mod of_parts;
+mod other_joint;
 mod out_of_range;
 mod out_of_reach;
 mod outside_lattice;
@@ -81,6 +82,7 @@ const EXACT: &[Lint] = &[
 /// comes before the condition that asks for it.
 const SOUND: &[Lint] = &[
     no_such_port::check,
+    other_joint::check,
     never_applies::check,
     out_of_reach::check,
     nothing_drawn::check,

@@ -195,7 +195,19 @@ impl Declarations<'_> {
             Some((word, ty)) => (ty, format!("the driven {word}")),
             None => (Ty::Quantity(Dimension::ANGLE), "the driven angle".to_owned()),
         };
+        let known_errors = self.expressions.errors.len();
         let value = self.expressions.expect(value, cx, &ty, &said);
+        // What has the dimension of another drive is that drive.
+        let other = ir::DRIVEN.iter().find(|(_, other)| *other == value.ty && *other != ty && !of_cells);
+        for mut error in self.expressions.errors.split_off(known_errors) {
+            if let Some((word, _)) = other
+                && error.code == Code::WRONG_DIMENSION
+                && error.fix.is_none()
+            {
+                error.help = Some(format!("of what {}, write `drive {word} = ...`", ir::moved_by(word)));
+            }
+            self.expressions.errors.add(error);
+        }
         if ty == Ty::Valves {
             self.check_valves(&value, variables);
         }

@@ -6,6 +6,7 @@ use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::joints::{Owner, Row, belongs_elsewhere, called, called_here, examples, fields, says_joint};
 use crate::diagnostics::{Code, Diagnostic, Fix};
+use crate::eval::{SHORTER, shortens};
 use crate::ir::{self, Field, JointKind, PartAttribute, Speed, Ty};
 use crate::syntax::ast::{self, Block};
 use crate::types::built_in::built_in;
@@ -35,6 +36,9 @@ impl Declarations<'_> {
         let known = self.expressions.errors.len();
         let least = params.get("segments").and_then(|param| param.domain).map_or(2.0, |(low, _)| low);
         let joint = self.joint_of(&from, row, (least - 1.0).max(1.0), &cx);
+        if let (Some(joint), Some(Field::Fixed(form))) = (&joint, &segment) {
+            self.not_too_short(&from, joint, 2.0 * form.half_extents().x * least);
+        }
         let speeds = if row.passive { Some(None) } else { self.speeds(&from, kind, &alike).map(Some) };
         for mut error in self.expressions.errors.split_off(known) {
             let name = self.environment.sources.slice(error.span());
@@ -188,6 +192,29 @@ impl Declarations<'_> {
         let farthest = if high >= -low { high } else { low };
         self.usual(from.what, name, farthest, tree);
         Some((low, high))
+    }
+
+    /// A row that slides along itself must not get so short that its segments go through each other.
+    fn not_too_short(&mut self, from: &Values<'_>, joint: &ir::Joint, length: f64) {
+        let (JointKind::Slide, Some(range), Field::Fixed(axis)) = (joint.kind, joint.range, &joint.axis)
+        else {
+            return;
+        };
+        let Some((_, tree)) = from.values.get("range") else { return };
+        let shorter = shortens(*axis, range);
+        if shorter <= SHORTER * length * (1.0 + 1e-9) {
+            return;
+        }
+        let shown = |x: f64| crate::units::shown(x, Dimension::LENGTH);
+        self.report(
+            Diagnostic::new(
+                Code::OUT_OF_DOMAIN,
+                tree.span,
+                format!("the row cannot get shorter by {}", shown(shorter)),
+            )
+            .label(format!("the shortest row is {} long", shown(length)))
+            .help(format!("let it get shorter by at most half of its length, {}", shown(SHORTER * length))),
+        );
     }
 
     /// The parameters that each instance of a kind has for itself. `is_taken` says which names are those of fields, or of what

@@ -122,7 +122,7 @@ impl Declarations<'_> {
     /// Parameters and ports are declared where something has them.
     fn check_declares(&mut self, field: &Field, what: &str) {
         let (name, message, help) = match field {
-            Field::Param(param) if !matches!(what, "a part" | "a cell") && !what.contains("actuator") => {
+            Field::Param(param) if !matches!(what, "a part" | "a cell") && !is_row(what) => {
                 (&param.name, "parameters", "declare it outside, for the whole grammar")
             }
             Field::Port(port) if what != "a part" => (
@@ -130,7 +130,7 @@ impl Declarations<'_> {
                 "ports of its own",
                 "only a passive part declares ports; an actuator has `base` and `tip`",
             ),
-            Field::Joint(joint) if what != "a part" && !what.contains("actuator") => (
+            Field::Joint(joint) if what != "a part" && !is_row(what) => (
                 &joint.named(),
                 "joint",
                 "an actuator is a row of segments, and says how they move: `actuator`",
@@ -385,4 +385,9 @@ impl Declarations<'_> {
 /// Whether an expression reads one of the parameters, which are the first `many` locals.
 pub(super) fn reads_params(expr: &Expr, many: usize) -> bool {
     expr.any(&mut |e| matches!(e.kind, ExprKind::Local(slot) if slot < many))
+}
+
+/// Whether something is called a row of segments.
+fn is_row(what: &str) -> bool {
+    what.contains("actuator") || what.contains("a passive row")
 }

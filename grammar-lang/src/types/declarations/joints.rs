@@ -84,11 +84,11 @@ pub(super) fn called(row: Row<'_>) -> &'static str {
         (JointKind::Twist, false) => "an actuator that twists",
         (JointKind::Slide, false) => "an actuator that slides",
         (JointKind::Spin, false) => "an actuator that spins",
-        (JointKind::Bend, true) => "a passive actuator",
-        (JointKind::Twist, true) => "a passive actuator that twists",
-        (JointKind::Slide, true) => "a passive actuator that slides",
-        (JointKind::Spin, true) => "a passive actuator that spins",
-        (JointKind::Socket, _) => "a passive actuator with sockets",
+        (JointKind::Bend, true) => "a passive row",
+        (JointKind::Twist, true) => "a passive row that twists",
+        (JointKind::Slide, true) => "a passive row that slides",
+        (JointKind::Spin, true) => "a passive row that spins",
+        (JointKind::Socket, _) => "a passive row with sockets",
     }
 }
 
@@ -416,12 +416,16 @@ pub(super) fn belongs_elsewhere(field: &str, row: Row<'_>) -> Option<String> {
             )
         }
         "neutral" if kind == JointKind::Socket => "a socket is at rest where its part is attached".to_owned(),
-        "stiffness" | "relaxing_speed" | "neutral" if spin => {
-            "a spin is driven by its speed: `damping` says how hard it holds that".to_owned()
-        }
+        "stiffness" | "relaxing_speed" | "neutral" if spin => match row.passive {
+            true => "a free axle has no spring: `damping` is all that slows it".to_owned(),
+            false => "a spin is driven by its speed: `damping` says how hard it holds that".to_owned(),
+        },
         "torque" | "effort" | "bending_speed" | "speed" | "relaxing_speed" if row.passive => {
             let what = if row.of == Owner::Part { "the joint of a part" } else { "a passive row" };
-            format!("nothing drives {what}: `stiffness` and `damping` are all that it has")
+            format!(
+                "nothing drives {what}: its fields are {}",
+                own_fields(row).iter().map(|field| format!("`{field}`")).collect::<Vec<_>>().join(", ")
+            )
         }
         "bend" | "range" => format!("how far it {} is `{}`", kind.does(), kind.range()),
         "bending_speed" | "speed" => format!("how fast it {} is `{}`", kind.does(), kind.speed_field()),

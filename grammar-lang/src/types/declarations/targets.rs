@@ -522,7 +522,11 @@ impl Declarations<'_> {
                 if air != valves {
                     let (drives, wants, example) = if air {
                         (
-                            "an angle",
+                            match joint {
+                                ir::JointKind::Slide => "a distance",
+                                ir::JointKind::Spin => "a speed",
+                                _ => "an angle",
+                            },
                             "valves",
                             "drive valves = cycle(period, share, [closed, inflate, closed, vent], 0)",
                         )

@@ -554,6 +554,8 @@ enum Own<'e> {
     Everyone,
     /// A variable of this actuation.
     Shared,
+    /// Another name of such a variable of all.
+    Alias(&'e str),
     /// A value.
     Value(&'e Expr),
 }
@@ -590,7 +592,7 @@ impl<'a> Periods<'a> {
             found.push((
                 name,
                 match own.filter(|_| !shared) {
-                    Some(value) => Own::Value(value),
+                    Some(value) => alias(value, actuation).map_or(Own::Value(value), Own::Alias),
                     None if everyone => Own::Everyone,
                     None => Own::Shared,
                 },
@@ -605,8 +607,14 @@ impl<'a> Periods<'a> {
             [(_, first), rest @ ..] => {
                 let everyone = |own: &Own| matches!(own, Own::Everyone);
                 let constant = value(first);
+                let named = |own: &Own| match own {
+                    Own::Alias(name) => Some((*name).to_owned()),
+                    _ => None,
+                };
                 let same = rest.iter().all(|(_, own)| {
-                    everyone(first) && everyone(own) || constant.is_some() && value(own) == constant
+                    everyone(first) && everyone(own)
+                        || constant.is_some() && value(own) == constant
+                        || named(first).is_some() && named(first) == named(own)
                 });
                 if same { Self::One } else { Self::Several(found.iter().map(|(name, _)| *name).collect()) }
             }
@@ -619,7 +627,9 @@ impl<'a> Periods<'a> {
             Self::One => None,
             Self::None => Some((
                 "no actuation of this grammar has one".to_owned(),
-                "declare `shared period : Time in ...` or `let period = ...` in the actuation".to_owned(),
+                "declare `shared period : Time in ...`, outside of the actuations or in one, or `let period = ...` in it: \
+                 what is called `period` is read"
+                    .to_owned(),
             )),
             Self::Several(names) => Some((
                 format!("each of {} has a period of its own", one_by_one(names)),
@@ -657,6 +667,13 @@ fn differs(value: &Expr, actuation: &ir::Actuation) -> bool {
             .is_some_and(|(_, earlier)| !std::ptr::eq(earlier, value) && differs(earlier, actuation)),
         _ => false,
     })
+}
+
+/// The variable of all actuations that a value is another name of.
+fn alias<'a>(value: &Expr, actuation: &'a ir::Actuation) -> Option<&'a str> {
+    let ExprKind::Local(slot) = value.kind else { return None };
+    let variable = actuation.variables.get(slot.checked_sub(1)?)?;
+    (variable.owner == ir::Owner::Everyone).then_some(variable.name.as_str())
 }
 
 fn is_constant(value: &Expr) -> bool {

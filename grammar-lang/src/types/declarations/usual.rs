@@ -136,12 +136,12 @@ impl Declarations<'_> {
         );
     }
 
-    /// Warns of a hinge that follows its drive within `lag` s: damping over stiffness.
+    /// Warns of a joint that follows its drive within `lag` s: damping over stiffness.
     pub(super) fn slow_hinge(&mut self, lag: f64, tree: &ast::Expr) {
         if lag <= LONGEST_LAG {
             return;
         }
-        let message = format!("with this damping a hinge needs {} to follow its drive", shown(lag, "s"));
+        let message = format!("with this damping a joint needs {} to follow its drive", shown(lag, "s"));
         self.report(
             Diagnostic::new(Code::UNUSUAL, tree.span, message)
                 .label(format!("usual: up to {LONGEST_LAG} s (damping divided by stiffness)"))
