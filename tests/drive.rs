@@ -213,7 +213,7 @@ fn a_target_that_keeps_the_motion_is_played() {
             run(&["drive", &design(name), "--dry-run", "--grammar", &other, "--out", &out.to_string_lossy()]);
         let text = said(&output);
         assert_eq!(output.status.code(), Some(0), "{edit}: {text}");
-        assert!(text.contains(says) && text.contains("bend as they did"), "{edit}: {text}");
+        assert!(text.contains(says) && text.contains("move as they did"), "{edit}: {text}");
     }
     // Nothing is said of the target that was simulated.
     let out = folder.path().join("drawn.svg");

@@ -96,14 +96,18 @@ impl Drive {
             ));
         }
         for cut in &gait.cut {
-            let also = if gait.changed.is_empty() { "; so it was simulated, too" } else { "" };
+            let also = if gait.changed.is_empty() && gait.contents.is_empty() {
+                "; so it was simulated, too"
+            } else {
+                ""
+            };
             output::note(&format!("{cut}{also}"));
         }
         let mut text: Vec<String> = gait.changed.iter().map(|one| format!("\n  {}", one.told())).collect();
         text.extend(gait.contents.iter().map(|line| format!("\n  the target: {line}")));
         if gait.changed.is_empty() {
             if !text.is_empty() {
-                let same = "the target is another than the one that was simulated, but its actuators bend as they did:";
+                let same = "the target is another than the one that was simulated, but its actuators move as they did:";
                 let start = if gait.begins_otherwise {
                     "\n  only the first period, from rest, is another one"
                 } else {
@@ -130,7 +134,7 @@ impl Drive {
         }
         output::note(&told);
         let out = design.with_file_name("difference.svg");
-        let drawing = compared::svg("Bends, simulated and played", &gait.changed);
+        let drawing = compared::svg("Simulated and played", &gait.changed);
         self.replace.write_sealed(&out, &drawing, DRIVE)?;
         output::note(&format!("drawn in {}", out.display()));
         Ok(())

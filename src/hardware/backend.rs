@@ -153,7 +153,7 @@ impl Backend for Valves<'_> {
     fn cut(&self, asked: &Asked) -> Option<String> {
         let Asked::Valves(valves) = asked else { return None };
         let settled = valves.settled(self.air.shortest);
-        let least = self.air.shortest * 1e3;
+        let least = (self.air.shortest * 1e9).round() / 1e6;
         match valves.changes.len().saturating_sub(settled.changes.len()) {
             0 if settled == *valves => None,
             0 => Some(format!("states of its valves are moved: each holds for {least} ms at least")),

@@ -89,6 +89,9 @@ fn literal(named: Named<'_>, value: &Recorded, ty: Option<&Ty>) -> String {
             let items: Vec<String> = items.iter().map(|item| literal(named, item, Some(of))).collect();
             format!("[{}]", items.join(", "))
         }
+        (Recorded::Vector(vector), Some(Ty::Vector(of))) => {
+            format!("vector({})", vector.map(|x| units::exact(x, *of)).join(", "))
+        }
         (Recorded::Text(text), _) => format!("\"{}\"", text.replace('\\', "\\\\").replace('"', "\\\"")),
         _ => named.value(value, ty),
     }

@@ -1,22 +1,19 @@
 //! The gait of a saved design as what a board plays, compared with what was simulated.
 
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::{RuleSet, Target, Task};
+use grammar_lang::ir::{JointKind, RuleSet, Target, Task};
 use thiserror::Error;
 
 use super::DesignError;
 use super::names::Names;
 use super::replay;
 use super::saved::SavedDesign;
-use crate::design::PartId;
+use crate::design::{Design, PartId};
 use crate::drive::Bends;
 use crate::hardware::backend::{self, POINTS, backend};
-use crate::hardware::compared::Compared;
+use crate::hardware::compared::{Compared, in_words, same};
 use crate::hardware::contents;
 use crate::hardware::{Limits, Problem, Schedule};
-
-/// Bends that differ by less, in rad, are the same motion: half a degree, as what a board plays is anyway.
-const SAME: f64 = 0.5 * std::f64::consts::PI / 180.0;
 
 /// A gait for a board.
 #[derive(Clone, Debug)]
@@ -150,7 +147,10 @@ pub fn gait(
     let period = drive.period(&parameters)?;
     for (id, name) in driven.iter().zip(&names) {
         if !cut.iter().any(|text| text.starts_with(&format!("{name}: "))) {
-            cut.extend(lagging(&bends, *id, period).map(|text| format!("{name}: {text}")));
+            cut.extend(
+                lagging(&bends, *id, period, joint_of(rules, candidate.design(), *id))
+                    .map(|text| format!("{name}: {text}")),
+            );
         }
     }
     let before = simulated.bends_over_time(&parameters)?;
@@ -158,10 +158,12 @@ pub fn gait(
         (simulated_on(rules, own, &target.kind), rules.actuators.get(&target.kind)),
         (target, played.actuators.get(&target.kind)),
     );
-    let is_same = |all: &[Compared]| all.iter().all(|one| one.apart() <= SAME);
+    let is_same = |all: &[Compared]| all.iter().all(Compared::is_same);
+    let compared =
+        |before, now| compared((before, now), &called, period, |id| joint_of(rules, candidate.design(), id));
     let by_points = drive.bends_by_points(&parameters, &cycle)?;
-    let mut changed = compared((&before, &by_points), &called, period);
-    let coarse = !is_same(&changed) && is_same(&compared((&before, &bends), &called, period));
+    let mut changed = compared(&before, &by_points);
+    let coarse = !is_same(&changed) && is_same(&compared(&before, &bends));
     let from_rest = changed.iter().map(|one| Compared { from: 0, ..one.clone() }).collect::<Vec<_>>();
     let begins_otherwise = !is_same(&from_rest);
     if is_same(&changed) {
@@ -226,21 +228,29 @@ fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) ->
 }
 
 /// That an actuator does not follow what it is asked for, once it has come to it, in words.
-fn lagging(bends: &Bends, actuator: PartId, period: f64) -> Option<String> {
+fn lagging(bends: &Bends, actuator: PartId, period: f64, joint: JointKind) -> Option<String> {
     let column = bends.actuators.iter().position(|id| *id == actuator)?;
     // The first period begins from rest.
     let (time, asked, followed) = bends.asked.furthest(&bends.followed, column, period)?;
-    ((asked - followed).abs() > SAME).then(|| {
-        format!(
-            "it is too slow for its curve: bent by {:.1} deg where it is asked for {:.1} deg, at {time:.2} s",
-            followed.to_degrees() + 0.0,
-            asked.to_degrees() + 0.0
-        )
+    ((asked - followed).abs() > same(joint)).then(|| {
+        let [followed, asked] = [followed, asked].map(|value| in_words(joint, value));
+        format!("it is too slow for its curve: at {followed} where it is asked for {asked}, at {time:.2} s")
     })
 }
 
+/// How an actuator of a design moves.
+fn joint_of(rules: &RuleSet, design: &Design, actuator: PartId) -> JointKind {
+    let kind = design.parts.get(&actuator).and_then(|part| rules.actuators.get(&part.kind));
+    kind.map_or(JointKind::Bend, |kind| kind.joint.kind)
+}
+
 /// The bends of all actuators, compared after the first period where there is a second.
-fn compared((simulated, played): (&Bends, &Bends), names: &Names, period: f64) -> Vec<Compared> {
+fn compared(
+    (simulated, played): (&Bends, &Bends),
+    names: &Names,
+    period: f64,
+    joint: impl Fn(PartId) -> JointKind,
+) -> Vec<Compared> {
     let samples = simulated.followed.samples();
     let first = libm::ceil(period / simulated.followed.interval) as usize;
     let from = if 2 * first < samples { first } else { 0 };
@@ -248,6 +258,7 @@ fn compared((simulated, played): (&Bends, &Bends), names: &Names, period: f64) -
     let columns = simulated.actuators.iter().enumerate();
     let all = columns.map(|(column, id)| Compared {
         name: names.get(*id).unwrap_or_default().to_owned(),
+        joint: joint(*id),
         interval: simulated.followed.interval,
         simulated: times().map(|time| simulated.followed.at(column, time)).collect(),
         played: times().map(|time| played.followed.at(column, time)).collect(),

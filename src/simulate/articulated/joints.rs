@@ -314,6 +314,18 @@ impl<S: Scalar> Joints<S> {
         }
     }
 
+    /// The lanes in which limits of several joints hold at once.
+    #[inline(always)]
+    pub(super) fn several_hold(&self, kit: S::Kit) -> S::Mask {
+        let zero = S::zero(kit);
+        let one = |stop: &Stop<S>| S::pick(zero.less(stop.hold.0 + stop.hold.1), zero.like(1.0), zero);
+        let mut holding = zero;
+        for stop in &self.stops {
+            holding += one(stop);
+        }
+        zero.like(1.5).less(holding)
+    }
+
     /// Remembers the impulses of the live lanes for the next solution.
     #[inline(always)]
     pub(super) fn remember(&mut self, live: S::Mask) {

@@ -189,12 +189,17 @@ impl Declarations<'_> {
     ) -> Expr {
         self.check_driven(what, of_cells);
         let known = ir::DRIVEN.into_iter().find(|(word, _)| *word == what.text);
+        let is_known = known.is_some() || of_cells;
         let (ty, said) = match known {
             _ if of_cells => (Ty::NUMBER, "the driven strain".to_owned()),
             Some((_, Ty::Valves)) => (Ty::Valves, "what drives the valves".to_owned()),
             Some((word, ty)) => (ty, format!("the driven {word}")),
             None => (Ty::Quantity(Dimension::ANGLE), "the driven angle".to_owned()),
         };
+        if !is_known {
+            // What it should drive is not known, nor what its value must be.
+            return self.expressions.infer(value, cx);
+        }
         let known_errors = self.expressions.errors.len();
         let value = self.expressions.expect(value, cx, &ty, &said);
         // What has the dimension of another drive is that drive.

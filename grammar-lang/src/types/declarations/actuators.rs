@@ -21,6 +21,11 @@ impl Declarations<'_> {
     pub(in crate::types) fn actuator(&mut self, block: &Block, damaged: bool) -> Option<ir::Actuator> {
         // A joint that is wrong leaves open which fields belong to it.
         let row = self.joint(block, Owner::Row)?;
+        // Where a joint cannot be read, its fields are not those of a row that bends.
+        let of_others = |field: &ast::Field| matches!(field, ast::Field::Value(name, _) if ["range", "speed", "effort", "neutral"].contains(&name.text.as_str()));
+        if damaged && !says_joint(block) && block.fields.iter().any(of_others) {
+            return None;
+        }
         let kind = row.kind;
         let all = fields(row);
         let from = self.row_values(block, row, &all);

@@ -435,6 +435,33 @@ impl Declarations<'_> {
         sound.then_some((targets, prototypes))
     }
 
+    /// Threads bend, and air bends, twists or lengthens: a target is for no other actuators, whether a task is simulated on it or not.
+    fn check_moves(&mut self, target: &ir::Target, actuators: &IndexMap<String, ir::Actuator>) {
+        let Some(actuator) = actuators.get(&target.kind) else { return };
+        let joint = actuator.joint.kind;
+        let (message, label) = match (&target.backend, joint) {
+            (Backend::Tendon(_), ir::JointKind::Bend) => return,
+            (Backend::Pneumatic(_), ir::JointKind::Spin) => {
+                ("valves cannot turn a motor", "air cannot do this")
+            }
+            (Backend::Pneumatic(_), _) => return,
+            (Backend::Tendon(_), _) => {
+                ("the target winds up threads, which bend an actuator", "no thread can do this")
+            }
+        };
+        let kind = &target.kind;
+        self.report(
+            Diagnostic::new(
+                Code::TARGET_MISFIT,
+                target.span,
+                format!("{message}, but `{kind}` {}", joint.does()),
+            )
+            .label(label)
+            .also(actuator.span, "this actuator")
+            .help("declare the target for another kind of actuator, or take it out"),
+        );
+    }
+
     /// No two targets of a task drive the same kind of actuators.
     fn check_shares(&mut self, task: &ir::Task, targets: &IndexMap<String, ir::Target>) {
         let mut seen: IndexMap<&str, (&str, Span)> = IndexMap::new();
@@ -466,6 +493,9 @@ impl Declarations<'_> {
         actuators: &IndexMap<String, ir::Actuator>,
         actuations: &IndexMap<String, ir::Actuation>,
     ) {
+        for target in targets.values() {
+            self.check_moves(target, actuators);
+        }
         for (task, actuated) in tasks.values() {
             self.check_shares(task, targets);
             for (kind, (with, place)) in actuated {
@@ -485,7 +515,11 @@ impl Declarations<'_> {
                             format!("write for example `set {kind}.{} = {example}`", joint.range()),
                         )
                     };
-                    let both = if joint == ir::JointKind::Spin { "" } else { " both ways" };
+                    let both = match joint {
+                        ir::JointKind::Spin => "",
+                        _ if actuator.driven_range().1 <= 0.0 => " below 0",
+                        _ => " both ways",
+                    };
                     self.report(
                         Diagnostic::new(
                             Code::TARGET_MISFIT,
@@ -498,26 +532,7 @@ impl Declarations<'_> {
                     );
                 }
                 let mut on = task.on.iter().filter_map(|name| Some((name, targets.get(name)?)));
-                let Some((name, target)) = on.find(|(_, target)| target.kind == *kind) else { continue };
-                if matches!(target.backend, Backend::Tendon(_)) && joint != ir::JointKind::Bend {
-                    self.report(
-                        Diagnostic::new(
-                            Code::TARGET_MISFIT,
-                            *place,
-                            format!(
-                                "the target winds up threads, which bend an actuator, but `{kind}` {}",
-                                joint.does()
-                            ),
-                        )
-                        .label("no thread can do this")
-                        .also(target.span, "the task is simulated on this target")
-                        .help(format!(
-                            "choose a target for another kind, or simulate without it: take `on {}` out",
-                            name
-                        )),
-                    );
-                    continue;
-                }
+                let Some((_, target)) = on.find(|(_, target)| target.kind == *kind) else { continue };
                 let air = matches!(target.backend, Backend::Pneumatic(_));
                 if air != valves {
                     let (drives, wants, example) = if air {
