@@ -192,3 +192,39 @@ fn what_is_passive_is_no_actuator() {
     let (motion, _) = moved(&rules, "articulated", false);
     assert_eq!(motion.work.len(), 2);
 }
+
+/// A weight hangs on a strip whose joints all come to their limits: where it ends does not depend on the number of sweeps.
+#[test]
+fn limits_of_a_whole_row_hold() {
+    let rules = compiled(
+        "grammar hanging
+        use std.actuators  { strip }
+        use std.models     { hinge_model }
+        use std.objectives { travel }
+        use std.search     { gait_annealing }
+        part base { shape = box(20 cm, 40 cm, 20 cm)  mass = 20 kg  friction = 1 }
+        part lead { shape = box(2 cm, 3 cm, 4 cm)  mass = 200 g  friction = 0.5 }
+        begin {
+          place core : base
+          place hung : strip(segments = 8) to core.front
+          place lump : lead to hung.tip
+        }
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search gait_annealing",
+    );
+    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
+    let task = rules.first_task().unwrap();
+    let own = settings(&task.model);
+    let drive = Drive::new(&candidate, task).unwrap();
+    let targets = drive.targets(&drive.draw(&mut Stream::named(1, "hanging"))).unwrap();
+    let last = candidate.body.assembly.elements.len() - 1;
+    let [few, many] = [own.iterations, 1000].map(|iterations| {
+        let settings = Settings { iterations, ..own.clone() };
+        let mut simulation =
+            model("articulated").unwrap().prepare(&candidate.body.assembly, &settings).unwrap();
+        let motion = simulation.run(std::slice::from_ref(&targets)).remove(0).unwrap();
+        motion.pose(last, 2.0).unwrap().translation.vector.y
+    });
+    assert!((few - many).abs() < 2e-3, "it hangs at {few} m, and with converged limits at {many} m");
+}

@@ -132,6 +132,13 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                     "one step makes 256 parts at most, images among them" => {
                         "`begin` counts as one step: place fewer parts, and let rules add the rest"
                     }
+                    reason if reason.contains("turned out of the plane") => {
+                        "turn it by 0 deg or 180 deg, or mirror another plane (`xy` is forward and up); to bend across the plane, \
+                         give it another axis: `bender(direction = 90 deg)`, or `joint = bend about y`"
+                    }
+                    reason if reason.contains("has no mirror image") => {
+                        "in a mirror, left and right of a part are swapped: hold it by a port with z = 0 in its own frame"
+                    }
                     _ => "every design starts from `begin`",
                 })
                 .label(error.reason),

@@ -309,6 +309,10 @@ impl<'f> Reasoning<'f> {
                 let apart = of.groups().all(|group| self.facts.member(kinds, group) == Truth::Never);
                 Truth::of(false, apart)
             }
+            (_, ExprKind::Port(..)) => {
+                self.value(b);
+                Truth::Sometimes
+            }
             _ => Truth::Sometimes,
         }
     }

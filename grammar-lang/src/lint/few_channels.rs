@@ -19,6 +19,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     rows.extend(counts.base().iter().cloned());
     for (name, target) in &known.ruleset.targets {
         let channels = target.backend.channels();
+        let word = if channels == 1 { "channel" } else { "channels" };
         if !known.possible.contains(&Group::Kind(target.kind.clone())) {
             continue;
         }
@@ -30,7 +31,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     Code::FEW_CHANNELS,
                     target.span,
                     format!(
-                        "`{name}` has {channels} channels for `{}`, but no requirement was found that excludes designs with more",
+                        "`{name}` has {channels} {word} for `{}`, but no requirement was found that excludes designs with more",
                         target.kind
                     ),
                 )

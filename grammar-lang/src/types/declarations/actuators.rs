@@ -32,6 +32,7 @@ impl Declarations<'_> {
         let is_taken = |name: &str| PartAttribute::named(name).is_some() || all.contains(&name);
         let params = self.instance_params_of(block, &is_taken, damaged);
         let cx = self.context_of(block, &params, damaged);
+        let axis = self.joint_axis(row, &cx)?;
         let segment = self.shape(&from, "segment", "cylinder(8 mm, 16 mm)", &cx);
         let mass = self.mass(&from, segment.as_ref(), &cx);
         let friction =
@@ -40,7 +41,7 @@ impl Declarations<'_> {
         let alike = Context::new(Stage::Declaration, damaged);
         let known = self.expressions.errors.len();
         let least = params.get("segments").and_then(|param| param.domain).map_or(2.0, |(low, _)| low);
-        let joint = self.joint_of(&from, row, (least - 1.0).max(1.0), &cx);
+        let joint = self.joint_of(&from, (row, axis), (least - 1.0).max(1.0), &cx);
         if let (Some(joint), Some(Field::Fixed(form))) = (&joint, &segment) {
             self.not_too_short(&from, joint, 2.0 * form.half_extents().x * least);
         }

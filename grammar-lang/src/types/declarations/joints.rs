@@ -232,7 +232,7 @@ impl Declarations<'_> {
     }
 
     /// The axis of a joint: `x`, `y`, `z`, or a vector, which may read parameters.
-    fn joint_axis(&mut self, row: Row<'_>, cx: &Context) -> Option<Field<[f64; 3]>> {
+    pub(super) fn joint_axis(&mut self, row: Row<'_>, cx: &Context) -> Option<Field<[f64; 3]>> {
         let kind = row.kind;
         let Some((word, tree)) = row.axis else { return Some(Field::Fixed(kind.usual_axis())) };
         let Some(wanted) = kind.axis_word() else {
@@ -324,12 +324,11 @@ impl Declarations<'_> {
     pub(super) fn joint_of(
         &mut self,
         from: &Values<'_>,
-        row: Row<'_>,
+        (row, axis): (Row<'_>, Field<[f64; 3]>),
         joints: f64,
         cx: &Context,
     ) -> Option<ir::Joint> {
         let kind = row.kind;
-        let axis = self.joint_axis(row, cx);
         let alike = Context::new(Stage::Declaration, cx.damaged);
         let range =
             if kind == JointKind::Spin { Some(None) } else { self.range(from, row, &alike).map(Some) };
@@ -350,7 +349,7 @@ impl Declarations<'_> {
         let damping = self.varying_number(from, "damping", kind.damping(), (sign, examples.damping), cx);
         Some(ir::Joint {
             kind,
-            axis: axis?,
+            axis,
             range: range?,
             stiffness: stiffness?,
             damping: damping?,

@@ -52,7 +52,10 @@ impl Declarations<'_> {
             self.check_places(block, *form, ports);
         }
         let joint = match row {
-            Some(row) => Some(self.joint_of(&from, row, 1.0, &cx)?),
+            Some(row) => {
+                let axis = self.joint_axis(row, &cx)?;
+                Some(self.joint_of(&from, (row, axis), 1.0, &cx)?)
+            }
             None => None,
         };
         Some(ir::Part {
