@@ -26,7 +26,7 @@ page() { echo "- [$(title "$site/src/$1")]($1)"; }
 {
   echo "[sgc](README.md)"
   echo "# Learn"
-  for page in tutorial tour cookbook; do page "$page.md"; done
+  for page in tutorial tour cookbook bodies; do page "$page.md"; done
   echo "# Reference"
   for page in language search results usual cannot mistakes audit testing; do page "$page.md"; done
   echo "- [What findings mean]()"
