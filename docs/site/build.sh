@@ -12,7 +12,7 @@ site=${CARGO_TARGET_DIR:-target}/site
 rm -rf "$site"
 mkdir -p "$site/src/codes"
 cp docs/site/book.toml docs/site/sgr.js "$site"
-cp -r docs/*.md docs/*.png docs/calibration-example "$site/src"
+cp -r docs/*.md docs/*.png docs/calibration-example docs/bodies "$site/src"
 cp ARCHITECTURE.md CONTRIBUTING.md CHANGELOG.md SECURITY.md "$site/src"
 cp grammar-lang/src/diagnostics/catalogue/*.md "$site/src/codes"
 # The README is the first page; the other pages lie beside it here.
