@@ -148,6 +148,9 @@ impl From<'_> {
     fn actuator(&self, actuator: &Actuator) -> Result<MadeActuator, Unmade> {
         let segment = self.form("segment", &actuator.segment)?;
         let joint = self.joint(&actuator.joint, actuator.motor.is_some())?;
+        if actuator.joint.kind == JointKind::Bend && !is_across(joint.axis) {
+            return Err(Unmade { field: "joint", reason: "a row bends about an axis across it".to_owned() });
+        }
         if let (JointKind::Slide, Some(range)) = (actuator.joint.kind, actuator.joint.range) {
             let count =
                 actuator.params.get_index_of("segments").and_then(|slot| self.params.get(slot)?.as_number());
@@ -183,9 +186,6 @@ impl From<'_> {
         let unmade = |reason: &str| Unmade { field: "joint", reason: reason.to_owned() };
         let axis = unit(self.value("joint", &joint.axis, as_vector)?)
             .ok_or_else(|| unmade("an axis needs a direction"))?;
-        if joint.kind == JointKind::Bend && !is_across(axis) {
-            return Err(unmade("a row bends about an axis across it"));
-        }
         // What drives a joint needs a spring to hold it, or, of a spin, a damper to turn it.
         let spins = joint.kind == JointKind::Spin;
         let needs = |what: bool| if what && driven { Sign::Positive } else { Sign::NotNegative };
