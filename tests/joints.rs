@@ -6,7 +6,7 @@ use sgc::derive::{Candidate, Derivation, Stream};
 use sgc::drive::Drive;
 use sgc::loader::Files;
 use sgc::search::settings;
-use sgc::simulate::{Motion, Settings, model};
+use sgc::simulate::{Invalid, Motion, Settings, model};
 
 fn compiled(text: &str) -> RuleSet {
     let mut sources = SourceMap::default();
@@ -80,7 +80,8 @@ fn moved(rules: &RuleSet, name: &str, weightless: bool) -> (Motion, Vec<usize>) 
     (motion, images.concat())
 }
 
-const HUNG: [(&str, &str); 4] = [
+const HUNG: [(&str, &str); 5] = [
+    ("bend about x", "bend = -40 deg .. 60 deg  stiffness = 0.002 N*m/rad^2  damping = 0.00005 N*m*s/rad^2"),
     (
         "bend about vector(0.2, 1, 0.5)",
         "bend = -40 deg .. 60 deg  stiffness = 0.002 N*m/rad^2  damping = 0.00005 N*m*s/rad^2",
@@ -157,7 +158,7 @@ fn solvers_agree_on_all_joints() {
             for &element in &elements {
                 let place = |motion: &Motion| motion.pose(element, t).unwrap().translation.vector;
                 let off = (place(&ours) - place(&theirs)).norm();
-                assert!(off < 3e-3, "{joint}, {t} s: {off} m apart");
+                assert!(off < 4e-3, "{joint}, {t} s: {off} m apart");
             }
         }
     }
@@ -219,12 +220,61 @@ fn limits_of_a_whole_row_hold() {
     let drive = Drive::new(&candidate, task).unwrap();
     let targets = drive.targets(&drive.draw(&mut Stream::named(1, "hanging"))).unwrap();
     let last = candidate.body.assembly.elements.len() - 1;
-    let [few, many] = [own.iterations, 1000].map(|iterations| {
-        let settings = Settings { iterations, ..own.clone() };
+    let depth = |iterations: usize, step: f64| {
+        let settings = Settings { iterations, step, ..own.clone() };
         let mut simulation =
             model("articulated").unwrap().prepare(&candidate.body.assembly, &settings).unwrap();
         let motion = simulation.run(std::slice::from_ref(&targets)).remove(0).unwrap();
         motion.pose(last, 2.0).unwrap().translation.vector.y
-    });
-    assert!((few - many).abs() < 2e-3, "it hangs at {few} m, and with converged limits at {many} m");
+    };
+    let many = depth(1000, own.step);
+    for step in [1.0 / 240.0, 1.0 / 960.0, 1.0 / 3840.0] {
+        let few = depth(own.iterations, step);
+        assert!((few - many).abs() < 2e-4, "it hangs at {few} m, and with converged limits at {many} m");
+    }
+}
+
+/// A heavy lever on a thin row that twists to its limits: it ends there, and rapier, which cannot hold them, gives no motion.
+#[test]
+fn what_cannot_hold_its_joints_gives_no_motion() {
+    let rules = compiled(
+        "grammar tubes
+        use std.models     { hinge_model }
+        use std.objectives { travel }
+        use std.search     { gait_annealing }
+        part stand {
+          shape = box(40 cm, 80 cm, 40 cm)  mass = 20 kg  friction = 0.8
+          port e at vector(20 cm, 30 cm, 0 cm) facing vector(1, 0, 0)
+        }
+        actuator tube {
+          param segments : Count in 2 .. 12 = 4
+          segment = cylinder(5 mm, 2 cm)  joint = twist passive  range = -20 deg .. 25 deg
+          density = 1 g/cm^3  friction = 0.5  stiffness = 0.005 N*m/rad^2  damping = 0.001 N*m*s/rad^2
+        }
+        part plank {
+          shape = box(2 cm, 2 cm, 10 cm)  mass = 50 g  friction = 0.5
+          port back at vector(-1 cm, 0 cm, -4 cm) facing vector(-1, 0, 0)
+        }
+        begin {
+          place core : stand
+          place row  : tube(segments = 6) to core.e
+          place end  : plank to row.tip
+        }
+        simulate hinge_model for 3 s
+        maximize travel in cm
+        search gait_annealing",
+    );
+    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
+    let task = rules.first_task().unwrap();
+    let drive = Drive::new(&candidate, task).unwrap();
+    let targets = drive.targets(&drive.draw(&mut Stream::named(1, "tubes"))).unwrap();
+    let motion = |solver: &str| {
+        let (assembly, settings) = (&candidate.body.assembly, settings(&task.model));
+        let mut simulation = model(solver).unwrap().prepare(assembly, &settings).unwrap();
+        simulation.run(std::slice::from_ref(&targets)).remove(0)
+    };
+    let held = motion("articulated").unwrap();
+    let turned = held.pose(candidate.body.assembly.elements.len() - 1, 3.0).unwrap().rotation.angle();
+    assert!((turned.to_degrees() - 25.0).abs() < 0.1, "{} deg", turned.to_degrees());
+    assert_eq!(motion("rapier").err(), Some(Invalid::BeyondLimits));
 }

@@ -5,8 +5,12 @@
 //! A servo at its torque limit gives just that, and is left out of the matrix.
 //! Which servos are at their limit is guessed from the last step and corrected
 //! with the speeds that come out, contacts included: an active set. (As rows of
-//! the contact solver beside the implicit part, slipping servos diverge.) Hard
-//! limits of the angle are such rows.
+//! the contact solver beside the implicit part, slipping servos diverge.)
+//!
+//! A hard limit is such a row in the step in which a joint comes to it. From then on
+//! the joint is held inside the mass matrix, as stiff as numbers allow, until it would have
+//! to be pulled: rows of many joints that load each other at their limits would need
+//! thousands of sweeps, and what is missing of them adds up from step to step.
 
 use super::factor::Factor;
 use super::kinematics::State;
@@ -27,6 +31,11 @@ const NEAR: f64 = 0.02;
 /// A speed that no step reaches: the room of a limit that is far away.
 const FAR: f64 = 1e30;
 
+/// A joint at its limit is held by so many times its own inertia.
+const FIRM: f64 = 1e4;
+/// Less work than any that is done, erg.
+const NO_WORK: f64 = 1e-30;
+
 /// One joint that is near a hard limit.
 #[derive(Clone, Copy, Debug)]
 struct Stop<S> {
@@ -37,8 +46,8 @@ struct Stop<S> {
     response: S,
     /// Speeds that would reach the low and the high limit in this step.
     room: (S, S),
-    /// Impulses that hold the limits.
-    hold: (S, S),
+    /// The impulse that holds a limit: above zero at the low one, below at the high one.
+    hold: S,
 }
 
 /// What a servo does in this step.
@@ -60,14 +69,20 @@ struct Drive<S> {
     given: S,
     /// The work done so far, and what rounding has cut off it (Kahan's summation).
     work: (S, S),
-    /// Impulses that held the hard limits in the last step.
-    hold: (S, S),
+    /// The impulse that held a hard limit in the last step: above zero at the low one, below at the high one.
+    hold: S,
+    /// One where the hard limits are looked at in this step, else zero.
+    watched: S,
+    /// Minus one where the joint is held at its low limit, one where at its high limit, else zero.
+    held: S,
+    /// Impulse lost per speed where it is held, and the speed at which it is held: none, or that which mends.
+    firm: S,
+    rest: S,
 }
 
 impl<S: Scalar> Drive<S> {
     fn null(kit: S::Kit) -> Self {
         let zero = S::zero(kit);
-        let none = (zero, zero);
         Self {
             drive: zero,
             before: zero,
@@ -76,8 +91,12 @@ impl<S: Scalar> Drive<S> {
             most: zero,
             strained: zero,
             given: zero,
-            work: none,
-            hold: none,
+            work: (zero, zero),
+            hold: zero,
+            watched: zero,
+            held: zero,
+            firm: zero,
+            rest: zero,
         }
     }
 
@@ -85,6 +104,12 @@ impl<S: Scalar> Drive<S> {
     #[inline(always)]
     fn is_free(&self) -> S::Mask {
         self.strained.abs().less(self.strained.like(0.5))
+    }
+
+    /// Where the joint is held at a hard limit.
+    #[inline(always)]
+    fn is_held(&self) -> S::Mask {
+        self.held.like(0.5).less(self.held.abs())
     }
 }
 
@@ -116,10 +141,19 @@ impl<S: Scalar> Joints<S> {
         self.drives.fill(Drive::null(kit));
     }
 
-    /// Computes what the servos do at the state and targets of this step, for a time that is shorter than it in the first.
+    /// Computes what the servos do at the state and targets of this step, for a time that is shorter than it in the first,
+    /// and which joints are held at their limits. `h` is the mass matrix.
     #[inline(always)]
-    pub(super) fn prepare(&mut self, tree: &Tree<S>, state: &State<S>, targets: &[S], step: S, time: S) {
+    pub(super) fn prepare(
+        &mut self,
+        tree: &Tree<S>,
+        state: &State<S>,
+        (targets, h): (&[S], &[S]),
+        step: S,
+        time: S,
+    ) {
         let k = |value: f64| step.like(value);
+        let rate = k(1.0) / step;
         // Springs pull to where they are slack from the beginning.
         for &body in &tree.passive {
             self.drives[body].target = targets[tree.links[body].servo];
@@ -137,6 +171,13 @@ impl<S: Scalar> Joints<S> {
             servo.yielding = step * (link.damping * k(DAMPER[0]) + step * link.stiffness * k(SPRING[0]));
             servo.most = step * link.effort;
             servo.before = now;
+            servo.watched = k(0.0);
+            // Where a limit has held, it goes on.
+            let (low, high) = (k(0.0).less(servo.hold), servo.hold.less(k(0.0)));
+            let angle = state.positions[body];
+            servo.held = S::pick(low, k(-1.0), S::pick(high, k(1.0), k(0.0)));
+            servo.rest = S::pick(low, -soften(angle - link.limits.0), soften(link.limits.1 - angle)) * rate;
+            servo.firm = h[tree.rows[dof_of(body)] + tree.path_to(dof_of(body)).len() - 1] * k(FIRM);
             servo.target = targets[link.servo];
         }
     }
@@ -148,21 +189,24 @@ impl<S: Scalar> Joints<S> {
             let dof = dof_of(body);
             let implicit = servo.drive - servo.yielding * state.speeds[dof];
             impulses[dof] += S::pick(servo.is_free(), implicit, servo.strained * servo.most);
+            let hold = servo.firm * (servo.rest - state.speeds[dof]);
+            impulses[dof] += S::pick(servo.is_held(), hold, hold.like(0.0));
         }
     }
 
-    /// Adds the servos to the mass matrix.
+    /// Adds the servos and the limits that hold to the mass matrix.
     #[inline(always)]
     pub(super) fn stiffen(&self, tree: &Tree<S>, h: &mut [S]) {
         let zero = S::zero(tree.kit);
         for (body, servo) in self.drives.iter().enumerate().skip(1) {
             let dof = dof_of(body);
-            h[tree.rows[dof] + tree.path_to(dof).len() - 1] += S::pick(servo.is_free(), servo.yielding, zero);
+            h[tree.rows[dof] + tree.path_to(dof).len() - 1] +=
+                S::pick(servo.is_free(), servo.yielding, zero) + S::pick(servo.is_held(), servo.firm, zero);
         }
     }
 
-    /// Corrects which servos are at their limit, from the speeds at the end of
-    /// the step, in the `live` lanes; returns where that changes the step. Unless
+    /// Corrects which servos are at their limit, and lets go of joints that would have to be pulled to stay at theirs, from
+    /// the speeds at the end of the step, in the `live` lanes; returns where that changes the step. Unless
     /// `release`, servos only come to be at their limit, so that the search ends.
     #[inline(always)]
     pub(super) fn review(&mut self, speeds: &[S], release: bool, live: S::Mask) -> S::Mask {
@@ -180,18 +224,50 @@ impl<S: Scalar> Joints<S> {
             let leaves = live & release & !free & (impulse * servo.strained).less(servo.most);
             let sign = S::pick(zero.less(impulse), one, -one);
             servo.strained = S::pick(comes, sign, S::pick(leaves, zero, servo.strained));
-            changed = changed | comes | leaves;
+            let (held, hold) = (live & servo.is_held(), servo.firm * (servo.rest - speeds[dof_of(body)]));
+            let pulls = held & zero.less(hold * servo.held);
+            servo.hold = S::pick(held, S::pick(pulls, zero, hold), servo.hold);
+            servo.held = S::pick(pulls, zero, servo.held);
+            changed = changed | comes | leaves | pulls;
         }
         changed
     }
 
-    /// Adds up the work of the step just solved, which ends with these speeds.
+    /// Has the limits looked at that a step with these speeds would overstep, though no row was made for them: a blow
+    /// has made the joint faster than it was foreseen. Returns where there are any.
     #[inline(always)]
-    pub(super) fn tally(&mut self, tree: &Tree<S>, speeds: &[S]) {
+    pub(super) fn watch(
+        &mut self,
+        tree: &Tree<S>,
+        state: &State<S>,
+        speeds: &[S],
+        step: S,
+        live: S::Mask,
+    ) -> S::Mask {
+        let (zero, one) = (S::zero(tree.kit), S::of(tree.kit, 1.0));
+        let mut any = S::mask(tree.kit, false);
+        for (body, link) in tree.links.iter().enumerate().skip(1) {
+            let servo = &mut self.drives[body];
+            let angle = state.positions[body] + step * speeds[dof_of(body)];
+            let is_beyond = angle.less(link.limits.0) | link.limits.1.less(angle);
+            let missed = live & is_beyond & !zero.less(servo.watched);
+            servo.watched = S::pick(missed, one, servo.watched);
+            any = any | missed;
+        }
+        any
+    }
+
+    /// Adds up the work of the step just solved, which begins and ends with these speeds.
+    #[inline(always)]
+    pub(super) fn tally(&mut self, tree: &Tree<S>, before: &[S], after: &[S]) {
         for (body, servo) in self.drives.iter_mut().enumerate().skip(1) {
-            // The joint turns by its speed times the step, so impulse times
-            // speed is torque times turn; what slides, likewise.
-            let work = (servo.given * speeds[dof_of(body)]).max(servo.given.like(0.0)) - servo.work.1;
+            let (dof, zero) = (dof_of(body), servo.given.like(0.0));
+            // Torque times turn, at a speed that changes evenly in the step; only pushing counts, not braking. Where the
+            // joint turns round within the step, that is a part of it.
+            let (first, last) = (servo.given * before[dof], servo.given * after[dof]);
+            let pushed = first.max(zero) + last.max(zero);
+            let share = pushed / (first.abs() + last.abs()).max(zero.like(NO_WORK));
+            let work = pushed * zero.like(0.5) * share - servo.work.1;
             let sum = servo.work.0 + work;
             servo.work = (sum, (sum - servo.work.0) - work);
         }
@@ -240,7 +316,12 @@ impl<S: Scalar> Joints<S> {
             let near = step * free[dof_of(body)].abs() * step.like(2.0) + step.like(NEAR);
             let angle = state.positions[body];
             let (low, high) = (angle - link.limits.0, link.limits.1 - angle);
-            let is_near = low.less(near) | high.less(near);
+            let servo = &mut self.drives[body];
+            let (zero, one) = (step.like(0.0), step.like(1.0));
+            let held = servo.is_held();
+            let is_near = low.less(near) | high.less(near) | zero.less(servo.watched);
+            servo.watched = S::pick(is_near | held, one, zero);
+            let is_near = is_near & !held;
             if is_near.any() {
                 let room = |gap: S| S::pick(is_near, soften(gap) * rate, far);
                 self.push_stop(tree, factor, body, is_near, (room(low), room(high)));
@@ -267,8 +348,7 @@ impl<S: Scalar> Joints<S> {
             columns[depth] = own * factor.inverse[dof];
             response += columns[depth] * columns[depth];
         }
-        let (low, high) = self.drives[body].hold;
-        let hold = (S::pick(is_near, low, zero), S::pick(is_near, high, zero));
+        let hold = S::pick(is_near, self.drives[body].hold, zero);
         self.stops.push(Stop { body, start, count: path.len(), response, room, hold });
     }
 
@@ -276,7 +356,7 @@ impl<S: Scalar> Joints<S> {
     #[inline(always)]
     pub(super) fn warm_start(&self, y: &mut [S]) {
         for stop in &self.stops {
-            self.apply(stop, y, stop.hold.0 - stop.hold.1);
+            self.apply(stop, y, stop.hold);
         }
     }
 
@@ -300,42 +380,28 @@ impl<S: Scalar> Joints<S> {
                 speed += column * y[dof as usize];
             }
             let before = stop.hold;
-            let low = (before.0 - (speed + stop.room.0) / stop.response).max(zero);
-            stop.hold.0 = S::pick(open, low, before.0);
-            let up = stop.hold.0 - before.0;
-            speed += up * stop.response;
-            let high = (before.1 + (speed - stop.room.1) / stop.response).max(zero);
-            stop.hold.1 = S::pick(open, high, before.1);
-            let change = up - (stop.hold.1 - before.1);
-            let whole = stop.hold.0 - stop.hold.1;
-            unrest.add(change * change * stop.response, whole * whole * stop.response);
+            // The speed without this limit: it holds what is beyond the one or the other end.
+            let speed = speed - before * stop.response;
+            let low = ((-stop.room.0 - speed) / stop.response).max(zero);
+            let high = ((stop.room.1 - speed) / stop.response).min(zero);
+            stop.hold = S::pick(open, low + high, before);
+            let change = stop.hold - before;
+            unrest.add(change * change * stop.response, stop.hold * stop.hold * stop.response);
             self.stops[place] = stop;
             self.apply(&stop, y, change);
         }
     }
 
-    /// The lanes in which limits of several joints hold at once.
-    #[inline(always)]
-    pub(super) fn several_hold(&self, kit: S::Kit) -> S::Mask {
-        let zero = S::zero(kit);
-        let one = |stop: &Stop<S>| S::pick(zero.less(stop.hold.0 + stop.hold.1), zero.like(1.0), zero);
-        let mut holding = zero;
-        for stop in &self.stops {
-            holding += one(stop);
-        }
-        zero.like(1.5).less(holding)
-    }
-
-    /// Remembers the impulses of the live lanes for the next solution.
+    /// Remembers the impulses of the rows in the live lanes for the next solution.
     #[inline(always)]
     pub(super) fn remember(&mut self, live: S::Mask) {
         for servo in &mut self.drives {
             let zero = servo.drive.like(0.0);
-            servo.hold = (S::pick(live, zero, servo.hold.0), S::pick(live, zero, servo.hold.1));
+            servo.hold = S::pick(live, zero, servo.hold);
         }
         for stop in &self.stops {
             let hold = &mut self.drives[stop.body].hold;
-            *hold = (S::pick(live, stop.hold.0, hold.0), S::pick(live, stop.hold.1, hold.1));
+            *hold = S::pick(live, stop.hold, *hold);
         }
     }
 }

@@ -27,8 +27,6 @@ const MEND_SPEED: f64 = 20.0;
 /// Gap in cm below which a point is a contact even when all is still.
 const MARGIN: f64 = 0.02;
 
-/// Where the limits of several joints hold at once, so many times as many sweeps are made at most.
-const LIMIT_SWEEPS: usize = 10;
 /// Steps at the beginning whose contacts have no impulses to start from that are worth it: a body on a slope that is
 /// nearly too steep would slide far with the speed that unsolved contacts leave it.
 const COLD: u32 = 8;
@@ -264,9 +262,12 @@ impl<S: Scalar> Solver<S> {
             for (next, &found) in self.next.iter_mut().zip(&self.free) {
                 *next = S::pick(live, found, *next);
             }
-            let changed = self.joints.review(&self.free, pass == 0, live);
-            servos_changed = changed.any();
-            // What servos gave that have changed since says nothing of the strides.
+            let strained = self.joints.review(&self.free, pass == 0, live);
+            servos_changed = strained.any();
+            // A blow makes joints faster than was foreseen.
+            let overstepped = self.joints.watch(&self.tree, &self.state, &self.free, self.step, live);
+            let changed = strained | overstepped;
+            // What servos and limits gave that have changed since says nothing of the strides.
             let unsettled = live & !changed & self.unsettled(changed);
             live = changed | unsettled;
             #[cfg(test)]
@@ -280,7 +281,7 @@ impl<S: Scalar> Solver<S> {
                 stride.take(unsettled, found);
             }
         }
-        self.joints.tally(&self.tree, &self.next);
+        self.joints.tally(&self.tree, &self.state.speeds, &self.next);
         self.move_on();
         self.check();
     }
@@ -299,7 +300,7 @@ impl<S: Scalar> Solver<S> {
         // The first step begins at rest, half a step after the middle of one that was not.
         let time = if self.age == 0 { self.step * self.step.like(0.5) } else { self.step };
         self.fall = self.gravity * time;
-        self.joints.prepare(tree, state, &self.targets, self.step, time);
+        self.joints.prepare(tree, state, (&self.targets, h), self.step, time);
     }
 
     /// Finds the strides of the speeds that were found, and where they are not those that they were found with.
@@ -439,14 +440,7 @@ impl<S: Scalar> Solver<S> {
         let (sweeps, share) = if self.age < COLD { COLD_SWEEPS } else { (1, 1.0) };
         let tolerance = self.tolerance * self.tolerance.like(share * share);
         let most = self.iterations.saturating_mul(sweeps);
-        for done in 0..most.saturating_mul(LIMIT_SWEEPS) {
-            // Joints of one row that all stand at their limits load each other: they need more sweeps than contacts do.
-            if done == most {
-                open = open & joints.several_hold(tree.kit);
-                if !open.any() {
-                    break;
-                }
-            }
+        for _ in 0..most {
             let mut unrest = Unrest::new(tree.kit);
             joints.sweep(y, open, &mut unrest);
             pgs::sweep(rows, y, open, &mut unrest);

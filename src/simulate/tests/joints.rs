@@ -169,6 +169,58 @@ fn a_motor_turns_as_fast_as_it_is_asked() {
     }
 }
 
+/// A flywheel that is turned round again and again within five steps: braking it costs nothing, and each turn
+/// the energy of its speed, also where the turn falls between two steps.
+#[test]
+fn turning_round_costs_the_energy_of_the_speed() {
+    let (disc, inertia) = disc();
+    let asked = 60.0;
+    for steps in [2.5, 5.0, 40.0] {
+        let torque = 2.0 * asked * inertia * 240.0 / steps;
+        let motor = Dof {
+            damping: 2e-3,
+            effort: torque,
+            ..along_x(Travel::Turn, Control::Speed { actuator: 0, times: 1.0 })
+        };
+        // From step to step, or the speed that is asked for would change slowly.
+        let angles = (0..600).map(|step| if step / 60 % 2 == 0 { asked } else { -asked }).collect();
+        let drive = Targets { interval: 1.0 / 240.0, actuators: 1, angles };
+        let motion = run("articulated", &stand(disc.clone(), motor), &finely(2.5), &drive);
+        let energy = 10.0 * 0.5 * inertia * asked * asked;
+        assert!(
+            (motion.work[0] / energy - 1.0).abs() < 0.03,
+            "{steps} steps: {} J for {energy}",
+            motion.work[0]
+        );
+    }
+}
+
+/// A light slide with a stiff motor is moved three times: that costs the energy of its speed, and no trembling counts.
+#[test]
+fn a_stiff_motor_that_trembles_does_no_work() {
+    let (disc, _) = disc();
+    let mass = 1.5e-3;
+    let disc = Element { mass, ..disc };
+    let speed = 0.03;
+    let control = Control::Position { actuator: 0, rate: speed, relaxing_rate: speed };
+    let dof = Dof {
+        stiffness: 500.0,
+        damping: 10.0,
+        effort: 5.0,
+        limits: (-0.02, 0.02),
+        ..along_x(Travel::Slide, control)
+    };
+    let body = stand(disc.clone(), dof);
+    let drive = Targets { interval: 2.0, actuators: 1, angles: vec![0.02, -0.02, 0.005] };
+    let due = 3.0 * 0.5 * mass * speed * speed;
+    // It stands still or moves steadily for nearly all of the time. rapier does a tenth of what it takes to lift it as far.
+    let lifted = mass * settings().gravity * 0.085;
+    for (name, most) in [("articulated", 1.5 * due), ("rapier", 0.1 * lifted)] {
+        let work = run(name, &body, &during(6.0), &drive).work[0];
+        assert!(work > 0.3 * due && work < most, "{name}: {work} J for {due}");
+    }
+}
+
 const RADIUS: f64 = 0.03;
 
 /// A block on four wheels, on axles across it.
