@@ -72,7 +72,7 @@ pub fn scene(
         .map(|check| Check {
             name: check.name.clone(),
             text: robustness::outcome(rules, design, saved, check),
-            ok: robustness::confirmed(rules, saved, check),
+            ok: robustness::verdict(rules, saved, check).remark().is_empty(),
         })
         .collect();
     let terms = terms(rules, design, saved, &replayed.observed);

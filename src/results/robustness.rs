@@ -10,7 +10,7 @@ use super::saved::{Check, InWorld, Measured, SavedDesign, SavedTask};
 use crate::derive::Candidate;
 use crate::scenarios::{self, Scenario};
 use crate::search::keeps;
-use crate::simulate::{SolverName, Stop};
+use crate::simulate::{Invalid, SolverName, Stop};
 
 /// The names of the checks that every final best goes through.
 pub(super) const HALF_STEP: &str = "half the step, finer contacts";
@@ -47,10 +47,17 @@ pub fn final_check(
             if saved.checks.iter().any(|check| check.name == name) || name == solver {
                 continue;
             }
-            // A check without a value does not confirm: the best stands, and says so.
             let value = values(&candidate, saved, &[Scenario::nominal()], how);
-            let value = value.ok().and_then(|values| values.into_iter().next()?.ok());
-            saved.checks.push(Check { name: name.to_owned(), value, measured: Measured::Value });
+            let value = value.map(|values| values.into_iter().next());
+            let measured = match &value {
+                Err(DesignError::Unfit(_)) | Ok(Some(Err(Invalid::BeyondLimits | Invalid::Unfit))) => {
+                    Measured::Unable
+                }
+                _ => Measured::Value,
+            };
+            // A check without a value does not confirm: the best stands, and says so.
+            let value = value.ok().flatten().and_then(Result::ok);
+            saved.checks.push(Check { name: name.to_owned(), value, measured });
             given_up(stop)?;
         }
         let value = drift(&candidate, saved, model);
@@ -145,6 +152,8 @@ pub enum Verdict {
     Better,
     /// There is nothing to compare, or the robot goes where nothing can go.
     Refuted,
+    /// It says nothing, for or against.
+    Silent,
 }
 
 impl Verdict {
@@ -152,7 +161,7 @@ impl Verdict {
     #[must_use]
     pub fn remark(self) -> &'static str {
         match self {
-            Self::Confirmed => "",
+            Self::Confirmed | Self::Silent => "",
             Self::Better => "   (so much better that it is in doubt: see docs/physics.md)",
             Self::Worse | Self::Refuted => "   (worse than a best should be: see docs/physics.md)",
         }
@@ -162,6 +171,9 @@ impl Verdict {
 /// What a cross-check says of the value of a task. Both must be as good as the share of the other that the search asks for.
 #[must_use]
 pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
+    if check.measured == Measured::Unable {
+        return Verdict::Silent;
+    }
     let Some((task, other)) = rules.tasks.get(&saved.name).zip(check.value) else { return Verdict::Refuted };
     match check.measured {
         Measured::Drift if other <= STAYS => Verdict::Confirmed,
@@ -171,13 +183,21 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
         Measured::Value if !keeps(rules, task, saved.in_nominal(), other) => Verdict::Worse,
         Measured::Value if !keeps(rules, task, other, saved.in_nominal()) => Verdict::Better,
         Measured::Value => Verdict::Confirmed,
+        Measured::Unable => Verdict::Silent,
     }
 }
 
-/// Whether a cross-check confirms the value of a task.
+/// Of how many cross-checks that say anything of a design its value was kept in how many.
 #[must_use]
-pub fn confirmed(rules: &RuleSet, saved: &SavedTask, check: &Check) -> bool {
-    verdict(rules, saved, check) == Verdict::Confirmed
+pub fn kept(rules: &RuleSet, design: &SavedDesign) -> (usize, usize) {
+    let all =
+        design.tasks.iter().flat_map(|task| task.checks.iter().map(move |check| verdict(rules, task, check)));
+    let (mut kept, mut told) = (0, 0);
+    for verdict in all {
+        kept += usize::from(verdict == Verdict::Confirmed);
+        told += usize::from(verdict != Verdict::Silent);
+    }
+    (kept, told)
 }
 
 /// What a cross-check came to, in words: a value as the design's own is, less what its broken preferences take away.
@@ -185,6 +205,7 @@ pub fn confirmed(rules: &RuleSet, saved: &SavedTask, check: &Check) -> bool {
 pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: &Check) -> String {
     let direction = rules.tasks.get(&saved.name).map_or(rules.objective.direction, |t| t.objective.direction);
     match (check.value, check.measured) {
+        (_, Measured::Unable) => "no second opinion: it cannot hold the joints of this body".to_owned(),
         (None, _) => "not a valid motion".to_owned(),
         (Some(value), Measured::Value) => {
             describe::quantity(design.less_penalties(direction, value), &saved.unit)

@@ -13,7 +13,7 @@ use super::evals::quoted;
 use super::genuine;
 use super::leftovers;
 use super::place::{RUNS, SUMMARY, check_place, check_series, is_series};
-use super::robustness::confirmed;
+use super::robustness::kept;
 use super::run_files::{self, finished};
 use super::saved::SavedDesign;
 use super::whole::{aside, lock, lock_again, make_folder, read, write_whole};
@@ -167,19 +167,18 @@ impl SeriesFolder {
             let best = run_files::best(path);
             let design = if best.exists() { Some(SavedDesign::read_own(&best)?) } else { None };
             if let (None, Some(design)) = (&rules, &design) {
-                rules = Some(design.grammar.compile().map_err(FileError::inside(&best))?);
+                rules = Some(design.grammar.compile(&design.sgc).map_err(FileError::inside(&best))?);
             }
             let finished = finished(path)?;
             if let Some(design) = &design {
                 genuine::check_run(design, asked, finished.as_ref()).map_err(FileError::inside(&best))?;
             }
             let is_complete = finished.is_some();
-            let checks =
-                design.as_ref().zip(rules.as_ref()).filter(|_| is_complete).map(|(design, rules)| {
-                    let all =
-                        || design.tasks.iter().flat_map(|t| t.checks.iter().map(move |check| (t, check)));
-                    (all().filter(|(task, check)| confirmed(rules, task, check)).count(), all().count())
-                });
+            let checks = design
+                .as_ref()
+                .zip(rules.as_ref())
+                .filter(|_| is_complete)
+                .map(|(design, rules)| kept(rules, design));
             let tested = design.as_ref().zip(rules.as_ref());
             let tested = tested.and_then(|(design, rules)| elsewhere::tested(rules, design));
             lines.push(Line {

@@ -108,6 +108,8 @@ pub enum Invalid {
     Sunk,
     /// There was energy that no servo had put in.
     EnergyFromNowhere,
+    /// The solver could not hold joints within their limits.
+    BeyondLimits,
     /// The observer stopped it: the motion is not known.
     GivenUp,
     /// The solver cannot simulate the body in this world, though it can in the nominal one.
@@ -126,6 +128,7 @@ impl Invalid {
             Self::Unfit => "not to be simulated there",
             Self::Sunk => "through the ground",
             Self::EnergyFromNowhere => "energy from nowhere",
+            Self::BeyondLimits => "joints beyond their limits",
         }
     }
 }

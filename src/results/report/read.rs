@@ -16,7 +16,7 @@ use crate::results::folder;
 use crate::results::genuine;
 use crate::results::place::{RUNS, is_series};
 use crate::results::processes::{self, Process};
-use crate::results::robustness::confirmed;
+use crate::results::robustness::kept;
 use crate::results::run_files::{self, Asked, BEST, EVALS, Finished, RUN};
 use crate::results::saved::{Grammar, SavedDesign};
 use crate::results::series::{self, run_folder};
@@ -130,9 +130,7 @@ impl Run {
     /// Of how many cross-checks of a complete run the value was kept in how many.
     pub(crate) fn checks(&self) -> Option<(usize, usize)> {
         let Some(Ok(Found { design, rules: Ok(rules) })) = &self.design else { return None };
-        let all = || design.tasks.iter().flat_map(|task| task.checks.iter().map(move |check| (task, check)));
-        let kept = all().filter(|(task, check)| confirmed(&rules.0, task, check)).count();
-        self.is_complete().then(|| (kept, all().count()))
+        self.is_complete().then(|| kept(&rules.0, design))
     }
 }
 
@@ -282,7 +280,7 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
     }
     let asked = run_files::asked(path)?;
     let finished = run_files::finished(path)?;
-    let rules = compiled.get(&run_files::frozen(path, &asked)?);
+    let rules = compiled.get(&run_files::frozen(path, &asked)?, &asked.sgc);
     let mut moves = moves(&path.join(EVALS), finished.is_none())?;
     if let Some(finished) = &finished {
         genuine::check_finished(path, &asked, finished)?;
@@ -314,7 +312,7 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
             Standing::UnderWay | Standing::Stopped | Standing::Waiting => None,
         };
         genuine::check_run(&design, &asked, finished)?;
-        let rules = compiled.get(&design.grammar);
+        let rules = compiled.get(&design.grammar, &design.sgc);
         Ok(Found { design, rules })
     };
     let design = best.exists().then(found);
@@ -324,16 +322,17 @@ fn run(path: &Path, asker: Asker, compiled: &mut Compiled) -> Result<Run, Report
 /// Grammars that have been compiled already: runs share them.
 #[derive(Default)]
 struct Compiled {
-    all: Vec<(Grammar, Rules)>,
+    all: Vec<(Grammar, String, Rules)>,
 }
 
 impl Compiled {
-    fn get(&mut self, grammar: &Grammar) -> Rules {
-        if let Some((_, known)) = self.all.iter().find(|(known, _)| known == grammar) {
+    /// The rules of a grammar that a version of sgc froze.
+    fn get(&mut self, grammar: &Grammar, sgc: &str) -> Rules {
+        if let Some((_, _, known)) = self.all.iter().find(|(known, by, _)| known == grammar && by == sgc) {
             return known.clone();
         }
-        let rules = grammar.compile_with_sources().map(Rc::new).map_err(Rc::new);
-        self.all.push((grammar.clone(), rules.clone()));
+        let rules = grammar.compile_with_sources(sgc).map(Rc::new).map_err(Rc::new);
+        self.all.push((grammar.clone(), sgc.to_owned(), rules.clone()));
         rules
     }
 }

@@ -8,6 +8,31 @@ use crate::simulate::lowering::{Body, Lowered, Piece};
 use crate::simulate::run::Stepper;
 use crate::simulate::{Invalid, Settings};
 
+/// A joint that is beyond its limits by more than this is not held, rad; of a slide, the share of its range.
+const FAR: f64 = 0.2;
+/// For longer than this, s, it is more than a blow.
+const BEYOND: f64 = 0.1;
+/// The work is the mean torque times the turn of stretches of so many seconds: light joints with stiff motors tremble from step
+/// to step.
+const STRETCH: f64 = 0.05;
+
+/// What a joint did in some steps.
+#[derive(Clone, Copy, Debug, Default)]
+struct Stretch {
+    /// The sum of its torques, N m, or its forces, N.
+    effort: f64,
+    /// How far it turned, rad, or slid, m.
+    moved: f64,
+    steps: u32,
+}
+
+impl Stretch {
+    /// The positive work, J.
+    fn work(self) -> f64 {
+        (self.effort / f64::from(self.steps.max(1)) * self.moved).max(0.0)
+    }
+}
+
 /// cm per m.
 pub(super) const LENGTH: f64 = 1e2;
 /// g per kg.
@@ -34,6 +59,10 @@ pub(super) struct Hinges {
     positions: Vec<f64>,
     /// Work done at each joint so far, J.
     work: Vec<f64>,
+    /// What each joint did in the present stretch of time.
+    open: Vec<Stretch>,
+    /// For how long a joint has been beyond its limits, s.
+    beyond: f64,
     failure: Option<Invalid>,
 }
 
@@ -50,6 +79,8 @@ impl Hinges {
             joints: Vec::new(),
             positions: Vec::new(),
             work: Vec::new(),
+            open: Vec::new(),
+            beyond: 0.0,
             failure: None,
         };
         own.build();
@@ -86,6 +117,8 @@ impl Hinges {
         }
         self.positions = vec![0.0; self.joints.len()];
         self.work = vec![0.0; self.joints.len()];
+        self.open = vec![Stretch::default(); self.joints.len()];
+        self.beyond = 0.0;
     }
 
     fn body(&self, body: usize) -> &RigidBody {
@@ -149,8 +182,11 @@ impl Hinges {
         (last + change).clamp(-dof.effort, dof.effort)
     }
 
-    /// Refuses numbers that are not finite, and elements beyond the limit.
+    /// Refuses numbers that are not finite, elements beyond the speed limit, and joints that stay beyond theirs.
     fn check(&self) -> Result<(), Invalid> {
+        if self.beyond > BEYOND {
+            return Err(Invalid::BeyondLimits);
+        }
         let limit = self.settings.speed_limit * LENGTH;
         for piece in &self.lowered.pieces {
             let body = self.body(piece.body);
@@ -190,17 +226,34 @@ impl Stepper for Hinges {
     fn step(&mut self) {
         self.world.step();
         self.failure = self.failure.or(self.check().err());
+        let mut is_beyond = false;
         for joint in 0..self.joints.len() {
             let position = self.stands(joint);
             let moved = position - self.positions[joint];
             // What a spring gives back is no work that is done for it.
-            let driven =
-                self.lowered.bodies[joint + 1].dof.as_ref().is_some_and(|dof| dof.actuator().is_some());
-            if driven {
-                self.work[joint] += (self.effort(joint, moved) * moved).max(0.0);
+            let dof = self.lowered.bodies[joint + 1].dof.as_ref();
+            if dof.is_some_and(|dof| dof.actuator().is_some()) {
+                let effort = self.effort(joint, moved);
+                let open = &mut self.open[joint];
+                *open = Stretch {
+                    effort: open.effort + effort,
+                    moved: open.moved + moved,
+                    steps: open.steps + 1,
+                };
+                if f64::from(open.steps) * self.settings.step >= STRETCH {
+                    self.work[joint] += std::mem::take(open).work();
+                }
             }
+            is_beyond |= dof.is_some_and(|dof| {
+                let far = match dof.travel {
+                    Travel::Turn => FAR,
+                    Travel::Slide => FAR * (dof.limits.1 - dof.limits.0),
+                };
+                position < dof.limits.0 - far || position > dof.limits.1 + far
+            });
             self.positions[joint] = position;
         }
+        self.beyond = if is_beyond { self.beyond + self.settings.step } else { 0.0 };
     }
 
     fn failure(&self, _: usize) -> Option<Invalid> {
@@ -221,7 +274,7 @@ impl Stepper for Hinges {
     }
 
     fn work(&self, _: usize, joint: usize) -> f64 {
-        self.work[joint]
+        self.work[joint] + self.open[joint].work()
     }
 }
 

@@ -46,8 +46,28 @@ impl Model for Rapier {
                 return Ok(Box::new(Run::new(springs, lattice.driven(), settings, &[])));
             }
             let lowered = Lowered::new(body, settings)?;
+            if has_chained_sockets(&lowered) {
+                let reason =
+                    "rapier is far too soft where one socket hangs on another: use the solver `articulated`"
+                        .to_owned();
+                return Err(Unfit { reason });
+            }
             let hinges = Hinges::new(&lowered, settings, world.gravity(settings), substep);
             Ok(Box::new(Run::new(hinges, lowered.driven(), settings, &[])))
         })
     }
+}
+
+/// Whether what hangs on a socket holds another one. Rings that have next to no mass then carry all that follows.
+fn has_chained_sockets(lowered: &Lowered) -> bool {
+    let hangs_in_socket = |body: usize| body > 0 && lowered.bodies[lowered.bodies[body].parent].is_massless();
+    (1..lowered.bodies.len())
+        .filter(|body| !lowered.bodies[*body].is_massless() && hangs_in_socket(*body))
+        .any(|body| {
+            let mut holder = lowered.bodies[body].parent;
+            while lowered.bodies[holder].is_massless() {
+                holder = lowered.bodies[holder].parent;
+            }
+            hangs_in_socket(holder)
+        })
 }
