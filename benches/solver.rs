@@ -144,7 +144,7 @@ fn example(file: &str, name: &str) -> Measured {
 fn saved(path: &Path) -> Measured {
     let file = if path.is_dir() { path.join("best.design.json") } else { path.to_owned() };
     let design = SavedDesign::read(&file).unwrap();
-    let rules = design.grammar.compile().unwrap();
+    let rules = design.grammar.compile(&design.sgc).unwrap();
     let derivation = Arc::new(Derivation::replay(&rules, &design.derivation).unwrap());
     let own = design.tasks[0].parameters();
     let name = path.file_name().unwrap().to_string_lossy();

@@ -234,7 +234,7 @@ fn gather() {
     let mut text = String::new();
     for name in names {
         let design = SavedDesign::read(&runs.join(&name).join("best.design.json")).unwrap();
-        let rules = design.grammar.compile().unwrap();
+        let rules = design.grammar.compile(&design.sgc).unwrap();
         let setup = replay::setup(&rules, &design, None, Precision::Model).unwrap();
         let motion = setup.motion(&design.solver).unwrap();
         let drive = &design.tasks[0].drive;

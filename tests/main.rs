@@ -36,6 +36,7 @@ mod resume;
 mod rhythms;
 mod rig;
 mod rods;
+mod saved_designs;
 mod scenarios;
 mod search;
 mod support;

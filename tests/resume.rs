@@ -344,7 +344,7 @@ fn cross_checks_that_were_given_up_are_not_taken_for_checks() {
     let folder = tempfile::tempdir().unwrap();
     let whole = whole(folder.path(), &grammar(folder.path(), "1"));
     let design = SavedDesign::read(&whole.join("best.design.json")).unwrap();
-    let rules = design.grammar.compile().unwrap();
+    let rules = design.grammar.compile(&design.sgc).unwrap();
     let mut bare = design.clone();
     bare.tasks[0].checks.clear();
     let flag = AtomicBool::new(true);

@@ -16,6 +16,7 @@ use crate::results::DesignError;
 use crate::results::genuine;
 use crate::results::replay::{Precision, replay};
 use crate::results::saved::SavedDesign;
+use crate::results::saving;
 
 /// The file that a design or run folder means.
 pub(super) fn file(path: &Path) -> PathBuf {
@@ -66,23 +67,24 @@ pub(super) struct Opened {
 pub(super) fn open(path: &Path) -> Result<Opened, Fault> {
     let design = read(path)?;
     let fault = |reason: DesignError| Fault::usage(format!("{}: {reason}", path.display()));
-    let (rules, sources) = design.grammar.compile_with_sources().map_err(fault)?;
+    let (rules, sources) = design.grammar.compile_with_sources(&design.sgc).map_err(fault)?;
     genuine::check_body(&rules, &design).map_err(fault)?;
     Ok(Opened { design, rules, sources })
 }
 
-/// Checks that a design says of itself what its simulation says. One of another version of sgc, which
-/// simulates otherwise, is
-/// told and goes on: its body and curves are what they were.
-pub(super) fn check_values(path: &Path, rules: &RuleSet, design: &SavedDesign) -> Result<(), Fault> {
-    let replayed = replay(rules, design, &design.solver, Precision::Model).map_err(|e| fault(path, &e))?;
-    match genuine::check_values(rules, design, &replayed) {
+/// Checks that a design says of itself what its simulation says. One of another version of sgc that simulates
+/// otherwise is told, and then has the values of this one: its body and curves are what they were.
+pub(super) fn as_simulated(path: &Path, rules: &RuleSet, design: SavedDesign) -> Result<SavedDesign, Fault> {
+    let told = |e: DesignError| fault(path, &e);
+    let replayed = replay(rules, &design, &design.solver, Precision::Model).map_err(told)?;
+    match genuine::check_values(rules, &design, &replayed) {
         Err(other @ DesignError::OtherProgram { .. }) => {
-            output::note(&format!("{}: {other}", path.display()));
-            Ok(())
+            let Ok(now) = saving::as_simulated(rules, &design, &replayed) else { return Err(told(other)) };
+            output::note(&format!("{}: {other}; what follows is simulated by this one", path.display()));
+            Ok(now)
         }
-        Err(changed) => Err(fault(path, &changed)),
-        Ok(()) => Ok(()),
+        Err(changed) => Err(told(changed)),
+        Ok(()) => Ok(design),
     }
 }
 
@@ -104,7 +106,7 @@ pub(super) fn open_by(
 
 /// Refuses a design whose values of enumerations mean others in a grammar: they are saved by their place.
 pub(super) fn check_enumerations(path: &Path, design: &SavedDesign, rules: &RuleSet) -> Result<(), Fault> {
-    let Ok(theirs) = design.grammar.compile() else { return Ok(()) };
+    let Ok(theirs) = design.grammar.compile(&design.sgc) else { return Ok(()) };
     // Under another name it may be another one: nobody knows.
     let other = theirs.enumerations.iter().find(|(name, values)| match rules.enumerations.get(*name) {
         Some(now) => !now.starts_with(values),
@@ -127,7 +129,7 @@ pub(super) fn tell_other_body(path: &Path, design: &SavedDesign, rules: &RuleSet
     if now.design.is_body(&design.body) {
         return;
     }
-    let before = design.grammar.compile().map(|theirs| {
+    let before = design.grammar.compile(&design.sgc).map(|theirs| {
         Derivation::replay(&theirs, &design.derivation).map(|made| kinds(&made)).unwrap_or_default()
     });
     let (now, before) = (kinds(&now), before.unwrap_or_default());
@@ -171,7 +173,7 @@ pub(super) fn tell_other_parameters(
     rules: &RuleSet,
     params: &[(String, String)],
 ) {
-    let Ok(theirs) = design.grammar.compile() else { return };
+    let Ok(theirs) = design.grammar.compile(&design.sgc) else { return };
     let differs = |name: &String| {
         let value = |rules: &RuleSet| rules.params.get(name).map(|param| param.value);
         value(rules).zip(value(&theirs)).is_some_and(|(now, before)| now != before)

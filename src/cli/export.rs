@@ -70,7 +70,7 @@ impl Export {
             }
             return self.write(&beginning(&rules, &names, &derivation.design));
         }
-        design::check_values(&path, &rules, &design)?;
+        let design = design::as_simulated(&path, &rules, design)?;
         if matches!(self.to, Format::Mjcf) && rules.lattice.is_some() {
             return Err(Fault::usage(format!(
                 "{}: a body of balls and springs has no model of hinges for MuJoCo; `--to motion` writes its motion",

@@ -179,7 +179,7 @@ fn begun_with(path: &Path, rules: &RuleSet, params: &[(String, String)]) -> Resu
             file.display()
         ))
     })?;
-    if let Ok(theirs) = saved.grammar.compile()
+    if let Ok(theirs) = saved.grammar.compile(&saved.sgc)
         && !derive_alike(&theirs, rules)
         && let Err(why) = Derivation::follow_all(rules, &saved.derivation)
     {

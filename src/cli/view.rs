@@ -67,6 +67,7 @@ impl View {
     fn page(&self, path: &Path) -> Result<(String, SavedDesign), Fault> {
         let Opened { design, rules, sources } = design::open(path)?;
         let fault = |e| design::fault(path, &e);
+        let design = design::as_simulated(path, &rules, design)?;
         let scene = picture::scene(&rules, &sources, &design, self.task.as_deref()).map_err(fault)?;
         Ok((view::page(&scene), design))
     }

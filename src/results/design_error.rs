@@ -96,15 +96,16 @@ pub enum DesignError {
     /// It comes to another value.
     #[error("simulated again the design has another value than the saved one: it was changed")]
     OtherValue,
-    /// It comes to another value, and another program saved it.
+    /// It comes to something else, and another program saved it.
     #[error(
-        "the design was saved by sgc {theirs}, and simulated by this one, {}, it has another value: use sgc {theirs} \
-         for it, or search again",
+        "the design was saved by sgc {theirs}, and with this one, {}, {what}: use sgc {theirs} for it, or search again",
         env!("CARGO_PKG_VERSION")
     )]
     OtherProgram {
         /// The version that saved it.
         theirs: String,
+        /// What has changed, in a clause.
+        what: String,
     },
     /// It comes to something else that it says.
     #[error("{what} is another one than the design comes to: the file was changed")]

@@ -153,7 +153,7 @@ impl RunFolder {
         let checkpoint = Checkpoint::read(&path.join(CHECKPOINT), &run)?;
         let asked = asked(path)?;
         let grammar = frozen(path, &asked)?;
-        let (rules, sources) = grammar.compile_with_sources().map_err(FileError::inside(path))?;
+        let (rules, sources) = grammar.compile_with_sources(&asked.sgc).map_err(FileError::inside(path))?;
         let state =
             checkpoint.state.restore(&rules).map_err(DesignError::Step).map_err(FileError::inside(path))?;
         let best = path.join(BEST);

@@ -159,8 +159,11 @@ pub fn gait(
         (target, played.actuators.get(&target.kind)),
     );
     let is_same = |all: &[Compared]| all.iter().all(Compared::is_same);
-    let compared =
-        |before, now| compared((before, now), &called, period, |id| joint_of(rules, candidate.design(), id));
+    // What other boards drive, this one does not change.
+    let compared = |before, now| {
+        let joint = |id| driven.contains(&id).then(|| joint_of(rules, candidate.design(), id));
+        compared((before, now), &called, period, joint)
+    };
     let by_points = drive.bends_by_points(&parameters, &cycle)?;
     let mut changed = compared(&before, &by_points);
     let coarse = !is_same(&changed) && is_same(&compared(&before, &bends));
@@ -244,25 +247,27 @@ fn joint_of(rules: &RuleSet, design: &Design, actuator: PartId) -> JointKind {
     kind.map_or(JointKind::Bend, |kind| kind.joint.kind)
 }
 
-/// The bends of all actuators, compared after the first period where there is a second.
+/// The bends of the actuators that have a joint here, compared after the first period where there is a second.
 fn compared(
     (simulated, played): (&Bends, &Bends),
     names: &Names,
     period: f64,
-    joint: impl Fn(PartId) -> JointKind,
+    joint: impl Fn(PartId) -> Option<JointKind>,
 ) -> Vec<Compared> {
     let samples = simulated.followed.samples();
     let first = libm::ceil(period / simulated.followed.interval) as usize;
     let from = if 2 * first < samples { first } else { 0 };
     let times = || (0..samples).map(|sample| sample as f64 * simulated.followed.interval);
     let columns = simulated.actuators.iter().enumerate();
-    let all = columns.map(|(column, id)| Compared {
-        name: names.get(*id).unwrap_or_default().to_owned(),
-        joint: joint(*id),
-        interval: simulated.followed.interval,
-        simulated: times().map(|time| simulated.followed.at(column, time)).collect(),
-        played: times().map(|time| played.followed.at(column, time)).collect(),
-        from,
+    let all = columns.filter_map(|(column, id)| {
+        Some(Compared {
+            name: names.get(*id).unwrap_or_default().to_owned(),
+            joint: joint(*id)?,
+            interval: simulated.followed.interval,
+            simulated: times().map(|time| simulated.followed.at(column, time)).collect(),
+            played: times().map(|time| played.followed.at(column, time)).collect(),
+            from,
+        })
     });
     all.collect()
 }

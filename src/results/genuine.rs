@@ -19,7 +19,7 @@ use crate::{reading, score};
 pub fn check_body(rules: &RuleSet, design: &SavedDesign) -> Result<(), DesignError> {
     let candidate = candidate(rules, design)?;
     if !candidate.design().is_body(&design.body) {
-        return Err(DesignError::OtherBody);
+        return Err(design.differs(DesignError::OtherBody));
     }
     // Earlier versions wrote no names.
     let is_named = !design.own_names.is_empty();
@@ -54,9 +54,9 @@ pub fn check_values(
     if !replayed.value.is_some_and(|value| is_same(value, design.value))
         || replayed.tasks.len() != design.tasks.len()
     {
-        return Err(design.other_value());
+        return Err(design.differs(DesignError::OtherValue));
     }
-    let changed = |what: String| Err(DesignError::Other { what });
+    let changed = |what: String| Err(design.differs(DesignError::Other { what }));
     let unit_of = |saved: &SavedTask| rules.tasks.get(&saved.name).map(|task| &task.objective.unit);
     if design.unit != rules.objective.unit || design.tasks.iter().any(|t| unit_of(t) != Some(&t.unit)) {
         return changed("the saved unit".to_owned());
@@ -69,7 +69,7 @@ pub fn check_values(
         return changed("the list of preferences that are not fulfilled".to_owned());
     }
     for (task, saved) in replayed.tasks.iter().zip(&design.tasks) {
-        let Some(score) = &task.score else { return Err(design.other_value()) };
+        let Some(score) = &task.score else { return Err(design.differs(DesignError::OtherValue)) };
         if !is_same(score.value, saved.value) {
             return changed(format!("the saved value of the task `{}`", saved.name));
         }

@@ -57,6 +57,8 @@ pub enum Measured {
     Value,
     /// How far the centre of mass gets from where it began, along the ground, m.
     Drift,
+    /// Nothing: the solver cannot simulate such a body.
+    Unable,
 }
 
 impl Measured {
@@ -212,13 +214,14 @@ impl Grammar {
         }
     }
 
-    /// Compiles the frozen texts again.
+    /// Compiles the texts again that a version of sgc froze. Another version may read them differently: whether a design
+    /// is then what it was, its body and its values tell.
     ///
     /// # Errors
     ///
     /// A sentence that says what does not fit.
-    pub fn compile(&self) -> Result<RuleSet, DesignError> {
-        Ok(self.compile_with_sources()?.0)
+    pub fn compile(&self, sgc: &str) -> Result<RuleSet, DesignError> {
+        Ok(self.compile_with_sources(sgc)?.0)
     }
 
     /// The same, with the texts, to show places in them.
@@ -226,9 +229,9 @@ impl Grammar {
     /// # Errors
     ///
     /// A sentence that says what does not fit.
-    pub fn compile_with_sources(&self) -> Result<(RuleSet, SourceMap), DesignError> {
+    pub fn compile_with_sources(&self, sgc: &str) -> Result<(RuleSet, SourceMap), DesignError> {
         let (rules, sources) = self.compiled()?;
-        if rules_hash(&rules) != self.rules {
+        if sgc == env!("CARGO_PKG_VERSION") && rules_hash(&rules) != self.rules {
             return Err(DesignError::OtherRules);
         }
         Ok((rules, sources))
@@ -291,13 +294,19 @@ impl SavedDesign {
         }
     }
 
-    /// Says why its value does not come out again: the program is another one, or the design was changed.
+    /// Says why something of it does not come out again: the program is another one, or else for the reason `own`.
     #[must_use]
-    pub fn other_value(&self) -> DesignError {
-        if self.sgc == env!("CARGO_PKG_VERSION") {
-            return DesignError::OtherValue;
+    pub fn differs(&self, own: DesignError) -> DesignError {
+        let what = match &own {
+            DesignError::OtherValue => "it has another value".to_owned(),
+            DesignError::OtherBody => "its steps lead to another body".to_owned(),
+            DesignError::Other { what } => format!("{what} is another one"),
+            _ => return own,
+        };
+        match self.sgc == env!("CARGO_PKG_VERSION") {
+            true => own,
+            false => DesignError::OtherProgram { theirs: self.sgc.clone(), what },
         }
-        DesignError::OtherProgram { theirs: self.sgc.clone() }
     }
 
     /// The task of a name; the first, if none is named.

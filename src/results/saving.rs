@@ -6,7 +6,7 @@ use grammar_lang::ir::{Objective, RuleSet, objective_name};
 
 use super::DesignError;
 use super::names::Names;
-use super::replay::{Driven, Precision};
+use super::replay::{Driven, Precision, Replayed};
 use super::robustness::HALF_STEP;
 use super::saved::{Beside, Check, Grammar, Measured, SavedDesign, SavedTask};
 use crate::derive::Candidate;
@@ -69,6 +69,32 @@ pub fn save(
         design.tasks.push(saved);
     }
     Ok(design)
+}
+
+/// What this version of sgc says of a design of another: the same body and curves with the values of `replayed`. What
+/// came out at other steps and in other worlds was said by the other version, and is left out.
+///
+/// # Errors
+///
+/// A sentence: a motion is not valid, or a preference has no value.
+pub fn as_simulated(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    replayed: &Replayed<'_>,
+) -> Result<SavedDesign, DesignError> {
+    let mut now = design.clone();
+    now.value = replayed.value.ok_or(DesignError::OtherValue)?;
+    now.beside = beside(rules, &replayed.beside);
+    now.penalties = score::penalties(rules, &replayed.candidate.derivation)?;
+    now.observed = replayed.observed.clone();
+    for (saved, task) in now.tasks.iter_mut().zip(&replayed.tasks) {
+        let score = task.score.as_ref().ok_or(DesignError::OtherValue)?;
+        saved.value = score.value;
+        saved.terms = score.terms.clone();
+        saved.nominal = task.nominal;
+        (saved.checks, saved.tests, saved.tested) = (Vec::new(), Vec::new(), None);
+    }
+    Ok(now)
 }
 
 /// What a design comes to in the objectives beside the first, as it is saved.

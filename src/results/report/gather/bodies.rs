@@ -36,7 +36,7 @@ fn made(found: &Found) -> Result<Vec<Piece>, Rc<DesignError>> {
     let rules = &found.rules.as_ref().map_err(Rc::clone)?.0;
     let Candidate { derivation, body, .. } = replay::candidate(rules, &found.design)?;
     if !derivation.design.is_body(&found.design.body) {
-        return Err(DesignError::OtherBody.into());
+        return Err(found.design.differs(DesignError::OtherBody).into());
     }
     let elements = body.assembly.elements.iter().zip(&body.parts_of_elements);
     let piece = elements.map(|(element, id)| {
