@@ -584,6 +584,18 @@ fn a_batch_that_was_given_up_leaves_no_trace() {
     assert!(same_end(&short(), 2, usize::MAX, Some(Duration::from_millis(25))) > 5);
 }
 
+/// Where the size changes while a body is being tried, the move goes on with what it began with, stopped or not.
+#[test]
+fn a_size_that_changes_within_a_move_is_the_same_in_pieces() {
+    let changing = POPULATION.replace("size = 5", "size = if fraction(spent * 20) < 1 / 2 then 12 else 2");
+    let rules = with_search(&format!(
+        "{changing} curves cma_es {{ iterations = 3  moves = 4  stop = false  warm = true  spread = 15 % }}"
+    ));
+    for seed in 1..4 {
+        assert!(same_end(&rules, seed, 1, None) > 10);
+    }
+}
+
 /// What a population keeps may depend on how much is spent: many bodies first, then the best of them (successive halving).
 #[test]
 fn a_population_shrinks_as_evaluations_are_spent() {

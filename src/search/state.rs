@@ -129,6 +129,8 @@ pub(super) struct Origin {
 pub(super) struct Trial<D> {
     pub(super) derivation: D,
     pub(super) origin: Origin,
+    /// How many evaluations were spent when it was drawn: what a schedule says for this move, it says once.
+    pub(super) begun: u64,
     /// The random number that decides whether it is accepted.
     pub(super) drawn: f64,
     /// Curves to begin with, by task; empty where they are drawn at random.
@@ -385,6 +387,7 @@ impl State {
             trial: Some(Trial {
                 derivation: first,
                 origin: Origin::default(),
+                begun: 0,
                 drawn: 0.0,
                 warm: curves,
                 further: None,
@@ -491,9 +494,9 @@ impl<D> State<D> {
             None => None,
         };
         let trial = match self.trial {
-            Some(Trial { derivation, origin, drawn, warm, further, aim, parent, body }) => {
+            Some(Trial { derivation, origin, begun, drawn, warm, further, aim, parent, body }) => {
                 let derivation = change(derivation)?;
-                Some(Trial { derivation, origin, drawn, warm, further, aim, parent, body })
+                Some(Trial { derivation, origin, begun, drawn, warm, further, aim, parent, body })
             }
             None => None,
         };

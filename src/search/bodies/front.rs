@@ -135,7 +135,7 @@ impl Bodies<'_> {
     ) -> Result<bool, Failure> {
         let rules = self.rules;
         let (Some(_), Some(value)) = (rules.search.front(), place.value) else { return Ok(false) };
-        let size = self.size()?;
+        let size = self.size(self.state.spent)?;
         let Some(Designs::Front(members)) = &mut self.state.designs else { return Ok(false) };
         let Incumbent { number, derivation, tunes, .. } = place.clone();
         let best = Best { derivation, tasks: tunes, value, beside: beside.to_vec(), found_at: number };

@@ -425,16 +425,15 @@ impl Bodies<'_> {
     }
 
     fn plain_plan<'p>(&'p self, schedule: &'p Schedule) -> Plan<'p> {
+        self.plan_at(schedule, self.state.spent)
+    }
+
+    /// The same as it was when so many evaluations were spent.
+    fn plan_at<'p>(&'p self, schedule: &'p Schedule, spent: u64) -> Plan<'p> {
         let (rules, state) = (self.rules, &self.state);
         let derivation = &state.first.derivation;
-        Plan {
-            rules,
-            derivation,
-            schedule,
-            course: &state.course,
-            stand: Stand::Bodies,
-            around: self.around(),
-        }
+        let around = Around { spent: self.bounds.share(spent), ..self.around() };
+        Plan { rules, derivation, schedule, course: &state.course, stand: Stand::Bodies, around }
     }
 
     /// What the loop knows of what is around it.
@@ -462,7 +461,9 @@ impl Bodies<'_> {
             let origin = Origin { parent: Some(parent), chain, rule: None, blocked: Vec::new() };
             let (warm, body) = (Vec::new(), Body::default());
             let parent = Worth::of(&tunes);
-            self.state.trial = Some(Trial { derivation, origin, drawn, warm, further, aim, parent, body });
+            let begun = self.state.spent;
+            self.state.trial =
+                Some(Trial { derivation, origin, begun, drawn, warm, further, aim, parent, body });
             return Ok(is_stuck.then_some(End::Stuck));
         }
         let step = derivation.advance(rules, &mut random, temperature);
@@ -510,7 +511,9 @@ impl Bodies<'_> {
         let origin = Origin { parent: Some(parent), chain, rule, blocked };
         let (derivation, body) = (Arc::new(next), Body::default());
         let parent = Worth::of(&tunes);
-        state.trial = Some(Trial { derivation, origin, drawn, warm, further: None, aim, parent, body });
+        let begun = state.spent;
+        state.trial =
+            Some(Trial { derivation, origin, begun, drawn, warm, further: None, aim, parent, body });
         Ok(None)
     }
 
@@ -614,7 +617,8 @@ impl Bodies<'_> {
         let best = self.state.best.as_ref().map(|best| best.value).filter(|_| is_alone);
         let of_use = best.filter(|_| search.archive().is_none() && search.population().is_none());
         let is_kept = is_alone && search.population().is_some();
-        let least = if is_kept { self.least_kept(self.size()?) } else { f64::NEG_INFINITY };
+        let begun = self.state.trial.as_ref().map_or(self.state.spent, |trial| trial.begun);
+        let least = if is_kept { self.least_kept(self.size(begun)?) } else { f64::NEG_INFINITY };
         Ok(Known {
             of_use: self.fitness(of_use),
             kept: least,

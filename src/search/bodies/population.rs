@@ -100,20 +100,20 @@ impl Bodies<'_> {
 
     /// How a move chooses among the bodies of a population or a front, as things stand.
     pub(super) fn tournament<'a>(&self, aim: Option<&'a Aim>) -> Result<Option<Tournament<'a>>, Failure> {
-        let Some((selection, plan)) = self.selection() else { return Ok(None) };
+        let Some((selection, plan)) = self.selection(self.state.spent) else { return Ok(None) };
         let (size, further) = plan.choice(selection)?;
         Ok(Some(Tournament { size, further, aim }))
     }
 
-    /// How many bodies a population or a front keeps, as things stand.
-    pub(super) fn size(&self) -> Result<usize, Failure> {
-        let Some((selection, plan)) = self.selection() else { return Ok(usize::MAX) };
+    /// How many bodies a population or a front keeps when so many evaluations are spent.
+    pub(super) fn size(&self, spent: u64) -> Result<usize, Failure> {
+        let Some((selection, plan)) = self.selection(spent) else { return Ok(usize::MAX) };
         Ok(plan.size(selection, self.rules.search.front().is_some())?)
     }
 
-    fn selection(&self) -> Option<(&Selection, Plan<'_>)> {
+    fn selection(&self, spent: u64) -> Option<(&Selection, Plan<'_>)> {
         let schedule = &self.rules.search.bodies.as_ref()?.schedule;
-        Some((self.rules.search.selection()?, self.plain_plan(schedule)))
+        Some((self.rules.search.selection()?, self.plan_at(schedule, spent)))
     }
 
     /// The value that a design must exceed to come into the population, where more is better.
@@ -136,7 +136,7 @@ impl Bodies<'_> {
         let (rules, direction) = (self.rules, self.rules.objective.direction);
         let (Some(_), Some(value)) = (rules.search.population(), place.value) else { return Ok(false) };
         self.shrink()?;
-        let size = self.size()?;
+        let size = self.size(self.state.spent)?;
         let least = self.least_kept(size);
         let Some(Designs::Population(Members { kept: members, .. })) = &mut self.state.designs else {
             return Ok(false);
@@ -171,7 +171,7 @@ impl Bodies<'_> {
 
     /// The worst leave where fewer are kept than before.
     fn shrink(&mut self) -> Result<(), Failure> {
-        let (size, direction) = (self.size()?, self.rules.objective.direction);
+        let (size, direction) = (self.size(self.state.spent)?, self.rules.objective.direction);
         let Some(Designs::Population(Members { kept, .. })) = &mut self.state.designs else { return Ok(()) };
         while kept.len() > size {
             let fitness = |member: &Member<_>| direction.fitness(member.best.value);
