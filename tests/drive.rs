@@ -198,6 +198,25 @@ fn a_target_that_changes_the_motion_is_refused_or_shown() {
 }
 
 /// Other pins and tables that wind up the same bends are another target, and the same motion.
+/// Where two boards play one gait, each is compared for what it drives.
+#[test]
+fn each_board_is_compared_for_its_own_actuators() {
+    let folder = tempfile::tempdir().unwrap();
+    let (walker, out) = (grammar("walker.sgr"), folder.path().join("walker"));
+    let out = out.to_string_lossy();
+    let made = run(&["run", &walker, "--from", "hexapod", "--max-evals", "40", "--quiet", "--out", &out]);
+    assert_eq!(made.status.code(), Some(0), "{}", said(&made));
+    let slow = variant(folder.path(), "walker.sgr", "set threads.servo_speed = 4 deg/s");
+    let drive =
+        |target: &str| run(&["drive", &out, "--dry-run", "--target", target, "--grammar", &slow, "--force"]);
+    let fingers = drive("air");
+    assert_eq!(fingers.status.code(), Some(0), "{}", said(&fingers));
+    let legs = drive("threads");
+    let text = said(&legs);
+    assert!(legs.status.code() == Some(2) && text.contains("`servo_speed` is 4 deg/s"), "{text}");
+    assert!(text.contains("leg-1") && !text.contains("finger-1: bent"), "{text}");
+}
+
 #[test]
 fn a_target_that_keeps_the_motion_is_played() {
     let folder = tempfile::tempdir().unwrap();

@@ -72,7 +72,7 @@ impl Drive {
         let quiet = interrupt::Cuttable::begin();
         let path = design::file(&self.design);
         let Opened { design, rules, .. } = design::open(&path)?;
-        design::check_values(&path, &rules, &design)?;
+        let design = design::as_simulated(&path, &rules, design)?;
         let other = match &self.grammar {
             Some(file) => Some(load::grammar(file, &[], self.variant.as_deref())?.0),
             None => None,
@@ -103,7 +103,8 @@ impl Drive {
             };
             output::note(&format!("{cut}{also}"));
         }
-        let mut text: Vec<String> = gait.changed.iter().map(|one| format!("\n  {}", one.told())).collect();
+        let differ = gait.changed.iter().filter(|one| !one.is_same());
+        let mut text: Vec<String> = differ.map(|one| format!("\n  {}", one.told())).collect();
         text.extend(gait.contents.iter().map(|line| format!("\n  the target: {line}")));
         if gait.changed.is_empty() {
             if !text.is_empty() {
