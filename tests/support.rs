@@ -74,7 +74,9 @@ pub(crate) const GRAMMARS: &[&str] = &[
     "grammars/study2.sgr",
     "grammars/tendon.sgr",
     "grammars/tree.sgr",
+    "grammars/turtle.sgr",
     "grammars/untethered.sgr",
+    "grammars/walker.sgr",
     "grammars/worm.sgr",
 ];
 
