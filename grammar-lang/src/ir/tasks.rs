@@ -228,13 +228,12 @@ impl Objective {
 pub fn objective_name(rules: &RuleSet, objective: &Objective) -> String {
     let value = objective.quantity();
     let text = Writer { rules, text: String::new() }.expr(value, &Names::new());
-    let ExprKind::Binary(of, ..) = &value.kind else { return text };
-    let is_quantity = value.ty.dimension().is_some_and(|dimension| !dimension.is_number());
-    match &of.kind {
-        // The value of a task is a number; as a quantity it is so many of its unit.
-        ExprKind::Task(task) if is_quantity => format!("{task}.value"),
-        // An operation is written in brackets.
-        _ => text.strip_prefix('(').and_then(|text| text.strip_suffix(')')).unwrap_or(&text).to_owned(),
+    // An operation is written in brackets.
+    match &value.kind {
+        ExprKind::Binary(..) => {
+            text.strip_prefix('(').and_then(|text| text.strip_suffix(')')).unwrap_or(&text).to_owned()
+        }
+        _ => text,
     }
 }
 

@@ -3,7 +3,7 @@
 
 use crate::bounds::{Interval, Reasoning};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Choice, Expr, Kernel, Spread, Ty};
+use crate::ir::{Choice, Expr, ExprKind, Kernel, Spread, Ty};
 
 use super::known::Known;
 
@@ -97,6 +97,16 @@ impl Asks<'_> {
                     .label(format!("{given} weights"))
                     .also(choice.domain.span, format!("{values} values"))
                     .help("write one weight for each value, in the same order"),
+            );
+        }
+        if let ExprKind::List(each) = &weights.kind
+            && let Some(negative) = each.iter().find(|weight| self.numbers(weight).high < 0.0)
+        {
+            let message = format!("a weight of `{}` is negative", choice.name);
+            return Some(
+                Diagnostic::new(Code::BAD_SPREAD, negative.span, message)
+                    .label("always below zero")
+                    .help("write 0 for a value that must not be drawn"),
             );
         }
         let nothing = given.high > 0.0 && list.item().numbers().high <= 0.0;

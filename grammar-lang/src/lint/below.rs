@@ -2,7 +2,7 @@
 //! what certainly happens is told: the schedule is followed step by step.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Scope, Value};
+use crate::eval::{EvalError, Scope, UNKNOWN_HERE, Value};
 use crate::ir::{Expr, ExprKind, Kernel, Schedule, SearchMethod, SearchWord, Spread, Word};
 use crate::units;
 
@@ -37,6 +37,11 @@ impl Moment<'_> {
     fn number(&self, expr: &Expr) -> Option<f64> {
         self.known.value_in(expr, self).ok()?.as_number()
     }
+
+    /// Why an expression has no value, if that is so whatever the search finds.
+    fn without_value(&self, expr: &Expr) -> Option<EvalError> {
+        self.known.value_in(expr, self).err().filter(|error| error.reason != UNKNOWN_HERE)
+    }
 }
 
 /// The moments that a search comes to: as far as it certainly goes.
@@ -62,6 +67,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     let search = &ruleset.search;
     for (schedule, method) in search.loops() {
+        missing(known, schedule, method, findings);
         cold(known, schedule, method, findings);
     }
     // Where no bodies are searched for, no rule is applied.
@@ -88,6 +94,27 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             spread(course, deviation, "a deviation falls below zero", |x| x < 0.0, findings);
         }
     }
+}
+
+/// What a schedule asks for and does not have at a moment that the search comes to.
+fn missing(known: &Known<'_>, schedule: &Schedule, method: SearchMethod<'_>, findings: &mut Vec<Diagnostic>) {
+    let asked = || method.temperature().into_iter().chain([&schedule.moves]);
+    let all = course(known, schedule, method);
+    let next = all.last().map_or(0.0, |moment| moment.iteration + 1.0);
+    let last = Moment { known, iteration: next, temperature: all.last().map_or(0.0, |m| m.temperature) };
+    // Beyond the last moment, what is not known may stop the search.
+    let goes_on = all.last().is_none_or(|_| known.value_in(&schedule.stop, &last) == Ok(Value::Bool(false)));
+    let within = last.number(&schedule.iterations).is_none_or(|most| next < most) && next < FOLLOWED as f64;
+    let moments = all.iter().chain((goes_on && within).then_some(&last));
+    let found = moments
+        .flat_map(|m| asked().map(move |expr| (m, expr)))
+        .find_map(|(m, expr)| Some((m, m.without_value(expr)?)));
+    let Some((moment, error)) = found else { return };
+    findings.push(
+        Diagnostic::new(Code::NO_VALUE, error.span, "this has no value, and the run would end here")
+            .label(format!("{}, in iteration {}", error.reason, moment.iteration))
+            .help("`iteration` begins at 0: for example, divide by `iteration + 1`, or use `max`"),
+    );
 }
 
 fn cold(known: &Known<'_>, schedule: &Schedule, method: SearchMethod<'_>, findings: &mut Vec<Diagnostic>) {

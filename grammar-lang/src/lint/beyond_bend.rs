@@ -1,6 +1,7 @@
 //! Drives that ask an actuator for more than it bends.
 //!
-//! A drive is tried in the middle of what it varies, and at the ends of it, over two periods: what is told certainly happens.
+//! A drive is tried in the middle of what it varies, and at the ends of it, over two periods or
+//! the whole motion, whichever is shorter: what is told certainly happens.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +9,7 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Allowance, PartId, Reference, Scope, Value};
 use crate::ir::{Actuation, Actuator, Attribute, JointKind, PartAttribute, Ty, Word};
 
-use super::known::Known;
+use super::known::{Actuated, Known};
 
 /// How far beyond its bend a drive may go, as a share of the bend: what is written in other units is rounded.
 const CLOSE: f64 = 0.02;
@@ -16,7 +17,7 @@ const CLOSE: f64 = 0.02;
 const FAR: f64 = 1.05;
 /// A drive that takes more operations than this is not tried: a check must come to its end.
 const MOST_OPERATIONS: u64 = 2_000_000;
-/// At so many moments of two periods.
+/// At so many moments.
 const MOMENTS: usize = 32;
 
 /// An actuator that is driven at a time.
@@ -57,13 +58,9 @@ impl Scope for Driven<'_> {
 }
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
-    let ruleset = known.ruleset;
     let mut told = BTreeSet::new();
-    for (kind, name) in ruleset.tasks.values().flat_map(|task| &task.actuated) {
-        let (Some(actuator), Some(actuation)) = (ruleset.actuators.get(kind), ruleset.actuations.get(name))
-        else {
-            continue;
-        };
+    for actuated in known.actuated() {
+        let Actuated { kind, actuator, actuation, .. } = actuated;
         let joint = actuator.joint.kind;
         if actuation.drive.ty != Ty::Quantity(joint.driven()) {
             continue;
@@ -71,11 +68,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         let (low, high) = actuator.driven_range();
         let beyond = |(share, slack): (f64, f64)| {
             let slack = slack * (high - low);
-            let (least, most) = range(known, actuator, actuation, share)?;
+            let (least, most) = range(known, &actuated, share)?;
             let farthest = if most - high >= low - least { most } else { least };
-            (least < low - slack || most > high + slack).then_some(farthest)
+            (least < low - slack || most > high + slack).then_some((share, farthest))
         };
-        if let Some(beyond) = [(0.5, CLOSE), (0.0, FAR), (1.0, FAR)].into_iter().find_map(beyond)
+        if let Some((share, beyond)) = [(0.5, CLOSE), (0.0, FAR), (1.0, FAR)].into_iter().find_map(beyond)
             && told.insert(actuation.drive.span)
         {
             let tenths = |x: f64| (x * 10.0).round() / 10.0;
@@ -91,13 +88,28 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 Diagnostic::new(
                     Code::BEYOND_BEND,
                     actuation.drive.span,
-                    format!("this drive asks `{kind}` to {} to {} or further", verb(joint), shown(beyond)),
+                    format!("this drive asks `{kind}` to {} to {}", verb(joint), shown(beyond)),
                 )
-                .label(format!("beyond its {field} of {} .. {}", shown(low), shown(high)))
+                .label(format!(
+                    "beyond its {field} of {} .. {}{}",
+                    shown(low),
+                    shown(high),
+                    tried(actuation, share)
+                ))
                 .also(actuator.span, format!("it stops at the ends of `{field}`"))
                 .help(format!("narrow what the drive varies, or widen `{field}` if the actuator can do it")),
             );
         }
+    }
+}
+
+/// Where in their domains the variables of an actuation were tried.
+fn tried(actuation: &Actuation, share: f64) -> &'static str {
+    match share {
+        _ if actuation.variables.is_empty() => "",
+        0.0 => ", where all that it varies is least",
+        1.0 => ", where all that it varies is greatest",
+        _ => ", where all that it varies is in the middle of its domain",
     }
 }
 
@@ -110,7 +122,8 @@ fn verb(joint: JointKind) -> &'static str {
 }
 
 /// The least and the greatest that a drive asks for, where all that it varies is at this share of its domain.
-fn range(known: &Known<'_>, actuator: &Actuator, actuation: &Actuation, share: f64) -> Option<(f64, f64)> {
+fn range(known: &Known<'_>, actuated: &Actuated<'_>, share: f64) -> Option<(f64, f64)> {
+    let &Actuated { task, actuator, actuation, .. } = actuated;
     let allowance = Allowance::of(MOST_OPERATIONS);
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
     let mut locals = vec![Value::Reference(Reference::Part(PartId::from_number(1)))];
@@ -134,7 +147,8 @@ fn range(known: &Known<'_>, actuator: &Actuator, actuation: &Actuation, share: f
     let still = locals.len();
     for moment in 0..MOMENTS {
         locals.truncate(still);
-        let time = 2.0 * period.unwrap_or(4.0) * moment as f64 / MOMENTS as f64;
+        let span = (2.0 * period.unwrap_or(4.0)).min(task.model.duration);
+        let time = span * moment as f64 / MOMENTS as f64;
         let driven = Driven { known, actuator, time };
         for (_, value) in actuation.lets.iter().chain(&actuation.moving) {
             let value = allowance.evaluate(value, &driven, &mut locals).ok()?;

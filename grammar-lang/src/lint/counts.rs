@@ -76,7 +76,7 @@ impl<'k, 'r> Counts<'k, 'r> {
                 continue;
             }
             counts.limit(i, Interval::NOT_NEGATIVE);
-            if !known.possible.contains(&group) {
+            if !known.made.contains(&group) {
                 let most = known.facts.placed(&group) * known.facts.images();
                 counts.limit(i, Interval::new(0.0, most as f64));
             }

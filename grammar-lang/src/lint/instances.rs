@@ -1,4 +1,5 @@
-//! Parts as their parameters can make them: tried at the ends of the domains, and at each value where these are few.
+//! Parts as their parameters can make them: tried at the ends of the domains, at zero and at the default, and at each value
+//! where these are few.
 
 use indexmap::IndexMap;
 
@@ -21,7 +22,13 @@ pub(super) fn made<'k>(
     kind: Kind<'k>,
 ) -> impl Iterator<Item = (Given, Result<Made, Unmade>)> + use<'k> {
     let rules = known.ruleset;
-    let given = if varies(kind) { combinations(known, kind.params()) } else { vec![Given::new()] };
+    let given = match varies(kind) {
+        true => [Tried::Within, Tried::Ends]
+            .into_iter()
+            .find_map(|tried| combinations(known, kind.params(), tried)),
+        false => Some(vec![Given::new()]),
+    };
+    let given = given.unwrap_or_default();
     given.into_iter().filter_map(move |given| {
         let made = Made::of(kind, rules, &given).transpose()?;
         Some((given, made))
@@ -33,13 +40,26 @@ fn varies(kind: Kind<'_>) -> bool {
     kind.varying().next().is_some()
 }
 
-/// Values for all parameters; none if one of them can have any value.
-fn combinations(known: &Known<'_>, params: &IndexMap<String, InstanceParam>) -> Vec<Given> {
+/// Where in its domain a parameter is tried.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Tried {
+    /// At its ends, at zero and at its default.
+    Within,
+    /// At its ends only.
+    Ends,
+}
+
+/// Values for all parameters; none if these are too many.
+fn combinations(
+    known: &Known<'_>,
+    params: &IndexMap<String, InstanceParam>,
+    tried: Tried,
+) -> Option<Vec<Given>> {
     let mut all = vec![Given::new()];
     for (name, param) in params {
-        let values = values(known, param);
+        let values = values(known, param, tried);
         if all.len() * values.len() > MOST {
-            return Vec::new();
+            return None;
         }
         all = all
             .into_iter()
@@ -52,16 +72,26 @@ fn combinations(known: &Known<'_>, params: &IndexMap<String, InstanceParam>) -> 
             })
             .collect();
     }
-    all
+    Some(all)
 }
 
 /// Some values that a parameter may have.
-fn values(known: &Known<'_>, param: &InstanceParam) -> Vec<Value> {
+fn values(known: &Known<'_>, param: &InstanceParam, tried: Tried) -> Vec<Value> {
+    let default = || param.default.as_ref().and_then(|default| known.value(default).ok());
     let numbers = |low: f64, high: f64| match param.ty {
         Ty::Count if high - low < FEW => {
             (low as i64..=high as i64).map(|n| Value::Number(n as f64)).collect()
         }
-        _ => vec![Value::Number(low), Value::Number(high)],
+        _ => {
+            let mut values = vec![low, high];
+            let within = [default().and_then(|default| default.as_number()), Some(0.0)];
+            for value in within.into_iter().flatten().filter(|_| tried == Tried::Within) {
+                if value > low && value < high && !values.contains(&value) {
+                    values.push(value);
+                }
+            }
+            values.into_iter().map(Value::Number).collect()
+        }
     };
     let many = |rules: &RuleSet, name: &str| rules.enumerations.get(name).map_or(0, Vec::len);
     match (&param.ty, param.domain) {
@@ -70,7 +100,7 @@ fn values(known: &Known<'_>, param: &InstanceParam) -> Vec<Value> {
             (0..many(known.ruleset, name)).map(|place| Value::Number(place as f64)).collect()
         }
         (_, Some((low, high))) => numbers(low, high),
-        _ => param.default.as_ref().and_then(|default| known.value(default).ok()).into_iter().collect(),
+        _ => default().into_iter().collect(),
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use crate::bounds::{Abstract, Begun, Facts, Interval, Reasoning, locals_of, narrowed_locals_of};
 use crate::eval::{Allowance, EvalError, Scope, Value};
-use crate::ir::{Effect, Expr, ExprKind, Group, Rule, RuleSet};
+use crate::ir::{Actuation, Actuator, Cells, Effect, Expr, ExprKind, Group, Rule, RuleSet, Task};
 
 /// A rule set, and what holds of it whatever the design.
 pub(super) struct Known<'r> {
@@ -12,9 +12,19 @@ pub(super) struct Known<'r> {
     pub(super) facts: Facts<'r>,
     /// The groups that a part of a design can ever be of.
     pub(super) possible: BTreeSet<Group>,
+    /// Those of parts that rules make.
+    pub(super) made: BTreeSet<Group>,
     /// What is known of the locals of each rule.
     locals: Vec<Locals>,
     allowance: Allowance,
+}
+
+/// A kind of actuator that a task drives, and the actuation that drives it.
+pub(super) struct Actuated<'r> {
+    pub(super) task: &'r Task,
+    pub(super) kind: &'r str,
+    pub(super) actuator: &'r Actuator,
+    pub(super) actuation: &'r Actuation,
 }
 
 /// What is known of the locals of a rule.
@@ -31,12 +41,25 @@ impl<'r> Known<'r> {
         let locals =
             |rule| Locals { all: locals_of(&facts, rule), narrowed: narrowed_locals_of(&facts, rule) };
         let locals = ruleset.rules.iter().map(locals).collect();
-        Self { ruleset, possible: possible(&facts), locals, facts, allowance: Allowance::of_check() }
+        let made = made(&facts);
+        let possible = placed(&facts).union(&made).cloned().collect();
+        Self { ruleset, possible, made, locals, facts, allowance: Allowance::of_check() }
     }
 
     /// The rules, with what is known of their locals.
     pub(super) fn rules(&self) -> impl Iterator<Item = (&'r Rule, &Locals)> {
         self.ruleset.rules.iter().zip(&self.locals)
+    }
+
+    /// The kinds of actuators that tasks drive.
+    pub(super) fn actuated(&self) -> impl Iterator<Item = Actuated<'r>> {
+        let ruleset = self.ruleset;
+        let pairs =
+            ruleset.tasks.values().flat_map(|task| task.actuated.iter().map(move |pair| (task, pair)));
+        pairs.filter_map(|(task, (kind, name))| {
+            let (actuator, actuation) = (ruleset.actuators.get(kind)?, ruleset.actuations.get(name)?);
+            Some(Actuated { task, kind, actuator, actuation })
+        })
     }
 
     /// Reasons about several expressions that read the same locals.
@@ -65,37 +88,50 @@ impl<'r> Known<'r> {
     }
 }
 
-/// The groups that a part of a design can ever be of.
-fn possible(facts: &Facts<'_>) -> BTreeSet<Group> {
-    let mut possible = BTreeSet::new();
-    let mut gather = |expr: &Expr| {
-        expr.any(&mut |e| {
-            if let ExprKind::Kind(name, _) = &e.kind {
-                possible.extend(groups_of(facts, name));
-            }
-            false
-        });
-    };
-    facts.rules.begin.iter().for_each(|p| gather(&p.what));
-    let begun = facts.rules.lattice.iter().flat_map(|lattice| &lattice.begin);
-    for effect in begun.chain(facts.rules.rules.iter().flat_map(|rule| &rule.effects)) {
-        if let Effect::Cells(cells) = effect {
-            cells.with.iter().for_each(&mut gather);
+/// The groups of all kinds that an expression names.
+fn gather(facts: &Facts<'_>, expr: &Expr, groups: &mut BTreeSet<Group>) {
+    expr.any(&mut |e| {
+        if let ExprKind::Kind(name, _) = &e.kind {
+            groups.extend(groups_of(facts, name));
         }
+        false
+    });
+}
+
+fn cells_of(effect: &Effect) -> Option<&Cells> {
+    if let Effect::Cells(cells) = effect { Some(cells) } else { None }
+}
+
+/// The groups of parts that the initial design has.
+fn placed(facts: &Facts<'_>) -> BTreeSet<Group> {
+    let mut placed = BTreeSet::new();
+    facts.rules.begin.iter().for_each(|p| gather(facts, &p.what, &mut placed));
+    let begun = facts.rules.lattice.iter().flat_map(|lattice| &lattice.begin);
+    for cells in begun.filter_map(cells_of) {
+        cells.with.iter().for_each(|with| gather(facts, with, &mut placed));
     }
+    placed
+}
+
+/// The groups of parts that rules make.
+fn made(facts: &Facts<'_>) -> BTreeSet<Group> {
+    let mut made = BTreeSet::new();
     for rule in &facts.rules.rules {
+        for cells in rule.effects.iter().filter_map(cells_of) {
+            cells.with.iter().for_each(|with| gather(facts, with, &mut made));
+        }
         let mut makes = false;
         for effect in &rule.effects {
             if let Effect::Attach { what, .. } | Effect::Replace { with: what, .. } = effect {
                 makes = true;
-                gather(what);
+                gather(facts, what, &mut made);
             }
         }
         if makes {
-            rule.choices.iter().for_each(|c| gather(&c.domain));
+            rule.choices.iter().for_each(|c| gather(facts, &c.domain, &mut made));
         }
     }
-    possible
+    made
 }
 
 /// The groups that parts of a kind are of.

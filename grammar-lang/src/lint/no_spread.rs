@@ -2,7 +2,7 @@
 
 use crate::bounds::Reasoning;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Choice, Expr, Kernel, Spread};
+use crate::ir::{Choice, CurveMethod, Expr, Kernel, Spread};
 
 use super::known::Known;
 
@@ -40,6 +40,11 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         }
     }
+    // Evolution draws from a distribution of its own, and uses no mutations.
+    let curves = known.ruleset.search.curves.as_ref();
+    if curves.is_some_and(|curves| matches!(curves.method, CurveMethod::CmaEs(_))) {
+        return;
+    }
     let mut reasoning = known.reasoning(&[]);
     for variable in known.ruleset.actuations.values().flat_map(|a| &a.variables) {
         let (what, is_single) = match &variable.mutation.kernel {
@@ -53,8 +58,12 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Kernel::Flip => (&variable.mutation.probability, false),
         };
         if is_zero(&mut reasoning, &variable.mutation.probability) {
-            findings
-                .push(told(&variable.mutation.probability, &format!("`{}` never changes", variable.name)));
+            let never = format!("`{}` never changes", variable.name);
+            findings.push(
+                Diagnostic::new(Code::NO_SPREAD, variable.mutation.probability.span, never)
+                    .label("a probability of zero")
+                    .help("give it a probability above zero; for a fixed value, use `let`"),
+            );
         } else if is_single {
             findings.push(told(what, &format!("`{}` never changes", variable.name)));
         } else if let Kernel::Normal(mean, _) = &variable.mutation.kernel {

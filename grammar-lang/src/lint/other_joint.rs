@@ -5,16 +5,11 @@ use std::collections::BTreeSet;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Attribute, Expr, ExprKind, JointKind, PartAttribute};
 
-use super::known::Known;
+use super::known::{Actuated, Known};
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
-    let ruleset = known.ruleset;
     let mut told = BTreeSet::new();
-    for (kind, name) in ruleset.tasks.values().flat_map(|task| &task.actuated) {
-        let (Some(actuator), Some(actuation)) = (ruleset.actuators.get(kind), ruleset.actuations.get(name))
-        else {
-            continue;
-        };
+    for Actuated { kind, actuator, actuation, .. } in known.actuated() {
         let values = actuation.lets.iter().chain(&actuation.moving).map(|(_, value)| value);
         for value in values.chain([&actuation.drive]) {
             value.any(&mut |asked| {

@@ -1,7 +1,7 @@
 //! Bends that the servos of a target do not reach.
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::Backend;
+use crate::ir::{Backend, Tendon};
 use crate::units::{Dimension, shown};
 
 use super::known::Known;
@@ -31,11 +31,37 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 .label("its servos or its table reach no further")
                 .also(actuator.span, "this actuator may bend further")
                 .help(format!(
-                    "set `{}.bend = {}`, use a larger wheel, or measure larger bends for the table",
+                    "set `{}.bend = {}`, or {}",
                     target.kind,
-                    range((low, high))
+                    range((low, high)),
+                    mends(threads, bend).join(", and ")
                 )),
             );
         }
     }
+}
+
+/// What lets threads reach all of a bend: each is needed.
+fn mends(threads: &Tendon, bend: (f64, f64)) -> Vec<String> {
+    let (least, most) = threads.thread.domain();
+    let wound = [bend.0, bend.1].map(|bend| threads.thread.at(bend.clamp(least, most)) / threads.wheel);
+    let (back, forth) = (wound[0].min(wound[1]), wound[0].max(wound[1]));
+    let degrees = |x: f64| format!("{:.0} deg", x.to_degrees());
+    let mut mends = Vec::new();
+    if bend.0 < least - CLOSE || bend.1 > most + CLOSE {
+        mends.push("measure all of these bends for the table".to_owned());
+    }
+    // A larger wheel turns less for the same thread, but in the same direction.
+    if back < threads.turn.0 - CLOSE && threads.turn.0 >= 0.0 {
+        mends.push(format!("let `turn` begin at {}", degrees(back)));
+    } else if forth > threads.turn.1 + CLOSE && threads.turn.1 <= 0.0 {
+        mends.push(format!("let `turn` end at {}", degrees(forth)));
+    } else if back < threads.turn.0 - CLOSE || forth > threads.turn.1 + CLOSE {
+        let turn = format!("{} .. {}", degrees(back), degrees(forth));
+        mends.push(format!("use a larger wheel or a `turn` of {turn}"));
+    }
+    if mends.is_empty() {
+        mends.push("measure larger bends for the table".to_owned());
+    }
+    mends
 }

@@ -14,14 +14,21 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     // A twist need not hold what hangs on it, and the weight does not load it with a torque.
     let bends = |actuator: &&Actuator| actuator.joint.kind == JointKind::Bend;
     for (name, actuator) in ruleset.actuators.iter().filter(|(_, actuator)| bends(actuator)) {
+        // Most of all it loads a hinge that lies level; one that stands upright need not hold it.
+        if actuator.joint.axis.fixed().is_some_and(|axis| axis[2].abs() < axis[1].abs()) {
+            continue;
+        }
         let fewest =
-            actuator.params.get("segments").and_then(|p| p.domain).map_or(1.0, |(low, _)| low.max(1.0));
-        // All of them in a row, held by the first hinge. Weak is what is so whatever its other parameters are.
+            actuator.params.get("segments").and_then(|p| p.domain).map_or(2.0, |(low, _)| low.max(2.0));
+        // What is beyond the first hinge: each stands in the middle of its share of the row. Weak is what is so whatever its
+        // other parameters are.
+        let beyond = 1.0 - 0.5 / (fewest - 1.0);
         let kind = Kind::Actuator(actuator);
         let margins = made(known, kind).filter_map(|(_, made)| match made {
             Ok(Made::Actuator(made)) => {
                 let arm = made.segment.half_extents().x;
-                Some((made.effort?, made.mass * gravity * arm * fewest * fewest))
+                let row = fewest * beyond;
+                Some((made.effort?, made.mass * gravity * arm * row * row))
             }
             _ => None,
         });
@@ -37,7 +44,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     format!("`{name}` is too weak to hold its own segments"),
                 )
                 .label(format!(
-                    "`torque` is {}; the weight of {fewest} segments in a row loads the first hinge with {}",
+                    "`torque` is {}; a level row of {fewest} segments loads its first hinge with {}",
                     torque(held),
                     torque(weight)
                 ))

@@ -285,6 +285,16 @@ impl Declarations<'_> {
                 let before = self.expressions.errors.len();
                 let value = self.expressions.expect(tree, &mut own, &ty, "an axis");
                 for mut error in self.expressions.errors.split_off(before) {
+                    // A parameter that is misspelt is told as such.
+                    let is_param = error.fix.as_ref().is_some_and(|fix| {
+                        cx.locals
+                            .iter()
+                            .any(|param| fix.edits.iter().any(|edit| edit.replacement == param.name))
+                    });
+                    if is_param {
+                        self.expressions.errors.add(error);
+                        continue;
+                    }
                     error.help = Some("write `x`, `y` or `z`, or for example `vector(0, 1, 1)`".to_owned());
                     error.fix = None;
                     self.expressions.errors.add(error);

@@ -6,7 +6,7 @@ use super::Declarations;
 use super::observe::Observed;
 use super::singles::{Actuated, Singles, Wanted};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
-use crate::ir::{self, Attribute, Expr, ExprKind, MotionWord, RuleSet, Ty};
+use crate::ir::{self, Attribute, Expr, ExprKind, JointKind, MotionWord, RuleSet, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Item, ItemKind, Name};
@@ -358,10 +358,16 @@ impl<'a> Declarations<'a> {
                     });
                     let import = imports.flatten().find(|n| n.text == *kind).map(|n| n.span);
                     let place = import.unwrap_or(actuator.span);
-                    let mut error =
-                        Diagnostic::new(Code::NOT_ACTUATED, place, format!("nothing drives `{kind}`"))
-                            .label("an actuator without an actuation")
-                            .help(format!("write for example `actuate {kind} with bezier_pac`"));
+                    let mut error = Diagnostic::new(
+                        Code::NOT_ACTUATED,
+                        place,
+                        format!("nothing drives `{kind}`"),
+                    )
+                    .label("an actuator without an actuation")
+                    .help(format!(
+                        "write for example `actuate {kind} with {0}` and `use std.actuation {{ {0} }}`",
+                        usual_actuation(actuator.joint.kind)
+                    ));
                     if import.is_some() {
                         error = error.also(actuator.span, "declared here");
                     }
@@ -537,6 +543,15 @@ struct Simulated<'a> {
 
 fn within(name: &Name) -> ir::Within {
     ir::Within { name: name.text.clone(), span: name.span }
+}
+
+/// An actuation of the standard library that fits joints of a kind.
+fn usual_actuation(kind: JointKind) -> &'static str {
+    match kind {
+        JointKind::Bend | JointKind::Twist | JointKind::Socket => "bezier_pac",
+        JointKind::Slide => "extending_pac",
+        JointKind::Spin => "steady_spin",
+    }
 }
 
 /// A word of the language with its article.

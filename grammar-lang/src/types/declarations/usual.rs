@@ -40,6 +40,15 @@ const FRICTION: (f64, f64) = (0.0, 3.0);
 /// "Densest naturally occurring element").
 const DENSITY: (f64, f64) = (0.01, 23.0);
 
+const TURNING: (f64, f64) = (1.0, 7200.0);
+const TURNING_ENDS: &str = "a turn in six minutes and 20 turns a second";
+const TORQUE: (f64, f64) = (1e-5, 100.0);
+const TORQUE_ENDS: &str = "a watch spring and a car's wiper motor";
+const TURNED: (f64, f64) = (1e-5, 1000.0);
+const TURNED_ENDS: &str = "a thread and a steel beam";
+const SLIDING: (f64, f64) = (0.1, 3000.0);
+const SLIDING_ENDS: &str = "a slow spindle and a fast air cylinder";
+
 /// All fields of which usual values are known. They are wide. `docs/usual.md` says which were looked up, and where: the others
 /// stand from memory. What they are of, at both ends, is told to the user.
 pub const USUAL: &[Usual] = &[
@@ -52,22 +61,34 @@ pub const USUAL: &[Usual] = &[
     usual("a cell", "friction", FRICTION, "", "ice and soft rubber"),
     usual("a cell", "spacing", (0.1, 200.0), "mm", "a hair and a hand"),
     usual("an actuator", "bend", (-360.0, 360.0), "deg", "a full turn either way"),
+    usual("an actuator", "bending_speed", TURNING, "deg/s", TURNING_ENDS),
+    usual("an actuator", "relaxing_speed", TURNING, "deg/s", TURNING_ENDS),
+    usual("an actuator", "torque", TORQUE, "N*m/rad", TORQUE_ENDS),
+    usual("an actuator", "stiffness", TURNED, "N*m/rad^2", TURNED_ENDS),
+    usual("an actuator that twists", "range", (-1080.0, 1080.0), "deg", "three turns either way"),
+    usual("an actuator that twists", "speed", TURNING, "deg/s", TURNING_ENDS),
+    usual("an actuator that twists", "relaxing_speed", TURNING, "deg/s", TURNING_ENDS),
+    usual("an actuator that twists", "effort", TORQUE, "N*m/rad", TORQUE_ENDS),
+    usual("an actuator that twists", "stiffness", TURNED, "N*m/rad^2", TURNED_ENDS),
+    usual("an actuator that slides", "range", (-1000.0, 1000.0), "mm", "a long cylinder either way"),
+    usual("an actuator that slides", "speed", SLIDING, "mm/s", SLIDING_ENDS),
+    usual("an actuator that slides", "relaxing_speed", SLIDING, "mm/s", SLIDING_ENDS),
     usual(
-        "an actuator",
-        "bending_speed",
-        (1.0, 7200.0),
-        "deg/s",
-        "a turn in six minutes and 20 turns a second",
+        "an actuator that slides",
+        "effort",
+        (1e-3, 1e4),
+        "N",
+        "the weight of a tenth of a gram and of a ton",
     ),
+    usual("an actuator that slides", "stiffness", (0.1, 1e7), "N/m", "a thread of rubber and a steel rod"),
     usual(
-        "an actuator",
-        "relaxing_speed",
-        (1.0, 7200.0),
+        "an actuator that spins",
+        "speed",
+        (1.0, 60000.0),
         "deg/s",
-        "a turn in six minutes and 20 turns a second",
+        "a turn in six minutes and 10,000 turns a minute",
     ),
-    usual("an actuator", "torque", (1e-5, 100.0), "N*m/rad", "a watch spring and a car's wiper motor"),
-    usual("an actuator", "stiffness", (1e-5, 1000.0), "N*m/rad^2", "a thread and a steel beam"),
+    usual("an actuator that spins", "effort", TORQUE, "N*m/rad", TORQUE_ENDS),
     usual("a model", "step", (1e-6, 1.0 / 60.0), "s", "a millionth of a second and a frame of film"),
     usual("a model", "control", (0.5, 200.0), "ms", "a servo drive and five samples a second"),
     usual("a model", "record", (0.5, 500.0), "ms", "a high-speed camera and two frames a second"),
@@ -95,7 +116,11 @@ const LONGEST_LAG: f64 = 2.0;
 impl Declarations<'_> {
     /// Warns where a field, which comes to `value` (SI), lies beyond what is usual.
     pub(super) fn usual(&mut self, of: &str, field: &str, value: f64, tree: &ast::Expr) {
-        let Some(usual) = USUAL.iter().find(|u| (u.of, u.field) == (of, field)) else { return };
+        let Some(usual) = usual_of(of, field) else { return };
+        // What swings freely has no spring.
+        if value == 0.0 && of.starts_with("a passive row") {
+            return;
+        }
         let size = unit(usual.unit);
         let (least, most) = (usual.least * size.factor, usual.most * size.factor);
         // Rounding is no slip.
@@ -122,7 +147,7 @@ impl Declarations<'_> {
 
     /// Warns where a mass makes a shape denser or lighter than any material; volume in m^3.
     pub(super) fn usual_density(&mut self, of: &str, mass: f64, volume: f64, tree: &ast::Expr) {
-        let Some(usual) = USUAL.iter().find(|u| (u.of, u.field) == (of, "density")) else { return };
+        let Some(usual) = usual_of(of, "density") else { return };
         let density = mass / volume / unit(usual.unit).factor;
         if !density.is_finite() || (usual.least..=usual.most).contains(&density) {
             return;
@@ -160,6 +185,20 @@ impl Declarations<'_> {
     }
 }
 
+/// The usual values of a field of what is called so. A passive row has those of a driven one, and what all rows have is said
+/// of those that bend.
+fn usual_of(of: &str, field: &str) -> Option<&'static Usual> {
+    let known = |of: &str| USUAL.iter().find(|usual| (usual.of, usual.field) == (of, field));
+    let driven = of.replace("a passive row", "an actuator");
+    let is_of_all = matches!(field, "density" | "mass" | "friction");
+    match driven.starts_with("an actuator") && is_of_all {
+        true => known("an actuator"),
+        // What a socket does about each of its axes is a bend.
+        false if driven == "an actuator with sockets" => known("an actuator"),
+        false => known(&driven),
+    }
+}
+
 /// How a warning is allowed.
 fn allowed() -> String {
     format!("To keep the value, write `allow {} because \"...\"` in the declaration", Code::UNUSUAL.id)
@@ -173,9 +212,7 @@ fn unit(name: &str) -> Unit {
 
 /// A number of a unit for people, to four digits.
 fn shown(x: f64, unit: &str) -> String {
-    let digits = if x == 0.0 { 0.0 } else { 3.0 - libm::floor(libm::log10(x.abs())) };
-    let scale = libm::pow(10.0, digits);
-    let rounded = if scale.is_finite() && scale > 0.0 { (x * scale).round() / scale } else { x };
+    let rounded: f64 = format!("{x:.3e}").parse().unwrap_or(x);
     let number = if (1e-4..1e7).contains(&rounded.abs()) || rounded == 0.0 {
         rounded.to_string()
     } else {
