@@ -42,6 +42,8 @@ pub(super) struct Calibrate {
 
 /// Fewer points are fitted before anybody wonders.
 const MANY: usize = 500;
+/// More points than this are no measurements by hand, and a fit would take hours.
+const MOST: usize = 100_000;
 
 impl Calibrate {
     pub(super) fn run(self) -> Result<u8, Fault> {
@@ -71,8 +73,14 @@ impl Calibrate {
             grammar => grammar?,
         };
         let points = reading.points();
+        if points > MOST {
+            return Err(Fault::usage(format!(
+                "{name}: {points} rows are more than the {MOST} that a fit takes: keep one row in {}",
+                points.div_ceil(MOST)
+            )));
+        }
         if points > MANY {
-            output::note(&format!("fitting {points} points: films of many pictures take minutes"));
+            output::note(&format!("fitting {points} points: this may take minutes"));
         }
         let mut findings = calibrate::fit(&reading, &rules).map_err(fault)?;
         calibrate::rename(&mut findings, &|name| {
