@@ -2,6 +2,7 @@
 
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
+use nalgebra::Isometry3;
 use sgc::derive::{Candidate, Derivation, Stream};
 use sgc::drive::Drive;
 use sgc::loader::Files;
@@ -194,6 +195,20 @@ fn what_is_passive_is_no_actuator() {
     assert_eq!(motion.work.len(), 2);
 }
 
+/// How the initial design of a grammar moves that nothing drives.
+fn hanging(rules: &RuleSet, solver: &str, settings: &Settings) -> Result<Motion, Invalid> {
+    let candidate = Candidate::new(rules, Derivation::begin(rules).into());
+    let drive = Drive::new(&candidate, rules.first_task().unwrap()).unwrap();
+    let targets = drive.targets(&drive.draw(&mut Stream::named(1, "hanging"))).unwrap();
+    let mut simulation = model(solver).unwrap().prepare(&candidate.body.assembly, settings).unwrap();
+    simulation.run(&[targets]).remove(0)
+}
+
+/// Where the last element is at the end.
+fn end_of_last(motion: &Motion) -> Isometry3<f64> {
+    motion.pose(motion.placements.len() - 1, motion.duration).unwrap()
+}
+
 /// A weight hangs on a strip whose joints all come to their limits: where it ends does not depend on the number of sweeps.
 #[test]
 fn limits_of_a_whole_row_hold() {
@@ -214,18 +229,10 @@ fn limits_of_a_whole_row_hold() {
         maximize travel in cm
         search gait_annealing",
     );
-    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
-    let task = rules.first_task().unwrap();
-    let own = settings(&task.model);
-    let drive = Drive::new(&candidate, task).unwrap();
-    let targets = drive.targets(&drive.draw(&mut Stream::named(1, "hanging"))).unwrap();
-    let last = candidate.body.assembly.elements.len() - 1;
+    let own = settings(&rules.first_task().unwrap().model);
     let depth = |iterations: usize, step: f64| {
         let settings = Settings { iterations, step, ..own.clone() };
-        let mut simulation =
-            model("articulated").unwrap().prepare(&candidate.body.assembly, &settings).unwrap();
-        let motion = simulation.run(std::slice::from_ref(&targets)).remove(0).unwrap();
-        motion.pose(last, 2.0).unwrap().translation.vector.y
+        end_of_last(&hanging(&rules, "articulated", &settings).unwrap()).translation.vector.y
     };
     let many = depth(1000, own.step);
     for step in [1.0 / 240.0, 1.0 / 960.0, 1.0 / 3840.0] {
@@ -264,17 +271,9 @@ fn what_cannot_hold_its_joints_gives_no_motion() {
         maximize travel in cm
         search gait_annealing",
     );
-    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
-    let task = rules.first_task().unwrap();
-    let drive = Drive::new(&candidate, task).unwrap();
-    let targets = drive.targets(&drive.draw(&mut Stream::named(1, "tubes"))).unwrap();
-    let motion = |solver: &str| {
-        let (assembly, settings) = (&candidate.body.assembly, settings(&task.model));
-        let mut simulation = model(solver).unwrap().prepare(assembly, &settings).unwrap();
-        simulation.run(std::slice::from_ref(&targets)).remove(0)
-    };
-    let held = motion("articulated").unwrap();
-    let turned = held.pose(candidate.body.assembly.elements.len() - 1, 3.0).unwrap().rotation.angle();
-    assert!((turned.to_degrees() - 25.0).abs() < 0.1, "{} deg", turned.to_degrees());
-    assert_eq!(motion("rapier").err(), Some(Invalid::BeyondLimits));
+    let own = settings(&rules.first_task().unwrap().model);
+    let held = hanging(&rules, "articulated", &own).unwrap();
+    let turned = end_of_last(&held).rotation.angle().to_degrees();
+    assert!((turned - 25.0).abs() < 0.1, "{turned} deg");
+    assert_eq!(hanging(&rules, "rapier", &own).err(), Some(Invalid::BeyondLimits));
 }
