@@ -132,7 +132,10 @@ impl Declarations<'_> {
     pub(super) fn joint<'b>(&mut self, block: &'b Block, of: Owner) -> Option<Row<'b>> {
         let mut joints = block.fields.iter().filter_map(|field| match field {
             ast::Field::Joint(joint) => Some((ast::Joint::named(joint), Some(&**joint), None)),
-            ast::Field::Value(name, value) if name.text == "joint" => Some((name.clone(), None, Some(value))),
+            // One that is misspelt is told as an unknown field: what follows from it should not be told, too.
+            ast::Field::Value(name, value) if name.text == "joint" || is_misspelt(name) => {
+                Some((name.clone(), None, Some(value)))
+            }
             _ => None,
         });
         let Some((word, joint, value)) = joints.next() else {
@@ -394,9 +397,14 @@ impl Declarations<'_> {
 pub(super) fn says_joint(block: &Block) -> bool {
     block.fields.iter().any(|field| match field {
         ast::Field::Joint(_) => true,
-        ast::Field::Value(name, _) => name.text == "joint",
+        ast::Field::Value(name, _) => name.text == "joint" || is_misspelt(name),
         ast::Field::Group(_) | ast::Field::Param(_) | ast::Field::Port(_) => false,
     })
+}
+
+/// Whether a field is `joint`, but for a slip.
+fn is_misspelt(name: &Name) -> bool {
+    respell(name.span, &name.text, ["joint"].into_iter()).is_some()
 }
 
 /// The joint that a word of other programs means.
