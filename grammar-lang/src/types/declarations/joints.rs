@@ -404,7 +404,7 @@ pub(super) fn says_joint(block: &Block) -> bool {
 
 /// Whether a field is `joint`, but for a slip.
 fn is_misspelt(name: &Name) -> bool {
-    respell(name.span, &name.text, ["joint"].into_iter()).is_some()
+    respell(name.span, &name.text, ["joint"]).is_some()
 }
 
 /// The joint that a word of other programs means.
