@@ -153,6 +153,14 @@ impl<'k, 'r> Counts<'k, 'r> {
         self.others.is_empty()
     }
 
+    /// What each alternative of a condition that holds says.
+    pub(super) fn alternatives(&mut self, condition: &Expr) -> Vec<Vec<Row>> {
+        match &condition.kind {
+            ExprKind::Binary(a, Operator::Or, b) => [self.alternatives(a), self.alternatives(b)].concat(),
+            _ => vec![self.rows(condition)],
+        }
+    }
+
     /// What a condition that holds says; conditions that say nothing linear are left out.
     pub(super) fn rows(&mut self, condition: &Expr) -> Vec<Row> {
         let mut rows = Vec::new();

@@ -13,8 +13,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
     let mut counts = Counts::new(known);
     let mut rows: Vec<Row> = Vec::new();
+    let mut either = Vec::new();
     for requirement in &known.ruleset.requirements {
         rows.extend(counts.rows(&requirement.condition));
+        either.push(counts.alternatives(&requirement.condition));
     }
     rows.extend(counts.base().iter().cloned());
     for (name, target) in &known.ruleset.targets {
@@ -25,7 +27,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         }
         let Some(more) = counts.kind_at_least(&target.kind, channels as f64 + 1.0) else { continue };
         rows.push(more);
-        if !contradictory(&rows) {
+        // Of what a requirement lets choose from, each may exclude it for a reason of its own.
+        let excludes = |own: &Vec<Row>| contradictory(&[rows.as_slice(), own.as_slice()].concat());
+        if !contradictory(&rows) && !either.iter().any(|alternatives| alternatives.iter().all(excludes)) {
             findings.push(
                 Diagnostic::new(
                     Code::FEW_CHANNELS,

@@ -132,13 +132,17 @@ impl Declarations<'_> {
         let (name, scale) = written.map_or((usual.unit, size.factor), |(name, unit)| (name, unit.factor));
         let shown = |x: f64| shown(x / scale, name);
         let range = format!("{} .. {}", shown(least), shown(most));
+        // What is only just beyond must not be rounded to the end.
+        let close = [least, most].iter().any(|end| shown(*end) == shown(value));
+        let beyond =
+            if close { format!("{} {name}", value / scale).trim_end().to_owned() } else { shown(value) };
         let slip = slip(tree, size.dimension, (least, most));
         let mend = slip.map_or("check the unit. ".to_owned(), |meant| format!("is `{meant}` meant? "));
         self.report(
             Diagnostic::new(
                 Code::UNUSUAL,
                 tree.span,
-                format!("`{field} = {}` is far outside the usual range for robots", shown(value)),
+                format!("`{field} = {beyond}` is far outside the usual range for robots"),
             )
             .label(format!("usual: {range}, between {}", usual.ends))
             .help(mend + &allowed()),
