@@ -119,8 +119,8 @@ impl Writer<'_> {
             ExprKind::At(track, time) => format!("({} at {})", show(track), show(time)),
             ExprKind::Negate(x) => format!("-{}", show(x)),
             ExprKind::Not(x) => format!("not {}", show(x)),
-            // The value of a task is a number; as a quantity it is so many of its unit.
-            ExprKind::Binary(a, ..) if matches!(a.kind, ExprKind::Task(_)) && is_quantity(&expr.ty) => {
+            // The value of a task is a number, and stands for so many of its unit, which nobody wrote.
+            ExprKind::Binary(a, _, unit) if matches!(a.kind, ExprKind::Task(_)) && a.span == unit.span => {
                 show(a)
             }
             ExprKind::Binary(a, operator, b) => format!("({} {} {})", show(a), operator.symbol(), show(b)),
@@ -174,9 +174,4 @@ impl Writer<'_> {
 fn is_short(value: &Expr) -> bool {
     use ExprKind as K;
     matches!(value.kind, K::Number(_) | K::Bool(_) | K::Param(_) | K::Word(_) | K::Local(_) | K::Placed(_))
-}
-
-/// Whether a type is a quantity with a dimension.
-fn is_quantity(ty: &Ty) -> bool {
-    ty.dimension().is_some_and(|dimension| !dimension.is_number())
 }
