@@ -277,3 +277,52 @@ fn what_cannot_hold_its_joints_gives_no_motion() {
     assert!((turned - 25.0).abs() < 0.1, "{turned} deg");
     assert_eq!(hanging(&rules, "rapier", &own).err(), Some(Invalid::BeyondLimits));
 }
+
+/// A wheel that turns against a paddle which stands at its limit: where they touch, hardly any joint can give way. An
+/// impulse that grows without bound there lets rounding errors throw the body about, and its motion is refused.
+#[test]
+fn what_jams_throws_nothing_about() {
+    let jammed = |radius: &str, width: &str, reach: &str, turned: &str| {
+        compiled(&format!(
+            "grammar jammed
+            use std.blocks     {{ cube }}
+            use std.actuators  {{ motor }}
+            use std.limbs      {{ wheel, paddle }}
+            use std.actuation  {{ steady_spin }}
+            use std.models     {{ hinge_model }}
+            use std.objectives {{ travel }}
+            use std.search     {{ recommended }}
+            symmetry mirror xy
+            begin {{
+              place core : cube
+              place m    : motor to core.left
+              place roll : wheel(radius = {radius}, width = {width}) to m.tip by hub
+              place rear : cube to core.back
+              place pad  : paddle(reach = {reach}) to rear.left turned {turned} by root
+            }}
+            rule grow {{
+              match  p : block with free port q
+              attach cube to q
+            }}
+            require few : count(part) <= 12
+            actuate motor with steady_spin
+            simulate hinge_model for 10 s
+            maximize travel in cm
+            search recommended"
+        ))
+    };
+    for (radius, width, reach, turned) in [
+        ("6.4 cm", "38 mm", "8.4 cm", "0 deg"),
+        ("8.0 cm", "41 mm", "5.9 cm", "180 deg"),
+        ("3.6 cm", "9 mm", "7.2 cm", "0 deg"),
+        ("7.0 cm", "6 mm", "6.9 cm", "0 deg"),
+        ("4.1 cm", "13 mm", "3.3 cm", "270 deg"),
+        ("5.7 cm", "8 mm", "4.2 cm", "270 deg"),
+        ("8.0 cm", "3 mm", "8.7 cm", "180 deg"),
+    ] {
+        let rules = jammed(radius, width, reach, turned);
+        let own = settings(&rules.first_task().unwrap().model);
+        let refused = hanging(&rules, "articulated", &own).err();
+        assert_eq!(refused, None, "a wheel of {radius} by {width} and a paddle of {reach} at {turned}");
+    }
+}

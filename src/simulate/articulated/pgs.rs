@@ -83,7 +83,8 @@ pub(super) fn sweep<S: Scalar>(rows: &mut Rows<S>, y: &mut [S], open: S::Mask, u
         let V3([n, a, b]) = velocities(columns, dofs, y);
         let before = contact.impulse;
         let zero = n.like(0.0);
-        let normal = (before[0] - (n + contact.allowance) * contact.yielding).max(zero);
+        let speed = n + contact.allowance + contact.softness * before[0];
+        let normal = (before[0] - speed * contact.yielding).max(zero);
         let touching = zero.less(normal);
         if !(open & (touching | zero.less(before[0]))).any() {
             continue;

@@ -13,6 +13,11 @@ use super::tree::{ROOT, Tree};
 use super::vector::V3;
 use crate::design::assembly::Travel;
 
+/// A contact between two bodies gives way as if so many times the mass of the whole tree were free to move there. Where no
+/// joint can move along the normal, or only one that is held at its limit, its impulse would else be as large as numbers
+/// allow: what rounding makes of it throws the tree about. What rests on such a contact sinks by less than a micrometre.
+const SOFTNESS: f64 = 1e-3;
+
 /// One contact, ready to be solved.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Contact<S> {
@@ -34,7 +39,9 @@ pub(super) struct Contact<S> {
     pub(super) impulse: V3<S>,
     /// W W^T: what unit impulses do to the three velocities; nn, aa, bb, na, nb, ab.
     pub(super) response: [S; 6],
-    /// One over the first of these; zero in a lane without the contact.
+    /// The speed at which the contact gives way for an impulse of one: none on the ground.
+    pub(super) softness: S,
+    /// One over what a unit impulse along the normal does, this included; zero in a lane without the contact.
     pub(super) yielding: S,
     /// One over the largest eigenvalue of the tangential part.
     pub(super) slowest: S,
@@ -62,6 +69,8 @@ pub(super) struct Rows<S> {
     pub(super) columns: Places<V3<S>>,
     /// The degree of freedom of each column.
     pub(super) dofs: Vec<u32>,
+    /// See [`SOFTNESS`].
+    softness: S,
     /// Room for eliminating a row: by depth on its path, or by degree of freedom where there are two paths.
     scratch: Vec<V3<S>>,
     /// Where the rows of the degrees of freedom on a path begin in the factor.
@@ -71,12 +80,14 @@ pub(super) struct Rows<S> {
 impl<S: Scalar> Rows<S> {
     /// Room for as many contacts on a tree.
     pub(super) fn new(tree: &Tree<S>, contacts: usize) -> Self {
+        let mass = tree.links.iter().fold(S::zero(tree.kit), |sum, link| sum + link.mass);
         let longest = (0..tree.links.len()).map(|body| tree.path(body).len()).max().unwrap_or(ROOT);
         Self {
             contacts: Places::new(contacts),
             grounded: 0,
             columns: Places::new(contacts * longest),
             dofs: Vec::with_capacity(contacts * longest),
+            softness: S::of(tree.kit, SOFTNESS) / mass,
             scratch: vec![V3::null(tree.kit); tree.dofs()],
             starts: Vec::with_capacity(longest),
         }
@@ -157,7 +168,7 @@ impl<S: Scalar> Rows<S> {
             columns[depth] = own * factor.inverse[path[depth] as usize];
             add_products(&mut response, columns[depth]);
         }
-        self.finish(start, touch, response);
+        self.finish(start, touch, response, zero);
     }
 
     /// Adds a contact between two bodies.
@@ -208,12 +219,12 @@ impl<S: Scalar> Rows<S> {
             columns[place] = own * factor.inverse[dof];
             add_products(&mut response, columns[place]);
         }
-        self.finish(start, touch, response);
+        self.finish(start, touch, response, self.softness);
     }
 
     /// Adds the contact of the columns from `start` on, which has this response.
     #[inline(always)]
-    fn finish(&mut self, start: usize, touch: &Touch<S>, response: [S; 6]) {
+    fn finish(&mut self, start: usize, touch: &Touch<S>, response: [S; 6], softness: S) {
         let zero = touch.depth.like(0.0);
         let k = |value: f64| zero.like(value);
         let [nn, aa, bb, _, _, ab] = response;
@@ -233,8 +244,9 @@ impl<S: Scalar> Rows<S> {
             friction: touch.friction,
             impulse: V3::null(zero.kit()),
             response,
-            yielding: S::pick(here, k(1.0) / nn, zero),
-            slowest: S::pick(here, k(1.0) / largest, zero),
+            softness,
+            yielding: S::pick(here, k(1.0) / (nn + softness), zero),
+            slowest: S::pick(here, k(1.0) / (largest + softness), zero),
             determinant: S::pick(regular, k(1.0) / determinant, zero),
         });
     }
