@@ -22,7 +22,8 @@ use grammar_lang::source::SourceMap;
 pub use grammar_lang::testing::{CLEAN, MODULE};
 use grammar_lang::testing::{rule_set, shown};
 
-use crate::derive::{Derivation, check_begun, run_example};
+use crate::derive::{Derivation, run_example};
+use crate::drive::check_designs;
 use crate::loader::{Folder, read_text};
 use crate::results::describe;
 
@@ -44,7 +45,7 @@ impl Checked {
         let mut sources = SourceMap::default();
         let entry = sources.add(name, text);
         let compiled = grammar_lang::compile(&loader, &mut sources, entry, &[], None);
-        let mut findings = compiled.told(check_begun(&compiled, entry, &sources));
+        let mut findings = compiled.told(check_designs(&compiled, entry, &sources));
         let sound = !findings.iter().any(Diagnostic::is_error);
         if sound && compiled.offers.len() < 2 {
             findings.extend(compiled.unneeded(entry));

@@ -9,7 +9,8 @@
 use grammar_lang::diagnostics::render::{Format, render};
 use grammar_lang::diagnostics::{Diagnostic, apply};
 use grammar_lang::source::SourceMap;
-use sgc::derive::{check_begun, run_example};
+use sgc::derive::run_example;
+use sgc::drive::check_designs;
 use sgc::loader::Files;
 
 use crate::support::{read, root};
@@ -99,7 +100,7 @@ fn check(name: &str, text: &str) -> (Vec<Diagnostic>, SourceMap) {
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
-    let mut found = compiled.told(check_begun(&compiled, entry, &sources));
+    let mut found = compiled.told(check_designs(&compiled, entry, &sources));
     if compiled.offers.len() < 2 && !found.iter().any(Diagnostic::is_error) {
         found.extend(compiled.unneeded(entry));
     }

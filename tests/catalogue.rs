@@ -9,7 +9,8 @@ use std::collections::BTreeMap;
 
 use grammar_lang::diagnostics::{CODES, Code, Diagnostic, apply};
 use grammar_lang::source::SourceMap;
-use sgc::derive::{check_start, run_example};
+use sgc::derive::run_example;
+use sgc::drive::check_designs;
 use sgc::loader::Frozen;
 
 /// The files of an example by name.
@@ -66,7 +67,7 @@ fn check_one(
     let entry = sources.add("main.sgr", files["main.sgr"].as_str());
     let loader = Frozen { texts: files.clone() };
     let compiled = grammar_lang::compile(&loader, &mut sources, entry, overrides, wanted);
-    let mut found = compiled.told(compiled.ruleset.as_ref().and_then(check_start));
+    let mut found = compiled.told(check_designs(&compiled, entry, &sources));
     if compiled.offers.len() < 2 && !found.iter().any(Diagnostic::is_error) {
         found.extend(compiled.unneeded(entry));
     }

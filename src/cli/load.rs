@@ -14,7 +14,8 @@ use grammar_lang::types::Idle;
 
 use super::exit;
 use super::output::{self, Fault};
-use crate::derive::{Candidate, Derivation, check_begun};
+use crate::derive::{Candidate, Derivation};
+use crate::drive::check_designs;
 use crate::loader::{Files, read_text};
 use crate::reading;
 pub(super) use crate::results::describe::no_value;
@@ -106,7 +107,7 @@ fn check_with(
     let mut sources = SourceMap::default();
     let entry = sources.add(name, text);
     let compiled = compiler.compile(&mut sources, entry, overrides, wanted);
-    let mut diagnostics = compiled.told(check_begun(&compiled, entry, &sources));
+    let mut diagnostics = compiled.told(check_designs(&compiled, entry, &sources));
     if !diagnostics.iter().any(Diagnostic::is_error) {
         diagnostics.extend(compiled.ruleset.as_ref().and_then(unfit));
     }

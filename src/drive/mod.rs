@@ -11,6 +11,7 @@ mod hardware;
 mod mutate;
 mod scope;
 mod shares;
+mod uneven;
 
 use grammar_lang::eval::{EvalError, Reference, Value, Valves, evaluate};
 use grammar_lang::ir::{Actuation, Owner, Task, Ty, Variable};
@@ -23,6 +24,7 @@ pub use bends::Bends;
 pub use conditions::Conditions;
 pub use cycle::{Asked, Cycle};
 use scope::DriveScope;
+pub use uneven::check_designs;
 
 /// Values of all varied quantities of a body, in SI units; a Bool is 0 or 1.
 pub type Parameters = Vec<f64>;

@@ -178,6 +178,7 @@ codes! {
     STILL_DRIVE       "W0738" "still-drive" Warning;
     AGAINST_REQUIREMENT "W0739" "against-a-requirement" Warning;
     FIRST_OF_SEVERAL  "W0740" "first-of-several" Warning;
+    UNEVEN_SWING      "W0741" "uneven-swing" Warning;
 }
 
 /// The code with this id or name, in capitals or not.
