@@ -8,6 +8,7 @@
 mod apply;
 mod candidate;
 mod choosing;
+mod divisors;
 mod every;
 mod example;
 mod matching;

@@ -102,10 +102,10 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
     }
     // A search could not even begin.
     let from = rules.from.as_ref().and_then(|name| Some((name, rules.examples.get(name)?)));
-    if let Some((name, example)) = from
-        && let Err(fails) = run_example(rules, name, example)
-    {
-        found.push(fails.help(format!("the search starts from `{name}`")));
+    match from.map(|(name, example)| (name, run_example(rules, name, example))) {
+        Some((name, Err(fails))) => found.push(fails.help(format!("the search starts from `{name}`"))),
+        Some((_, Ok(start))) => found.extend(super::divisors::check(rules, &start)),
+        None => found.extend(super::divisors::check(rules, &begun)),
     }
     found
 }

@@ -15,6 +15,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     };
     if let Some(first) = ruleset.rules.first()
         && ruleset.rules.iter().all(|rule| none(&rule.weight))
+        // A weight that is always negative is an error of its own.
+        && ruleset.rules.iter().any(|rule| known.numbers(&rule.weight).high >= 0.0)
     {
         let mut finding = Diagnostic::new(Code::NOTHING_DRAWN, first.weight.span, "no rule is ever drawn")
             .label("never above zero")
