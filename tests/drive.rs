@@ -49,6 +49,34 @@ fn runs() -> &'static Path {
     folder.path()
 }
 
+/// The period of a cycle of valves is what it says, whether a variable is called `period` or not.
+#[test]
+fn a_cycle_whose_period_is_a_number_is_played() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("fixed.sgr");
+    let text = format!(
+        "use std.objectives {{ travel }}
+        use std.search {{ shortly_many_kinds }}
+        actuation beat for a : actuator {{
+          vary  open : Number in 0.3 .. 0.7 mutate 0.5 by normal(0, 0.1)
+          drive valves = cycle(2 s, [open, 1 - open], [inflate, vent], 0)
+        }}
+        variant fixed of \"{}\" {{
+          replace actuate bender with beat
+          replace maximize travel in cm
+          replace search shortly_many_kinds
+        }}\n",
+        grammar("pneumatic.sgr")
+    );
+    std::fs::write(&file, text).unwrap();
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let output = run(&["run", &file.to_string_lossy(), "--max-evals", "20", "--quiet", "--out", &out]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    let output = run(&["drive", &out, "--dry-run"]);
+    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    assert!(said(&output).contains("period 2 s"), "{}", said(&output));
+}
+
 fn design(name: &str) -> String {
     runs().join(name).to_string_lossy().into_owned()
 }

@@ -34,7 +34,13 @@ impl Drive<'_> {
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
     pub fn cycle(&self, kind: &str, parameters: &[f64], points: usize) -> Result<Option<Cycle>, EvalError> {
-        let period = self.period_of(|other| other == kind, parameters)?;
+        let first = self.actuators.iter().find(|driven| self.kind_of(driven) == Some(kind));
+        // A cycle of valves may have its period from anywhere.
+        let own = first.map(|driven| self.valves(driven, parameters)).transpose()?.flatten();
+        let period = match own {
+            Some(valves) => valves.period,
+            None => self.period_of(|other| other == kind, parameters)?,
+        };
         let mut actuators = Vec::new();
         for driven in self.actuators.iter().filter(|driven| self.kind_of(driven) == Some(kind)) {
             if let Some(valves) = self.valves(driven, parameters)? {
