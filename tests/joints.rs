@@ -326,3 +326,55 @@ fn what_jams_throws_nothing_about() {
         assert_eq!(refused, None, "a wheel of {radius} by {width} and a paddle of {reach} at {turned}");
     }
 }
+
+/// Two fingers squeeze a flap with many times the weight of the body. Its feet are solved as well as if they did not: the servos
+/// hold, and do not tremble, which is work for nothing.
+#[test]
+fn what_squeezes_itself_stands_still() {
+    let rules = compiled(
+        "grammar gripper
+        use std.models     { hinge_model }
+        use std.objectives { travel }
+        use std.search     { gait_annealing }
+        part bar {
+          shape = box(4 cm, 3 cm, 20 cm)  mass = 1 kg  friction = 0.5
+          port fl at vector(2 cm, 0 cm, -5 cm) facing vector(1, 0, 0)
+          port fr at vector(2 cm, 0 cm, 5 cm)  facing vector(1, 0, 0)
+          port md at vector(2 cm, 0 cm, 0 cm)  facing vector(1, 0, 0)
+        }
+        part jaw { shape = box(8 cm, 3 cm, 1 cm)  mass = 20 g  friction = 0.5 }
+        part flap {
+          shape = box(14 cm, 3 cm, 6 cm)  mass = 2.6 g  friction = 0.5
+          joint = bend about y passive  bend = -30 deg .. 30 deg
+          stiffness = 0.001 N*m/rad^2  damping = 0.0001 N*m*s/rad^2
+          port back at vector(-7 cm, 0 cm, 0 cm) facing vector(-1, 0, 0)
+        }
+        actuator finger {
+          param segments : Count in 2 .. 4 = 3
+          param side     : Number in -1.0 .. 1.0 = 1.0
+          segment = cylinder(5 mm, 2 cm)  joint = bend about y  bend = -60 deg .. 60 deg
+          bending_speed = 90 deg/s  relaxing_speed = 90 deg/s  density = 1 g/cm^3  friction = 0.4
+          torque = 5 N*m/rad  stiffness = 50 N*m/rad^2  damping = 0.02 N*m*s/rad^2
+        }
+        actuation squeeze for a : actuator { drive angle = a.side * 40 deg }
+        begin {
+          place core : bar
+          place f1 : finger(segments = 3, side = -1.0) to core.fl
+          place j1 : jaw to f1.tip
+          place f2 : finger(segments = 3, side = 1.0) to core.fr
+          place j2 : jaw to f2.tip
+          place mm : flap to core.md by back
+        }
+        actuate finger with squeeze
+        simulate hinge_model for 4 s
+        maximize travel in cm
+        search gait_annealing",
+    );
+    let own = settings(&rules.first_task().unwrap().model);
+    let worked = |iterations: usize, tolerance: f64| {
+        let settings = Settings { iterations, tolerance, ..own.clone() };
+        hanging(&rules, "articulated", &settings).unwrap().work.iter().sum::<f64>()
+    };
+    let (few, many) = (worked(own.iterations, own.tolerance), worked(1000, 1e-6));
+    assert!(few < 1.5 * many, "{few} J, and {many} J with a thousand sweeps");
+}

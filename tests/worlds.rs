@@ -229,7 +229,7 @@ fn several_tasks_are_told_together_over_the_worlds_of_the_test() {
          maximize ahead.value + 2 * near.value in cm",
         &annealed("every"),
     );
-    let design = saved(&rules, &search(&rules, 2, 2, 300).0.best.expect("a best design"));
+    let design = saved(&rules, &search(&rules, 3, 2, 300).0.best.expect("a best design"));
     let design = final_check(&rules, &design, Stop::NEVER).unwrap();
     let mean = |task: usize| {
         let values: Vec<f64> = design.tasks[task].tests.iter().map(|world| world.value.unwrap()).collect();

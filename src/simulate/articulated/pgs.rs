@@ -60,16 +60,16 @@ impl<S: Scalar> Unrest<S> {
         self.whole += whole;
     }
 
-    /// A share, squared, of what all rows give.
+    /// A share, squared, of what all rows give, but of no more than `most`.
     #[inline(always)]
-    pub(super) fn share(&self, share: S) -> S {
-        self.whole * share
+    pub(super) fn share(&self, share: S, most: S) -> S {
+        self.whole.min(most) * share
     }
 
-    /// Where a row has changed by more than a share, squared, of what all rows give.
+    /// Where a row has changed by more than that.
     #[inline(always)]
-    pub(super) fn exceeds(&self, share: S) -> S::Mask {
-        self.share(share).less(self.change)
+    pub(super) fn exceeds(&self, share: S, most: S) -> S::Mask {
+        self.share(share, most).less(self.change)
     }
 }
 
