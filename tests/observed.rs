@@ -199,3 +199,37 @@ fn checks_doubt_in_both_directions() {
     assert_eq!(verdict(Some(1e-4), Measured::Drift), Verdict::Confirmed);
     assert_eq!(verdict(Some(3e-4), Measured::Drift), Verdict::Refuted);
 }
+
+/// The rotation of an element is that of its part: x is forward, also of a disk, whose own axis stands upright.
+#[test]
+fn a_disk_has_the_heading_of_its_part() {
+    let mut sources = grammar_lang::source::SourceMap::default();
+    let text = "grammar hub
+        use std.models { hinge_model }
+        use std.search { gait_annealing }
+        part hub {
+          shape = disk(4 cm, 2 cm)  density = 1 g/cm^3  friction = 0.8
+          port side at vector(4 cm, 0 cm, 0 cm) facing vector(1, 0, 0)
+        }
+        part arm {
+          shape = box(6 cm, 2 cm, 2 cm)  density = 1 g/cm^3  friction = 0.8
+          port root at vector(-3 cm, 0 cm, 0 cm) facing vector(-1, 0, 0)
+        }
+        begin { place core : hub  place out : arm to core.side by root }
+        simulate hinge_model for 1 s
+        term apart : Angle = angle(first(elements).rotation at end, last(elements).rotation at end)
+        maximize apart + abs(heading(first(elements).rotation at start)) in deg
+        search gait_annealing";
+    let entry = sources.add("own.sgr", text);
+    let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
+    let rules = compiled.ruleset.unwrap_or_else(|| panic!("{:#?}", compiled.diagnostics));
+    let candidate = sgc::derive::Candidate::new(&rules, sgc::derive::Derivation::begin(&rules).into());
+    let task = rules.first_task().unwrap();
+    let drive = sgc::drive::Drive::new(&candidate, task).unwrap();
+    let settings = sgc::search::settings(&task.model);
+    let solver = sgc::simulate::model("articulated").unwrap();
+    let mut simulation = solver.prepare(&candidate.body.assembly, &settings).unwrap();
+    let motion = simulation.run(&[drive.targets(&[]).unwrap()]).remove(0).unwrap();
+    let score = sgc::score::score(sgc::score::Recording::nominal(&drive, &[], &motion)).unwrap();
+    assert!(score.value.abs() < 0.1, "{} deg", score.value);
+}

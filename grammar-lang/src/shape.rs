@@ -152,6 +152,22 @@ impl Shape {
         })
     }
 
+    /// How far the ends of the edge or the corners of the face that lies flat are from its [middle](Self::sole), m; zero of a point.
+    #[must_use]
+    pub fn sole_reach(&self, pose: &Isometry3<f64>, flat: f64) -> f64 {
+        let down = -(pose.rotation.inverse() * Vector3::y());
+        let lies = |along: f64| 1.0 - (along / flat).abs().min(1.0);
+        match *self {
+            Self::Box { half } => half.component_mul(&down.map(lies)).norm(),
+            Self::Ball { .. } => 0.0,
+            Self::Cylinder { radius, half_length } => {
+                let width = libm::hypot(down.y, down.z);
+                libm::hypot(half_length * lies(down.x), radius * lies(width))
+            }
+            Self::Capsule { half_straight, .. } => half_straight * lies(down.x),
+        }
+    }
+
     /// Its surface for a picture.
     #[must_use]
     pub fn outline(&self) -> Outline {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use grammar_lang::eval::{Made, MadeJoint};
 use grammar_lang::ir::{self, Form, RuleSet};
-use nalgebra::{Isometry3, Point3, UnitVector3, Vector3};
+use nalgebra::{Isometry3, Point3, UnitQuaternion, UnitVector3, Vector3};
 
 use super::assembly::{Assembly, Control, Dof, Element, Joint, JointKind, Shape, Travel};
 use super::port::{about, base, segments};
@@ -194,6 +194,17 @@ impl Moves {
         match <[Dof; 3]>::try_from(dofs) {
             Ok(three) => JointKind::Socket(Box::new(three)),
             Err(other) => other.into_iter().next().map_or(JointKind::Rigid, JointKind::Dof),
+        }
+    }
+}
+
+impl Part {
+    /// How the element of a block lies in the frame of the part; what stands is turned.
+    #[must_use]
+    pub fn rotation_of_element(&self) -> UnitQuaternion<f64> {
+        match self.made.as_deref() {
+            Some(Made::Block(block)) => upright(block.form).rotation,
+            Some(Made::Actuator(_)) | None => UnitQuaternion::identity(),
         }
     }
 }

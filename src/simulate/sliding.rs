@@ -9,7 +9,7 @@ use crate::design::assembly::Shape;
 const TOUCH: f64 = 2e-4;
 /// It slides if that point is faster than this, m/s.
 const SLIDES: f64 = 1e-3;
-/// Edges and faces that lie flat, within about this angle in rad, touch with their middle.
+/// Edges and faces lie flat within about this angle, rad.
 const FLAT: f64 = 0.02;
 /// A turn is followed in pieces of at most this angle, rad.
 const PIECE: f64 = 0.2;
@@ -67,7 +67,9 @@ impl Sliding {
             let centre = before.translation.vector + moved * share;
             let pose = Isometry3::from_parts(centre.into(), turned);
             let arm = pose * shape.sole(&pose, FLAT) - Point3::from(centre);
-            slid += horizontal(&(moved + turn.cross(&arm))) / pieces;
+            // The ends of what lies flat turn about its middle: their speeds are taken together as a root mean square.
+            let about = turn.y * shape.sole_reach(&pose, FLAT);
+            slid += libm::hypot(horizontal(&(moved + turn.cross(&arm))), about) / pieces;
         }
         if slid > SLIDES * span {
             self.slid += slid;
@@ -125,6 +127,23 @@ mod tests {
 
     fn at(x: f64, y: f64) -> Translation3<f64> {
         Translation3::new(x, y, 0.0)
+    }
+
+    /// A box that turns flat on the ground about the vertical: its corners slide.
+    #[test]
+    fn corners_of_what_turns_flat_slide() {
+        let half = nalgebra::Vector3::new(0.03, 0.01, 0.04);
+        let spun = moved(Shape::Box { half }, |time| {
+            Isometry3::new(Vector3::new(0.0, 0.01, 0.0), Vector3::y() * (0.5 * time))
+        });
+        // A turn of 1 rad at 5 cm from the middle.
+        assert!((spun.slid - 0.05).abs() < 1e-6 && (spun.sliding - 2.0).abs() < 1e-6, "{spun:?}");
+        let end = moved(Shape::Cylinder { radius: 0.03, half_length: 0.02 }, |time| {
+            let stands = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), FRAC_PI_2);
+            let turns = UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 0.5 * time);
+            Isometry3::from_parts(Translation3::new(0.0, 0.02, 0.0), turns * stands)
+        });
+        assert!((end.slid - 0.03).abs() < 1e-6, "{end:?}");
     }
 
     #[test]
