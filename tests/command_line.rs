@@ -404,7 +404,6 @@ fn what_has_no_value_while_running_is_told_with_its_place_and_ends_the_run_only_
     let no_value = "has no value: this divides by zero";
     for (from, to, exit, says) in [
         (objective, "maximize travel / (fall - fall)", 1, no_value.to_owned()),
-        (objective, "maximize travel / (count(part) - 1) in cm", 1, no_value.to_owned()),
         (objective, "maximize travel / (count(part) - 2) in cm", 0, format!("{no_value}, in ")),
         (guard, "require whole : 1 / (count(part) - 3) < 2", 0, format!("{no_value}; ")),
     ] {
@@ -687,7 +686,7 @@ fn a_search_begins_with_a_saved_design() {
     assert!(!out.exists());
     // Where the same step makes another body, that is told: here without the image of a part.
     let small = folder.path().join("small").to_string_lossy().into_owned();
-    let few = ["-p", "max_parts=3", "--seed", "1", "--max-evals", "30", "--quiet", "--out", &small];
+    let few = ["-p", "max_parts=3", "--seed", "8", "--max-evals", "30", "--quiet", "--out", &small];
     assert_eq!(code(&sgc(&[&["run", &grammar][..], &few].concat())), 0);
     let file = folder.path().join("halves.sgr");
     std::fs::write(&file, text.replace("symmetry mirror xy", "symmetry none")).unwrap();

@@ -61,10 +61,10 @@ pub(super) fn told(
             span(Duration::from_secs_f64(seconds.min(1e9)))
         )
     });
-    // Each frame of each body is seven numbers.
-    let bytes = whole / settings.record * elements as f64 * 56.0;
+    // Each frame of each body is seven numbers, and all that go on side by side are there at once.
+    let bytes = whole / settings.record * elements as f64 * 56.0 * lanes as f64;
     let memory =
-        if bytes > MUCH { format!("; its motion fills {:.1} GB", bytes / 1e9) } else { String::new() };
+        if bytes > MUCH { format!("; its motions fill {:.1} GB", bytes / 1e9) } else { String::new() };
     let beside = if lanes > 1 { format!(", {lanes} side by side") } else { String::new() };
     Some(format!(
         "a body of {elements} elements, tried out: an evaluation takes {more} {}{beside}{all}{memory}",

@@ -61,15 +61,15 @@ fn told(kind: &str, actuation: &Actuation, example: Option<(&str, Span)>) -> Dia
     let told = Diagnostic::new(
         Code::UNEVEN_SWING,
         actuation.drive.span,
-        format!("`{kind}` swings further to one side of the mirror than to the other"),
+        format!("`{kind}` is not as far to the other side of the mirror half a period later"),
     )
-    .label("all images run half a period later, and this does not swing back as far by then");
+    .label("all images run half a period later; this should be `angle(t + period / 2) = -angle(t)`");
     let told = match example {
         Some((name, span)) => told.also(span, format!("here in `{name}`")),
         None => told,
     };
     told.help(
-        "the robot walks in a curve; where `a.own_image` holds, drive `(x - y) / 2`, where y is x half a period later, as \
+        "the robot may walk in a curve; where `a.own_image` holds, drive `(x - y) / 2`, where y is x half a period later, as \
          `alternating_pac` of `std.actuation` does",
     )
 }
@@ -142,7 +142,7 @@ impl<'r> Drive<'r> {
         Ok(moves)
     }
 
-    /// What one actuator is asked for in its second period, and another half a period later.
+    /// What one actuator is asked for in a period near the end, when it has settled, and another half a period later.
     fn half_a_period_apart(
         &self,
         one: &Driven,
@@ -150,8 +150,9 @@ impl<'r> Drive<'r> {
         parameters: &[f64],
     ) -> Result<(Vec<f64>, Vec<f64>), EvalError> {
         let period = self.period_of(|kind| Some(kind) == self.kind_of(one), parameters)?;
+        let begin = ((self.task.model.duration / period).floor() - 2.0).max(1.0);
         let times = |from: f64| (0..MOMENTS).map(move |i| period * (from + i as f64 / MOMENTS as f64));
-        Ok((self.bends(one, parameters, times(1.0))?, self.bends(other, parameters, times(1.5))?))
+        Ok((self.bends(one, parameters, times(begin))?, self.bends(other, parameters, times(begin + 0.5))?))
     }
 
     fn has_valves(&self, driven: &Driven) -> bool {
