@@ -51,7 +51,7 @@ pub(super) fn explain(piece: Stretch<'_>, entry: Rule, file: FileId) -> Diagnost
     // A word of the language is no other one misspelt.
     let misspelt = if is_reserved(text) { "" } else { text };
     let (meant, respelt) = (did_you_mean(misspelt, words()), respell(span, misspelt, words()));
-    let help = no_name(&wanted, text).or(meant);
+    let help = habit(piece, place, text).or_else(|| no_name(&wanted, text)).or(meant);
     let like = help.is_none().then(|| looks_like(entry, piece, place, &expected)).flatten();
     if in_expression && !expected.contains(&"an operator") {
         expected.push("an operator");
@@ -101,6 +101,32 @@ fn listed(expected: &[&str]) -> String {
 /// Whether a word can name nothing.
 fn is_reserved(word: &str) -> bool {
     SgrParser::parse(Rule::keyword, word).is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == word))
+}
+
+/// What to write where something is said twice, or by the wrong word.
+fn habit(piece: Stretch<'_>, place: usize, found: &str) -> Option<String> {
+    let before = piece.part(piece.start, place).text();
+    let last = before.split_whitespace().next_back()?;
+    let after = piece.part(place, piece.end).text();
+    let is_given = after.get(found.len()..).is_some_and(|rest| rest.trim_start().starts_with('='));
+    match last {
+        "drop" if is_reserved(found) => Some(format!("write `drop NAME`, without `{found}`")),
+        "set"
+            if matches!(found, "search" | "simulate" | "actuate" | "maximize" | "minimize" | "symmetry") =>
+        {
+            Some(format!("`set` gives a value: write `replace {found} ...`"))
+        }
+        "add" if is_given => Some(format!("a value of the base is changed by `set {found} = VALUE`")),
+        _ if before.contains(": Bool")
+            && before.trim_end().ends_with(|c: char| c.is_ascii_digit() || c == '%') =>
+        {
+            let chance = last.trim_end_matches(',');
+            before
+                .contains("mutate")
+                .then(|| format!("a Bool is flipped, with a chance: write `flip {chance}`"))
+        }
+        _ => None,
+    }
 }
 
 /// What to say where a word of the language stands in the place of a name.
