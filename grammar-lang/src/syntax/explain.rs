@@ -103,14 +103,21 @@ fn is_reserved(word: &str) -> bool {
     SgrParser::parse(Rule::keyword, word).is_ok_and(|mut p| p.next().is_some_and(|p| p.as_str() == word))
 }
 
-/// What to write where something is said twice, or by the wrong word.
+/// What to write instead of a word that other clauses of a variant, or other variables, have.
 fn habit(piece: Stretch<'_>, place: usize, found: &str) -> Option<String> {
     let before = piece.part(piece.start, place).text();
     let last = before.split_whitespace().next_back()?;
     let after = piece.part(place, piece.end).text();
     let is_given = after.get(found.len()..).is_some_and(|rest| rest.trim_start().starts_with('='));
     match last {
-        "drop" if is_reserved(found) => Some(format!("write `drop NAME`, without `{found}`")),
+        "drop"
+            if matches!(
+                found,
+                "rule" | "require" | "prefer" | "term" | "part" | "actuator" | "target" | "example"
+            ) =>
+        {
+            Some(format!("write `drop NAME`, without `{found}`"))
+        }
         "set"
             if matches!(found, "search" | "simulate" | "actuate" | "maximize" | "minimize" | "symmetry") =>
         {
