@@ -65,6 +65,8 @@ pub(super) struct Lowered {
     pub(super) servos: Vec<Servo>,
     /// How many actuators the joints refer to.
     pub(super) actuators: usize,
+    /// The two elements of every moving joint.
+    joined: Vec<(usize, usize)>,
 }
 
 impl Lowered {
@@ -96,7 +98,9 @@ impl Lowered {
             .zip(&groups.of_element)
             .map(|(element, &group)| piece(element, place[group], &bodies, lift))
             .collect();
-        Ok(Self { bodies, pieces, servos, actuators: assembly.actuators })
+        let moving = assembly.joints.iter().filter(|joint| !joint.kind.dofs().is_empty());
+        let joined = moving.map(|joint| (joint.parent, joint.child)).collect();
+        Ok(Self { bodies, pieces, servos, actuators: assembly.actuators, joined })
     }
 
     /// What runs it.
@@ -122,6 +126,11 @@ impl Lowered {
         };
         let low = self.pieces.iter().map(lowest).fold(f64::INFINITY, f64::min);
         Vector3::new(root.x, -low, root.z)
+    }
+
+    /// Whether a moving joint joins just these two elements.
+    pub(super) fn are_joined(&self, first: usize, second: usize) -> bool {
+        self.joined.iter().any(|&pair| pair == (first, second) || pair == (second, first))
     }
 
     /// Number of moving joints between two bodies; the degrees of freedom of a socket are one joint.

@@ -1,6 +1,8 @@
 //! Which parts of the body touch each other.
 //!
-//! Elements whose bodies are at least two hinges apart may collide. Every
+//! Elements of different bodies may collide, except the two that a joint joins: its faces meet
+//! there. Of elements with one joint between them only those collide that do not overlap at rest
+//! (a wheel is drawn over the shaft of its motor) and that the limits of the joint let touch. Every
 //! shape is its core plus a rounding: a ball is a point, a capsule a line, boxes and cylinders
 //! are shrunk by a fifth of their smallest half size, so faces stay where they
 //! are and only edges are rounded. The closest points of two cores are found
@@ -23,7 +25,7 @@ use super::kinematics::{Frame, State, Velocity, place};
 use super::scalar::{Mask, Scalar};
 use super::tree::{LENGTH, Tree};
 use super::vector::{M3, Quat, V3};
-use crate::design::assembly::Shape;
+use crate::design::assembly::{Shape, Travel};
 use crate::simulate::World;
 use crate::simulate::lowering::{Lowered, Piece};
 
@@ -33,6 +35,8 @@ const ROUNDING: f64 = 0.2;
 const PROJECTIONS: usize = 2;
 /// The same at rest, with nothing to go on from.
 const FIRST_PROJECTIONS: usize = 100;
+/// Elements with one joint between them that overlap at rest by at most this, cm, lie on each other.
+const FLUSH: f64 = 1e-3;
 /// Gap in cm below which a pair is a contact even when all is still.
 const MARGIN: f64 = 0.02;
 /// What rounding can add to or take from an odometer in a step, cm: far more than it does.
@@ -162,25 +166,13 @@ impl<S: Scalar> Collisions<S> {
     /// From elements in SI units. What holds at rest is found in one lane, of the nominal world, and
     /// copied to all.
     pub(super) fn new(kit: S::Kit, lowered: &Lowered, worlds: &[World]) -> Self {
-        let tree = Tree::<f32>::new((), lowered, &[World::NOMINAL]);
-        let mut frames = vec![Frame::null(()); lowered.bodies.len()];
-        place(&tree, &State::new(&tree, V3::null(()), Quat::still(())), &mut frames);
-        let hulls: Vec<Hull<f32>> = lowered.pieces.iter().map(|piece| hull((), piece)).collect();
-        let mut pairs = Vec::new();
-        for first in 0..hulls.len() {
-            for second in 0..first {
-                if lowered.distance(hulls[first].body, hulls[second].body) >= 2 {
-                    let friction = (lowered.pieces[first].friction * lowered.pieces[second].friction).sqrt();
-                    let pair = at_rest(&hulls, &frames, (first, second), friction);
-                    pairs.extend(pair.map(|pair| pair.in_all_lanes(kit, worlds)));
-                }
-            }
-        }
+        let pairs: Vec<_> =
+            pairs_at_rest(lowered).iter().map(|pair| pair.in_all_lanes(kit, worlds)).collect();
         Self {
             hulls: lowered.pieces.iter().map(|piece| hull(kit, piece)).collect(),
             bodies: pairs
                 .iter()
-                .map(|pair| [pair.first, pair.second].map(|hull| hulls[hull].body as u32))
+                .map(|pair| [pair.first, pair.second].map(|piece| lowered.pieces[piece].body as u32))
                 .collect(),
             due: vec![S::zero(kit); pairs.len()],
             odometers: vec![S::zero(kit); lowered.bodies.len()],
@@ -352,13 +344,67 @@ fn project<S: Scalar>(a: &Placed<'_, S>, b: &Placed<'_, S>, start: V3<S>, rounds
     (on_a, b.closest(on_a))
 }
 
-/// What a pair is like before anything moves; none if it overlaps too much to collide.
+/// The elements that may touch each other, the later one first.
+pub(in crate::simulate) fn colliding(lowered: &Lowered) -> Vec<(usize, usize)> {
+    pairs_at_rest(lowered).iter().map(|pair| (pair.first, pair.second)).collect()
+}
+
+/// All pairs that may collide, as they are before anything moves.
+fn pairs_at_rest(lowered: &Lowered) -> Vec<Pair<f32>> {
+    let tree = Tree::<f32>::new((), lowered, &[World::NOMINAL]);
+    let mut frames = vec![Frame::null(()); lowered.bodies.len()];
+    place(&tree, &State::new(&tree, V3::null(()), Quat::still(())), &mut frames);
+    let hulls: Vec<Hull<f32>> = lowered.pieces.iter().map(|piece| hull((), piece)).collect();
+    let mut pairs = Vec::new();
+    for first in 0..hulls.len() {
+        for second in 0..first {
+            let joints = lowered.distance(hulls[first].body, hulls[second].body);
+            if joints == 0 || (joints == 1 && lowered.are_joined(first, second)) {
+                continue;
+            }
+            let friction = (lowered.pieces[first].friction * lowered.pieces[second].friction).sqrt();
+            let Some((pair, gap)) = at_rest(&hulls, &frames, (first, second), friction) else { continue };
+            let gap = f64::from(gap);
+            if joints > 1 || (gap > -FLUSH && gap < SLACK + approach(lowered, first, second) * LENGTH) {
+                pairs.push(pair);
+            }
+        }
+    }
+    pairs
+}
+
+/// By how much two elements with one joint between them can come nearer to each other within its limits, m, at most.
+fn approach(lowered: &Lowered, first: usize, second: usize) -> f64 {
+    let (first, second) = (&lowered.pieces[first], &lowered.pieces[second]);
+    let last = first.body.max(second.body);
+    let other = first.body.min(second.body);
+    let centre = |piece: &Piece| lowered.bodies[piece.body].centre + piece.local.translation.vector;
+    let mut most = 0.0;
+    let mut body = last;
+    while body != other {
+        let own = &lowered.bodies[body];
+        body = own.parent;
+        let Some(dof) = &own.dof else { continue };
+        let far = dof.limits.0.abs().max(dof.limits.1.abs());
+        most += match dof.travel {
+            Travel::Slide => far,
+            // Seen from the one, the other moves on arcs about the joint, and the other way round.
+            Travel::Turn => {
+                let arm = |piece: &Piece| (centre(piece) - dof.anchor.coords).norm() + piece.shape.reach();
+                2.0 * arm(first).min(arm(second)) * libm::sin(far.min(std::f64::consts::PI) / 2.0)
+            }
+        };
+    }
+    most
+}
+
+/// What a pair is like before anything moves, and its gap; none if it overlaps too much to collide.
 fn at_rest(
     hulls: &[Hull<f32>],
     frames: &[Frame<f32>],
     (first, second): (usize, usize),
     friction: f64,
-) -> Option<Pair<f32>> {
+) -> Option<(Pair<f32>, f32)> {
     let placed = |hull: &'_ Hull<f32>| {
         let frame = &frames[hull.body];
         frame.centre + frame.rotation * hull.centre
@@ -373,14 +419,15 @@ fn at_rest(
         return None;
     }
     let gap = distance - a.hull.rounding - b.hull.rounding;
-    Some(Pair {
+    let pair = Pair {
         first,
         second,
         friction: friction as f32,
         overlap: (-gap).max(0.0),
         witness: frame_b.rotation.transposed(on_b - frame_b.centre),
         normal: way * (1.0 / distance),
-    })
+    };
+    Some((pair, gap))
 }
 
 fn hull<S: Scalar>(kit: S::Kit, piece: &Piece) -> Hull<S> {

@@ -39,6 +39,7 @@ mod widths;
 
 use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
 
+pub(super) use self::collide::colliding;
 use self::scalar::Scalar;
 use self::solver::Solver;
 use self::tree::{LENGTH, TORQUE, dof_of, scales};

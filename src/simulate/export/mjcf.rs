@@ -5,8 +5,8 @@
 //!
 //! Of two geoms that touch, MuJoCo takes the greater friction; the assembly asks
 //! for the geometric mean. Where the two differ, a `pair` says which it is.
-//! MuJoCo lets no body collide with its own parent, which is what "at least two
-//! hinges apart" asks for. Elements that overlap at rest are pushed apart there,
+//! MuJoCo lets no body collide with its own parent: a `pair` asks for those elements
+//! with one joint between them that may. Other elements that overlap at rest are pushed apart there,
 //! and not here: a grammar should require `no_overlap`. Contacts are springs there
 //! and rigid here: with MuJoCo's default springs, which give way for 20 ms, robots
 //! take other paths.
@@ -16,6 +16,7 @@ use nalgebra::{Isometry3, Matrix3, UnitQuaternion, Vector3};
 use super::joint_names;
 use super::xml::{Xml, numbers};
 use crate::design::assembly::{Assembly, Control, Dof, Shape, Travel};
+use crate::simulate::articulated::colliding;
 use crate::simulate::lowering::{Body, Lowered, Piece};
 use crate::simulate::{Settings, Unfit};
 
@@ -207,18 +208,17 @@ fn contacts(xml: &mut Xml, lowered: &Lowered, settings: &Settings) {
     let mut pairs = Vec::new();
     let ground = settings.ground_friction;
     for (index, piece) in lowered.pieces.iter().enumerate() {
-        if let Some(mean) = other_than_greater(ground, piece.friction) {
-            pairs.push(("ground".to_owned(), index, mean));
+        if ground != piece.friction {
+            pairs.push(("ground".to_owned(), index, (ground * piece.friction).sqrt()));
         }
     }
-    for (first, a) in lowered.pieces.iter().enumerate() {
-        for (second, b) in lowered.pieces.iter().enumerate().skip(first + 1) {
-            if settings.self_collision
-                && lowered.distance(a.body, b.body) >= 2
-                && let Some(mean) = other_than_greater(a.friction, b.friction)
-            {
-                pairs.push((format!("element{first}"), second, mean));
-            }
+    let mut colliding = if settings.self_collision { colliding(lowered) } else { Vec::new() };
+    colliding.sort_unstable_by_key(|&(second, first)| (first, second));
+    for (second, first) in colliding {
+        let (a, b) = (&lowered.pieces[first], &lowered.pieces[second]);
+        let mean = (a.friction * b.friction).sqrt();
+        if lowered.distance(a.body, b.body) == 1 || a.friction != b.friction {
+            pairs.push((format!("element{first}"), second, mean));
         }
     }
     if pairs.is_empty() {
@@ -236,11 +236,6 @@ fn contacts(xml: &mut Xml, lowered: &Lowered, settings: &Settings) {
         );
     }
     xml.close();
-}
-
-/// The geometric mean of two coefficients, unless it is the greater of them.
-fn other_than_greater(a: f64, b: f64) -> Option<f64> {
-    (a != b).then(|| (a * b).sqrt())
 }
 
 /// What drives a joint; what nothing drives has its springs from the joint itself.

@@ -1,9 +1,12 @@
 //! A rapier world with one robot and the ground.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Isometry3, Rotation3, UnitQuaternion, Vector3};
 use rapier3d::prelude::*;
 
 use crate::design::assembly::{Control, Dof, Shape, Travel};
+use crate::simulate::articulated::colliding;
 use crate::simulate::lowering::{Body, Lowered, Piece};
 use crate::simulate::run::Stepper;
 use crate::simulate::{Invalid, Settings};
@@ -44,10 +47,23 @@ pub(super) const GROUND: Group = Group::GROUP_1;
 /// The robot's.
 pub(super) const ROBOT: Group = Group::GROUP_2;
 
+/// The elements that may touch each other, the later one first: the same as with the fast solver.
+struct Colliding(BTreeSet<(usize, usize)>);
+
+impl PhysicsHooks for Colliding {
+    fn filter_contact_pair(&self, context: &PairFilterContext<'_>) -> Option<SolverFlags> {
+        let element = |collider| context.colliders.get(collider).map(|collider| collider.user_data as usize);
+        let is_ground = context.rigid_body1.is_none() || context.rigid_body2.is_none();
+        let (a, b) = (element(context.collider1)?, element(context.collider2)?);
+        (is_ground || self.0.contains(&(a.max(b), a.min(b)))).then_some(SolverFlags::COMPUTE_RIGID_IMPULSES)
+    }
+}
+
 /// The world and how to make it anew.
 pub(super) struct Hinges {
     lowered: Lowered,
     settings: Settings,
+    colliding: Colliding,
     /// As the ground sees it, m/s^2.
     gravity: Vector3<f64>,
     /// How many substeps a step is cut into.
@@ -72,6 +88,7 @@ impl Hinges {
         let mut own = Self {
             lowered: lowered.clone(),
             settings: settings.clone(),
+            colliding: Colliding(colliding(lowered).into_iter().collect()),
             gravity,
             substeps: (settings.step / substep - 1e-6).ceil().max(1.0) as usize,
             world: PhysicsWorld::new(),
@@ -95,8 +112,8 @@ impl Hinges {
         let Hinges { world, lowered, .. } = self;
         let bodies = (0..lowered.bodies.len()).map(|body| rigid_body(&with_mass(lowered, body)));
         self.bodies = bodies.map(|body| world.bodies.insert(body)).collect();
-        for piece in &lowered.pieces {
-            let collider = collider(piece, self.settings.self_collision);
+        for (number, piece) in lowered.pieces.iter().enumerate() {
+            let collider = collider(number, piece, self.settings.self_collision);
             world.colliders.insert_with_parent(collider, self.bodies[piece.body], &mut world.bodies);
         }
         self.joints.clear();
@@ -105,15 +122,6 @@ impl Hinges {
             let joint = joint(dof, &lowered.bodies[body.parent], body);
             let (parent, child) = (self.bodies[body.parent], self.bodies[index]);
             self.joints.push(world.impulse_joints.insert(parent, child, joint, true));
-            if lowered.bodies[body.parent].is_massless() && !body.is_massless() {
-                // What a socket joins does not collide: a joint that holds nothing says so.
-                let mut holder = body.parent;
-                while lowered.bodies[holder].is_massless() {
-                    holder = lowered.bodies[holder].parent;
-                }
-                let free = GenericJointBuilder::new(JointAxesMask::empty()).contacts_enabled(false).build();
-                world.impulse_joints.insert(self.bodies[holder], child, free, true);
-            }
         }
         self.positions = vec![0.0; self.joints.len()];
         self.work = vec![0.0; self.joints.len()];
@@ -224,7 +232,7 @@ impl Stepper for Hinges {
     }
 
     fn step(&mut self) {
-        self.world.step();
+        self.world.step_with_events(&self.colliding, &());
         self.failure = self.failure.or(self.check().err());
         let mut is_beyond = false;
         for joint in 0..self.joints.len() {
@@ -351,7 +359,7 @@ fn rigid_body(body: &Body) -> RigidBody {
     own
 }
 
-fn collider(piece: &Piece, self_collision: bool) -> Collider {
+fn collider(number: usize, piece: &Piece, self_collision: bool) -> Collider {
     let size = |length: f64| (length * LENGTH) as f32;
     let mut local = piece.local;
     local.translation.vector *= LENGTH;
@@ -371,6 +379,8 @@ fn collider(piece: &Piece, self_collision: bool) -> Collider {
     ColliderBuilder::new(shape)
         .position(local.cast::<f32>().into())
         .density(0.0)
+        .user_data(number as u128)
+        .active_hooks(ActiveHooks::FILTER_CONTACT_PAIRS)
         .friction(piece.friction as f32)
         .friction_combine_rule(CoefficientCombineRule::GeometricMean)
         .collision_groups(InteractionGroups::new(ROBOT, others, InteractionTestMode::And))
@@ -433,8 +443,7 @@ fn joint(dof: &Dof, parent: &Body, child: &Body) -> GenericJoint {
         .local_axis1(axis)
         .local_axis2(axis)
         .local_anchor1(anchor(parent))
-        .local_anchor2(anchor(child))
-        .contacts_enabled(false);
+        .local_anchor2(anchor(child));
     let which = axis_of(dof.travel);
     if has_motor(dof) {
         let most = (dof.effort * effort_here(dof.travel)).min(f64::from(f32::MAX)) as f32;

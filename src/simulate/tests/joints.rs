@@ -271,3 +271,40 @@ fn a_cart_drives_as_fast_as_its_wheels_turn() {
         assert!(way.z.abs() < 1e-3 && place(&motion, 0, 2.0).y < RADIUS + 1e-3, "{name}: {way}");
     }
 }
+
+/// A motor turns an arm about the vertical until the arm meets a tower that stands on what carries the motor. The wheel of the
+/// motor is drawn over a hub and never touches it.
+#[test]
+fn an_arm_stops_at_a_tower_across_its_joint() {
+    let at = |x: f64, y: f64, z: f64| -> Isometry3<f64> { Translation3::new(x, y, z).into() };
+    let block = |x: f64, y: f64, z: f64| Shape::Box { half: Vector3::new(x, y, z) };
+    let mut body = Builder::default();
+    let base = body.add(Element { mass: 20.0, ..element(block(0.1, 0.01, 0.1), at(0.0, 0.01, 0.0)) });
+    let hub = body.add(element(block(0.005, 0.01, 0.005), at(0.0, 0.03, 0.0)));
+    body.join(base, hub, JointKind::Rigid);
+    let tower = body.add(element(block(0.01, 0.03, 0.01), at(0.0, 0.05, 0.06)));
+    body.join(base, tower, JointKind::Rigid);
+    let arm = body.add(element(block(0.04, 0.005, 0.005), at(0.05, 0.03, 0.0)));
+    let wheel = body.add(element(block(0.02, 0.005, 0.02), at(0.0, 0.03, 0.0)));
+    body.0.actuators = 1;
+    let control = Control::Speed { actuator: 0, times: 1.0 };
+    let motor = Dof { axis: Vector3::y_axis(), ..along_x(Travel::Turn, control) };
+    let motor = Dof { anchor: [0.0, 0.03, 0.0].into(), damping: 0.01, effort: 0.02, ..motor };
+    body.join(base, wheel, JointKind::Dof(motor));
+    body.join(wheel, arm, JointKind::Rigid);
+    let drive = Targets { interval: 10.0, actuators: 1, angles: vec![-3.0] };
+    let settings = finely(1.0);
+    for name in HINGED {
+        let motion = run(name, &body.0, &settings, &drive);
+        let turned = |t| -turn_about(&motion, 3, Vector3::y_axis(), t);
+        // Freely, it would turn by 3 rad. The edge of the arm meets the tower 5 mm before its middle would meet it
+        // 10 mm beside the line from the motor.
+        let end = turned(1.0);
+        assert!((1.1..1.5).contains(&end), "{name}: it stops at {end} rad");
+        assert!((end - turned(0.8)).abs() < 0.01, "{name}: it rests at {end} rad");
+    }
+    let ghost = Settings { self_collision: false, ..settings };
+    let motion = run("articulated", &body.0, &ghost, &drive);
+    let end = (-turn_about(&motion, 3, Vector3::y_axis(), 1.0)).rem_euclid(std::f64::consts::TAU);
+    assert!(end > 2.5, "nothing else stops it, at {end} rad");
+}
