@@ -141,7 +141,7 @@ impl Session<'_> {
             return Err(Fault::input(nothing));
         }
         let stop = Stop::new(flag, deadline);
-        let Some(design) = keeper.checked(&outcome, stop, quiet)? else {
+        let Some(design) = keeper.checked(&outcome, (stop, &limits.jobs), quiet)? else {
             let end = if stop.is_interrupted() { End::Interrupted } else { End::Time };
             return keeper.stopped(Outcome { end, ..outcome });
         };
@@ -281,7 +281,7 @@ impl Keeper<'_> {
     fn checked(
         &mut self,
         outcome: &Outcome,
-        stop: Stop<'_>,
+        (stop, jobs): (Stop<'_>, &Jobs),
         quiet: bool,
     ) -> Result<Option<SavedDesign>, Fault> {
         let best = outcome.best.as_ref().ok_or_else(|| Fault::input("no feasible design was found"))?;
@@ -293,9 +293,9 @@ impl Keeper<'_> {
             );
         }
         let cuttable = interrupt::Cuttable::begin();
-        let checked = robustness::final_check(self.rules, &design, stop);
+        let checked = jobs.run(|| robustness::final_check(self.rules, &design, stop));
         drop(cuttable);
-        match checked {
+        match checked.map_err(|failure| Fault::usage(failure.to_string()))? {
             Ok(design) => Ok(Some(design)),
             // The checkpoint is of before the end of the search.
             Err(_) if stop.is_asked() => Ok(None),

@@ -1,6 +1,7 @@
 //! What a best design is checked with before anybody believes its value: other steps, another solver, another world.
 
 use grammar_lang::ir::{RuleSet, Task};
+use rayon::prelude::*;
 
 use super::DesignError;
 use super::describe;
@@ -39,15 +40,40 @@ pub fn final_check(
     let solver = design.solver.clone();
     let model = How { solver: &solver, precision: Precision::Model, stop };
     for saved in &mut design.tasks {
-        for (name, how) in [
-            (HALF_STEP, How { precision: Precision::Finer, ..model }),
-            (EIGHTH, How { precision: Precision::Finest, ..model }),
-            (RAPIER, How { solver: RAPIER, ..model }),
-        ] {
-            if saved.checks.iter().any(|check| check.name == name) || name == solver {
-                continue;
+        let task = &*saved;
+        // One by one they keep one thread busy for seconds; side by side they are the same.
+        let ((opinions, ice), (worlds, tests)) = rayon::join(
+            || rayon::join(|| opinions(&candidate, task, model), || drift(&candidate, task, model)),
+            || rayon::join(|| elsewhere(&candidate, task, model), || tests(&candidate, task, model)),
+        );
+        given_up(stop)?;
+        saved.checks.extend(opinions);
+        saved.checks.push(Check { name: ICE.to_owned(), value: ice, measured: Measured::Drift });
+        let is_new = |checks: &[Check], one: &Check| checks.iter().all(|check| check.name != one.name);
+        for one in worlds? {
+            if is_new(&saved.checks, &one) {
+                saved.checks.push(one);
             }
-            let value = values(&candidate, saved, &[Scenario::nominal()], how);
+        }
+        (saved.tests, saved.tested) = tests?;
+    }
+    Ok(design)
+}
+
+/// The value at other steps and with the reference solver, where that is not known yet.
+fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec<Check> {
+    let others = [
+        // The longest first.
+        (EIGHTH, How { precision: Precision::Finest, ..model }),
+        (HALF_STEP, How { precision: Precision::Finer, ..model }),
+        (RAPIER, How { solver: RAPIER, ..model }),
+    ];
+    let is_known = |name: &str| name == model.solver || saved.checks.iter().any(|check| check.name == name);
+    let others: Vec<_> = others.into_iter().filter(|(name, _)| !is_known(name)).collect();
+    let mut checks: Vec<Check> = others
+        .into_par_iter()
+        .map(|(name, how)| {
+            let value = values(candidate, saved, &[Scenario::nominal()], how);
             let value = value.map(|values| values.into_iter().next());
             let measured = match &value {
                 Err(DesignError::Unfit(_)) | Ok(Some(Err(Invalid::BeyondLimits | Invalid::Unfit))) => {
@@ -57,20 +83,11 @@ pub fn final_check(
             };
             // A check without a value does not confirm: the best stands, and says so.
             let value = value.ok().flatten().and_then(Result::ok);
-            saved.checks.push(Check { name: name.to_owned(), value, measured });
-            given_up(stop)?;
-        }
-        let value = drift(&candidate, saved, model);
-        saved.checks.push(Check { name: ICE.to_owned(), value, measured: Measured::Drift });
-        given_up(stop)?;
-        if solver != RAPIER {
-            elsewhere(&candidate, saved, model)?;
-            given_up(stop)?;
-        }
-        (saved.tests, saved.tested) = tests(&candidate, saved, model)?;
-        given_up(stop)?;
-    }
-    Ok(design)
+            Check { name: name.to_owned(), value, measured }
+        })
+        .collect();
+    checks.sort_by_key(|check| [HALF_STEP, EIGHTH, RAPIER].iter().position(|name| *name == check.name));
+    checks
 }
 
 /// What was given up says nothing.
@@ -85,23 +102,26 @@ fn drift(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Option<f
     Some(motions.into_iter().next()?.ok()?.drift(&candidate.body.assembly))
 }
 
-/// Tries a task in the worlds that the search names for that, as far as the body can differ so.
-fn elsewhere(candidate: &Candidate<'_>, saved: &mut SavedTask, how: How<'_>) -> Result<(), DesignError> {
+/// Tries a task in the worlds that the search names for that, as far as the body can differ so. The reference solver knows
+/// the nominal world only.
+fn elsewhere(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Result<Vec<Check>, DesignError> {
     let rules = candidate.rules;
     let set = rules.search.checks.as_ref().and_then(|checks| rules.scenarios.get_key_value(&checks.name));
-    let (Some((name, set)), Some(task)) = (set, rules.tasks.get(&saved.name)) else { return Ok(()) };
+    let (Some((name, set)), Some(task), false) = (set, rules.tasks.get(&saved.name), how.solver == RAPIER)
+    else {
+        return Ok(Vec::new());
+    };
     let applies = |scenario: &Scenario| {
         scenario.differences.keys().all(|difference| rules.can_differ(*difference, [task]).is_ok())
     };
     let worlds: Vec<Scenario> = scenarios::worlds(name, set).into_iter().skip(1).filter(applies).collect();
     let values = values(candidate, saved, &worlds, how)?;
-    for (world, value) in worlds.iter().zip(values) {
-        let (name, value) = (world.described(), value.ok());
-        if saved.checks.iter().all(|check| check.name != name) {
-            saved.checks.push(Check { name, value, measured: Measured::Value });
-        }
-    }
-    Ok(())
+    let one = |(world, value): (&Scenario, Result<f64, _>)| Check {
+        name: world.described(),
+        value: value.ok(),
+        measured: Measured::Value,
+    };
+    Ok(worlds.iter().zip(values).map(one).collect())
 }
 
 /// What a task comes to in worlds of its scenarios that the search never saw, and what over all of them, where they do not tell

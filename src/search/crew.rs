@@ -86,6 +86,20 @@ impl Jobs {
         let (sharers, before) = (seats.held.len().max(1), seats.held.range(..number).count());
         (table.all / sharers + usize::from(before < table.all % sharers)).max(1)
     }
+
+    /// Does something on as many threads as there are now.
+    ///
+    /// # Errors
+    ///
+    /// [`Failure::Threads`].
+    pub fn run<T: Send>(&self, work: impl FnOnce() -> T + Send) -> Result<T, Failure> {
+        Ok(pool(self.now())?.install(work))
+    }
+}
+
+fn pool(threads: usize) -> Result<rayon::ThreadPool, Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    pool.map_err(|why| Failure::Threads { wanted: threads, why })
 }
 
 /// Those that make a batch of evaluations.
@@ -104,8 +118,7 @@ impl Crew {
     /// [`Failure::Threads`].
     pub(super) fn new(jobs: &Jobs) -> Result<Self, Failure> {
         let most = jobs.most();
-        let pool = (most > 1).then(|| rayon::ThreadPoolBuilder::new().num_threads(most).build()).transpose();
-        let pool = pool.map_err(|why| Failure::Threads { wanted: most, why })?;
+        let pool = (most > 1).then(|| pool(most)).transpose()?;
         Ok(Self { pool, jobs: jobs.clone(), away: AtomicUsize::new(0) })
     }
 

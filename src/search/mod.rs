@@ -159,9 +159,14 @@ impl<'a> Bounds<'a> {
         }
     }
 
-    /// The same, as long as a flag is not set and whatever is spent: for work that may be in vain.
-    fn ahead(self, flag: &AtomicBool) -> Bounds<'_> {
-        Bounds { max_evaluations: None, stop: self.stop.by(flag), lanes: self.lanes, gives_up: self.gives_up }
+    /// The same, as long as a flag is not set.
+    fn by(self, flag: &AtomicBool) -> Bounds<'_> {
+        Bounds { stop: self.stop.by(flag), ..self }
+    }
+
+    /// The same whatever is spent: for work that may be in vain.
+    fn unbounded(self) -> Self {
+        Self { max_evaluations: None, ..self }
     }
 
     /// Why nothing more may be spent after so many evaluations, if so.

@@ -36,6 +36,10 @@ pub struct State<D = Arc<Derivation>> {
     /// The designs that moves start from; none before the first design is judged, and where bodies are not searched
     /// for.
     pub(super) designs: Option<Designs<D>>,
+    /// The members of a population or a front as they were when the iteration began: all its moves start from these, so that
+    /// each can be made before the others are judged.
+    #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
+    pub(super) parents: Vec<Member<D>>,
     pub(super) course: Course,
     pub(super) iteration: Option<Iteration>,
     /// The design that is being tried.
@@ -382,6 +386,7 @@ impl State {
             hardest: Vec::new(),
             first: Incumbent { number: 0, derivation: Arc::clone(&first), value: None, tunes: Vec::new() },
             designs: None,
+            parents: Vec::new(),
             course: Course::default(),
             iteration: None,
             trial: Some(Trial {
@@ -493,6 +498,8 @@ impl<D> State<D> {
             Some(designs) => Some(designs.map(change)?),
             None => None,
         };
+        let parents: Result<Vec<_>, E> = self.parents.into_iter().map(|member| member.map(change)).collect();
+        let parents = parents?;
         let trial = match self.trial {
             Some(Trial { derivation, origin, begun, drawn, warm, further, aim, parent, body }) => {
                 let derivation = change(derivation)?;
@@ -513,6 +520,7 @@ impl<D> State<D> {
             hardest,
             first,
             designs,
+            parents,
             course,
             iteration,
             trial,
@@ -550,16 +558,20 @@ impl<D> Designs<D> {
                 Designs::Archive(archive?)
             }
             Self::Population(Members { kept, course }) => {
-                let map = |Member { best, tuned }| Ok(Member { best: best.map(change)?, tuned });
-                let kept: Result<Vec<_>, E> = kept.into_iter().map(map).collect();
+                let kept: Result<Vec<_>, E> = kept.into_iter().map(|member| member.map(change)).collect();
                 Designs::Population(Members { kept: kept?, course })
             }
             Self::Front(front) => {
-                let map = |Member { best, tuned }| Ok(Member { best: best.map(change)?, tuned });
-                let front: Result<Vec<_>, E> = front.into_iter().map(map).collect();
+                let front: Result<Vec<_>, E> = front.into_iter().map(|member| member.map(change)).collect();
                 Designs::Front(front?)
             }
         })
+    }
+}
+
+impl<D> Member<D> {
+    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Member<T>, E> {
+        Ok(Member { best: self.best.map(change)?, tuned: self.tuned })
     }
 }
 

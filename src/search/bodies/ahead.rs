@@ -2,7 +2,8 @@
 //!
 //! Whether a body is accepted is known only when its curves are tuned, but what the next body would be in either
 //! case is known at once. While one thread tunes the body at hand, others tune those. What they evaluate is
-//! remembered ([`Cache`]), and when the search comes to such a body it finds its evaluations made. What turns out
+//! remembered ([`Cache`]), and when the search comes to such a body it finds its evaluations made. If a helper is still at it
+//! then, the thread of the search tunes another one meanwhile. What turns out
 //! not to be needed is neither counted nor used: nothing here changes what is found, only how soon.
 
 use std::collections::{BTreeMap, VecDeque};
@@ -23,7 +24,6 @@ use super::super::evaluator::Engine;
 use super::super::state::{Body, Trial, Tune, Tuned, Worth};
 use crate::derive::{Candidate, Derivation};
 use crate::drive::Parameters;
-use crate::simulate::Stop;
 
 /// Helpers look this often whether there are more threads now.
 const LOOK: Duration = Duration::from_millis(200);
@@ -80,16 +80,20 @@ pub(super) struct Search<'a> {
     pub(super) bounds: Bounds<'a>,
 }
 
+/// The thread of the search, among those that tune.
+const OWN: usize = 0;
+
 /// The helpers of a search.
 pub(super) struct Ahead<'a> {
     crew: &'a Crew,
     jobs: Jobs,
-    helpers: Vec<Helper>,
+    /// The thread of the search is the first.
+    threads: Vec<Helper>,
     shared: Mutex<Shared>,
     changed: Condvar,
 }
 
-/// How one of them is told to leave its work.
+/// How a thread is told to leave its work.
 #[derive(Default)]
 struct Helper {
     /// At once: it is in vain.
@@ -102,9 +106,11 @@ struct Helper {
 struct Shared {
     /// Those that nobody has begun, the likeliest first.
     wanted: VecDeque<Order>,
-    /// What each helper is at.
+    /// What each thread is at ahead of time.
     active: Vec<Option<Key>>,
     done: BTreeMap<Key, Found>,
+    /// What the search has come to while a helper is at it.
+    awaited: Option<Key>,
     /// How often any of these changed.
     changes: u64,
     is_over: bool,
@@ -113,14 +119,14 @@ struct Shared {
 impl<'a> Ahead<'a> {
     /// As many helpers as there may be threads beside that of the search.
     pub(super) fn new(jobs: &Jobs, crew: &'a Crew) -> Self {
-        let helpers: Vec<Helper> = (1..jobs.most()).map(|_| Helper::default()).collect();
-        let shared = Shared { active: vec![None; helpers.len()], ..Shared::default() };
-        Self { crew, jobs: jobs.clone(), helpers, shared: Mutex::new(shared), changed: Condvar::new() }
+        let threads: Vec<Helper> = (0..jobs.most().max(1)).map(|_| Helper::default()).collect();
+        let shared = Shared { active: vec![None; threads.len()], ..Shared::default() };
+        Self { crew, jobs: jobs.clone(), threads, shared: Mutex::new(shared), changed: Condvar::new() }
     }
 
     /// How many helpers there are at most.
     pub(super) fn helpers(&self) -> usize {
-        self.helpers.len()
+        self.threads.len() - 1
     }
 
     fn lock(&self) -> MutexGuard<'_, Shared> {
@@ -131,7 +137,7 @@ impl<'a> Ahead<'a> {
     /// Tells everybody of a change.
     fn change(&self, shared: &mut Shared) {
         shared.changes += 1;
-        self.crew.miss(shared.active.iter().flatten().count());
+        self.crew.miss(shared.helping());
         self.changed.notify_all();
     }
 
@@ -148,7 +154,7 @@ impl<'a> Ahead<'a> {
     /// Says what is worth tuning, the likeliest first, after the move of a number. Helpers that are at anything else leave it.
     pub(super) fn want(&self, now: usize, orders: Vec<Order>) {
         let mut shared = self.lock();
-        for (helper, at) in self.helpers.iter().zip(&shared.active) {
+        for (helper, at) in self.threads.iter().zip(&shared.active) {
             if at.is_some_and(|at| orders.iter().all(|order| order.key != at)) {
                 helper.recalled.store(true, Ordering::Relaxed);
             }
@@ -163,21 +169,64 @@ impl<'a> Ahead<'a> {
         self.changed.notify_all();
     }
 
-    /// Takes a body over that the search has come to: what a helper has of it by then, the search finds made.
-    pub(super) fn take_over(&self, key: &Key, stop: Stop<'_>) {
-        let mut shared = self.lock();
-        shared.wanted.retain(|order| order.key != *key);
-        while let Some(place) = shared.active.iter().position(|at| *at == Some(*key)) {
-            self.helpers[place].relieved.store(true, Ordering::Relaxed);
-            if stop.is_asked() {
+    /// Takes a body over that the search has come to: what a helper has of it by then, the search finds made. As long as a
+    /// helper is at it, this thread tunes what else is worth it, which `plan` says; but not where all that comes depends
+    /// on this body.
+    pub(super) fn take_over(&self, key: &Key, search: Search<'_>, mut plan: impl FnMut()) {
+        let depends = search.rules.search.annealing().is_some();
+        loop {
+            let mut shared = self.lock();
+            shared.wanted.retain(|order| order.key != *key);
+            let place = shared.active.iter().position(|at| *at == Some(*key));
+            shared.awaited = place.map(|_| *key);
+            let Some(place) = place else { return };
+            if search.bounds.stop.is_asked() {
                 self.recall();
+            } else if let Some(order) = (!depends).then(|| shared.wanted.pop_front()).flatten() {
+                drop(self.tune(OWN, order, search, shared));
+                plan();
+                continue;
+            } else {
+                self.threads[place].relieved.store(true, Ordering::Relaxed);
             }
-            shared = self.changed.wait_timeout(shared, LOOK).unwrap_or_else(PoisonError::into_inner).0;
+            drop(self.changed.wait_timeout(shared, LOOK).unwrap_or_else(PoisonError::into_inner));
         }
     }
 
+    /// Tunes a body on a thread, and keeps what comes of it.
+    fn tune<'s>(
+        &'s self,
+        thread: usize,
+        order: Order,
+        search: Search<'_>,
+        mut shared: MutexGuard<'s, Shared>,
+    ) -> MutexGuard<'s, Shared> {
+        let (own, key) = (&self.threads[thread], order.key);
+        shared.active[thread] = Some(key);
+        own.recalled.store(false, Ordering::Relaxed);
+        own.relieved.store(false, Ordering::Relaxed);
+        self.change(&mut shared);
+        drop(shared);
+        // What breaks down here breaks down where the search comes to it.
+        let alone = Crew::alone();
+        let bounds = if thread == OWN { search.bounds } else { search.bounds.by(&own.recalled) };
+        let search = Search { bounds: bounds.unbounded(), ..search };
+        let found = catch_unwind(AssertUnwindSafe(|| own.tune(order, search, &alone))).unwrap_or(None);
+        let mut shared = self.lock();
+        shared.active[thread] = None;
+        if shared.awaited == Some(key) {
+            // What it is at may be in vain.
+            self.threads[OWN].relieved.store(true, Ordering::Relaxed);
+        }
+        if let Some(found) = found {
+            shared.done.insert(key, found);
+        }
+        self.change(&mut shared);
+        shared
+    }
+
     fn recall(&self) {
-        self.helpers.iter().for_each(|helper| helper.recalled.store(true, Ordering::Relaxed));
+        self.threads.iter().for_each(|thread| thread.recalled.store(true, Ordering::Relaxed));
     }
 
     /// Sends all helpers home.
@@ -191,31 +240,23 @@ impl<'a> Ahead<'a> {
 
     /// What a helper does until it is sent home.
     pub(super) fn help(&self, number: usize, search: Search<'_>) {
-        let own = &self.helpers[number];
-        let alone = Crew::alone();
         let mut shared = self.lock();
         while !shared.is_over {
-            let is_free = shared.active.iter().flatten().count() + 1 < self.jobs.now();
-            let Some(order) = is_free.then(|| shared.wanted.pop_front()).flatten() else {
+            let is_free = shared.helping() + 1 < self.jobs.now();
+            if let Some(order) = is_free.then(|| shared.wanted.pop_front()).flatten() {
+                shared = self.tune(number, order, search, shared);
+            } else {
                 let waited = self.changed.wait_timeout(shared, LOOK);
                 shared = waited.unwrap_or_else(PoisonError::into_inner).0;
-                continue;
-            };
-            shared.active[number] = Some(order.key);
-            own.recalled.store(false, Ordering::Relaxed);
-            own.relieved.store(false, Ordering::Relaxed);
-            self.change(&mut shared);
-            drop(shared);
-            let key = order.key;
-            // What breaks down here breaks down where the search comes to it.
-            let found = catch_unwind(AssertUnwindSafe(|| own.tune(order, search, &alone))).unwrap_or(None);
-            shared = self.lock();
-            shared.active[number] = None;
-            if let Some(found) = found {
-                shared.done.insert(key, found);
             }
-            self.change(&mut shared);
         }
+    }
+}
+
+impl Shared {
+    /// How many helpers are at work.
+    fn helping(&self) -> usize {
+        self.active.iter().skip(OWN + 1).flatten().count()
     }
 }
 
@@ -232,7 +273,7 @@ impl Helper {
             further,
             aim,
             parent,
-            bounds: bounds.ahead(&self.recalled),
+            bounds,
             known,
             tuner: None,
         };

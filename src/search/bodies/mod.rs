@@ -274,7 +274,7 @@ pub fn go_on(
     };
     let end = std::thread::scope(|scope| {
         let _home = Home(&ahead);
-        for number in 0..ahead.helpers() {
+        for number in 1..=ahead.helpers() {
             let (ahead, of) = (&ahead, ahead::Search { rules, engine, seed, bounds });
             scope.spawn(move || ahead.help(number, of));
         }
@@ -413,6 +413,7 @@ impl Bodies<'_> {
                 return Ok(Begun::End(End::Schedule));
             };
             self.state.iteration = Some(iteration);
+            self.state.parents = self.state.members().to_vec();
         }
         if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
             self.state.iteration = None;
@@ -553,12 +554,16 @@ impl Bodies<'_> {
         trial.aim = trial.aim.take().or(aim);
         let Some(trial) = &self.state.trial else { return Ok(None) };
         let known = self.known()?;
-        let mut is_done = false;
+        let (mut is_done, mut planned) = (false, None);
         if let Some(ahead) = self.ahead {
             let key = Order::of(self.state.moves, trial, known.clone()).key;
-            ahead.take_over(&key, self.bounds.stop);
+            let Self { rules, engine, seed, bounds, .. } = *self;
+            ahead.take_over(&key, ahead::Search { rules, engine, seed, bounds }, || {
+                self.look_ahead(&mut planned);
+            });
             is_done = ahead.found(&key).is_some();
         }
+        let Some(trial) = &self.state.trial else { return Ok(None) };
         self.costs.begun = self.state.spent;
         let mut tasks = Tasks {
             known,
@@ -572,7 +577,6 @@ impl Bodies<'_> {
             bounds: self.bounds,
             tuner: None,
         };
-        let mut planned = None;
         let cut = loop {
             // What is done takes no time, and whoever began the next body now would be in the way.
             if !is_done {

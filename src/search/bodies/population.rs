@@ -1,5 +1,6 @@
 //! The best designs of all, so many of them. A move takes one of them, the best of a few that are drawn, and changes it
-//! by a rule, or tunes its curves further from where they stand.
+//! by a rule, or tunes its curves further from where they stand. The moves of an iteration are a generation: all start from the
+//! designs that were kept when it began, so that several can be tried side by side.
 
 use std::sync::Arc;
 
@@ -59,10 +60,10 @@ impl Bodies<'_> {
         Ok(())
     }
 
-    /// One of the designs that are kept: the best of as many as the tournament has, each drawn with the same chance. With an aim, the best
+    /// One of the designs that were kept when the iteration began: the best of as many as the tournament has, each drawn with the same chance. With an aim, the best
     /// by that.
     pub(super) fn winner(&self, tournament: &Tournament<'_>, random: &mut Stream) -> Option<Parent> {
-        let members = self.state.members();
+        let members = &self.state.parents;
         if members.is_empty() {
             return None;
         }
@@ -88,10 +89,10 @@ impl Bodies<'_> {
         self.rules.search.curves.is_some() && self.rules.tasks.values().any(is_free)
     }
 
-    /// Whether the population or the front has this body.
+    /// Whether the population or the front had this body when the iteration began.
     pub(super) fn is_member(&self, derivation: &Derivation) -> bool {
         let hash = |derivation: &Derivation| derivation.design.canonical_hash();
-        let members = self.state.members();
+        let members = &self.state.parents;
         !members.is_empty() && {
             let own = hash(derivation);
             members.iter().any(|member| hash(&member.best.derivation) == own)

@@ -11,7 +11,7 @@ use super::{Best, Bodies, Observer, Row};
 use crate::derive::Derivation;
 
 /// Bodies to have in store for each helper: it goes on by itself while the search is at a batch of evaluations.
-const STORE: usize = 2;
+const STORE: usize = 3;
 /// So many bodies are looked at for each that is wanted.
 const LOOKS: usize = 8;
 /// What comes less often than this is not worth a thought.
@@ -105,7 +105,11 @@ impl<'a> Bodies<'a> {
             return vec![(1.0, None)];
         }
         if self.is_unheated() {
-            return vec![(NO_ELITE, None)];
+            let is_archive = self.rules.search.archive().is_some();
+            let goes_on = state.iteration.is_some_and(|iteration| iteration.made < iteration.moves);
+            // The moves of a generation do not depend on each other.
+            let chance = if goes_on && !is_archive { 1.0 } else { NO_ELITE };
+            return vec![(chance, None)];
         }
         if self.is_walk(state) {
             return vec![(1.0, Some((Vec::new(), 0.0)))];
