@@ -482,6 +482,42 @@ fn the_best_bodies_are_kept_and_tuned_further() {
     }
 }
 
+/// The parent of each move, by the number of the move.
+fn parents(rules: &RuleSet) -> Vec<(usize, usize)> {
+    let (one, log) = search(rules, 5, 1, 400);
+    for jobs in [2, 5] {
+        let (other, rows) = search(rules, 5, jobs, 400);
+        assert_eq!(log, rows, "{jobs} threads");
+        assert_eq!(one.best.as_ref().map(|best| best.value), other.best.map(|best| best.value));
+    }
+    let number =
+        |row: &str, field: &str| row.split(field).nth(1)?.split([',', ')']).next()?.parse::<usize>().ok();
+    log.iter()
+        .filter_map(|row| Some((number(row, "Row { number: ")?, number(row, "parent: Some(")?)))
+        .collect()
+}
+
+/// Moves that go on side by side do not know what became of each other.
+#[test]
+fn a_move_begins_with_what_was_kept_before_those_beside_it() {
+    for (side_by_side, method) in [(1, "population"), (4, "population"), (3, "front")] {
+        let moves = POPULATION.replace("population", method);
+        let moves =
+            moves.replace("further = 40 %", &format!("further = 40 %  side_by_side = {side_by_side}"));
+        let rules = with_search(&format!(
+            "{moves} curves cma_es {{ iterations = 1  moves = 4  stop = false  warm = true  spread = 15 % }}"
+        ));
+        let parents = parents(&rules);
+        assert!(parents.len() > 30, "{parents:?}");
+        for (number, parent) in &parents {
+            assert!(*parent == 0 || parent + side_by_side <= *number, "move {number} begins with {parent}");
+        }
+        let found = parents.iter().filter(|(_, parent)| *parent > 0);
+        let nearest = found.map(|(number, parent)| number - parent).min();
+        assert_eq!(nearest, Some(side_by_side), "{parents:?}");
+    }
+}
+
 /// `iteration`, `best`, `gain` and `idle` count anew with the population; the best of the run is kept.
 #[test]
 fn a_population_begins_anew_with_the_initial_design() {

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use grammar_lang::eval::{EvalError, UNKNOWN_HERE};
 use grammar_lang::ir::{self, Expr, RuleSet, Task, UnfitStep, is_fine_enough};
 use indexmap::IndexMap;
+use rayon::prelude::*;
 
 use super::DesignError;
 use super::saved::{SavedDesign, SavedTask};
@@ -261,8 +262,17 @@ impl<'r> Driven<'r> {
         let driven = driven?;
         let cases: Vec<Case<'_>> = driven.iter().map(|(drive, world)| Case { drive, world }).collect();
         let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
-        let mut simulation = model.prepare(&body.assembly, &self.settings)?;
-        simulation.run_cases(stop, &cases).ok_or(DesignError::Stopped("the simulation was complete"))
+        let mut first = model.prepare(&body.assembly, &self.settings)?;
+        let lanes = first.lanes();
+        let cut = || DesignError::Stopped("the simulation was complete");
+        if cases.len() <= lanes {
+            return first.run_cases(stop, &cases).ok_or_else(cut);
+        }
+        let rows = cases.par_chunks(lanes).map(|row| {
+            let mut simulation = model.prepare(&body.assembly, &self.settings)?;
+            simulation.run_cases(stop, row).ok_or_else(cut)
+        });
+        Ok(rows.collect::<Result<Vec<_>, DesignError>>()?.into_iter().flatten().collect())
     }
 
     /// The motion in the nominal world.

@@ -3,6 +3,7 @@
 //! Streams of random numbers are named after the numbers of the moves, so that no generator
 //! has to be kept. In a file derivations are kept as their steps: `State<Steps>`.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
 
 use grammar_lang::ir::RuleSet;
@@ -36,10 +37,9 @@ pub struct State<D = Arc<Derivation>> {
     /// The designs that moves start from; none before the first design is judged, and where bodies are not searched
     /// for.
     pub(super) designs: Option<Designs<D>>,
-    /// The members of a population or a front as they were when the iteration began: all its moves start from these, so that
-    /// each can be made before the others are judged.
-    #[serde(default = "Vec::new", skip_serializing_if = "Vec::is_empty")]
-    pub(super) parents: Vec<Member<D>>,
+    /// What a population or a front kept before each of the last moves, the earliest first: as many as are tried side by side.
+    #[serde(default = "VecDeque::new", skip_serializing_if = "VecDeque::is_empty")]
+    pub(super) earlier: VecDeque<Vec<Arc<Member<D>>>>,
     pub(super) course: Course,
     pub(super) iteration: Option<Iteration>,
     /// The design that is being tried.
@@ -57,14 +57,14 @@ pub(super) enum Designs<D> {
     /// The best since the search began, or began anew.
     Population(Members<D>),
     /// Those that no other is better than in every objective, as they came in.
-    Front(Vec<Member<D>>),
+    Front(Vec<Arc<Member<D>>>),
 }
 
 /// What a population keeps.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(super) struct Members<D> {
     /// The designs, as they came in.
-    pub(super) kept: Vec<Member<D>>,
+    pub(super) kept: Vec<Arc<Member<D>>>,
     /// The course of their best.
     pub(super) course: Course,
 }
@@ -386,7 +386,7 @@ impl State {
             hardest: Vec::new(),
             first: Incumbent { number: 0, derivation: Arc::clone(&first), value: None, tunes: Vec::new() },
             designs: None,
-            parents: Vec::new(),
+            earlier: VecDeque::new(),
             course: Course::default(),
             iteration: None,
             trial: Some(Trial {
@@ -483,7 +483,7 @@ impl<D> State<D> {
     }
 
     /// What a population or a front keeps; none where something else searches.
-    pub(super) fn members(&self) -> &[Member<D>] {
+    pub(super) fn members(&self) -> &[Arc<Member<D>>] {
         match &self.designs {
             Some(Designs::Population(members)) => &members.kept,
             Some(Designs::Front(front)) => front,
@@ -491,15 +491,18 @@ impl<D> State<D> {
         }
     }
 
-    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<State<T>, E> {
+    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<State<T>, E>
+    where
+        D: Clone,
+    {
         let Self { spent, moves, bodies, idle_moves, tally, hardest, course, iteration, .. } = self;
         let first = self.first.map(change)?;
         let designs = match self.designs {
             Some(designs) => Some(designs.map(change)?),
             None => None,
         };
-        let parents: Result<Vec<_>, E> = self.parents.into_iter().map(|member| member.map(change)).collect();
-        let parents = parents?;
+        let earlier: Result<_, E> = self.earlier.into_iter().map(|members| all(members, change)).collect();
+        let earlier = earlier?;
         let trial = match self.trial {
             Some(Trial { derivation, origin, begun, drawn, warm, further, aim, parent, body }) => {
                 let derivation = change(derivation)?;
@@ -520,7 +523,7 @@ impl<D> State<D> {
             hardest,
             first,
             designs,
-            parents,
+            earlier,
             course,
             iteration,
             trial,
@@ -545,7 +548,10 @@ impl<D> Designs<D> {
         *turn == 0
     }
 
-    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Designs<T>, E> {
+    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Designs<T>, E>
+    where
+        D: Clone,
+    {
         Ok(match self {
             Self::Chains(BodyChains { chains, turn, walk }) => {
                 let map = |BodyChain { at, standing }| Ok(BodyChain { at: at.map(change)?, standing });
@@ -558,21 +564,23 @@ impl<D> Designs<D> {
                 Designs::Archive(archive?)
             }
             Self::Population(Members { kept, course }) => {
-                let kept: Result<Vec<_>, E> = kept.into_iter().map(|member| member.map(change)).collect();
-                Designs::Population(Members { kept: kept?, course })
+                Designs::Population(Members { kept: all(kept, change)?, course })
             }
-            Self::Front(front) => {
-                let front: Result<Vec<_>, E> = front.into_iter().map(|member| member.map(change)).collect();
-                Designs::Front(front?)
-            }
+            Self::Front(front) => Designs::Front(all(front, change)?),
         })
     }
 }
 
-impl<D> Member<D> {
-    fn map<T, E>(self, change: &mut impl FnMut(D) -> Result<T, E>) -> Result<Member<T>, E> {
-        Ok(Member { best: self.best.map(change)?, tuned: self.tuned })
-    }
+/// All members with other derivations.
+fn all<D: Clone, T, E>(
+    members: Vec<Arc<Member<D>>>,
+    change: &mut impl FnMut(D) -> Result<T, E>,
+) -> Result<Vec<Arc<Member<T>>>, E> {
+    let map = |member| {
+        let Member { best, tuned } = Arc::unwrap_or_clone(member);
+        Ok(Arc::new(Member { best: best.map(change)?, tuned }))
+    };
+    members.into_iter().map(map).collect()
 }
 
 impl<D> Incumbent<D> {

@@ -170,6 +170,9 @@ pub struct Selection {
     pub tournament: Expr,
     /// The share of moves that tune curves further.
     pub further: Expr,
+    /// How many moves go on side by side, if not one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub side_by_side: Option<usize>,
 }
 
 /// A quantity that tells kinds of designs apart.
@@ -384,10 +387,17 @@ impl Selection {
         [&self.size, &self.tournament, &self.further]
     }
 
+    /// How many moves go on side by side: each begins with what was kept before the first of them.
+    #[must_use]
+    pub fn side_by_side(&self) -> usize {
+        self.side_by_side.unwrap_or(1)
+    }
+
     /// Its fields as text.
     fn given(&self, show: &dyn Fn(&Expr) -> String) -> Vec<(&'static str, Option<String>)> {
         let names = ["size", "tournament", "further"];
-        names.into_iter().zip(self.exprs().map(|expr| Some(show(expr)))).collect()
+        let own = names.into_iter().zip(self.exprs().map(|expr| Some(show(expr))));
+        own.chain([("side_by_side", self.side_by_side.map(|n| n.to_string()))]).collect()
     }
 }
 

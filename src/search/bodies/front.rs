@@ -101,7 +101,7 @@ impl Bodies<'_> {
     pub(super) fn aim(&self, number: usize) -> Option<Aim> {
         self.rules.search.front()?;
         let mut random = Stream::named(self.seed, &format!("aim {number}"));
-        let known: Vec<Vec<f64>> = self.state.front().map(Best::each).collect();
+        let known: Vec<Vec<f64>> = self.parents().iter().map(|member| member.best.each()).collect();
         Some(Aim::draw(self.rules.objectives(), &known, &mut random))
     }
 
@@ -140,14 +140,14 @@ impl Bodies<'_> {
         let Incumbent { number, derivation, tunes, .. } = place.clone();
         let best = Best { derivation, tasks: tunes, value, beside: beside.to_vec(), found_at: number };
         let own = point(rules, &best.each());
-        let points = |members: &[Member<_>]| -> Vec<Point> {
+        let points = |members: &[Arc<Member<_>>]| -> Vec<Point> {
             members.iter().map(|member| point(rules, &member.best.each())).collect()
         };
         if points(members).iter().any(|other| covers(other, &own)) {
             return Ok(false);
         }
         members.retain(|member| !covers(&own, &point(rules, &member.best.each())));
-        members.push(Member { best, tuned: tuned.clone() });
+        members.push(Arc::new(Member { best, tuned: tuned.clone() }));
         let mut is_kept = true;
         while members.len() > size
             && let Some(least) = least_missed(&points(members))

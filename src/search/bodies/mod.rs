@@ -413,7 +413,6 @@ impl Bodies<'_> {
                 return Ok(Begun::End(End::Schedule));
             };
             self.state.iteration = Some(iteration);
-            self.state.parents = self.state.members().to_vec();
         }
         if self.state.iteration.is_some_and(|iteration| iteration.made >= iteration.moves) {
             self.state.iteration = None;
@@ -451,6 +450,7 @@ impl Bodies<'_> {
         let number = self.state.moves + 1;
         let mut random = Stream::named(self.seed, &format!("body {number}"));
         let drawn = random.unit();
+        self.note_members();
         let aim = self.aim(number);
         let Parent { place, further } = self.parent(chain, aim.as_ref(), &mut random)?;
         let Incumbent { number: parent, derivation, tunes, .. } = place;

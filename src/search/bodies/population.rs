@@ -1,6 +1,6 @@
 //! The best designs of all, so many of them. A move takes one of them, the best of a few that are drawn, and changes it
-//! by a rule, or tunes its curves further from where they stand. The moves of an iteration are a generation: all start from the
-//! designs that were kept when it began, so that several can be tried side by side.
+//! by a rule, or tunes its curves further from where they stand. Several moves may go on side by side: each takes
+//! one of the designs that were kept before the first of them.
 
 use std::sync::Arc;
 
@@ -48,22 +48,38 @@ impl Bodies<'_> {
         let first = Arc::clone(&self.state.first.derivation);
         let around = self.around();
         let Some(Designs::Population(members)) = &mut self.state.designs else { return Ok(()) };
-        let fitness = |member: &Member<_>| direction.fitness(member.best.value);
+        let fitness = |member: &Arc<Member<_>>| direction.fitness(member.best.value);
         let best = members.kept.iter().max_by(|a, b| fitness(a).total_cmp(&fitness(b)));
         members.course.complete(best.map(|member| member.best.value));
         let (course, stand) = (&members.course, Stand::Bodies);
         let plan = Plan { rules, derivation: &first, schedule, course, stand, around };
         if plan.restarts(population.restart.as_ref())? {
             *members = Members::none(direction);
+            self.state.earlier.clear();
             self.state.idle_moves = 0;
         }
         Ok(())
     }
 
-    /// One of the designs that were kept when the iteration began: the best of as many as the tournament has, each drawn with the same chance. With an aim, the best
+    /// Notes what is kept before the move that comes now.
+    pub(super) fn note_members(&mut self) {
+        let Some(selection) = self.rules.search.selection() else { return };
+        let members = self.state.members().to_vec();
+        self.state.earlier.push_back(members);
+        while self.state.earlier.len() > selection.side_by_side() {
+            self.state.earlier.pop_front();
+        }
+    }
+
+    /// What was kept before the first of the moves that go on side by side with the present one.
+    pub(super) fn parents(&self) -> &[Arc<Member<Arc<Derivation>>>] {
+        self.state.earlier.front().map_or(&[], Vec::as_slice)
+    }
+
+    /// One of the designs that were kept: the best of as many as the tournament has, each drawn with the same chance. With an aim, the best
     /// by that.
     pub(super) fn winner(&self, tournament: &Tournament<'_>, random: &mut Stream) -> Option<Parent> {
-        let members = &self.state.parents;
+        let members = self.parents();
         if members.is_empty() {
             return None;
         }
@@ -73,7 +89,7 @@ impl Bodies<'_> {
         let fitness = |place: usize| self.fitness(Some(value(&members[place].best)));
         // Of equals the first drawn.
         let winner = drawn.into_iter().reduce(|a, b| if fitness(b) > fitness(a) { b } else { a })?;
-        let Member { best, tuned } = members.get(winner)?;
+        let Member { best, tuned } = &**members.get(winner)?;
         let Best { derivation, tasks, value, found_at, .. } = best.clone();
         let further = (wants_further && self.is_tunable(&derivation)).then(|| tuned.clone());
         Some(Parent {
@@ -89,10 +105,10 @@ impl Bodies<'_> {
         self.rules.search.curves.is_some() && self.rules.tasks.values().any(is_free)
     }
 
-    /// Whether the population or the front had this body when the iteration began.
+    /// Whether a move could begin with this body.
     pub(super) fn is_member(&self, derivation: &Derivation) -> bool {
         let hash = |derivation: &Derivation| derivation.design.canonical_hash();
-        let members = &self.state.parents;
+        let members = self.parents();
         !members.is_empty() && {
             let own = hash(derivation);
             members.iter().any(|member| hash(&member.best.derivation) == own)
@@ -149,6 +165,7 @@ impl Bodies<'_> {
         let fitness = |member: &Member<_>| direction.fitness(member.best.value);
         if let Some(same) = members.iter_mut().find(|member| hash(&member.best.derivation) == own) {
             let is_better = direction.fitness(value) > fitness(same);
+            let same = Arc::make_mut(same);
             if is_better {
                 same.best = best;
             }
@@ -159,13 +176,13 @@ impl Bodies<'_> {
             return Ok(is_better);
         }
         if members.len() < size {
-            members.push(Member { best, tuned });
+            members.push(Arc::new(Member { best, tuned }));
             return Ok(true);
         }
         let is_better = direction.fitness(value) > least;
         // Of equals the last that came in leaves.
         if is_better && let Some(worst) = members.iter().rposition(|member| fitness(member) <= least) {
-            members[worst] = Member { best, tuned };
+            members[worst] = Arc::new(Member { best, tuned });
         }
         Ok(is_better)
     }

@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use grammar_lang::ir::Selection;
+
 use super::super::gains::least_gain;
 use super::super::state::{State, Trial, Tuned};
 use super::super::tally::Tally;
@@ -17,7 +19,7 @@ const LOOKS: usize = 8;
 /// What comes less often than this is not worth a thought.
 const LEAST: f64 = 0.02;
 /// How likely a body is no new elite of an archive, and not kept in a population or on a front.
-const NO_ELITE: f64 = 0.7;
+const NOT_KEPT: f64 = 0.7;
 /// So many moves that can do nothing are followed.
 const IDLE: usize = 50;
 
@@ -51,13 +53,15 @@ impl<'a> Bodies<'a> {
     /// The likeliest bodies to come, at most so many.
     fn prospects(&self, most: usize) -> Vec<Order> {
         let mut orders: Vec<Order> = Vec::new();
-        let mut open = vec![(1.0, self.state.clone())];
+        let side_by_side = self.rules.search.selection().map_or(1, Selection::side_by_side);
+        // How likely a state is, the state, and the moves whose outcome it supposes.
+        let mut open = vec![(1.0, self.state.clone(), Vec::new())];
         for _ in 0..LOOKS * most {
-            let likelier = |(a, x): &(usize, &(f64, State)), (b, y): &(usize, &(f64, State))| {
-                x.0.total_cmp(&y.0).then(b.cmp(a))
-            };
+            type Open = (f64, State, Vec<usize>);
+            let likelier =
+                |(a, x): &(usize, &Open), (b, y): &(usize, &Open)| x.0.total_cmp(&y.0).then(b.cmp(a));
             let Some((place, _)) = open.iter().enumerate().max_by(likelier) else { break };
-            let (chance, state) = open.remove(place);
+            let (chance, state, mut supposed) = open.remove(place);
             let Some(trial) = &state.trial else { continue };
             let Ok(known) = self.known() else { break };
             let order = Order::of(state.moves, trial, known);
@@ -66,6 +70,12 @@ impl<'a> Bodies<'a> {
             let is_done = found.is_some();
             let outcomes = match found {
                 Some(found) => vec![(1.0, found)],
+                None if self.is_unheated() && state.moves > 0 => {
+                    supposed.push(state.moves);
+                    // The next move begins with what this one, or one before it, left.
+                    let is_known = !supposed.contains(&(state.moves + 1).saturating_sub(side_by_side));
+                    vec![(if is_known { 1.0 } else { NOT_KEPT }, None)]
+                }
                 None => self.outcomes(&state, trial, is_at_hand),
             };
             let is_new = orders.iter().all(|other| other.key != order.key);
@@ -80,7 +90,7 @@ impl<'a> Bodies<'a> {
                     && let Some(next) = self.supposed(state.clone(), found)
                     && self.is_affordable(&next)
                 {
-                    open.push((chance * share, next));
+                    open.push((chance * share, next, supposed.clone()));
                 }
             }
         }
@@ -99,17 +109,10 @@ impl<'a> Bodies<'a> {
         self.costs.begun + before * self.costs.typical() < most
     }
 
-    /// What may become of the body that a state tries, and how likely that is.
+    /// What may become of the body that a state tries, and how likely that is, where a temperature decides.
     fn outcomes(&self, state: &State, trial: &Trial<Arc<Derivation>>, is_at_hand: bool) -> Vec<(f64, Found)> {
         if state.moves == 0 {
             return vec![(1.0, None)];
-        }
-        if self.is_unheated() {
-            let is_archive = self.rules.search.archive().is_some();
-            let goes_on = state.iteration.is_some_and(|iteration| iteration.made < iteration.moves);
-            // The moves of a generation do not depend on each other.
-            let chance = if goes_on && !is_archive { 1.0 } else { NO_ELITE };
-            return vec![(chance, None)];
         }
         if self.is_walk(state) {
             return vec![(1.0, Some((Vec::new(), 0.0)))];

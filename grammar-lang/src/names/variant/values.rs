@@ -223,8 +223,18 @@ fn change_rule(clauses: &mut Vec<RuleClause>, field: &Name, change: &Change<'_>)
 }
 
 /// Fields that need not be there to be set. In which blocks they mean something, the checker knows.
-const MAY_BE_LEFT_OUT: &[&str] =
-    &["colour", "walk", "chains", "exchange", "warm", "restart", "judge", "checks", "pace_limit"];
+const MAY_BE_LEFT_OUT: &[&str] = &[
+    "colour",
+    "walk",
+    "chains",
+    "exchange",
+    "side_by_side",
+    "warm",
+    "restart",
+    "judge",
+    "checks",
+    "pace_limit",
+];
 
 fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result<(), Vec<String>> {
     let Some((field, rest)) = rest.split_first() else { return Err(fields_of(block)) };

@@ -5,6 +5,7 @@ use indexmap::IndexMap;
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::loops::{Loop, Looped, whole};
+use super::searches::MOST;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, Limit, SearchWord, Selection, Ty, Word};
 use crate::syntax::ast::{self, Block, Field, Name};
@@ -36,10 +37,15 @@ pub(super) const METHODS: &[Known] = &[
     Known {
         name: "population",
         loops: &[Loop::Bodies],
-        fields: &["size", "tournament", "further", "restart"],
+        fields: &["size", "tournament", "further", "side_by_side", "restart"],
         blocks: &[],
     },
-    Known { name: "front", loops: &[Loop::Bodies], fields: &["size", "tournament", "further"], blocks: &[] },
+    Known {
+        name: "front",
+        loops: &[Loop::Bodies],
+        fields: &["size", "tournament", "further", "side_by_side"],
+        blocks: &[],
+    },
     Known { name: "cma_es", loops: &[Loop::Curves], fields: &["spread", "restart"], blocks: &[] },
 ];
 
@@ -48,6 +54,8 @@ const DESCRIPTOR: Fields<'static> = Fields::values(&["value", "from", "to", "cel
 /// A descriptor as it may stand in a text.
 const EXAMPLE: &str = "size { value = count(part)  from = 0  to = 20  cells = 10 }";
 
+/// So many moves side by side keep any machine busy; a search that selects as rarely as with more is no search.
+const MOST_SIDE_BY_SIDE: f64 = 64.0;
 /// More cells than this never fill.
 const MOST_CELLS: f64 = 100_000.0;
 
@@ -82,8 +90,8 @@ impl Declarations<'_> {
         let temperature =
             self.scheduled(from, "temperature", &Ty::NUMBER, "9 / (1 + 0.1 * iteration)", damaged);
         let given = |name: &str| from.values.contains_key(name);
-        let walk = given("walk").then(|| self.counted(from, "walk", "50", 2.0, &cx));
-        let chains = given("chains").then(|| self.counted(from, "chains", "4", 1.0, &cx));
+        let walk = given("walk").then(|| self.counted(from, "walk", "50", 2.0..=MOST, &cx));
+        let chains = given("chains").then(|| self.counted(from, "chains", "4", 1.0..=MOST, &cx));
         let exchange =
             given("exchange").then(|| self.scheduled(from, "exchange", &Ty::Bool, "true", damaged));
         Some(ir::Annealing {
@@ -130,7 +138,16 @@ impl Declarations<'_> {
             );
             None
         });
-        Some(Selection { size: size?, tournament: tournament?, further: further? })
+        let cx = Context::new(Stage::Declaration, damaged);
+        let given = from.values.contains_key("side_by_side");
+        let side_by_side =
+            given.then(|| self.counted(from, "side_by_side", "4", 1.0..=MOST_SIDE_BY_SIDE, &cx));
+        Some(Selection {
+            size: size?,
+            tournament: tournament?,
+            further: further?,
+            side_by_side: whole(side_by_side)?,
+        })
     }
 
     fn archive(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::Archive> {

@@ -1,5 +1,7 @@
 //! Checks searches: their loops, and how long each goes on. What each searches by is in `methods.rs`.
 
+use std::ops::RangeInclusive;
+
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::loops::{Loop, Looped, whole};
@@ -19,7 +21,7 @@ const SEARCH: Fields<'static> =
 const SCHEDULE: &[&str] = &["iterations", "moves", "stop"];
 
 /// More chains or moves of a walk than this are a slip of the keyboard.
-const MOST: f64 = 10_000.0;
+pub(super) const MOST: f64 = 10_000.0;
 
 impl Loop {
     const ALL: [Self; 2] = [Self::Bodies, Self::Curves];
@@ -300,11 +302,11 @@ impl Declarations<'_> {
         from: &Values<'_>,
         name: &str,
         example: &str,
-        least: f64,
+        within: RangeInclusive<f64>,
         cx: &Context,
     ) -> Option<usize> {
         let n = self.number(from, name, Ty::Count, Sign::NotNegative, example, cx)?;
-        if (least..=MOST).contains(&n) {
+        if within.contains(&n) {
             return Some(n as usize);
         }
         if let Some((_, tree)) = from.values.get(name) {
@@ -312,7 +314,7 @@ impl Declarations<'_> {
                 Diagnostic::new(
                     Code::OUT_OF_DOMAIN,
                     tree.span,
-                    format!("`{name}` must lie within {least} .. {MOST}"),
+                    format!("`{name}` must lie within {} .. {}", within.start(), within.end()),
                 )
                 .label(format!("this is {n}"))
                 .help(format!("write for example `{name} = {example}`")),
