@@ -8,6 +8,9 @@ use crate::design::assembly::{Assembly, Control, Dof, Element, Shape, Spring, Sw
 /// More steps than this in one run is a slip of the pen, not a wish.
 const MOST_STEPS: f64 = 1e9;
 
+/// A motion whose frames fill more bytes than this is refused: as many as there are lanes are in memory at once, on each thread.
+const MOST_RECORDED: f64 = 512e6;
+
 fn need(holds: bool, reason: impl FnOnce() -> String) -> Result<(), Unfit> {
     if holds { Ok(()) } else { Err(Unfit { reason: reason() }) }
 }
@@ -50,6 +53,24 @@ pub(super) fn settings(settings: &Settings) -> Result<(), Unfit> {
     need(settings.tolerance >= 0.0, || "the tolerance of the contact solver cannot be negative".to_owned())?;
     need(settings.speed_limit > 0.0, || {
         format!("the speed limit is {} m/s; give a positive speed", settings.speed_limit)
+    })
+}
+
+/// Checks that the frames of a motion of so many elements find room.
+pub(super) fn recording(settings: &Settings, assembly: &Assembly) -> Result<(), Unfit> {
+    let elements = assembly.elements.len();
+    // A pose is seven numbers.
+    let bytes = |record: f64| settings.duration / record * elements as f64 * 56.0;
+    let record = settings.record.max(settings.step);
+    let enough = bytes(1.0) / MOST_RECORDED;
+    need(bytes(record) <= MOST_RECORDED, || {
+        format!(
+            "{} s recorded every {record:.2e} s are {:.0} frames of {elements} elements, {:.1} GB for each motion; let `record` be \
+             at least {enough:.2} s, or the task shorter",
+            settings.duration,
+            settings.duration / record,
+            bytes(record) / 1e9
+        )
     })
 }
 

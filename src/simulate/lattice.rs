@@ -67,6 +67,7 @@ impl Lattice {
     pub(super) fn new(assembly: &Assembly, settings: &Settings) -> Result<Self, Unfit> {
         check::settings(settings)?;
         check::lattice(assembly)?;
+        check::recording(settings, assembly)?;
         let mut gains = vec![Gains::new(); assembly.elements.len()];
         for swelling in &assembly.swellings {
             add(&mut gains[swelling.element], swelling.actuator, swelling.gain);

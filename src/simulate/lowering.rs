@@ -74,6 +74,7 @@ impl Lowered {
     pub(super) fn new(assembly: &Assembly, settings: &Settings) -> Result<Self, Unfit> {
         check::settings(settings)?;
         check::assembly(assembly)?;
+        check::recording(settings, assembly)?;
         let groups = Groups::of(assembly)?;
         let lowest = |element: &Element| element.shape.lowest(&element.pose);
         let lift = -assembly.elements.iter().map(lowest).fold(f64::INFINITY, f64::min);
