@@ -62,11 +62,11 @@ pub(super) fn recording(settings: &Settings, assembly: &Assembly) -> Result<(), 
     // A pose is seven numbers.
     let bytes = |record: f64| settings.duration / record * elements as f64 * 56.0;
     let record = settings.record.max(settings.step);
-    let enough = bytes(1.0) / MOST_RECORDED;
+    let enough = libm::ceil(1e3 * bytes(1.0) / MOST_RECORDED) / 1e3;
     need(bytes(record) <= MOST_RECORDED, || {
         format!(
-            "{} s recorded every {record:.2e} s are {:.0} frames of {elements} elements, {:.1} GB for each motion; let `record` be \
-             at least {enough:.2} s, or the task shorter",
+            "{} s recorded every {record:.4} s are {:.0} frames of {elements} elements, {:.1} GB for each motion; let `record` be \
+             at least {enough} s, or the task shorter",
             settings.duration,
             settings.duration / record,
             bytes(record) / 1e9

@@ -354,7 +354,7 @@ fn nonsense_is_refused_with_advice() {
         (refusal(|_, s| s.step = 0.0), "step is 0 s"),
         (refusal(|_, s| s.duration = f64::NAN), "duration is NaN s"),
         (refusal(|_, s| s.step = 30.0), "longer than the duration"),
-        (refusal(|_, s| (s.duration, s.record) = (1e5, 0.01)), "let `record` be at least 0.18 s"),
+        (refusal(|_, s| (s.duration, s.record) = (1e5, 0.01)), "let `record` be at least 0.175 s"),
         (refusal(|_, s| s.gravity = -1.0), "it points down"),
         (refusal(|_, s| s.iterations = 0), "at least one iteration"),
         (refusal(|b, _| b.elements[1].mass = 0.0), "element 1 has a mass of 0 kg"),
