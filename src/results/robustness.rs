@@ -64,9 +64,9 @@ pub fn final_check(
 fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec<Check> {
     let others = [
         // The longest first.
+        (RAPIER, How { solver: RAPIER, ..model }),
         (EIGHTH, How { precision: Precision::Finest, ..model }),
         (HALF_STEP, How { precision: Precision::Finer, ..model }),
-        (RAPIER, How { solver: RAPIER, ..model }),
     ];
     let is_known = |name: &str| name == model.solver || saved.checks.iter().any(|check| check.name == name);
     let others: Vec<_> = others.into_iter().filter(|(name, _)| !is_known(name)).collect();

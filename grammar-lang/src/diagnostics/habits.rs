@@ -14,6 +14,8 @@ enum Told {
     Unit,
     /// A type that is not known.
     Type,
+    /// A field that is not known.
+    Field,
     /// A word that begins a declaration or a clause, and does not begin one here.
     Opening,
     /// A word that cannot stand where it stands.
@@ -28,6 +30,7 @@ const NAME: Told = Told::Name;
 const FUNCTION: Told = Told::Function;
 const UNIT: Told = Told::Unit;
 const TYPE: Told = Told::Type;
+const FIELD: Told = Told::Field;
 const OPENING: Told = Told::Opening;
 const WORD: Told = Told::Word;
 const SIGN: Told = Told::Sign;
@@ -156,6 +159,21 @@ const HABITS: &[(&str, Told, &str)] = &[
         OPENING,
         "edit the declaration itself, or, to keep it unchanged, write a variant: `variant mine of \"./x.sgr\" { set ... }`",
     ),
+    // Fields
+    ("axis", FIELD, "the axis stands in the field `joint`: `joint = bend about y`, `joint = slide along x`"),
+    ("limits", FIELD, "how far a joint may go is its `bend`, or its `range`: `range = -30 deg .. 30 deg`"),
+    ("size", FIELD, "sizes stand in the shape: `shape = box(3 cm, 3 cm, 3 cm)`"),
+    (
+        "radius",
+        FIELD,
+        "sizes stand in the shape, as in `segment = cylinder(6 mm, 12 mm)` or `shape = ball(1 cm)`",
+    ),
+    (
+        "diameter",
+        FIELD,
+        "sizes stand in the shape, as a radius: `segment = cylinder(6 mm, 12 mm)`, `shape = ball(1 cm)`",
+    ),
+    ("weight", FIELD, "write `mass = 12 g`"),
     // Types
     ("float", TYPE, "write the kind of quantity, such as `Length`, or `Number` for a number without a unit"),
     ("double", TYPE, "write the kind of quantity, such as `Length`, or `Number` for a number without a unit"),
@@ -195,8 +213,14 @@ const HABITS: &[(&str, Told, &str)] = &[
 
 /// What findings can be about a habit: names, words, units and text that cannot be read.
 fn may_be(code: &Code) -> bool {
-    let codes =
-        [Code::SYNTAX, Code::UNKNOWN_KEYWORD, Code::UNKNOWN_NAME, Code::UNKNOWN_TYPE, Code::UNKNOWN_UNIT];
+    let codes = [
+        Code::SYNTAX,
+        Code::UNKNOWN_KEYWORD,
+        Code::UNKNOWN_NAME,
+        Code::UNKNOWN_FIELD,
+        Code::UNKNOWN_TYPE,
+        Code::UNKNOWN_UNIT,
+    ];
     codes.contains(&code)
 }
 
@@ -241,6 +265,13 @@ pub(crate) fn with_habits(findings: &mut [Diagnostic], sources: &SourceMap) {
             }
             Told::Unit => finding.code == Code::UNKNOWN_UNIT && text.get(start..end) == Some(habit),
             Told::Type => finding.code == Code::UNKNOWN_TYPE && text.get(start..end) == Some(habit),
+            Told::Field => {
+                let is_body = ["a part has no", "an actuator has no"]
+                    .iter()
+                    .any(|owner| finding.message.starts_with(owner));
+                let is_field = text.get(..start).is_some_and(|before| !before.ends_with('.'));
+                is_body && is_field && finding.fix.is_none() && text.get(start..end) == Some(habit)
+            }
             Told::Opening => finding.code == Code::UNKNOWN_KEYWORD && text.get(start..end) == Some(habit),
             Told::Word => {
                 [Code::SYNTAX, Code::UNKNOWN_KEYWORD].contains(&finding.code)
@@ -416,7 +447,7 @@ fn number(text: &str, place: usize) -> Option<String> {
             Some(format!("write `{word_before}^{power}`"))
         }
         Some('^') => spaced_unit(before, after),
-        _ if before.trim_end().ends_with('.') => {
+        _ if before.trim_end().ends_with('.') && !before.trim_end().ends_with("..") => {
             let whole = before.trim_end().trim_end_matches('.');
             is_digit(whole.chars().next_back()).then(|| {
                 "write the number without the point at its end, or with a digit after the point: `1.0`"

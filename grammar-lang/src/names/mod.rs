@@ -138,6 +138,12 @@ impl Program {
         self.modules.get(module).is_none_or(|m| m.leaky || m.lost.contains(name))
     }
 
+    /// Whether a declaration that begins with a word could not be read.
+    #[must_use]
+    pub fn has_unread(&self, word: &str) -> bool {
+        self.modules.iter().any(|m| m.tree.unread.iter().any(|unread| unread == word))
+    }
+
     /// All items of all modules.
     pub fn items(&self) -> impl Iterator<Item = (Declaration, &Item)> {
         self.modules.iter().enumerate().flat_map(|(module, m)| {

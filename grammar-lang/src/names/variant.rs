@@ -397,7 +397,11 @@ fn find(loading: &mut Loading<'_>, module: usize, name: &Name) -> Option<Declara
         return None;
     }
     if !loading.program.is_lost(module, &name.text) {
-        let help = did_you_mean(&name.text, loaded.scope.keys().map(String::as_str));
+        let modules = loading.program.modules.iter();
+        let is_base = modules.flat_map(|m| names_of(m.tree.items.iter())).any(|base| base == name.text);
+        let help = is_base
+            .then(|| format!("`{}` is the base itself: write the path without it", name.text))
+            .or_else(|| did_you_mean(&name.text, loaded.scope.keys().map(String::as_str)));
         loading.errors.push(
             Diagnostic::new(
                 Code::NOTHING_TO_CHANGE,

@@ -24,6 +24,8 @@ pub struct Module {
     pub allows: Vec<Allow>,
     /// Names of items that could not be read: uses of them are not errors of their own.
     pub broken: Vec<String>,
+    /// The words that begin declarations that could not be read.
+    pub unread: Vec<String>,
     /// Whether the first line of a declaration is missing: what it declares is not known.
     pub headless: bool,
 }

@@ -58,6 +58,7 @@ fn chunk(scan: &Scan<'_>, piece: Stretch<'_>, file: FileId, found: &mut Found) {
     let header = piece.part(piece.start + first.len(), piece.end);
     let name = header.first().filter(|token| token.kind == TokenKind::Word);
     found.module.broken.push(name.map_or("", |name| name.text).to_owned());
+    found.module.unread.push(first.to_owned());
     if first == "use" {
         found.module.broken.extend(header.words().map(str::to_owned));
     }
@@ -100,11 +101,21 @@ fn no_declaration(piece: Stretch<'_>, first: &str, file: FileId, found: &mut Fou
     found.errors.push(error);
     // What it was meant to declare is known all the same.
     let broken = &mut found.module.broken;
-    match nearest(first, words()) {
+    match nearest(first, words()).or_else(|| elsewhere(first)) {
         Some("use") => broken.extend(piece.words().map(str::to_owned)),
         Some(_) => broken.extend(piece.tokens().nth(1).map(|token| token.text.to_owned())),
         None => {}
     }
+}
+
+/// The word that declares what a word of another language does.
+fn elsewhere(word: &str) -> Option<&'static str> {
+    Some(match word {
+        "import" | "include" | "from" => "use",
+        "def" | "fn" | "func" | "function" | "const" | "var" => "let",
+        "module" | "class" => "part",
+        _ => return None,
+    })
 }
 
 /// The clauses of a block: the words that begin them, none where any name may, and the grammar's

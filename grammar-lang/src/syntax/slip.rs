@@ -4,7 +4,7 @@ use pest::Parser;
 
 use super::braces::span;
 use super::parser::{Rule, SgrParser};
-use super::tokens::Stretch;
+use super::tokens::{Stretch, TokenKind};
 use crate::diagnostics::{Diagnostic, Fix};
 use crate::source::{FileId, Span};
 
@@ -100,6 +100,7 @@ impl Stop<'_> {
             .look_alike()
             .or_else(|| self.quotes())
             .or_else(|| self.comment())
+            .or_else(|| self.range())
             .or_else(|| self.equals())
             .or_else(|| self.comma())
             .or_else(|| self.needless())
@@ -107,7 +108,8 @@ impl Stop<'_> {
             .or_else(|| self.chained())
             .or_else(|| self.where_to())
             .or_else(|| self.open_bracket())
-            .or_else(|| self.little_word());
+            .or_else(|| self.little_word())
+            .or_else(|| self.between());
         match slip {
             Some((help, fix)) => error.help(help).fix_if(fix),
             None => error,
@@ -211,6 +213,29 @@ impl Stop<'_> {
         }
     }
 
+    /// `3 ..= 5` and `3 ..< 5`, of which the parser has taken the dots.
+    fn range(&self) -> Option<(String, Option<Fix>)> {
+        let sign = Some(self.found).filter(|_| self.before().trim_end().ends_with(".."))?;
+        let help = match sign {
+            "=" => "both ends of a range belong to it: write `3 .. 5`",
+            "<" => "both ends of a range belong to it: write `3 .. 4` for 3 and 4",
+            _ => return None,
+        };
+        let fix = (sign == "=").then(|| Fix::replace(self.span(1), " ", "remove `=`"));
+        Some((help.to_owned(), fix))
+    }
+
+    /// A value after another in a list.
+    fn between(&self) -> Option<(String, Option<Fix>)> {
+        let is = |rule| SgrParser::parse(rule, self.found).is_ok();
+        let is_value = is(Rule::only_expr) && !is(Rule::keyword);
+        let is_list = self.expects("`,`") && ["`]`", "`)`", "`}`"].iter().any(|close| self.expects(close));
+        let last = self.read().tokens().next_back().filter(|_| is_value && is_list)?;
+        let is_operand = matches!(last.kind, TokenKind::Word | TokenKind::Number);
+        let help = format!("put a comma before `{}`", self.found);
+        is_operand.then(|| (help, Some(Fix::insert_after(span(last, self.file), ",", "insert a comma"))))
+    }
+
     /// A comma where it means something in other languages.
     fn comma(&self) -> Option<(String, Option<Fix>)> {
         let after = self.rest().strip_prefix(',')?;
@@ -271,7 +296,10 @@ impl Stop<'_> {
         let (early, others) = early.then(|| (self.found, self.unread(0).rest_of_line()))?;
         let (own, to) = others.split_once(" to ")?;
         let what = self.read().lines().last()?.text().trim();
-        Some((format!("say where to before `{early}`: `{what} to {} {}`", to.trim(), own.trim()), None))
+        // The name of the part comes last.
+        let (to, name) =
+            to.split_once(" as ").map_or((to, String::new()), |(to, name)| (to, format!(" as {name}")));
+        Some((format!("say where to before `{early}`: `{what} to {} {}{name}`", to.trim(), own.trim()), None))
     }
 
     /// A bracket that is open where the clause ends.
@@ -313,6 +341,16 @@ impl Stop<'_> {
             "of" if gathers => "write for example `sum over p in part of p.mass`",
             "to" if self.expects("an operator") && self.before().contains('=') => {
                 "a range is written with two dots: `0 deg .. 90 deg`"
+            }
+            _ if matches!(last, "elif" | "elseif") => "write `else if`",
+            _ if last == "passive" && self.piece.first_word() == "joint" => {
+                "`passive` stands at the end: `joint = bend about y passive`"
+            }
+            _ if self.expects("`of`")
+                && self.before().contains(" over ")
+                && self.found.starts_with(char::is_alphabetic) =>
+            {
+                "say of what with `of`: `min over w in workshop of travel`"
             }
             _ if self.expects("`->`") => "what leads to what is written `VALUE -> RESULT`",
             _ if self.expects("`:`") && self.expects("`where`") && self.before().contains("in ") => {

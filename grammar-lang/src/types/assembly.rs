@@ -255,6 +255,7 @@ impl<'a> Assembly<'a> {
         let missing = wanted.into_iter().chain(cells).filter(|(what, _)| {
             // Tasks say for themselves how they are simulated.
             !(*what == "simulate" && tasks
+                || self.environment.program.has_unread(what)
                 || *what == "maximize" && !singles.objectives.is_empty()
                 || singles.seen.contains_key(what))
         });

@@ -200,14 +200,16 @@ impl Declarations<'_> {
             // What it should drive is not known, nor what its value must be.
             return self.expressions.infer(value, cx);
         }
-        let known_errors = self.expressions.errors.len();
-        let value = self.expressions.expect(value, cx, &ty, &said);
+        let value = self.expressions.infer(value, cx);
         // What has the dimension of another drive is that drive.
         let other = ir::DRIVEN.iter().find(|(_, other)| *other == value.ty && *other != ty && !of_cells);
+        let known_errors = self.expressions.errors.len();
+        let value = self.expressions.fit(value, &ty, &said);
         for mut error in self.expressions.errors.split_off(known_errors) {
             if let Some((word, _)) = other
                 && error.code == Code::WRONG_DIMENSION
                 && error.fix.is_none()
+                && !error.help.as_ref().is_some_and(|help| help.starts_with("write it in a unit"))
             {
                 error.help = Some(format!("of what {}, write `drive {word} = ...`", ir::moved_by(word)));
             }

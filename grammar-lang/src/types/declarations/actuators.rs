@@ -5,11 +5,12 @@ use indexmap::IndexMap;
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::joints::{Owner, Row, belongs_elsewhere, called, called_here, examples, fields, says_joint};
-use crate::diagnostics::{Code, Diagnostic, Fix};
+use crate::diagnostics::{Code, Diagnostic, Fix, respell};
 use crate::eval::{SHORTER, shortens};
 use crate::ir::{self, Field, JointKind, PartAttribute, Speed, Ty};
 use crate::syntax::ast::{self, Block};
 use crate::types::built_in::built_in;
+use crate::types::expressions::call::misspells_segments;
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
@@ -297,6 +298,21 @@ impl Declarations<'_> {
             ast::Field::Param(param) if param.name.text == "segments" => Some(param),
             _ => None,
         });
+        let declared = block.fields.iter().filter_map(|f| match f {
+            ast::Field::Param(param) => Some(&param.name),
+            _ => None,
+        });
+        let misspelt = declared.filter(|_| written.is_none()).find(|name| misspells_segments(&name.text));
+        if let Some(name) = misspelt {
+            let message = format!("`{}` has no parameter `segments`, but `{}`", block.name.text, name.text);
+            self.report(
+                Diagnostic::new(Code::MISSING_FIELD, name.span, message)
+                    .label("is this misspelt?")
+                    .help("did you mean `segments`?")
+                    .fix_if(respell(name.span, &name.text, ["segments"])),
+            );
+            return;
+        }
         let error = match (written, checked) {
             (None, _) if damaged || says_joint(block) => return,
             (None, _) | (_, None) => Diagnostic::new(

@@ -5,7 +5,6 @@ use indexmap::IndexMap;
 use super::Declarations;
 use super::fields::{Fields, Sign, Values};
 use super::loops::{Loop, Looped, whole};
-use super::searches::MOST;
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{self, BodyMethod, CurveMethod, Expr, ExprKind, Limit, SearchWord, Selection, Ty, Word};
 use crate::syntax::ast::{self, Block, Field, Name};
@@ -54,6 +53,8 @@ const DESCRIPTOR: Fields<'static> = Fields::values(&["value", "from", "to", "cel
 /// A descriptor as it may stand in a text.
 const EXAMPLE: &str = "size { value = count(part)  from = 0  to = 20  cells = 10 }";
 
+/// More chains or moves of a walk than this are a slip of the keyboard.
+const MOST: f64 = 10_000.0;
 /// So many moves side by side keep any machine busy; a search that selects as rarely as with more is no search.
 const MOST_SIDE_BY_SIDE: f64 = 64.0;
 /// More cells than this never fill.

@@ -37,7 +37,7 @@ impl Declarations<'_> {
         let mut guards = Vec::new();
         let mut effects = Vec::new();
         let mut weight = None;
-        for clause in clauses {
+        for (place, clause) in clauses.iter().enumerate() {
             match &clause.kind {
                 RuleClauseKind::Guard(positive, condition) => {
                     let what = if *positive { "what follows `when`" } else { "what follows `unless`" };
@@ -65,7 +65,11 @@ impl Declarations<'_> {
                         );
                     }
                 }
-                kind => effects.extend(self.effect(kind, &mut cx)),
+                kind => {
+                    let known = self.expressions.errors.len();
+                    effects.extend(self.effect(kind, &mut cx));
+                    self.tell_of_later(known, &clauses[place + 1..]);
+                }
             }
         }
         if effects.is_empty() && !damaged && self.expressions.errors.len() == found {
@@ -216,6 +220,25 @@ impl Declarations<'_> {
                 }
             }
             _ => ir::Spread::Even,
+        }
+    }
+
+    /// Says of names that an effect reads which of them a later line makes.
+    fn tell_of_later(&mut self, known: usize, later: &[RuleClause]) {
+        let made = |clause: &RuleClause| match &clause.kind {
+            RuleClauseKind::Attach { product, .. } | RuleClauseKind::Replace { product, .. } => {
+                product.as_ref().map(|name| name.text.clone())
+            }
+            _ => None,
+        };
+        let made: Vec<String> = later.iter().filter_map(made).collect();
+        for mut error in self.expressions.errors.split_off(known) {
+            let name = made.iter().find(|name| error.message == format!("unknown name `{name}`"));
+            if let Some(name) = name.filter(|_| error.code == Code::UNKNOWN_NAME) {
+                error.help = Some(format!("a line below makes it: move `... as {name}` above this line"));
+                error.fix = None;
+            }
+            self.expressions.errors.add(error);
         }
     }
 

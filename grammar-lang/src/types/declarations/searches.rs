@@ -20,9 +20,6 @@ const SEARCH: Fields<'static> =
     Fields { all: &["keep", "checks", "bodies", "curves"], blocks: &["bodies", "curves"] };
 const SCHEDULE: &[&str] = &["iterations", "moves", "stop"];
 
-/// More chains or moves of a walk than this are a slip of the keyboard.
-pub(super) const MOST: f64 = 10_000.0;
-
 impl Loop {
     const ALL: [Self; 2] = [Self::Bodies, Self::Curves];
 

@@ -153,13 +153,16 @@ impl Declarations<'_> {
     ) -> Option<(Vec<String>, Vec<String>)> {
         let (one, two) = (one?, two?);
         if !two.is_empty() && one.len() != two.len() {
+            let ends = |pins: &[(String, Span)]| Some(pins.first()?.1.join(pins.last()?.1));
+            let (fewer, more) = if one.len() < two.len() { (&one, &two) } else { (&two, &one) };
             self.report(
                 Diagnostic::new(
                     Code::BAD_VALUE,
-                    place,
+                    ends(fewer).unwrap_or(place),
                     format!("`{first}` has {} pins, `{second}` has {}", one.len(), two.len()),
                 )
-                .label("each channel needs one of each")
+                .label(format!("{} here: each channel needs one of each", fewer.len()))
+                .also(ends(more).unwrap_or(place), format!("{} here", more.len()))
                 .help("name the same number of pins for both"),
             );
             return None;
@@ -502,6 +505,10 @@ impl Declarations<'_> {
                 let (Some(actuator), Some(actuation)) = (actuators.get(kind), actuations.get(with)) else {
                     continue;
                 };
+                // What it drives could not be read.
+                if actuation.drive.ty == Ty::Unknown {
+                    continue;
+                }
                 let valves = actuation.drive.ty == Ty::Valves;
                 let joint = actuator.joint.kind;
                 if valves && actuator.driven_range().0 < 0.0 {

@@ -236,6 +236,10 @@ impl<'a> Declarations<'a> {
             }
             false
         });
+        // Where the `simulate` could not be read, the worlds are not known.
+        if self.environment.program.has_unread("simulate") {
+            return;
+        }
         // What is wrong with their name is told there.
         if simulated.scenarios.is_some_and(|(_, is_known)| !is_known) {
             return;

@@ -2,7 +2,7 @@
 
 use super::Expressions;
 use super::context::Context;
-use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
+use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest, respell};
 use crate::ir::{Attribute, Expr, ExprKind, Function, PartAttribute, Ty, Word};
 use crate::names::Declaration;
 use crate::source::Span;
@@ -249,7 +249,9 @@ impl Expressions<'_> {
                 continue;
             };
             let Some((_, ty)) = params.iter().find(|(n, _)| *n == key.text) else {
-                if self.is_lost(key.span, &key.text) {
+                // A declaration that misspells it is told there.
+                let is_told = key.text == "segments" && params.iter().any(|(n, _)| misspells_segments(n));
+                if is_told || self.is_lost(key.span, &key.text) {
                     continue;
                 }
                 let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
@@ -524,4 +526,9 @@ fn reads_motion(expr: &Expr) -> bool {
         ),
         _ => false,
     })
+}
+
+/// Whether a parameter is meant to be the number of segments.
+pub(in crate::types) fn misspells_segments(name: &str) -> bool {
+    name != "segments" && nearest(name, ["segments"]).is_some()
 }

@@ -3,7 +3,7 @@
 //! This knows no declaration but those that an expression can name: constants, parameters,
 //! functions, tables, types. Whoever checks another one asks here.
 
-mod call;
+pub(in crate::types) mod call;
 mod cases;
 mod cells;
 pub(super) mod context;
