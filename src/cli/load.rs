@@ -108,8 +108,11 @@ fn check_with(
     let entry = sources.add(name, text);
     let compiled = compiler.compile(&mut sources, entry, overrides, wanted);
     let mut diagnostics = compiled.told(check_designs(&compiled, entry, &sources));
-    if !diagnostics.iter().any(Diagnostic::is_error) {
-        diagnostics.extend(compiled.ruleset.as_ref().and_then(unfit));
+    // What is a warning beside an error is not told.
+    if !diagnostics.iter().any(Diagnostic::is_error)
+        && let Some(error) = compiled.ruleset.as_ref().and_then(unfit)
+    {
+        diagnostics = vec![error];
     }
     let sound = !diagnostics.iter().any(Diagnostic::is_error);
     let unneeded = if sound { compiled.unneeded(entry) } else { Vec::new() };

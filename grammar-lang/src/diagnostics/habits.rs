@@ -82,6 +82,10 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("nil", NAME, "there is no empty value: write a condition, as in `p is core`"),
     ("this", NAME, "use the name that `match` gives to the matched part, as in `match p : part`"),
     ("self", NAME, "use the name that `match` gives to the matched part, as in `match p : part`"),
+    ("deflate", NAME, "the states of valves are `inflate`, `vent` and `closed`"),
+    ("exhaust", NAME, "the states of valves are `inflate`, `vent` and `closed`"),
+    ("never", NAME, "write `false`: with `stop = false` a loop goes on as long as `iterations` says"),
+    ("always", NAME, "write `true`"),
     ("inf", NAME, "no number is infinite: write one that is large enough"),
     // Functions
     ("range", FUNCTION, "write `3 .. 6`: both ends are included"),

@@ -10,6 +10,19 @@ use super::known::Known;
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (example, steps) in &known.ruleset.examples {
         for clause in &steps.clauses {
+            if let ExampleClause::Refuse { application, by: Some(by) } = clause
+                && let Some((place, domain, why)) = outside(known, application)
+            {
+                let message = format!(
+                    "the example `{example}` fails: this is not refused by `{by}`, but for its value"
+                );
+                findings.push(
+                    Diagnostic::new(Code::EXAMPLE_FAILS, place.span, message)
+                        .label(why)
+                        .also(domain.span, "the domain")
+                        .help(format!("give it a value of the domain that `{by}` refuses")),
+                );
+            }
             if let ExampleClause::Step { name, application, .. } = clause
                 && let Some((place, domain, why)) = outside(known, application)
             {

@@ -40,6 +40,15 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         }
     }
+    for variable in known.ruleset.actuations.values().flat_map(|a| &a.variables) {
+        if variable.domain.0 == variable.domain.1 {
+            findings.push(
+                Diagnostic::new(Code::NO_SPREAD, variable.span, format!("`{}` has one value", variable.name))
+                    .label("both ends are the same")
+                    .help("give its domain a width; for a fixed value, use `let`"),
+            );
+        }
+    }
     // Evolution draws from a distribution of its own, and uses no mutations.
     let curves = known.ruleset.search.curves.as_ref();
     if curves.is_some_and(|curves| matches!(curves.method, CurveMethod::CmaEs(_))) {

@@ -1,11 +1,16 @@
 //! Settings of a search that take away what they are for.
 
-use crate::bounds::Interval;
+use crate::bounds::{Interval, Truth};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Expr, ExprKind, Function, Schedule, SearchMethod, SearchWord, Word};
+use crate::ir::{
+    BodyLoop, BodyMethod, Expr, ExprKind, Function, Population, Schedule, SearchMethod, SearchWord, Word,
+};
 use crate::source::Span;
 
 use super::known::Known;
+
+/// Above this temperature any loss is accepted: no objective has values so large.
+const HOT: f64 = 1e6;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let search = &known.ruleset.search;
@@ -21,10 +26,50 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             ));
         }
     }
+    if let Some(BodyLoop { schedule, method }) = &search.bodies {
+        let moves = numbers(&schedule.iterations).high * numbers(&schedule.moves).high;
+        if moves <= 1.0 {
+            findings.push(told(
+                schedule.iterations.span,
+                "this search tries one body beside the first",
+                "one iteration of one move",
+                "a search tries hundreds: `iterations = 100`, `moves = 3`",
+            ));
+        }
+        if let BodyMethod::Population(Population { restart: Some(restart), .. }) = method
+            && known.reasoning(&[]).truth(restart) == Truth::Always
+        {
+            findings.push(told(
+                restart.span,
+                "the population begins anew after each iteration",
+                "this always holds",
+                "let it depend on what was gained: `iteration >= 40 and gain(40) < 5 % * max(abs(best), 1)`",
+            ));
+        }
+        if let BodyMethod::Archive(archive) = method {
+            let fixed = archive.descriptors.values().find(|kind| numbers(&kind.value).single().is_some());
+            findings.extend(fixed.map(|kind| {
+                told(
+                    kind.value.span,
+                    "every design has the same kind",
+                    "always the same value",
+                    "describe what differs from design to design, such as `count(part)`",
+                )
+            }));
+        }
+    }
     for (schedule, method) in search.loops() {
         findings.extend(looks_back_too_far(known, schedule));
         if let SearchMethod::Annealing(annealing) = method {
             findings.extend(heats(known, schedule, &annealing.temperature));
+            if numbers(&annealing.temperature).low > HOT {
+                findings.push(told(
+                    annealing.temperature.span,
+                    "at this temperature every loss is accepted",
+                    "the temperature is on the scale of the objective",
+                    "with an objective `in cm`, a temperature of 9 accepts losses of about 9 cm",
+                ));
+            }
         }
     }
 }

@@ -2,11 +2,40 @@
 
 use crate::bounds::Truth;
 use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::ExampleClause;
+use crate::source::Span;
 
 use super::known::Known;
 use super::places::conditions;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let mut told = |place: Span, message: &str, label: &str, help: &str| {
+        findings.push(Diagnostic::new(Code::POINTLESS, place, message).label(label).help(help));
+    };
+    for preference in &known.ruleset.preferences {
+        if known.numbers(&preference.weight).single() == Some(0.0) {
+            told(
+                preference.weight.span,
+                "a preference without weight changes no value",
+                "always zero",
+                "write how much the objective loses where it does not hold, such as `weight 5`",
+            );
+        }
+    }
+    for example in known.ruleset.examples.values() {
+        for clause in &example.clauses {
+            if let ExampleClause::Expect(condition) = clause
+                && known.reasoning(&[]).truth(condition) == Truth::Always
+            {
+                told(
+                    condition.span,
+                    "this expectation holds whatever the steps do",
+                    "holds for every design",
+                    "expect what only these steps lead to, as in `expect count(part) == 5`",
+                );
+            }
+        }
+    }
     for (rule, locals) in known.rules() {
         let mut reasoning = known.reasoning(&locals.all);
         for condition in conditions(rule) {

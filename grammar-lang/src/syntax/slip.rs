@@ -107,6 +107,7 @@ impl Stop<'_> {
             .or_else(|| self.time())
             .or_else(|| self.chained())
             .or_else(|| self.where_to())
+            .or_else(|| self.named_early())
             .or_else(|| self.open_bracket())
             .or_else(|| self.little_word())
             .or_else(|| self.between());
@@ -229,7 +230,7 @@ impl Stop<'_> {
     fn between(&self) -> Option<(String, Option<Fix>)> {
         let is = |rule| SgrParser::parse(rule, self.found).is_ok();
         let is_value = is(Rule::only_expr) && !is(Rule::keyword);
-        let is_list = self.expects("`,`") && ["`]`", "`)`", "`}`"].iter().any(|close| self.expects(close));
+        let is_list = self.expects("`,`") && ["`]`", "`}`"].iter().any(|close| self.expects(close));
         let last = self.read().tokens().next_back().filter(|_| is_value && is_list)?;
         let is_operand = matches!(last.kind, TokenKind::Word | TokenKind::Number);
         let help = format!("put a comma before `{}`", self.found);
@@ -302,6 +303,15 @@ impl Stop<'_> {
         Some((format!("say where to before `{early}`: `{what} to {} {}{name}`", to.trim(), own.trim()), None))
     }
 
+    /// `attach cube to q as s by front`
+    fn named_early(&self) -> Option<(String, Option<Fix>)> {
+        let attaches = matches!(self.clause(), "attach" | "place" | "replace");
+        let late = attaches && matches!(self.found, "turned" | "by" | "between" | "from");
+        let others = late.then(|| self.unread(0).rest_of_line())?;
+        let (what, name) = self.read().lines().last()?.text().trim().rsplit_once(" as ")?;
+        Some((format!("the name comes last: `{what} {} as {}`", others.trim(), name.trim()), None))
+    }
+
     /// A bracket that is open where the clause ends.
     fn open_bracket(&self) -> Option<(String, Option<Fix>)> {
         let pairs = [("{", "}"), ("(", ")"), ("[", "]")];
@@ -341,6 +351,12 @@ impl Stop<'_> {
             "of" if gathers => "write for example `sum over p in part of p.mass`",
             "to" if self.expects("an operator") && self.before().contains('=') => {
                 "a range is written with two dots: `0 deg .. 90 deg`"
+            }
+            _ if self.expects("`{`") && self.clause() == "case" => {
+                "its values stand in braces: `case ice { ground_friction = 0.2 }`"
+            }
+            _ if self.expects("`with`") && self.piece.first_word() == "actuate" => {
+                "say which kind follows which actuation: `actuate bender with two_sided_pac`"
             }
             _ if matches!(last, "elif" | "elseif") => "write `else if`",
             _ if last == "passive" && self.piece.first_word() == "joint" => {

@@ -10,7 +10,7 @@ use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::is_type;
 
 /// The first part of the body, wherever no declaration says otherwise.
-const CORE: &str = "core";
+pub(super) const CORE: &str = "core";
 /// Groups of parts that are no reserved words.
 const GROUPS: [&str; 1] = ["block"];
 
@@ -38,7 +38,8 @@ pub(super) fn check(program: &Program, found: &mut Found) {
     }
 }
 
-fn is_built_in(name: &str) -> bool {
+/// Whether the language has a meaning for a name.
+pub(super) fn is_built_in(name: &str) -> bool {
     Word::named(name).is_some() || Function::named(name).is_some() || name == CORE || GROUPS.contains(&name)
 }
 

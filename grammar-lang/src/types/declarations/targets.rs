@@ -104,6 +104,22 @@ impl Declarations<'_> {
             );
             return None;
         };
+        // Numbers alone are pins without their letters: one mistake, however many there are.
+        let text = |item: &ast::Expr| self.environment.sources.slice(item.span).to_owned();
+        let pin = |item: &ast::Expr| {
+            let number = text(item);
+            let pin = analogue(&number).unwrap_or_else(|| format!("D{number}"));
+            PINS.contains(&pin.as_str()).then_some(pin)
+        };
+        let meant: Option<Vec<String>> = items.iter().map(pin).collect();
+        if let Some(meant) = meant.filter(|meant| meant.len() > 1) {
+            self.report(
+                Diagnostic::new(Code::UNKNOWN_NAME, tree.span, "pins are named, not numbered")
+                    .label("numbers")
+                    .help(format!("write `[{}]`", meant.join(", "))),
+            );
+            return None;
+        }
         let mut pins = Vec::new();
         let mut sound = true;
         for item in items {
