@@ -179,7 +179,7 @@ fn what_is_passive_is_no_actuator() {
         )
         .replace(
             "place arm ",
-            "place end : axle to core.front
+            "place far : axle to core.front
           place arm ",
         )
         .replace(
@@ -265,7 +265,7 @@ fn what_cannot_hold_its_joints_gives_no_motion() {
         begin {
           place core : stand
           place row  : tube(segments = 6) to core.e
-          place end  : plank to row.tip
+          place last : plank to row.tip
         }
         simulate hinge_model for 3 s
         maximize travel in cm
