@@ -10,7 +10,7 @@ use crate::syntax::declarations::BlockKind;
 use crate::types::expressions::is_type;
 
 /// The first part of the body, wherever no declaration says otherwise.
-pub(super) const CORE: &str = "core";
+const CORE: &str = "core";
 /// Groups of parts that are no reserved words.
 const GROUPS: [&str; 1] = ["block"];
 
@@ -38,8 +38,12 @@ pub(super) fn check(program: &Program, found: &mut Found) {
     }
 }
 
-/// Whether the language has a meaning for a name.
-pub(super) fn is_built_in(name: &str) -> bool {
+/// Whether a name that is read without brackets means something where parts can be read: `end`, `pi`. A search reads no parts.
+pub(super) fn is_read_as_word(name: &str) -> bool {
+    Word::named(name).is_some_and(|word| !matches!(word, Word::Search(_)))
+}
+
+fn is_built_in(name: &str) -> bool {
     Word::named(name).is_some() || Function::named(name).is_some() || name == CORE || GROUPS.contains(&name)
 }
 

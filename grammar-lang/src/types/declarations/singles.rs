@@ -9,7 +9,7 @@ use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{Expr as Tree, Item, ItemKind, Name, Place};
 use crate::syntax::declarations::BlockKind;
-use crate::types::built_in::{CORE, built_in, is_built_in};
+use crate::types::built_in::{built_in, is_read_as_word};
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 
@@ -174,7 +174,7 @@ impl<'a> Declarations<'a> {
                     error = error.also(other.span, "the other meaning");
                 }
                 self.report(error);
-            } else if place.name.text != CORE && is_built_in(&place.name.text) {
+            } else if is_read_as_word(&place.name.text) {
                 self.report(built_in(&place.name));
             }
             let mut cx = Context::new(Stage::Derivation, item.damaged);
