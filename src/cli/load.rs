@@ -108,7 +108,7 @@ fn check_with(
     let entry = sources.add(name, text);
     let compiled = compiler.compile(&mut sources, entry, overrides, wanted);
     let mut diagnostics = compiled.told(check_designs(&compiled, entry, &sources));
-    // What is a warning beside an error is not told.
+    // Warnings are shown once there are no errors.
     if !diagnostics.iter().any(Diagnostic::is_error)
         && let Some(error) = compiled.ruleset.as_ref().and_then(unfit)
     {

@@ -11,7 +11,7 @@ use super::{Body, Design, PartId};
 
 /// Elements are made smaller by this share before they are compared: parts that
 /// touch do not overlap, whatever the rounding.
-const SHRINK: f64 = 0.98;
+pub(crate) const SHRINK: f64 = 0.98;
 
 enum Solid {
     Ball(Ball),

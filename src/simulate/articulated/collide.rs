@@ -1,8 +1,9 @@
 //! Which parts of the body touch each other.
 //!
 //! Elements of different bodies may collide, except the two that a joint joins: its faces meet
-//! there. Of elements with one joint between them only those collide that do not overlap at rest
-//! (a wheel is drawn over the shaft of its motor) and that the limits of the joint let touch. Every
+//! there. Of elements with one joint between them only those collide that do not overlap at rest, as
+//! `no_overlap` understands it (a wheel may be drawn over the shaft of its motor), and that the limits of the
+//! joint let touch. Every
 //! shape is its core plus a rounding: a ball is a point, a capsule a line, boxes and cylinders
 //! are shrunk by a fifth of their smallest half size, so faces stay where they
 //! are and only edges are rounded. The closest points of two cores are found
@@ -26,6 +27,7 @@ use super::scalar::{Mask, Scalar};
 use super::tree::{LENGTH, Tree};
 use super::vector::{M3, Quat, V3};
 use crate::design::assembly::{Shape, Travel};
+use crate::design::overlap::SHRINK;
 use crate::simulate::World;
 use crate::simulate::lowering::{Lowered, Piece};
 
@@ -35,8 +37,6 @@ const ROUNDING: f64 = 0.2;
 const PROJECTIONS: usize = 2;
 /// The same at rest, with nothing to go on from.
 const FIRST_PROJECTIONS: usize = 100;
-/// Elements with one joint between them that overlap at rest by at most this, cm, lie on each other.
-const FLUSH: f64 = 1e-3;
 /// Gap in cm below which a pair is a contact even when all is still.
 const MARGIN: f64 = 0.02;
 /// What rounding can add to or take from an odometer in a step, cm: far more than it does.
@@ -365,7 +365,10 @@ fn pairs_at_rest(lowered: &Lowered) -> Vec<Pair<f32>> {
             let friction = (lowered.pieces[first].friction * lowered.pieces[second].friction).sqrt();
             let Some((pair, gap)) = at_rest(&hulls, &frames, (first, second), friction) else { continue };
             let gap = f64::from(gap);
-            if joints > 1 || (gap > -FLUSH && gap < SLACK + approach(lowered, first, second) * LENGTH) {
+            // A requirement that forbids overlaps forgives so much: what passes it must not pass through.
+            let forgiven = (1.0 - SHRINK) * f64::from(hulls[first].reach + hulls[second].reach);
+            let may_touch = || gap < SLACK + approach(lowered, first, second) * LENGTH;
+            if joints > 1 || (gap > -forgiven && may_touch()) {
                 pairs.push(pair);
             }
         }
@@ -373,7 +376,7 @@ fn pairs_at_rest(lowered: &Lowered) -> Vec<Pair<f32>> {
     pairs
 }
 
-/// By how much two elements with one joint between them can come nearer to each other within its limits, m, at most.
+/// By how much two elements with one joint between them, one of which that joint carries, can come nearer to each other within its limits, m, at most.
 fn approach(lowered: &Lowered, first: usize, second: usize) -> f64 {
     let (first, second) = (&lowered.pieces[first], &lowered.pieces[second]);
     let last = first.body.max(second.body);

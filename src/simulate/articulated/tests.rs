@@ -495,6 +495,23 @@ fn parts_do_not_pass_through_each_other() {
     }
 }
 
+/// What `no_overlap` forgives does not let parts pass through each other; a wheel that is drawn over a hub turns about it.
+#[test]
+fn parts_across_a_joint_collide_unless_they_overlap() {
+    for (overlap, collide) in [(-0.002, true), (0.0, true), (0.0002, true), (0.004, false)] {
+        let mut body = Builder::default();
+        body.0.actuators = 1;
+        let core = body.add(cube(Vector3::zeros()));
+        let arm = body.add(cube(Vector3::new(0.035, 0.0, 0.0)));
+        body.join(core, arm, JointKind::Dof(hinge(Vector3::new(0.0175, 0.0, 0.0), Vector3::y(), 0)));
+        let post = body.add(cube(Vector3::new(0.035, 0.0, 0.03 - overlap)));
+        body.join(core, post, JointKind::Rigid);
+        let pairs = super::colliding(&Lowered::new(&body.0, &settings()).unwrap());
+        // The arm and the core are joined, the post and the core are one body.
+        assert_eq!(pairs, if collide { vec![(post, arm)] } else { vec![] }, "{overlap} m");
+    }
+}
+
 /// Milliseconds for 20 s of a gait, and where the core ends.
 fn timed<S: Scalar<Kit = ()>>(assembly: &Assembly, drives: &[crate::simulate::Targets]) -> (f64, Vec<f64>) {
     use crate::simulate::run::{Run, alone};

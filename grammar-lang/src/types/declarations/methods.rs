@@ -55,7 +55,7 @@ const EXAMPLE: &str = "size { value = count(part)  from = 0  to = 20  cells = 10
 
 /// More chains or moves of a walk than this are a slip of the keyboard.
 const MOST: f64 = 10_000.0;
-/// So many moves side by side keep any machine busy; a search that selects as rarely as with more is no search.
+/// With more moves side by side a search would hardly select any more.
 const MOST_SIDE_BY_SIDE: f64 = 64.0;
 /// More cells than this never fill.
 const MOST_CELLS: f64 = 100_000.0;
