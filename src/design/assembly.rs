@@ -10,6 +10,10 @@ use nalgebra::{Isometry3, Point3, UnitVector3};
 
 pub use grammar_lang::shape::Shape;
 
+/// Elements that no longer overlap once they have shrunk to this share of their size only touch: a design may hold them,
+/// and what simulates it must not let them pass through each other.
+pub const TOUCHING: f64 = 0.98;
+
 /// One simulated rigid piece: a cube, a ball or one cylinder of an actuator.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Element {

@@ -10,7 +10,7 @@ mod canonical;
 mod change;
 mod filled;
 pub mod lattice;
-pub(crate) mod overlap;
+mod overlap;
 mod port;
 mod row;
 mod symmetry;

@@ -6,12 +6,8 @@ use parry3d_f64::math::Pose;
 use parry3d_f64::query;
 use parry3d_f64::shape::{Ball, Capsule, Cuboid, Cylinder};
 
-use super::assembly::Shape;
+use super::assembly::{Shape, TOUCHING};
 use super::{Body, Design, PartId};
-
-/// Elements are made smaller by this share before they are compared: parts that
-/// touch do not overlap, whatever the rounding.
-pub(crate) const SHRINK: f64 = 0.98;
 
 enum Solid {
     Ball(Ball),
@@ -23,16 +19,16 @@ enum Solid {
 impl Solid {
     fn new(shape: &Shape) -> Self {
         match shape {
-            Shape::Ball { radius } => Self::Ball(Ball::new(radius * SHRINK)),
+            Shape::Ball { radius } => Self::Ball(Ball::new(radius * TOUCHING)),
             Shape::Box { half } => {
-                let half = half * SHRINK;
+                let half = half * TOUCHING;
                 Self::Box(Cuboid::new(parry3d_f64::math::Vector::new(half.x, half.y, half.z)))
             }
             Shape::Cylinder { radius, half_length } => {
-                Self::Cylinder(Cylinder::new(half_length * SHRINK, radius * SHRINK))
+                Self::Cylinder(Cylinder::new(half_length * TOUCHING, radius * TOUCHING))
             }
             Shape::Capsule { radius, half_straight } => {
-                Self::Capsule(Capsule::new_x(half_straight * SHRINK, radius * SHRINK))
+                Self::Capsule(Capsule::new_x(half_straight * TOUCHING, radius * TOUCHING))
             }
         }
     }

@@ -26,8 +26,7 @@ use super::kinematics::{Frame, State, Velocity, place};
 use super::scalar::{Mask, Scalar};
 use super::tree::{LENGTH, Tree};
 use super::vector::{M3, Quat, V3};
-use crate::design::assembly::{Shape, Travel};
-use crate::design::overlap::SHRINK;
+use crate::design::assembly::{Shape, TOUCHING, Travel};
 use crate::simulate::World;
 use crate::simulate::lowering::{Lowered, Piece};
 
@@ -365,8 +364,7 @@ fn pairs_at_rest(lowered: &Lowered) -> Vec<Pair<f32>> {
             let friction = (lowered.pieces[first].friction * lowered.pieces[second].friction).sqrt();
             let Some((pair, gap)) = at_rest(&hulls, &frames, (first, second), friction) else { continue };
             let gap = f64::from(gap);
-            // A requirement that forbids overlaps forgives so much: what passes it must not pass through.
-            let forgiven = (1.0 - SHRINK) * f64::from(hulls[first].reach + hulls[second].reach);
+            let forgiven = (1.0 - TOUCHING) * f64::from(hulls[first].reach + hulls[second].reach);
             let may_touch = || gap < SLACK + approach(lowered, first, second) * LENGTH;
             if joints > 1 || (gap > -forgiven && may_touch()) {
                 pairs.push(pair);
