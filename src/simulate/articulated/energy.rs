@@ -28,15 +28,10 @@ pub(super) struct Ledger<S> {
 impl<S: Scalar> Ledger<S> {
     /// Before the first step.
     pub(super) fn new(tree: &Tree<S>, settings: &Settings) -> Self {
-        let mass = |lane: usize| -> f64 { tree.links.iter().map(|link| link.mass.lane(lane)).sum() };
-        // Without weight a body may still spin: as much as on earth.
-        let weight = |lane: usize| mass(lane) * settings.gravity.max(9.81) * LENGTH;
         let of = |value: f64| S::of(tree.kit, value);
-        Self {
-            lowest: of(f64::MAX),
-            gained: of(0.0),
-            allowed: S::each(tree.kit, |lane| weight(lane) * ALLOWED),
-        }
+        // Without weight a body may still spin: as much as on earth.
+        let fall = settings.gravity.max(9.81) * LENGTH;
+        Self { lowest: of(f64::MAX), gained: of(0.0), allowed: tree.mass() * of(fall * ALLOWED) }
     }
 
     /// Back to before the first step.

@@ -40,15 +40,14 @@ impl<S: Scalar> Momenta<S> {
     /// At rest.
     pub(super) fn new(tree: &Tree<S>) -> Self {
         let zero = V3::null(tree.kit);
-        let mass = |lane: usize| -> f64 { tree.links.iter().map(|link| link.mass.lane(lane)).sum() };
-        let share = |mine: S| S::each(tree.kit, |lane| mine.lane(lane) / mass(lane));
+        let mass = tree.mass();
         Self {
             bodies: vec![Momentum { velocity: zero, spin: zero }; tree.links.len()],
             linear: zero,
             angular: zero,
             centre: zero,
-            mass: S::each(tree.kit, mass),
-            shares: tree.links.iter().map(|link| share(link.mass)).collect(),
+            mass,
+            shares: tree.links.iter().map(|link| link.mass / mass).collect(),
         }
     }
 

@@ -80,14 +80,13 @@ pub(super) struct Rows<S> {
 impl<S: Scalar> Rows<S> {
     /// Room for as many contacts on a tree.
     pub(super) fn new(tree: &Tree<S>, contacts: usize) -> Self {
-        let mass = tree.links.iter().fold(S::zero(tree.kit), |sum, link| sum + link.mass);
         let longest = (0..tree.links.len()).map(|body| tree.path(body).len()).max().unwrap_or(ROOT);
         Self {
             contacts: Places::new(contacts),
             grounded: 0,
             columns: Places::new(contacts * longest),
             dofs: Vec::with_capacity(contacts * longest),
-            softness: S::of(tree.kit, SOFTNESS) / mass,
+            softness: S::of(tree.kit, SOFTNESS) / tree.mass(),
             scratch: vec![V3::null(tree.kit); tree.dofs()],
             starts: Vec::with_capacity(longest),
         }

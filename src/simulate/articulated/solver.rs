@@ -182,10 +182,9 @@ impl<S: Scalar> Solver<S> {
             remembered: Vec::with_capacity(contacts * S::LANES),
             age: 0,
             carried: {
-                let mass = tree.links.iter().fold(S::zero(kit), |sum, link| sum + link.mass);
                 // Without weight a body may still squeeze itself: as much as on earth.
                 let fall = settings.gravity.max(9.81) * LENGTH * settings.step;
-                mass * of(CARRIED * fall * fall)
+                tree.mass() * of(CARRIED * fall * fall)
             },
             ledger: Ledger::new(&tree, settings),
             failures: vec![None; S::LANES],

@@ -83,6 +83,12 @@ pub(super) struct Tree<S: Scalar> {
 }
 
 impl<S: Scalar> Tree<S> {
+    /// Mass of the whole, g.
+    pub(super) fn mass(&self) -> S {
+        let mass = |lane: usize| -> f64 { self.links.iter().map(|link| link.mass.lane(lane)).sum() };
+        S::each(self.kit, mass)
+    }
+
     /// From bodies in SI units, in the world of each lane.
     pub(super) fn new(kit: S::Kit, lowered: &Lowered, worlds: &[World]) -> Self {
         let bodies = &lowered.bodies;
