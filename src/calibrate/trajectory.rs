@@ -29,6 +29,8 @@ const REST: f64 = 0.05;
 const GUESSES: [f64; 4] = [0.5, 0.7, 1.4, 2.0];
 /// A residual of more deviations is no scatter.
 const FAR: f64 = 6.0;
+/// Bends nearer than this are one, rad.
+const SAME: f64 = 1e-6;
 /// Intervals go no further than to this power of e from their speed: two runs that have nothing in common say nothing.
 const FURTHEST: f64 = 3.0;
 /// How often runs are made again from the fit and its residuals.
@@ -130,20 +132,21 @@ fn passage(length: f64, v: f64, w: f64) -> f64 {
 /// Fits a table of speeds to curves; each must rise and have points enough. Nothing, if there is none. `name` is that of a
 /// stream of random numbers.
 pub(super) fn fit(runs: &[Run], name: &str) -> Option<Fit> {
-    let found = chosen(runs)?;
+    let rounding = rounding(runs);
+    let found = chosen(runs, rounding)?;
     let fit = found.finish(runs);
-    let alone = alone(runs, &fit);
+    let alone = alone(runs, &fit, rounding);
     let within = found.within(runs, &fit, name);
     Some(Fit { within: widened(&within, &fit.rows, &alone), alone, ..fit })
 }
 
 /// How fast each run is by itself, on the middle of its way, as a share of the speed that was fitted to all.
-fn alone(runs: &[Run], fit: &Fit) -> Vec<f64> {
+fn alone(runs: &[Run], fit: &Fit, rounding: f64) -> Vec<f64> {
     if runs.len() < 2 {
         return Vec::new();
     }
     let share = |(run, motion): (&Run, &Motion)| {
-        let own = chosen(std::slice::from_ref(run))?;
+        let own = chosen(std::slice::from_ref(run), rounding)?;
         let own = own.rows(&own.numbers);
         let ratio = |place: f64| {
             let bend = motion.begin + place * (motion.end - motion.begin);
@@ -168,8 +171,24 @@ fn widened(within: &[(f64, f64)], rows: &[(f64, f64)], alone: &[f64]) -> Vec<(f6
     within.iter().zip(rows).map(|((low, high), (_, v))| (low.min(v / wide), high.max(v * wide))).collect()
 }
 
+/// The standard deviation of what rounding took from the bends, rad: that of the largest step that divides all of them.
+fn rounding(runs: &[Run]) -> f64 {
+    let mut bends: Vec<f64> = runs.iter().flat_map(|run| &run.points).map(|(_, bend)| *bend).collect();
+    bends.sort_by(f64::total_cmp);
+    let gaps = bends.windows(2).filter_map(|pair| Some(pair.last()? - pair.first()?));
+    let step = gaps.fold(0.0, |step, gap| {
+        // Euclid's method.
+        let (mut large, mut small) = (gap.max(step), gap.min(step));
+        while small > SAME {
+            (large, small) = (small, large % small);
+        }
+        large
+    });
+    step / 12_f64.sqrt()
+}
+
 /// The table with as many rows as the points can bear.
-fn chosen(runs: &[Run]) -> Option<Trial> {
+fn chosen(runs: &[Run], rounding: f64) -> Option<Trial> {
     let rests = runs.iter().map(Run::rest).collect::<Option<Vec<_>>>()?;
     let low = rests.iter().map(|m| m.begin).fold(f64::INFINITY, f64::min);
     let high = rests.iter().map(|m| m.end).fold(f64::NEG_INFINITY, f64::max);
@@ -178,7 +197,7 @@ fn chosen(runs: &[Run]) -> Option<Trial> {
         return None;
     }
     let speed = median(runs.iter().zip(&rests).map(|(run, rest)| run.mean_speed(rest)));
-    let mut trial = Trial::begin(runs, &rests, low, speed);
+    let mut trial = Trial::begin(runs, &rests, (low, speed), rounding);
     let mut tried: Vec<(f64, f64, Trial)> = Vec::new();
     for size in SIZES {
         // A row needs some points of its own.
@@ -190,7 +209,7 @@ fn chosen(runs: &[Run]) -> Option<Trial> {
         if size == 1 && trial.is_thin(points) {
             // Of few points the way between two of them is no good guess of the speed.
             for guess in GUESSES {
-                let mut other = Trial::begin(runs, &rests, low, guess * speed);
+                let mut other = Trial::begin(runs, &rests, (low, guess * speed), rounding);
                 other.improve(runs);
                 if other.judge(runs).0 < trial.judge(runs).0 {
                     trial = other;
@@ -252,19 +271,21 @@ pub(super) fn telling(runs: &[Run]) -> usize {
 struct Trial {
     /// See [`telling`].
     telling: usize,
+    /// See [`rounding`].
+    rounding: f64,
     bends: Vec<f64>,
     /// Logarithms of speeds, then three numbers for each run.
     numbers: DVector<f64>,
 }
 
 impl Trial {
-    fn begin(runs: &[Run], rests: &[Motion], low: f64, speed: f64) -> Self {
+    fn begin(runs: &[Run], rests: &[Motion], (low, speed): (f64, f64), rounding: f64) -> Self {
         let mut numbers = vec![libm::log(speed)];
         for (_, rest) in runs.iter().zip(rests) {
             let middle = 0.5 * (rest.begin + rest.end);
             numbers.extend([rest.delay - (middle - low) / speed, rest.begin, rest.end]);
         }
-        Self { telling: telling(runs), bends: vec![low], numbers: DVector::from_vec(numbers) }
+        Self { telling: telling(runs), rounding, bends: vec![low], numbers: DVector::from_vec(numbers) }
     }
 
     fn rows(&self, numbers: &DVector<f64>) -> Vec<(f64, f64)> {
@@ -287,7 +308,8 @@ impl Trial {
             .collect();
         let logs = bends.iter().map(|bend| libm::log(super::lines::at(&old, *bend)));
         let rest = self.numbers.iter().skip(self.bends.len()).copied();
-        Self { telling: self.telling, numbers: DVector::from_vec(logs.chain(rest).collect()), bends }
+        let numbers = DVector::from_vec(logs.chain(rest).collect());
+        Self { bends, numbers, ..*self }
     }
 
     fn residuals(&self, numbers: &DVector<f64>, runs: &[Run]) -> DVector<f64> {
@@ -317,10 +339,15 @@ impl Trial {
         points < LEAST_POINTS * self.numbers.len() || self.telling < 2 * LEAST_POINTS * self.bends.len()
     }
 
+    /// The standard deviation of residuals, whatever a few of them are. Where most are zero, as at rest, it is that of rounding.
+    fn scale(&self, residuals: &DVector<f64>) -> f64 {
+        (1.4826 * median(residuals.iter().map(|r| r.abs()))).max(self.rounding).max(1e-9)
+    }
+
     fn improve(&mut self, runs: &[Run]) {
         for _ in 0..TURNS.0 {
             let residuals = self.residuals(&self.numbers, runs);
-            let scale = scale(&residuals);
+            let scale = self.scale(&residuals);
             // Few points say nothing of which of them is wrong.
             let weights = match self.is_thin(residuals.len()) {
                 true => residuals.map(|_| 1.0),
@@ -386,11 +413,11 @@ impl Trial {
     /// The residual with far points counting less, and Schwarz's criterion.
     fn judge(&self, runs: &[Run]) -> (f64, f64) {
         let residuals = self.residuals(&self.numbers, runs);
-        let scale = scale(&residuals);
+        let scale = self.scale(&residuals);
         let n = residuals.len() as f64;
         let squares = residuals.iter().map(|r| weight(*r, scale) * r * r).sum::<f64>() / n;
-        // Below this a residual is that of arithmetic.
-        let squares = squares.max(1e-12);
+        // Below this a residual is that of rounding, or of arithmetic.
+        let squares = squares.max(self.rounding * self.rounding).max(1e-12);
         (squares.sqrt(), n * libm::log(squares) + self.numbers.len() as f64 * libm::log(n))
     }
 
@@ -419,7 +446,7 @@ impl Trial {
                     Run { points: run.points.iter().map(|(t, _)| (*t, fitted(i, *t) + drawn())).collect() }
                 })
                 .collect();
-            let Some(found) = chosen(&again) else { continue };
+            let Some(found) = chosen(&again, self.rounding) else { continue };
             let rows = found.rows(&found.numbers);
             for (speeds, (bend, _)) in speeds.iter_mut().zip(&fit.rows) {
                 speeds.push(super::lines::at(&rows, *bend));
@@ -434,7 +461,7 @@ impl Trial {
 
     fn finish(&self, runs: &[Run]) -> Fit {
         let residuals = self.residuals(&self.numbers, runs);
-        let scale = scale(&residuals);
+        let scale = self.scale(&residuals);
         let is_thin = self.is_thin(residuals.len());
         let places = runs.iter().enumerate().flat_map(|(i, run)| (0..run.points.len()).map(move |k| (i, k)));
         Fit {
@@ -450,11 +477,6 @@ impl Trial {
             is_thin,
         }
     }
-}
-
-/// The standard deviation of residuals, whatever a few of them are.
-fn scale(residuals: &DVector<f64>) -> f64 {
-    (1.4826 * median(residuals.iter().map(|r| r.abs()))).max(1e-9)
 }
 
 /// What a residual counts.
@@ -540,6 +562,20 @@ mod tests {
             let (low, high) = found.within[0];
             let wide = (high - low).to_degrees();
             assert!((speed - 95.0).abs() <= wide + 1e-3, "{speed} is not within {low} to {high}");
+        }
+    }
+
+    /// Most of a film shows rest, where whole degrees leave no residual: those on the way are no outliers, and need no rows.
+    #[test]
+    fn what_rounding_takes_is_no_slip() {
+        for (time, step) in [(0.02, 1.0), (0.033, 1.0), (0.05, 1.0), (0.033, 0.1)] {
+            let read = |i: u32| {
+                let bend = (95.0 * time * f64::from(i)).min(90.0);
+                (time * f64::from(i), ((bend / step).round() * step).to_radians())
+            };
+            let found = fit(&[Run { points: (0..80).map(read).collect() }], "t").unwrap();
+            assert!(found.far.is_empty(), "{time} s, {step} deg: {:?}", found.far);
+            assert_eq!(found.rows.len(), 1, "{time} s, {step} deg: {:?}", found.rows);
         }
     }
 
