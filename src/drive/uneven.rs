@@ -2,7 +2,7 @@
 //!
 //! Where the images of a mirror run half a period later than their originals, the mirror image of the body does half a
 //! period later what the body does now. An actuator on the plane of the mirror that swings across it is its own image:
-//! it keeps this symmetry only if `angle(t + period / 2) = -angle(t)`.
+//! it keeps this symmetry only if `angle(t + period / 2) = -angle(t)`. The same holds for distances and speeds.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use grammar_lang::source::{FileId, SourceMap, Span};
 use super::{Drive, Driven};
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation, check_begun, run_example};
-use crate::design::assembly::{Control, Dof, Travel};
+use crate::design::assembly::{Dof, Travel};
 
 /// Draws of what the actuations vary, and moments of a period, at which they are compared.
 const DRAWS: u64 = 4;
@@ -61,9 +61,9 @@ fn told(kind: &str, actuation: &Actuation, example: Option<(&str, Span)>) -> Dia
     let told = Diagnostic::new(
         Code::UNEVEN_SWING,
         actuation.drive.span,
-        format!("`{kind}` is not as far to the other side of the mirror half a period later"),
+        format!("`{kind}` does not do the opposite across the mirror half a period later"),
     )
-    .label("all images run half a period later; this should be `angle(t + period / 2) = -angle(t)`");
+    .label("all images run half a period later; what drives it should have the opposite sign then");
     let told = match example {
         Some((name, span)) => told.also(span, format!("here in `{name}`")),
         None => told,
@@ -110,7 +110,7 @@ impl<'r> Drive<'r> {
                 Travel::Turn => along < CLOSE,
                 Travel::Slide => along > 1.0 - CLOSE,
             };
-            matches!(dof.control, Control::Position { actuator, .. } if actuator == column) && across
+            dof.actuator() == Some(column) && across
         };
         self.actuators.iter().enumerate().filter_map(move |(column, driven)| {
             let part = derivation.design.parts.get(&driven.id)?;
