@@ -95,7 +95,7 @@ pub fn can_make(
 }
 
 fn declared(rules: &RuleSet, kind: &str) -> bool {
-    matches!(rules.kind(kind), Some(Kind::Block(_) | Kind::Actuator(_)))
+    rules.is_cell(kind) || matches!(rules.kind(kind), Some(Kind::Block(_) | Kind::Actuator(_)))
 }
 
 /// The requirements that the body breaks. One that names what only this grammar places

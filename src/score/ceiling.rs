@@ -148,6 +148,7 @@ impl Limits<'_> {
                 Attribute::Element(attribute) => match attribute {
                     ElementAttribute::Path
                     | ElementAttribute::Slid
+                    | ElementAttribute::Yaw
                     | ElementAttribute::Touching
                     | ElementAttribute::Sliding => true,
                     ElementAttribute::Size | ElementAttribute::Part | ElementAttribute::Cell => false,

@@ -218,6 +218,7 @@ impl<'a> MotionScope<'a> {
             ElementAttribute::Size => Value::Number(motion.size(element)?),
             ElementAttribute::Path => Value::Number(sliding()?.path),
             ElementAttribute::Slid => Value::Number(sliding()?.slid),
+            ElementAttribute::Yaw => Value::Number(sliding()?.yaw),
             ElementAttribute::Touching => Value::Number(sliding()?.touching),
             ElementAttribute::Sliding => Value::Number(sliding()?.sliding),
             ElementAttribute::Part | ElementAttribute::Cell => {

@@ -60,6 +60,9 @@ pub struct Settings {
     pub pace_limit: Option<f64>,
 }
 
+/// A body may turn so far in a step, rad. Solvers take the chord for the arc: of this angle it is a hundredth shorter.
+pub const MOST_TURN: f64 = 0.25;
+
 /// The shortest stretch of a motion, s, of which a pace is asked.
 pub const LAST_STRETCH: f64 = 2.0;
 
@@ -74,6 +77,12 @@ impl Settings {
             tolerance: self.tolerance / 10.0,
             ..self.clone()
         }
+    }
+
+    /// How fast a body may turn, rad/s: see [`MOST_TURN`].
+    #[must_use]
+    pub fn turn_limit(&self) -> f64 {
+        MOST_TURN / self.step
     }
 
     /// The same model with so many whole steps that they end when the motion does: the step is shortened, by less
@@ -102,6 +111,8 @@ pub enum Invalid {
     NotFinite,
     /// An element went faster than the model's speed limit.
     TooFast,
+    /// A body turned so far in each of many steps that its way and its momentum are wrong.
+    TurnsTooFast,
     /// An element was faster than the model's pace limit on its way to where it ended.
     TooFar,
     /// The centre of a body went through the ground.
@@ -123,6 +134,7 @@ impl Invalid {
         match self {
             Self::NotFinite => "not finite",
             Self::TooFast => "too fast",
+            Self::TurnsTooFast => "turning too fast for its steps",
             Self::TooFar => "too far in its time",
             Self::GivenUp => "given up",
             Self::Unfit => "not to be simulated there",

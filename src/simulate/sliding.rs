@@ -9,18 +9,23 @@ use crate::design::assembly::Shape;
 const TOUCH: f64 = 2e-4;
 /// It slides if that point is faster than this, m/s.
 const SLIDES: f64 = 1e-3;
+/// A rolling surface slides if that point is faster than this share of how fast the surface turns past it: where a step
+/// takes the chord for the arc, a wheel creeps by up to a hundredth.
+const CREEPS: f64 = 0.015;
 /// Edges and faces lie flat within about this angle, rad.
 const FLAT: f64 = 0.02;
 /// A turn is followed in pieces of at most this angle, rad.
 const PIECE: f64 = 0.2;
 
-/// How an element went over the ground in a whole motion.
+/// How an element went over the ground in a whole motion, and how it turned.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sliding {
     /// The path of its centre, ups and downs aside, m.
     pub path: f64,
     /// The path that its points slid while they touched the ground, m.
     pub slid: f64,
+    /// The angle by which it turned about the vertical, rad: to the left, as seen from above, is positive.
+    pub yaw: f64,
     /// How long it touched the ground, s.
     pub touching: f64,
     /// How long of that it slid, s.
@@ -51,16 +56,17 @@ impl Sliding {
     /// Adds a way from one pose to the next.
     fn go(&mut self, shape: &Shape, before: &Isometry3<f64>, after: &Isometry3<f64>, span: f64) {
         self.path += horizontal(&(after.translation.vector - before.translation.vector));
+        let turn = rotation_vector(&(after.rotation * before.rotation.inverse()));
+        self.yaw += turn.y;
         if shape.lowest(before) > TOUCH || shape.lowest(after) > TOUCH {
             return;
         }
         self.touching += span;
         // The point that touches is another one after a roll: it is found again in each piece of the turn, and its way there
         // is that of the body's velocity, as if the body moved and turned evenly from one pose to the next.
-        let turn = rotation_vector(&(after.rotation * before.rotation.inverse()));
         let moved = after.translation.vector - before.translation.vector;
         let pieces = (turn.norm() / PIECE).ceil().max(1.0);
-        let mut slid = 0.0;
+        let (mut slid, mut rolled) = (0.0, 0.0);
         for piece in 0..pieces as usize {
             let share = (piece as f64 + 0.5) / pieces;
             let turned = UnitQuaternion::new_normalize(half_turn(&(turn * share))) * before.rotation;
@@ -70,8 +76,11 @@ impl Sliding {
             // The ends of what lies flat turn about its middle: their speeds are taken together as a root mean square.
             let about = turn.y * shape.sole_reach(&pose, FLAT);
             slid += libm::hypot(horizontal(&(moved + turn.cross(&arm))), about) / pieces;
+            rolled += horizontal(&turn.cross(&arm)) / pieces;
         }
-        if slid > SLIDES * span {
+        // What spins where it is rolls, too, but not on.
+        let rolled = rolled.min(horizontal(&moved));
+        if slid > SLIDES * span + CREEPS * rolled {
             self.slid += slid;
             self.sliding += span;
         }
@@ -169,11 +178,29 @@ mod tests {
                 close(rolling.touching, 2.0);
                 close(rolling.sliding, 0.0);
             }
+            // Where a step takes the chord for the arc, a wheel creeps: that is no sliding, as a spinning wheel's is.
+            for (creep, slides) in [(0.01, 0.0), (0.05, 2.0)] {
+                let creeping = |t: f64| at((1.0 - creep) * 0.06 * TAU * t, 0.01) * (roll(6.0 * t) * turned);
+                close(moved(shape, creeping).sliding, slides);
+            }
             let spinning = moved(shape, |t| at(0.0, 0.01) * (roll(t) * turned));
             close(spinning.path, 0.0);
             assert!((spinning.slid / (0.02 * TAU) - 1.0).abs() < 0.02, "{spinning:?}");
             close(spinning.sliding, 2.0);
         }
+    }
+
+    /// A disk that stands upright turns to the left by more than a full turn; what rolls straight on does not turn, whatever the
+    /// direction that it rolls in.
+    #[test]
+    fn what_rolls_does_not_turn() {
+        let ball = Shape::Ball { radius: 0.01 };
+        let left =
+            moved(ball, |t| at(0.0, 0.01) * UnitQuaternion::from_axis_angle(&Vector3::y_axis(), 5.0 * t));
+        close(left.yaw, 10.0);
+        let axis = nalgebra::Unit::new_normalize(Vector3::new(0.3, 0.0, 0.8));
+        let rolled = moved(ball, |t| at(0.1 * t, 0.01) * UnitQuaternion::from_axis_angle(&axis, 20.0 * t));
+        close(rolled.yaw, 0.0);
     }
 
     #[test]

@@ -179,6 +179,7 @@ codes! {
     AGAINST_REQUIREMENT "W0739" "against-a-requirement" Warning;
     FIRST_OF_SEVERAL  "W0740" "first-of-several" Warning;
     UNEVEN_SWING      "W0741" "uneven-swing" Warning;
+    SAID_TWICE        "W0742" "said-twice" Warning;
 }
 
 /// The code with this id or name, in capitals or not.

@@ -189,6 +189,16 @@ impl Objective {
         self.gathered_over_worlds() == Some(worst)
     }
 
+    /// Whether it is the best of a quantity over worlds.
+    #[must_use]
+    pub fn is_best_case(&self) -> bool {
+        let best = match self.direction {
+            Direction::Maximize => Gather::Max,
+            Direction::Minimize => Gather::Min,
+        };
+        self.gathered_over_worlds() == Some(best)
+    }
+
     /// Whether its value in each of several worlds alone tells what it is over all of them: it runs over none, or it is their
     /// mean, a quantile, the least or the greatest. What it takes away for a deviation, say, no world alone can show.
     #[must_use]

@@ -204,6 +204,7 @@ words! {
         Size "size" "Its greatest extent.";
         Path "path" "How far it went along the ground while it touched it.";
         Slid "slid" "How far it slid.";
+        Yaw "yaw" "The angle by which it turned about the vertical; to the left is positive.";
         Touching "touching" "For how long it touched the ground.";
         Sliding "sliding" "For how long it slid.";
         Part "part" "The part that it belongs to.";
@@ -392,6 +393,7 @@ impl ElementAttribute {
     fn ty(self) -> Ty {
         match self {
             Self::Size | Self::Path | Self::Slid => Ty::Quantity(Dimension::LENGTH),
+            Self::Yaw => Ty::Quantity(Dimension::ANGLE),
             Self::Touching | Self::Sliding => Ty::Quantity(Dimension::TIME),
             Self::Part => Ty::Part,
             Self::Cell => Ty::Cell,

@@ -1,9 +1,11 @@
 //! Checks of a whole rule set that need no design. One file each.
 
 mod against_requirements;
+mod always_zero;
 mod bad_schedule;
 mod bad_spread;
 mod below;
+mod best_world;
 mod beyond_bend;
 mod circles;
 mod clash;
@@ -17,6 +19,7 @@ mod empty_for_all;
 mod endless;
 mod example_outside;
 mod excludes_nothing;
+mod fast_spin;
 mod few_channels;
 mod first_of_several;
 mod fronts;
@@ -48,6 +51,7 @@ mod over_nothing;
 mod periods;
 mod places;
 mod pointless;
+mod said_twice;
 mod still_drive;
 mod stops_at_once;
 mod twice_in_set;
@@ -126,11 +130,15 @@ const DOUBTFUL: &[Lint] = &[
     still_drive::check,
     against_requirements::check,
     first_of_several::check,
+    said_twice::check,
+    best_world::check,
+    fast_spin::check,
 ];
 
 /// What says nothing. A text that several grammars share may say in one of them
 /// what it does not say in another: only the text that declares the grammar is told.
-const POINTLESS: &[Lint] = &[pointless::check, constant_if::check, excludes_nothing::check];
+const POINTLESS: &[Lint] =
+    &[pointless::check, constant_if::check, excludes_nothing::check, always_zero::check];
 
 /// Runs every check; later ones only where those before found no error.
 /// `entry` is the text that declares the grammar, `varied` whether it is a variant of another.

@@ -2,7 +2,7 @@
 
 use crate::bounds::Reasoning;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Choice, CurveMethod, Expr, Kernel, Spread};
+use crate::ir::{Choice, CurveMethod, Difference, Expr, Kernel, Spread, Ty};
 
 use super::known::Known;
 
@@ -31,6 +31,17 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     .help("give a range a width, or write one `case` for this world"),
             );
         }
+        let is_nominal = |(differs, value): (&Difference, &f64)| {
+            Ty::from(*differs) == Ty::NUMBER && *differs != Difference::GroundFriction && *value == 1.0
+        };
+        let unchanged = set.cases.iter().find(|(_, differs)| differs.iter().all(is_nominal));
+        if let Some((one, _)) = unchanged {
+            let message = format!("the case `{one}` of `{name}` is the nominal world");
+            let nominal = Diagnostic::new(Code::NO_SPREAD, set.span, message);
+            findings.push(nominal.label("nothing differs there").help(
+                "leave it out: every set has the nominal world; or let something differ, as in `mass = 90 %`",
+            ));
+        }
         let mut cases = set.cases.iter();
         while let Some((one, differs)) = cases.next() {
             if let Some((other, _)) = cases.clone().find(|(_, other)| *other == differs) {
@@ -38,6 +49,15 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 let twice = Diagnostic::new(Code::NO_SPREAD, set.span, message);
                 findings.push(twice.label("counts twice").help("leave one of them out, or make them differ"));
             }
+        }
+    }
+    for (name, param) in &known.ruleset.params {
+        if param.domain.is_some_and(|(low, high)| low == high) {
+            findings.push(
+                Diagnostic::new(Code::NO_SPREAD, param.span, format!("`{name}` can only have one value"))
+                    .label("both ends of its domain are the same")
+                    .help("give its domain a width; for a fixed value, use `let`"),
+            );
         }
     }
     for variable in known.ruleset.actuations.values().flat_map(|a| &a.variables) {

@@ -6,11 +6,15 @@ use crate::ir::{
     BodyLoop, BodyMethod, Expr, ExprKind, Function, Population, Schedule, SearchMethod, SearchWord, Word,
 };
 use crate::source::Span;
+use crate::units::Dimension;
 
 use super::known::Known;
 
 /// Above this temperature any loss is accepted: no objective has values so large.
 const HOT: f64 = 1e6;
+
+/// No robot that crawls for a minute loses so much from one gait to the next, m.
+const FAR: f64 = 5.0;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let search = &known.ruleset.search;
@@ -28,6 +32,15 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
     if let Some(BodyLoop { schedule, method }) = &search.bodies {
         let moves = numbers(&schedule.iterations).high * numbers(&schedule.moves).high;
+        let iterations = numbers(&schedule.iterations).high;
+        if moves > 1.0 && iterations <= 1.0 {
+            findings.push(told(
+                schedule.iterations.span,
+                "this search stops after its first iteration",
+                &format!("after {moves} moves"),
+                "a search goes on for many: `iterations = 100`",
+            ));
+        }
         if moves <= 1.0 {
             findings.push(told(
                 schedule.iterations.span,
@@ -62,7 +75,17 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         findings.extend(looks_back_too_far(known, schedule));
         if let SearchMethod::Annealing(annealing) = method {
             findings.extend(heats(known, schedule, &annealing.temperature));
-            if numbers(&annealing.temperature).low > HOT {
+            let hottest = at_iteration(known, &annealing.temperature, 0.0).high;
+            let lost =
+                of_lengths(known).map(|scale| hottest * scale).filter(|lost| lost.is_finite() && *lost > FAR);
+            if let Some(lost) = lost {
+                findings.push(told(
+                    annealing.temperature.span,
+                    "at this temperature every loss is accepted",
+                    &format!("losses of up to about {lost:.0} m"),
+                    "the temperature is in the unit of the objective: write `in cm` there, or a lower temperature here",
+                ));
+            } else if numbers(&annealing.temperature).low > HOT {
                 findings.push(told(
                     annealing.temperature.span,
                     "at this temperature every loss is accepted",
@@ -72,6 +95,20 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         }
     }
+}
+
+/// The numbers that an expression may have after so many iterations.
+fn at_iteration(known: &Known<'_>, expr: &Expr, iteration: f64) -> Interval {
+    let word = Word::Search(SearchWord::Iteration);
+    let facts = known.facts.clone().with(word, Interval::point(iteration));
+    crate::bounds::Reasoning::new(&facts, Vec::new()).numbers(expr)
+}
+
+/// In how many metres the value is told, if it is a length.
+fn of_lengths(known: &Known<'_>) -> Option<f64> {
+    let objective = known.ruleset.objectives().next()?;
+    let ExprKind::Convert(inner, factor) = &objective.value.kind else { return None };
+    (inner.ty.dimension() == Some(Dimension::LENGTH)).then_some(*factor)
 }
 
 /// `gain(n)` of more iterations than there are.
@@ -100,12 +137,8 @@ fn looks_back_too_far(known: &Known<'_>, schedule: &Schedule) -> Option<Diagnost
 /// A temperature that is higher at the end than at the beginning.
 fn heats(known: &Known<'_>, schedule: &Schedule, temperature: &Expr) -> Option<Diagnostic> {
     let last = known.numbers(&schedule.iterations).single()? - 1.0;
-    let at = |iteration: f64| {
-        let word = Word::Search(SearchWord::Iteration);
-        let facts = known.facts.clone().with(word, Interval::point(iteration));
-        crate::bounds::Reasoning::new(&facts, Vec::new()).numbers(temperature)
-    };
-    let (first, last) = (at(0.0), at(last.max(0.0)));
+    let (first, last) =
+        (at_iteration(known, temperature, 0.0), at_iteration(known, temperature, last.max(0.0)));
     (last.low > first.high).then(|| {
         told(
             temperature.span,

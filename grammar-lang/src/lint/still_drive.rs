@@ -1,10 +1,14 @@
-//! Actuations whose drive is the same at all times.
+//! Actuations whose drive is the same at all times, or nearly.
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Actuation, Expr, ExprKind, Ty, Word};
 
-use super::known::Known;
+use super::known::{Actuated, Known};
+use crate::bounds::actuation_locals;
 use crate::units::Dimension;
+
+/// A drive that moves an actuator by less than this share of its range might as well not.
+const HARDLY: f64 = 0.005;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, actuation) in &known.ruleset.actuations {
@@ -22,6 +26,27 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         }
     }
+    let mut told: Option<Diagnostic> = None;
+    for actuated in known.actuated().filter(|actuated| changes(actuated.actuation)) {
+        told = told.or_else(|| hardly_moves(known, &actuated));
+    }
+    findings.extend(told);
+}
+
+/// A drive that moves an actuator by next to nothing of what it can, whatever it varies.
+fn hardly_moves(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnostic> {
+    let &Actuated { kind, actuator, actuation, .. } = actuated;
+    if actuation.drive.ty != Ty::Quantity(actuator.joint.kind.driven()) {
+        return None;
+    }
+    let (low, high) = actuator.driven_range();
+    let asked = known.reasoning(&actuation_locals(&known.facts, actuation)).numbers(&actuation.drive);
+    let share = (asked.high - asked.low) / (high - low);
+    (share < HARDLY).then(|| {
+        Diagnostic::new(Code::STILL_DRIVE, actuation.drive.span, format!("this drive hardly moves `{kind}`"))
+            .label(format!("by {:.1e} % of what it can, at most", 100.0 * share))
+            .help("widen what the drive varies, or check the units")
+    })
 }
 
 /// Whether what an actuation drives to depends on the time.

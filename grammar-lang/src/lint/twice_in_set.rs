@@ -8,6 +8,7 @@ use crate::eval::Value;
 use crate::ir::{Expr, ExprKind};
 
 use super::known::Known;
+use crate::units::Dimension;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for choice in known.ruleset.rules.iter().flat_map(|rule| &rule.choices) {
@@ -18,8 +19,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         for item in items {
             let first = match fixed(known, item) {
                 None => continue,
-                // No minus before a zero.
-                Some(Value::Number(x)) => match numbers.entry((x + 0.0).to_bits()) {
+                // No minus before a zero, and no full turns.
+                Some(Value::Number(x)) => match numbers.entry((within_a_turn(item, x) + 0.0).to_bits()) {
                     Entry::Occupied(first) => Some(*first.get()),
                     Entry::Vacant(place) => {
                         place.insert(item);
@@ -50,6 +51,15 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         }
     }
+}
+
+/// The same angle within a turn, but for rounding; any other number as it is.
+fn within_a_turn(item: &Expr, x: f64) -> f64 {
+    if item.ty.dimension() != Some(Dimension::ANGLE) {
+        return x;
+    }
+    let degrees = (x.to_degrees() * 1e6).round() / 1e6;
+    degrees.rem_euclid(360.0)
 }
 
 /// What an item is, whatever the parameters are set to.

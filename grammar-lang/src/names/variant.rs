@@ -72,6 +72,21 @@ pub(super) fn resolve(loading: &mut Loading<'_>, wanted: Option<&str>) {
     };
     let (place, name) = grammar;
     loading.program.base = Some(name.span);
+    // Its text may still add declarations, such as `novelty`, or import them.
+    let adds = |item: &Rc<Item>| !matches!(item.kind, ItemKind::Variant(_));
+    let adds =
+        |module: usize| loading.program.modules.get(module).is_some_and(|m| m.tree.items.iter().any(adds));
+    if let Some((_, variant)) = chain.first().filter(|(module, v)| v.edits.is_empty() && !adds(*module)) {
+        loading.errors.push(
+            Diagnostic::new(
+                Code::POINTLESS,
+                variant.name.span,
+                format!("the variant `{}` changes nothing", variant.name.text),
+            )
+            .label("has no edits")
+            .help("say what differs, as in `set hinge_model.ground_friction = 0.5`, or run the base itself"),
+        );
+    }
     loading.program.name = Some(chain.first().map_or(name, |(_, v)| v.name.clone()));
     let module = place.module;
     loading.program.own = chain.iter().map(|(m, _)| *m).chain([module]).collect();

@@ -59,6 +59,9 @@ struct Drive<S> {
     before: S,
     /// Where the servo's target stands when the step begins: what it was aimed at last.
     target: S,
+    /// Of a motor, the mean of its target over the last step, and over that before.
+    sought: S,
+    earlier: S,
     /// Impulse lost per speed.
     yielding: S,
     /// Largest impulse.
@@ -87,6 +90,8 @@ impl<S: Scalar> Drive<S> {
             drive: zero,
             before: zero,
             target: zero,
+            sought: zero,
+            earlier: zero,
             yielding: zero,
             most: zero,
             strained: zero,
@@ -163,12 +168,19 @@ impl<S: Scalar> Joints<S> {
             let (now, before) = (state.speeds[dof_of(body)], servo.before);
             let damped = now * k(DAMPER[1]) + before * k(DAMPER[2]);
             servo.drive = if tree.spun[body] {
-                time * (link.damping * (servo.target - damped))
+                // The same shares as of the speed: with the target as it is now, a stiff motor would overshoot whatever it is set to.
+                let sought = (servo.target + targets[link.servo]) * k(0.5);
+                let asked =
+                    sought * k(DAMPER[0]) + servo.sought * k(DAMPER[1]) + servo.earlier * k(DAMPER[2]);
+                (servo.earlier, servo.sought) = (servo.sought, sought);
+                time * (link.damping * (asked - damped))
             } else {
                 let bent = state.positions[body] + step * (now * k(SPRING[1]) + before * k(SPRING[2]));
                 time * (link.stiffness * (servo.target - bent) - link.damping * damped)
             };
-            servo.yielding = step * (link.damping * k(DAMPER[0]) + step * link.stiffness * k(SPRING[0]));
+            // A motor that is as strong as its damper must not be held back for longer in the first step than it is driven.
+            let held = if tree.spun[body] { time } else { step };
+            servo.yielding = held * (link.damping * k(DAMPER[0]) + step * link.stiffness * k(SPRING[0]));
             servo.most = step * link.effort;
             servo.before = now;
             servo.watched = k(0.0);

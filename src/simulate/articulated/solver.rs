@@ -36,6 +36,8 @@ const COLD_SWEEPS: (usize, f64) = (50, 0.01);
 /// squeeze each other by a hundred times its weight would else leave its feet unsolved, and it would creep, and its servos work for
 /// nothing. On ten points, each carries a tenth: together a tenth of the mass times the square of what a fall gains in a step.
 const CARRIED: f64 = 0.1;
+/// What turns too far in so many steps on end is refused. A blow makes a body turn so fast for a few.
+const WHIRLS: f64 = 20.0;
 /// Steps between two looks at the energy.
 const AUDIT: u32 = 8;
 /// Times a step is solved at most while servos come to or leave their limits, and strides settle.
@@ -70,6 +72,10 @@ pub(super) struct Solver<S: Scalar> {
     /// The square of the share of all impulses that the last sweep may change.
     tolerance: S,
     speed_limit: S,
+    /// What turns faster than this for long, rad/s, has no right way.
+    pub(super) turn_limit: S,
+    /// For how many steps something has.
+    whirled: S,
     /// Body and place in it of every element, to check speeds.
     centres: Vec<(usize, V3<S>)>,
     reach: Vec<S>,
@@ -161,6 +167,8 @@ impl<S: Scalar> Solver<S> {
             iterations: settings.iterations,
             tolerance: of(settings.tolerance * settings.tolerance),
             speed_limit: of(settings.speed_limit * LENGTH),
+            turn_limit: of(settings.turn_limit()),
+            whirled: of(0.0),
             centres: centres.collect(),
             reach: reaches(kit, lowered),
             ahead: vec![Velocity::null(kit); bodies],
@@ -232,6 +240,7 @@ impl<S: Scalar> Solver<S> {
     pub(super) fn reset(&mut self) {
         self.state.copy_from(&self.start);
         self.joints.reset();
+        self.whirled = S::zero(self.tree.kit);
         self.memory.fill(V3::null(self.tree.kit));
         self.remembered.clear();
         self.age = 0;
@@ -498,10 +507,16 @@ impl<S: Scalar> Solver<S> {
         let away = self.state.position.square();
         // inf x 0 is NaN, and every comparison with NaN is false.
         let mut fine = (away * zero).at_most(zero);
+        let mut fastest = zero;
         for (frame, &reach) in self.frames.iter().zip(&self.reach) {
             // Only lanes in which a body might be too fast are looked at closely.
-            fine = fine & top_speed(frame.spin, frame.velocity, reach).less(self.speed_limit);
+            let spin = frame.spin.length();
+            fastest = fastest.max(spin);
+            fine = fine & (frame.velocity.length() + spin * reach).less(self.speed_limit);
         }
+        let whirls = self.turn_limit.less(fastest);
+        self.whirled = S::pick(whirls, self.whirled + zero.like(1.0), zero);
+        fine = fine & self.whirled.less(zero.like(WHIRLS));
         let sinks = if self.ground.is_some() { self.frames.as_slice() } else { &[] };
         for frame in sinks {
             fine = fine & zero.less(self.state.position[1] + frame.centre[1]);
@@ -552,6 +567,9 @@ impl<S: Scalar> Solver<S> {
         };
         if self.centres.iter().any(fast) {
             return Some(Invalid::TooFast);
+        }
+        if self.whirled.lane(lane) >= WHIRLS {
+            return Some(Invalid::TurnsTooFast);
         }
         let height = |frame: &Frame<S>| self.state.position[1].lane(lane) + frame.centre[1].lane(lane);
         if self.ground.is_some() && self.frames.iter().any(|frame| height(frame) <= 0.0) {

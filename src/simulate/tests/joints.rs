@@ -6,7 +6,7 @@ use super::bodies::{Builder, element, hinge, idle, servo};
 use super::truth::{during, place, run};
 use super::{HINGED, settings};
 use crate::design::assembly::{Assembly, Control, Dof, Element, JointKind, Shape, Travel};
-use crate::simulate::{Motion, Settings, Targets, World};
+use crate::simulate::{Invalid, Motion, Settings, Targets, World, model};
 
 /// A heavy block that stands, with one thing on a joint beside it, in the air.
 fn stand(what: Element, dof: Dof) -> Assembly {
@@ -174,7 +174,7 @@ fn a_motor_turns_as_fast_as_it_is_asked() {
 #[test]
 fn turning_round_costs_the_energy_of_the_speed() {
     let (disc, inertia) = disc();
-    let asked = 60.0;
+    let asked = 50.0;
     for steps in [2.5, 5.0, 40.0] {
         let torque = 2.0 * asked * inertia * 240.0 / steps;
         let motor = Dof {
@@ -193,6 +193,39 @@ fn turning_round_costs_the_energy_of_the_speed() {
             motion.work[0]
         );
     }
+}
+
+/// A motor much stronger than what it turns is switched on and off: no step overshoots, and it works for the energy of each start.
+#[test]
+fn a_strong_motor_does_not_overshoot() {
+    let (disc, inertia) = disc();
+    let asked = 30.0;
+    for damping in [2e-2, 1.0, 100.0] {
+        let motor = Dof { damping, ..along_x(Travel::Turn, Control::Speed { actuator: 0, times: 1.0 }) };
+        let angles = (0..600).map(|step| if step / 60 % 2 == 0 { asked } else { 0.0 }).collect();
+        let drive = Targets { interval: 1.0 / 240.0, actuators: 1, angles };
+        let motion = run("articulated", &stand(disc.clone(), motor), &finely(2.5), &drive);
+        let most = motion.bends.iter().fold(0.0_f64, |most, speed| most.max(*speed));
+        assert!(most < 1.05 * asked, "{damping}: {most} rad/s");
+        let energy = 5.0 * 0.5 * inertia * asked * asked;
+        assert!((motion.work[0] / energy - 1.0).abs() < 0.1, "{damping}: {} J for {energy}", motion.work[0]);
+    }
+}
+
+/// What turns by more than a quarter of a radian in its steps has a wrong way and a wrong momentum: that is refused, with a step
+/// short enough not.
+#[test]
+fn what_turns_too_far_in_its_steps_is_refused() {
+    let (disc, inertia) = disc();
+    let asked = 80.0;
+    let motor = Dof { damping: 1e-3, ..along_x(Travel::Turn, Control::Speed { actuator: 0, times: 1.0 }) };
+    let body = stand(disc, motor);
+    let drive = Targets { interval: 10.0, actuators: 1, angles: vec![asked] };
+    let mut coarse = model("articulated").unwrap().prepare(&body, &finely(1.0)).unwrap();
+    assert_eq!(coarse.run(std::slice::from_ref(&drive)).remove(0).unwrap_err(), Invalid::TurnsTooFast);
+    let motion = run("articulated", &body, &Settings { step: 1.0 / 480.0, ..finely(1.0) }, &drive);
+    let energy = 0.5 * inertia * asked * asked;
+    assert!((motion.work[0] / energy - 1.0).abs() < 0.02, "{} J for {energy}", motion.work[0]);
 }
 
 /// A light slide with a stiff motor is moved three times: that costs the energy of its speed, and no trembling counts.

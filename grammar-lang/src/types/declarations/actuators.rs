@@ -70,7 +70,7 @@ impl Declarations<'_> {
             && !row.passive
             && kind != JointKind::Spin
         {
-            self.slow_hinge(damping / stiffness, tree);
+            self.odd_lag(damping / stiffness, tree);
         }
         let colour = self.colour(&from, &cx);
         self.check_segments(block, params.get("segments"), damaged);

@@ -106,6 +106,9 @@ impl Declarations<'_> {
     fn cma_es(&mut self, from: &Values<'_>, damaged: bool) -> Option<ir::CmaEs> {
         let cx = Context::new(Stage::Declaration, damaged);
         let spread = self.number(from, "spread", Dimension::NUMBER, Sign::Positive, "30 %", &cx);
+        if let (Some(spread), Some((_, tree))) = (spread, from.values.get("spread")) {
+            self.usual("a search", "spread", spread, tree);
+        }
         let restart = self.restart(from, "spread < 1 %", damaged);
         Some(ir::CmaEs { spread: spread?, restart: restart? })
     }

@@ -284,7 +284,13 @@ impl Declarations<'_> {
         // Where the shape is at fault, that is told.
         shape?;
         Some(match (density, form) {
-            (Field::Fixed(density), Some(form)) => Mass::Given(Field::Fixed(density * form.shape.volume())),
+            (Field::Fixed(density), Some(form)) => {
+                let mass = density * form.shape.volume();
+                if let Some((_, tree)) = from.values.get("density") {
+                    self.usual_mass(from.what, mass, tree);
+                }
+                Mass::Given(Field::Fixed(mass))
+            }
             (density, _) => Mass::Dense { density },
         })
     }

@@ -31,6 +31,9 @@ const EXAMPLE: &str = "case ice { ground_friction = 0.2 }";
 /// Worlds in which all factors are below this are no likely ones.
 const LEAST_FACTOR: f64 = 0.2;
 
+/// Fewer drawn worlds than this say little.
+const FEW_DRAWN: f64 = 4.0;
+
 /// What stands for the world that nothing differs in.
 const NOMINAL: &str = "nominal";
 
@@ -70,6 +73,9 @@ impl Declarations<'_> {
                 && high < LEAST_FACTOR
             {
                 self.far_less(difference, high, tree.span);
+            }
+            if let Some((_, high)) = range {
+                self.usual(from.what, difference.text(), high, tree);
             }
             ranges.extend(range.map(|range| (difference, range)));
         }
@@ -136,6 +142,19 @@ impl Declarations<'_> {
                 .help("each world costs a simulation: 13 are enough for a search, 64 for a test"),
             );
             return None;
+        }
+        if drawn < FEW_DRAWN
+            && let Some((_, tree)) = from.values.get("drawn")
+        {
+            let message = format!(
+                "{drawn} drawn world{} of all that can be",
+                if drawn == 1.0 { " is one" } else { "s are few" }
+            );
+            self.report(
+                Diagnostic::new(Code::UNUSUAL, tree.span, message)
+                    .label("a gait that works there may fail in most others")
+                    .help("draw 8 or more, or write what these worlds are as cases"),
+            );
         }
         Some(drawn as usize)
     }

@@ -76,6 +76,19 @@ impl Declarations<'_> {
                 .help("write `keep = 80 %`: otherwise the search exploits the errors of the simulation"),
             );
         }
+        if let (Some(keep), Some((_, tree))) = (keep, from.values.get("keep"))
+            && keep == 1.0
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::UNUSUAL,
+                    tree.span,
+                    "with this `keep`, a best must lose nothing at half the step",
+                )
+                .label("hardly any passes")
+                .help("write `keep = 80 %`: a shorter step always changes a motion a little"),
+            );
+        }
         let checks = from.values.get("checks").map(|(_, tree)| self.checks(tree));
         let group = |which: Loop| from.groups.get(which.word()).copied();
         if Loop::ALL.iter().all(|which| group(*which).is_none()) {

@@ -40,6 +40,9 @@ const FRICTION: (f64, f64) = (0.0, 3.0);
 /// "Densest naturally occurring element").
 const DENSITY: (f64, f64) = (0.01, 23.0);
 
+/// As a share of what it is in the grammar.
+const OF_IT: (f64, f64) = (0.0, 300.0);
+const OF_IT_ENDS: &str = "nothing and three times as much";
 const TURNING: (f64, f64) = (1.0, 7200.0);
 const TURNING_ENDS: &str = "a turn in six minutes and 20 turns a second";
 const TORQUE: (f64, f64) = (1e-5, 100.0);
@@ -107,6 +110,12 @@ pub const USUAL: &[Usual] = &[
     usual("a target", "turn", (-3600.0, 3600.0), "deg", "ten turns of a winch either way"),
     usual("a prototype", "simulated", (1e-6, 10.0), "m/s", "4 mm in an hour and a sprinter"),
     usual("a prototype", "measured", (1e-6, 10.0), "m/s", "4 mm in an hour and a sprinter"),
+    usual("a search", "spread", (0.1, 200.0), "%", "a thousandth of each domain and twice the domain"),
+    usual("a set of worlds", "friction", OF_IT, "%", OF_IT_ENDS),
+    usual("a set of worlds", "mass", OF_IT, "%", OF_IT_ENDS),
+    usual("a set of worlds", "torque", OF_IT, "%", OF_IT_ENDS),
+    usual("a set of worlds", "speed", OF_IT, "%", OF_IT_ENDS),
+    usual("a set of worlds", "late", (0.0, 500.0), "ms", "at once and half a second later"),
     usual("a motion", "duration", (0.5, 600.0), "s", "half a second and ten minutes"),
 ];
 
@@ -165,15 +174,40 @@ impl Declarations<'_> {
         );
     }
 
-    /// Warns of a joint that follows its drive within `lag` s: damping over stiffness.
-    pub(super) fn slow_hinge(&mut self, lag: f64, tree: &ast::Expr) {
-        if lag <= LONGEST_LAG {
+    /// Warns where a density gives a shape a mass that no part of a robot has, in kg.
+    pub(super) fn usual_mass(&mut self, of: &str, mass: f64, tree: &ast::Expr) {
+        let Some(usual) = usual_of(of, "mass").filter(|usual| !(usual.least..=usual.most).contains(&mass))
+        else {
             return;
-        }
-        let message = format!("with this damping a joint needs {} to follow its drive", shown(lag, "s"));
+        };
+        let range = format!("{} .. {}", shown(usual.least, usual.unit), shown(usual.most, usual.unit));
+        self.report(
+            Diagnostic::new(
+                Code::UNUSUAL,
+                tree.span,
+                format!("this density gives a mass of {}", shown(mass, usual.unit)),
+            )
+            .label(format!("usual: {range}, between {}", usual.ends))
+            .help(format!("check the units of the sizes of the shape. {}", allowed())),
+        );
+    }
+
+    /// Warns of a joint that follows its drive within `lag` s, damping over stiffness: late, or without any damping.
+    pub(super) fn odd_lag(&mut self, lag: f64, tree: &ast::Expr) {
+        let (message, label) = match lag {
+            0.0 => (
+                "without damping a joint swings about its drive for ever".to_owned(),
+                "real material takes energy from each swing".to_owned(),
+            ),
+            lag if lag > LONGEST_LAG => (
+                format!("with this damping a joint needs {} to follow its drive", shown(lag, "s")),
+                format!("usual: up to {LONGEST_LAG} s (damping divided by stiffness)"),
+            ),
+            _ => return,
+        };
         self.report(
             Diagnostic::new(Code::UNUSUAL, tree.span, message)
-                .label(format!("usual: up to {LONGEST_LAG} s (damping divided by stiffness)"))
+                .label(label)
                 .help(format!("check the units of `damping` and `stiffness`. {}", allowed())),
         );
     }
