@@ -5,7 +5,7 @@ use nalgebra::Point3;
 
 use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::Made;
-use crate::ir::{Form, Kind};
+use crate::ir::{Form, JointKind, Kind};
 use crate::source::Span;
 use crate::types::{USUAL, Usual};
 use crate::units;
@@ -20,7 +20,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, kind) in parts.chain(actuators) {
         for (field, expr) in kind.varying() {
             let odd = made(known, kind).find_map(|(given, made)| {
-                let (value, usual) = unusual(field, &made.ok()?)?;
+                let (value, usual) = unusual(field, &made.ok()?, joint_of(kind))?;
                 Some((given, value, usual))
             });
             if let Some((given, value, usual)) = odd {
@@ -34,7 +34,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
 }
 
 /// The value of a field of one part, in SI units, and what is usual, where it is not.
-fn unusual(field: &str, made: &Made) -> Option<(f64, &'static Usual)> {
+fn unusual(field: &str, made: &Made, joint: JointKind) -> Option<(f64, &'static Usual)> {
     let density = |mass: f64, form: &Form| mass / form.shape.volume();
     let (of, field, value) = match (made, field) {
         (Made::Block(block), "mass" | "density") => ("a part", "density", density(block.mass, &block.form)),
@@ -43,8 +43,8 @@ fn unusual(field: &str, made: &Made) -> Option<(f64, &'static Usual)> {
             ("an actuator", "density", density(own.mass, &own.segment))
         }
         (Made::Actuator(own), "friction") => ("an actuator", "friction", own.friction),
-        (Made::Actuator(own), "torque") => ("an actuator", "torque", own.effort?),
-        (Made::Actuator(own), "stiffness") => ("an actuator", "stiffness", own.joint.stiffness),
+        (Made::Actuator(own), "torque" | "effort") => (row(joint), joint.effort_field(), own.effort?),
+        (Made::Actuator(own), "stiffness") => (row(joint), "stiffness", own.joint.stiffness),
         _ => return None,
     };
     let usual = USUAL.iter().find(|usual| (usual.of, usual.field) == (of, field))?;
@@ -52,6 +52,25 @@ fn unusual(field: &str, made: &Made) -> Option<(f64, &'static Usual)> {
     let slack = 1e-9;
     let within = usual.least * factor * (1.0 - slack)..=usual.most * factor * (1.0 + slack);
     (!within.contains(&value)).then_some((value, usual))
+}
+
+/// How the joints of a kind move; a part that hangs on none is as if it bent.
+fn joint_of(kind: Kind<'_>) -> JointKind {
+    match kind {
+        Kind::Actuator(actuator) => actuator.joint.kind,
+        Kind::Block(part) => part.joint.as_ref().map_or(JointKind::Bend, |joint| joint.kind),
+        Kind::Cell(_) => JointKind::Bend,
+    }
+}
+
+/// What a row with such joints is called in the table.
+fn row(joint: JointKind) -> &'static str {
+    match joint {
+        JointKind::Bend | JointKind::Socket => "an actuator",
+        JointKind::Twist => "an actuator that twists",
+        JointKind::Slide => "an actuator that slides",
+        JointKind::Spin => "an actuator that spins",
+    }
 }
 
 /// How many SI units the unit of a row is.
