@@ -123,6 +123,51 @@ fn radial_symmetry_repeats_an_application_about_its_axis() {
     example(&super::features::rules(&on_axis)).unwrap();
 }
 
+/// What turns about the axis or slides along it moves as all its images would: it is there once, and what hangs on it is repeated.
+#[test]
+fn a_row_along_the_axis_is_its_own_image() {
+    for (joint, fits) in
+        [("slide along x", true), ("twist", true), ("spin about x", true), ("slide along y", false)]
+    {
+        let limits = match joint {
+            "twist" => {
+                "range = -60 deg .. 60 deg  speed = 90 deg/s  effort = 0.1 N*m/rad  stiffness = 0.3 N*m/rad^2  damping = 0.01 N*m*s/rad^2"
+            }
+            "spin about x" => "speed = 90 deg/s  effort = 0.1 N*m/rad  damping = 0.01 N*m*s/rad^2",
+            _ => {
+                "range = 0 mm .. 5 mm  speed = 50 mm/s  effort = 5 N  stiffness = 500 N/m  damping = 10 N*s/m"
+            }
+        };
+        let answer = if fits {
+            "step a = lift(p = core, q = core.top)
+             step b = bud(p = a, q = a.tip, what = cube)
+             expect count(jack) == 1 and count(images(b)) == 0 and count(part) == 3"
+        } else {
+            "refuse lift(p = core, q = core.top)"
+        };
+        let rules = rules(&format!(
+            "symmetry radial 4 about y {GROW}
+            actuator jack {{
+              segment = cylinder(6 mm, 10 mm)  joint = {joint}  {limits}
+              density = 1 g/cm^3  friction = 0.5  colour = \"#5a9e8f\"
+            }}
+            rule lift {{
+              match  p : part with free port q
+              attach jack to q
+            }}
+            actuation still for a : jack {{ drive {} }}
+            actuate jack with still
+            example x {{ {answer} }}",
+            match joint {
+                "twist" => "angle = a.greatest_bend * sin(t / 2 s * 360 deg)",
+                "spin about x" => "speed = a.greatest_speed",
+                _ => "distance = a.greatest_distance * (1 - cos(t / 2 s * 360 deg)) / 2",
+            }
+        ));
+        example(&rules).unwrap();
+    }
+}
+
 #[test]
 fn replacing_keeps_what_hangs_on_the_part_and_the_side_of_the_core() {
     let replace = "

@@ -142,6 +142,7 @@ const OTHERS: &[(&str, &str)] = &[
         variant terms of \"./codesign.sgr\" {
           replace maximize mean_speed / 1 m * 1 s + body_lengths_per_hour + lasting_travel / 1 cm + energy / 1 J
             + heading_error / 1 deg + turning / 1 deg + clearance / 1 cm
+            + headway / 1 cm + turning_right / 1 deg
         }",
     ),
     (

@@ -21,6 +21,12 @@ fn set(wanted: &str, rules: &RuleSet) -> Result<(String, Scenarios), Fault> {
         Some((file, name)) => (Some(file), name),
         None => (None, wanted),
     };
+    if let Some(library) = file.filter(|file| file.starts_with("std.")) {
+        return Err(Fault::usage(format!(
+            "a set of the library is named through a grammar that imports it\nhelp: write `use {library} {{ {name} }}` in a file, and `--in FILE:{name}`; \
+             a set that the design's own grammar imports needs no file: `--in {name}`"
+        )));
+    }
     let other = match file {
         Some(file) => Some(load::grammar(Path::new(file), &[], None)?.0),
         None => None,
@@ -61,6 +67,13 @@ pub(super) fn eval(
         Ok(value) => quantity(value),
         Err(why) => format!("no value: {}", why.describe()),
     };
+    if rules.tasks.len() > 1 {
+        let tasks: Vec<&str> = rules.tasks.keys().map(String::as_str).collect();
+        output::data(&format!(
+            "the value of the grammar's objective over its tasks ({}):\n",
+            tasks.join(", ")
+        ))?;
+    }
     let names = judged.iter().map(|judged| judged.scenario.name.chars().count()).max().unwrap_or(0);
     let values: Vec<String> = judged.iter().map(of).collect();
     let width = values.iter().map(|value| value.chars().count()).max().unwrap_or(0);

@@ -99,7 +99,9 @@ fn report(rules: &RuleSet, rule: &Rule, why: &Refusal) -> Option<Diagnostic> {
         Refusal::PortTaken => {
             "something is there already, or comes there by the symmetry: attach one, and its images follow"
         }
-        Refusal::Asymmetric => "what it attaches has no image there: name a port off the axis or mirror",
+        Refusal::Asymmetric => {
+            "what it attaches has no image there: name a port off the axis or mirror (a round actuator that twists, spins or slides along the axis has one)"
+        }
         Refusal::Askew(_) => {
             "turn it by 0 deg or 180 deg; to bend across the plane, give it another axis instead: \
              `bender(direction = 90 deg)`, or `joint = bend about y` in an actuator of your own"

@@ -127,7 +127,7 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                     }
                     "the symmetry would be lost" => {
                         "the core must be its own image: a box is one of `radial 2` and, if square, \
-                         `radial 4`, a disk of any, with ports that fit"
+                         `radial 4`, a disk of any, with ports that fit; an actuator on the axis must be round, and twist, spin or slide along it"
                     }
                     "one step makes 256 parts at most, images among them" => {
                         "`begin` counts as one step: place fewer parts, and let rules add the rest"

@@ -74,6 +74,11 @@ impl Image {
         let relative = want.matrix().transpose() * have.matrix();
         let form = match part.made.as_deref() {
             Some(Made::Block(block)) => Some(block.form),
+            // A round row on the axis that all its joints turn about or slide along, as far as that is an axis of symmetry.
+            Some(Made::Actuator(row)) if !self.reflects && row.segment.shape.is_round() => {
+                let is_along = row.joint.axis[0].abs() > 1.0 - 1e-6 && !row.segment.stands;
+                return is_along && relative[(0, 0)] > 1.0 - 1e-6;
+            }
             Some(Made::Actuator(_)) | None => None,
         };
         match form {

@@ -39,7 +39,11 @@ const LINE: Told = Told::Line;
 /// What is written elsewhere, how it is told, and what helps.
 const HABITS: &[(&str, Told, &str)] = &[
     // Operators
-    ("**", SIGN, "there is no power operator: write `x * x`; in a unit, `m^2`"),
+    (
+        "**",
+        SIGN,
+        "there is no power operator: write `x * x`, or `exp(n * ln(x))` where n varies; in a unit, `m^2`",
+    ),
     (
         "+=",
         LINE,
@@ -63,7 +67,11 @@ const HABITS: &[(&str, Told, &str)] = &[
         WORD,
         "there is no remainder operator: the remainder of n divided by 8 is `n - 8 * floor(n / 8)`",
     ),
-    ("^", SIGN, "there is no power operator: write `x * x`; in a unit, `m^2`"),
+    (
+        "^",
+        SIGN,
+        "there is no power operator: write `x * x`, or `exp(n * ln(x))` where n varies; in a unit, `m^2`",
+    ),
     ("√", SIGN, "write `sqrt(x)`"),
     ("AND", WORD, "write `and`: keywords are in lower case"),
     ("OR", WORD, "write `or`: keywords are in lower case"),
@@ -184,6 +192,10 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("real", TYPE, "write the kind of quantity, such as `Length`, or `Number` for a number without a unit"),
     ("int", TYPE, "write `Count` for a whole number"),
     ("integer", TYPE, "write `Count` for a whole number"),
+    ("Int", TYPE, "write `Count` for a whole number"),
+    ("Integer", TYPE, "write `Count` for a whole number"),
+    ("Float", TYPE, "write the kind of quantity, such as `Length`, or `Number` for a number without a unit"),
+    ("Real", TYPE, "write the kind of quantity, such as `Length`, or `Number` for a number without a unit"),
     ("bool", TYPE, "write `Bool`"),
     ("boolean", TYPE, "write `Bool`"),
     ("str", TYPE, "write `Text`"),
@@ -353,6 +365,27 @@ fn form(text: &str, place: usize) -> Option<String> {
     if matches!(first, "shared" | "vary") && line.contains(": Bool in ") {
         return Some(format!("a Bool has no domain: write `{first} {second} : Bool flip 0.1`"));
     }
+    let argument = before.rsplit(['(', ',']).next().unwrap_or("").trim();
+    if after.starts_with(':') && open('(') && !argument.is_empty() && argument.chars().all(is_of_name) {
+        return Some(format!("a parameter is given with `=`: write `{argument} =`"));
+    }
+    if after.starts_with("if ") {
+        let condition = after.strip_prefix("if ")?.lines().next()?.trim();
+        match first {
+            "match" => return Some(format!("the condition of a match follows `where`: `where {condition}`")),
+            "fallback" => {
+                return Some(format!("a fallback says when it is drawn with `when`: `when {condition}`"));
+            }
+            _ => {}
+        }
+    }
+    if first == "port" && after.starts_with(',') && before.contains("at (") {
+        return Some("a place is a vector: write `at vector(0 cm, 1 cm, 0 cm)`".to_owned());
+    }
+    let is_simulate = first == "simulate" || line.starts_with("replace simulate");
+    if is_simulate && after.starts_with("and ") && line.contains(" on ") {
+        return Some("several targets are a list: `on air, threads`".to_owned());
+    }
     if first == "attach" && after.starts_with(':') {
         let rest = line.split_once(':')?.1.trim();
         return Some(format!("write `attach {rest} as {second}`"));
@@ -376,6 +409,10 @@ fn form(text: &str, place: usize) -> Option<String> {
         return is_word.then(|| format!("write `use std.{name} {{ ... }}` for a module of the library, `use \"./{name}.sgr\" {{ ... }}` for a file"));
     }
     None
+}
+
+fn is_of_name(c: char) -> bool {
+    c.is_alphanumeric() || c == '_'
 }
 
 /// What helps where a unit stands apart from its number: `box(2, 2, 2) cm`, `1 in`.

@@ -1,10 +1,10 @@
-//! Rules that ask for what a requirement forbids.
+//! Rules and preferences that ask for what a requirement forbids.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::bounds::linear::{Row, contradictory};
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Expr, Rule};
+use crate::ir::{Expr, Preference, Rule};
 
 use super::counts::Counts;
 use super::known::Known;
@@ -21,11 +21,16 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let all = ruleset.rules.iter().flat_map(|rule| conditions(rule).map(move |condition| (rule, condition)));
     let asked: Vec<(&Rule, &Expr, Vec<Row>)> =
         all.map(|(rule, condition)| (rule, condition, counts.rows(condition))).collect();
+    let preferred: Vec<(&Preference, Vec<Row>)> = ruleset
+        .preferences
+        .iter()
+        .map(|preference| (preference, counts.rows(&preference.condition)))
+        .collect();
     let about = About::new(&required);
     let always: Vec<Vec<Row>> = counts.base().iter().map(|row| vec![row.clone()]).collect();
     let always_about = About::new(&always);
-    for (rule, condition, asked) in asked {
-        let against = about.those(&asked).into_iter().take(MOST).find(|place| {
+    let forbidden = |asked: &[Row]| {
+        let against = about.those(asked).into_iter().take(MOST).find(|place| {
             let both = || asked.iter().chain(required.get(*place).into_iter().flatten()).cloned();
             let mut rows: Vec<Row> = both().collect();
             for place in always_about.those(&rows) {
@@ -33,7 +38,26 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
             contradictory(&rows)
         });
-        let Some(against) = against.and_then(|place| ruleset.requirements.get(place)) else { continue };
+        against.and_then(|place| ruleset.requirements.get(place))
+    };
+    for (preference, asked) in preferred {
+        let Some(against) = forbidden(&asked) else { continue };
+        findings.push(
+            Diagnostic::new(
+                Code::AGAINST_REQUIREMENT,
+                preference.condition.span,
+                format!(
+                    "no design can fulfil this preference: the requirement `{}` forbids it",
+                    against.name
+                ),
+            )
+            .label("no allowed design fulfils this")
+            .also(against.condition.span, "required here")
+            .help("relax one of the two, or remove the preference"),
+        );
+    }
+    for (rule, condition, asked) in asked {
+        let Some(against) = forbidden(&asked) else { continue };
         findings.push(
             Diagnostic::new(
                 Code::AGAINST_REQUIREMENT,

@@ -2,6 +2,7 @@
 
 use crate::bounds::Reasoning;
 use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::ExprKind;
 use crate::units::shown;
 
 use super::known::Known;
@@ -13,6 +14,21 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let of_all = ruleset.objectives().map(|objective| (objective, known.facts.clone()));
     for (objective, facts) in of_tasks.chain(of_all) {
         let value = Reasoning::new(&facts, Vec::new()).numbers(&objective.value).single();
+        if let ExprKind::If(_, a, b) = &objective.quantity().kind
+            && [a, b].iter().all(|branch| known.numbers(branch).single().is_some())
+            && findings.iter().all(|d| d.span() != objective.value.span)
+        {
+            findings.push(
+                Diagnostic::new(
+                    Code::CONSTANT_AIM,
+                    objective.value.span,
+                    "this objective has only two values",
+                )
+                .label("nothing leads a search from the one to the other")
+                .help("let it grow with what is wanted, as in `maximize travel in cm`"),
+            );
+            continue;
+        }
         let Some(value) = value.filter(|_| findings.iter().all(|d| d.span() != objective.value.span)) else {
             continue;
         };

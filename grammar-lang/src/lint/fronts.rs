@@ -6,7 +6,7 @@ use crate::ir::{Objective, RuleSet};
 use super::known::Known;
 
 /// What a search for a front can be had from.
-const SEARCH: &str = "write `search trade_offs` with `use std.search { trade_offs }`";
+const SEARCH: &str = "write `search trade_offs` (in a variant `replace search trade_offs`), imported by `use std.search { trade_offs }`";
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;

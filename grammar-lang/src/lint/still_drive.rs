@@ -26,6 +26,17 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
         }
     }
+    for actuation in known.ruleset.actuations.values().filter(|actuation| actuation.drive.ty == Ty::Valves) {
+        let inflates = |expr: &Expr| expr.any(&mut |e| e.kind == ExprKind::Word(Word::Inflate));
+        let values = actuation.lets.iter().chain(&actuation.moving).map(|(_, value)| value);
+        if !values.chain([&actuation.drive]).any(inflates) {
+            findings.push(
+                Diagnostic::new(Code::STILL_DRIVE, actuation.drive.span, "no valve ever lets air in")
+                    .label("without `inflate` nothing bends")
+                    .help("write a cycle such as `cycle(period, share, [inflate, closed, vent, closed], phase)`"),
+            );
+        }
+    }
     let mut told: Option<Diagnostic> = None;
     for actuated in known.actuated().filter(|actuated| changes(actuated.actuation)) {
         told = told.or_else(|| hardly_moves(known, &actuated));

@@ -5,6 +5,7 @@ use super::fields::{Sign, Values, reads_params};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
 use crate::eval::{Value, is_across, unit};
 use crate::ir::{self, Field, JointKind, NAMED_AXES, Ty};
+use crate::source::Span;
 use crate::syntax::ast::{self, Block, Name};
 use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
@@ -181,20 +182,39 @@ impl Declarations<'_> {
             self.report(
                 Diagnostic::new(Code::UNKNOWN_NAME, name.span, format!("there is no joint `{}`", name.text))
                     .label("not known")
-                    .help(meant_joint(&name.text).map_or_else(
-                        || did_you_mean(&name.text, names()).unwrap_or_else(|| JOINTS.to_owned()),
-                        |meant| match of {
-                            Owner::Part if !meant.contains("passive") => {
-                                format!("write `joint = {meant} passive`")
-                            }
-                            _ => format!("write `joint = {meant}`"),
-                        },
-                    ))
+                    .help(
+                        meant_joint(&name.text)
+                            .map(|meant| self.about_its_axis(meant, name.span))
+                            .map_or_else(
+                                || did_you_mean(&name.text, names()).unwrap_or_else(|| JOINTS.to_owned()),
+                                |meant| match of {
+                                    Owner::Part if !meant.contains("passive") => {
+                                        format!("write `joint = {meant} passive`")
+                                    }
+                                    _ => format!("write `joint = {meant}`"),
+                                },
+                            ),
+                    )
                     .fix_if(respell(name.span, &name.text, names())),
             );
             return None;
         };
         Some(kind)
+    }
+
+    /// A joint with the axis that follows its name in the text, as in `revolute about y`.
+    fn about_its_axis(&self, joint: &str, name: Span) -> String {
+        let text =
+            self.environment.sources.get(name.file).and_then(|source| source.text.get(name.end as usize..));
+        let after = text.and_then(|text| text.lines().next()).unwrap_or("").trim();
+        let axis = after.strip_prefix("about ").or(after.strip_prefix("along ")).map(str::trim);
+        match (joint.split_once(' '), axis) {
+            (Some((kind, rest)), Some(axis)) if ["x", "y", "z"].contains(&axis) => {
+                let way = rest.split(' ').next().unwrap_or("about");
+                format!("{kind} {way} {axis}")
+            }
+            _ => joint.to_owned(),
+        }
     }
 
     /// Joints that fit what has them.

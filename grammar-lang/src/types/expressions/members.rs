@@ -203,6 +203,11 @@ impl Expressions<'_> {
                 let a = if name.text.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" };
                 return Some(format!("it is {} that has {a} `{}`", article(owner), name.text));
             }
+            if of.ty == Ty::Actuator {
+                return Some(
+                    "its ports are `base` and `tip`; what a rule attached is named by its `as`, and its parameters by `param`".to_owned(),
+                );
+            }
             (!candidates.is_empty()).then(|| format!("{} has: {}", article(&of.ty), candidates.join(", ")))
         });
         self.report(
