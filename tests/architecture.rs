@@ -202,6 +202,12 @@ fn solvers_and_the_link_to_the_board_know_no_grammar() {
     }
 }
 
+/// The checker warns of what the solver refuses: the same turn in a step.
+#[test]
+fn the_checker_and_the_solver_have_one_limit_of_turns() {
+    assert!((grammar_lang::lint::MOST_TURN - sgc::simulate::MOST_TURN).abs() < 1e-12);
+}
+
 #[test]
 fn only_their_walls_name_pest_ariadne_and_rapier() {
     let mut files = Vec::new();

@@ -5,8 +5,9 @@ use crate::ir::{JointKind, Method};
 
 use super::known::Known;
 
-/// A motor may turn so far in a step, rad: solvers take the chord for the arc, which is a hundredth shorter.
-const MOST: f64 = 0.25;
+/// A motor may turn so far in a step, rad: solvers take the chord for the arc, which is a hundredth shorter. What refuses such
+/// motions is the solver, which knows no grammars; a test compares the two numbers.
+pub const MOST: f64 = 0.25;
 /// It may turn so far between two recorded frames, rad: beyond half a turn they do not tell which way it went.
 const MOST_RECORDED: f64 = 2.8;
 

@@ -62,6 +62,8 @@ mod weak;
 mod whole_turns;
 mod worlds;
 
+pub use fast_spin::MOST as MOST_TURN;
+
 use crate::bounds::Begun;
 use crate::diagnostics::Diagnostic;
 use crate::ir::RuleSet;
