@@ -5,7 +5,12 @@
 //! A servo at its torque limit gives just that, and is left out of the matrix.
 //! Which servos are at their limit is guessed from the last step and corrected
 //! with the speeds that come out, contacts included: an active set. (As rows of
-//! the contact solver beside the implicit part, slipping servos diverge.)
+//! the contact solver beside the implicit part, slipping servos diverge.) Where many
+//! servos load each other, the guesses may go round and round, and a servo that is left with
+//! the wrong one pushes a joint that it has to brake: rows of light joints then jump from one hard
+//! limit to the other in every step. So a servo that leaves its limit a second time
+//! is weakened instead: it gives the share of what it would like to that comes to its limit at
+//! the speed that came out. Such a servo brakes what moves, whatever the guess.
 //!
 //! A hard limit is such a row in the step in which a joint comes to it. From then on
 //! the joint is held inside the mass matrix, as stiff as numbers allow, until it would have
@@ -68,6 +73,8 @@ struct Drive<S> {
     most: S,
     /// The sign of its impulse if it is at its limit, else zero.
     strained: S,
+    /// Else the share that it gives of its impulse: one, if it is not weakened.
+    share: S,
     /// The impulse that acted when the step was last solved.
     given: S,
     /// The work done so far, and what rounding has cut off it (Kahan's summation).
@@ -95,6 +102,7 @@ impl<S: Scalar> Drive<S> {
             yielding: zero,
             most: zero,
             strained: zero,
+            share: S::of(kit, 1.0),
             given: zero,
             work: (zero, zero),
             hold: zero,
@@ -182,6 +190,7 @@ impl<S: Scalar> Joints<S> {
             let held = if tree.spun[body] { time } else { step };
             servo.yielding = held * (link.damping * k(DAMPER[0]) + step * link.stiffness * k(SPRING[0]));
             servo.most = step * link.effort;
+            servo.share = k(1.0);
             servo.before = now;
             servo.watched = k(0.0);
             // Where a limit has held, it goes on.
@@ -199,7 +208,7 @@ impl<S: Scalar> Joints<S> {
     pub(super) fn push(&self, state: &State<S>, impulses: &mut [S]) {
         for (body, servo) in self.drives.iter().enumerate().skip(1) {
             let dof = dof_of(body);
-            let implicit = servo.drive - servo.yielding * state.speeds[dof];
+            let implicit = servo.share * (servo.drive - servo.yielding * state.speeds[dof]);
             impulses[dof] += S::pick(servo.is_free(), implicit, servo.strained * servo.most);
             let hold = servo.firm * (servo.rest - state.speeds[dof]);
             impulses[dof] += S::pick(servo.is_held(), hold, hold.like(0.0));
@@ -213,34 +222,41 @@ impl<S: Scalar> Joints<S> {
         for (body, servo) in self.drives.iter().enumerate().skip(1) {
             let dof = dof_of(body);
             h[tree.rows[dof] + tree.path_to(dof).len() - 1] +=
-                S::pick(servo.is_free(), servo.yielding, zero) + S::pick(servo.is_held(), servo.firm, zero);
+                S::pick(servo.is_free(), servo.share * servo.yielding, zero)
+                    + S::pick(servo.is_held(), servo.firm, zero);
         }
     }
 
     /// Corrects which servos are at their limit, and lets go of joints that would have to be pulled to stay at theirs, from
-    /// the speeds at the end of the step, in the `live` lanes; returns where that changes the step. Unless
-    /// `release`, servos only come to be at their limit, so that the search ends.
+    /// the speeds at the end of the step, in the `live` lanes; returns where that changes the step. After the `first`
+    /// pass, servos that leave their limit are weakened.
     #[inline(always)]
-    pub(super) fn review(&mut self, speeds: &[S], release: bool, live: S::Mask) -> S::Mask {
+    pub(super) fn review(&mut self, speeds: &[S], first: bool, live: S::Mask) -> S::Mask {
         let kit = self.drives[0].drive.kit();
         let (zero, one) = (S::zero(kit), S::of(kit, 1.0));
-        let release = S::mask(kit, release);
+        let (first, allowed) = (S::mask(kit, first), S::of(kit, 1.0 + TOLERANCE));
         let mut changed = S::mask(kit, false);
         for (body, servo) in self.drives.iter_mut().enumerate().skip(1) {
-            let free = servo.is_free();
-            let impulse = servo.drive - servo.yielding * speeds[dof_of(body)];
+            let (free, whole) = (servo.is_free(), !servo.share.less(one));
+            let asked = servo.drive - servo.yielding * speeds[dof_of(body)];
             // Before the flag changes: what it says now is what was solved with.
-            let given = S::pick(free, impulse, servo.strained * servo.most);
+            let given = S::pick(free, servo.share * asked, servo.strained * servo.most);
             servo.given = S::pick(live, given, servo.given);
-            let comes = live & free & (servo.most * S::of(kit, 1.0 + TOLERANCE)).less(impulse.abs());
-            let leaves = live & release & !free & (impulse * servo.strained).less(servo.most);
-            let sign = S::pick(zero.less(impulse), one, -one);
+            let (over, sign) = (asked.abs(), S::pick(zero.less(asked), one, -one));
+            let comes = live & free & whole & (servo.most * allowed).less(over);
+            let leaves = live & !free & (asked * servo.strained).less(servo.most);
+            // What a weakened servo gives is not what it should.
+            let right = servo.most.min(over);
+            let off = (right * allowed).less(given.abs()) | (given.abs() * allowed).less(right);
+            let shared = live & free & !whole & off;
+            let share = S::pick(servo.most.less(over), servo.most / over, one);
+            servo.share = S::pick(shared | (leaves & !first), share, servo.share);
             servo.strained = S::pick(comes, sign, S::pick(leaves, zero, servo.strained));
             let (held, hold) = (live & servo.is_held(), servo.firm * (servo.rest - speeds[dof_of(body)]));
             let pulls = held & zero.less(hold * servo.held);
             servo.hold = S::pick(held, S::pick(pulls, zero, hold), servo.hold);
             servo.held = S::pick(pulls, zero, servo.held);
-            changed = changed | comes | leaves | pulls;
+            changed = changed | comes | leaves | shared | pulls;
         }
         changed
     }
@@ -301,6 +317,15 @@ impl<S: Scalar> Joints<S> {
             sum += half * (tree.links[body].stiffness * (stretch * stretch));
         }
         sum
+    }
+
+    /// What a servo gave in the last step, and what it had to give at the speed that came out, as shares of its limit.
+    #[cfg(test)]
+    pub(super) fn given(&self, body: usize, speeds: &[S]) -> (f64, f64) {
+        let servo = &self.drives[body];
+        let [most, given, drive, yielding, speed] =
+            [servo.most, servo.given, servo.drive, servo.yielding, speeds[dof_of(body)]].map(|v| v.lane(0));
+        (given / most, ((drive - yielding * speed) / most).clamp(-1.0, 1.0))
     }
 
     /// The work that has been done at a body's joint since the last reset, erg.

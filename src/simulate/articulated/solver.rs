@@ -41,7 +41,7 @@ const WHIRLS: f64 = 20.0;
 /// Steps between two looks at the energy.
 const AUDIT: u32 = 8;
 /// Times a step is solved at most while servos come to or leave their limits, and strides settle.
-const PASSES: usize = 6;
+const PASSES: usize = 12;
 /// Strides that differ from those that the step was solved with by no more than this share of all
 /// velocities, squared, and by what the contacts may be off, are left as they are: what is missing comes with the
 /// next step.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::conservation::{poses, turning};
-use super::{aloft, chain, energy_of, fine, keeps_momenta, loose, thrown};
+use super::{aloft, chain, energy_of, fine, keeps_momenta, loose, solver, thrown};
 use crate::design::assembly::{Control, Dof, JointKind, Travel};
 use crate::simulate::Settings;
 use crate::simulate::articulated::kinematics::place;
@@ -206,4 +206,27 @@ fn no_spring_gives_more_than_it_took() {
     }
     assert_eq!(solver.failures, [None]);
     assert!(most < 0.2, "{most} of what is allowed");
+}
+
+/// Servos of a row of light joints are all at their limits when a blow has made the joints fast. Each may only brake then: one that
+/// pushed on would throw its joint from one hard limit to the other, in every step.
+#[test]
+fn servos_at_their_limits_brake() {
+    let joint = |anchor| Dof { limits: (-0.5, 0.5), ..hinge(anchor, Vector3::z(), 0) };
+    let mut worst = 0.0_f64;
+    for seed in 0..10 {
+        let mut solver = solver::<f64>(&chain(10, 0.012, joint), &fine(1.0 / 240.0));
+        for (place, speed) in solver.state.speeds.iter_mut().skip(6).enumerate() {
+            *speed = 50.0 * libm::sin(f64::from(seed) + 1.7 * (place * place) as f64);
+        }
+        solver.begin();
+        for _ in 0..60 {
+            solver.advance();
+            for body in 1..solver.tree.links.len() {
+                let (given, right) = solver.joints.given(body, &solver.state.speeds);
+                worst = worst.max((given - right).abs());
+            }
+        }
+    }
+    assert!(worst < 0.2, "a servo was off by {worst} of its limit");
 }
