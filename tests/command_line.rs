@@ -214,9 +214,23 @@ fn a_design_is_exported_and_a_motion_of_it_is_scored() {
     assert_eq!(code(&scored), 0, "{}", errors(&scored));
     assert_eq!(scored.stdout, again.stdout, "the own motion has the own value");
 
+    // In a world that is as the grammar says, it moves as without one; on ice it does not.
+    let other = path("other.sgr");
+    let worlds = format!(
+        "variant other of \"{grammar}\" {{\n  add scenarios two {{\n    case ice {{ ground_friction = 0.05 }}\n  }}\n}}\n"
+    );
+    std::fs::write(&other, worlds).unwrap();
+    let set = format!("{other}:two");
+    let within = |world: &str| export(&["--to", "motion", "--in", &set, "--world", world]);
+    let motion = std::fs::read_to_string(&file).unwrap();
+    assert_eq!(within("nominal"), motion);
+    assert_ne!(within("ice"), motion);
+    let page = path("page.html");
+    assert_eq!(code(&sgc(&["view", &out, "--in", &set, "--world", "ice", "--out", &page])), 0);
+    assert!(std::fs::read_to_string(&page).unwrap().contains("hidden>ice</button>"));
+
     std::fs::write(path("bad.csv"), "time\n0\n").unwrap();
     // As a program writes it for which z points up.
-    let motion = std::fs::read_to_string(&file).unwrap();
     let mut rows: Vec<Vec<&str>> = motion.lines().map(|line| line.split(',').collect()).collect();
     rows.iter_mut().skip(1).flat_map(|row| row[1..].chunks_mut(7)).for_each(|pose| pose.swap(1, 2));
     let rows: Vec<String> = rows.into_iter().map(|row| row.join(",")).collect();
@@ -243,6 +257,9 @@ fn a_design_is_exported_and_a_motion_of_it_is_scored() {
         (vec!["eval", &out, "--motion", &sunk], 1, "10.0 mm below the ground"),
         (vec!["eval", &out, "--motion", &file, "--step", "1/480"], 2, "cannot be used with"),
         (vec!["eval", &out, "--task", "dig"], 2, "--motion"),
+        (vec!["view", &out, "--in", &set, "--world", "icy"], 2, "did you mean `ice`?"),
+        (vec!["view", &out, "--in", &set], 2, "--world"),
+        (vec!["export", &out, "--to", "drive", "--in", &set, "--world", "ice"], 2, "`--to motion` alone"),
     ] {
         let output = sgc(&arguments);
         assert_eq!(code(&output), wanted, "{arguments:?}: {}", errors(&output));

@@ -10,6 +10,7 @@ use super::exit;
 use super::output::{self, Fault};
 use super::precision::Precision;
 use super::replace::Replace;
+use super::scenarios::OneWorld;
 use crate::derive::Candidate;
 use crate::results::beginning::beginning;
 use crate::results::replay;
@@ -51,6 +52,8 @@ pub(super) struct Export {
     /// The simulation method [default: the method of the run]
     #[arg(long, value_parser = clap::builder::PossibleValuesParser::new(SolverName::ALL.map(SolverName::text)))]
     solver: Option<String>,
+    #[command(flatten)]
+    place: OneWorld,
 }
 
 impl Export {
@@ -60,6 +63,12 @@ impl Export {
         let fault = |e| design::fault(&path, &e);
         let Candidate { derivation, body, .. } = replay::candidate(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
+        let world = self.place.asked(&rules)?;
+        if world.is_some() && !matches!(self.to, Format::Motion) {
+            return Err(Fault::usage(
+                "a world changes what is simulated, and goes with `--to motion` alone\nhelp: leave `--in` and `--world` out".to_owned(),
+            ));
+        }
         if matches!(self.to, Format::Begin) {
             if rules.lattice.is_some() {
                 return Err(Fault::usage(format!(
@@ -88,7 +97,13 @@ impl Export {
             Format::Begin => Ok(String::new()),
             Format::Motion => {
                 let solver = self.solver.as_deref().unwrap_or(&design.solver);
-                Ok(export::motion(&setup.motion(solver).map_err(fault)?))
+                let task = self.task.as_deref();
+                let motion = match &world {
+                    Some(world) => replay::motion_in(&rules, &design, task, world, solver, precision)
+                        .and_then(|motion| Ok(motion?)),
+                    None => setup.motion(solver),
+                };
+                Ok(export::motion(&motion.map_err(fault)?))
             }
         };
         let text = text.map_err(|unfit| fault(unfit.into()))?;

@@ -1,7 +1,8 @@
-//! `sgc eval --in`: a saved design in the worlds of a set of scenarios.
+//! `--in`: a saved design in the worlds of a set of scenarios, or in one of them.
 
 use std::path::Path;
 
+use clap::Args;
 use grammar_lang::diagnostics::did_you_mean;
 use grammar_lang::ir::{RuleSet, Scenarios};
 
@@ -12,8 +13,44 @@ use crate::results::elsewhere::{self, Judged};
 use crate::results::replay::{How, Precision};
 use crate::results::saved::SavedDesign;
 use crate::results::{describe, summary};
-use crate::scenarios;
+use crate::scenarios::{self, Scenario};
 use crate::simulate::Stop;
+
+/// One world of a set.
+#[derive(Args)]
+pub(super) struct OneWorld {
+    /// The set of scenarios that `--world` belongs to: NAME in the design's grammar, or FILE:NAME in another file
+    #[arg(long = "in", value_name = "SCENARIOS", requires = "world")]
+    scenarios: Option<String>,
+    /// The world to show, as `sgc eval DESIGN --in SCENARIOS` calls it, such as `drawn 3`
+    #[arg(long, value_name = "WORLD", requires = "scenarios")]
+    world: Option<String>,
+}
+
+impl OneWorld {
+    /// The world, if one is named.
+    pub(super) fn asked(&self, rules: &RuleSet) -> Result<Option<Scenario>, Fault> {
+        let (Some(wanted), Some(world)) = (&self.scenarios, &self.world) else { return Ok(None) };
+        let (name, worlds) = worlds(wanted, rules)?;
+        let names: Vec<String> = worlds.iter().map(|scenario| scenario.name.clone()).collect();
+        let found = worlds.into_iter().find(|scenario| scenario.name == *world);
+        found.map(Some).ok_or_else(|| {
+            let help = did_you_mean(world, names.iter().map(String::as_str))
+                .unwrap_or_else(|| format!("it has: {}", names.join(", ")));
+            Fault::usage(format!("`{name}` has no world `{world}`\nhelp: {help}"))
+        })
+    }
+}
+
+/// The worlds of a set that is named on the command line, and its name.
+fn worlds(wanted: &str, rules: &RuleSet) -> Result<(String, Vec<Scenario>), Fault> {
+    let (name, set) = set(wanted, rules)?;
+    if let Some((difference, why)) = rules.cannot_apply(&set, rules.tasks.values()) {
+        return Err(Fault::input(format!("`{}` of `{name}` cannot be applied: {why}", difference.text())));
+    }
+    let worlds = scenarios::worlds(&name, &set);
+    Ok((name, worlds))
+}
 
 /// A set that is named on the command line: `NAME` of the design's grammar, or `FILE:NAME` of another.
 fn set(wanted: &str, rules: &RuleSet) -> Result<(String, Scenarios), Fault> {
@@ -53,12 +90,8 @@ pub(super) fn eval(
     solver: &str,
     precision: Precision,
 ) -> Result<u8, Fault> {
-    let (name, set) = set(wanted, rules)?;
-    if let Some((difference, why)) = rules.cannot_apply(&set, rules.tasks.values()) {
-        return Err(Fault::input(format!("`{}` of `{name}` cannot be applied: {why}", difference.text())));
-    }
+    let (name, worlds) = worlds(wanted, rules)?;
     let fault = |error: DesignError| Fault::input(format!("{}: {error}", path.display()));
-    let worlds = scenarios::worlds(&name, &set);
     let how = How { solver, precision, stop: Stop::NEVER };
     let (judged, whole) = elsewhere::judge(rules, design, worlds, how).map_err(fault)?;
     let unit = &rules.objective.unit;

@@ -8,6 +8,7 @@ use super::design::{self, Opened};
 use super::exit;
 use super::output::{self, Fault};
 use super::replace::Replace;
+use super::scenarios::OneWorld;
 use crate::results::saved::SavedDesign;
 use crate::results::{front, picture, view};
 
@@ -29,6 +30,8 @@ pub(super) struct View {
     /// The task to show [default: the first]
     #[arg(long, value_name = "NAME")]
     task: Option<String>,
+    #[command(flatten)]
+    beside: OneWorld,
 }
 
 impl View {
@@ -68,7 +71,9 @@ impl View {
         let Opened { design, rules, sources } = design::open(path)?;
         let fault = |e| design::fault(path, &e);
         let design = design::as_simulated(path, &rules, design)?;
-        let scene = picture::scene(&rules, &sources, &design, self.task.as_deref()).map_err(fault)?;
+        let world = self.beside.asked(&rules)?;
+        let scene = picture::scene(&rules, &sources, &design, self.task.as_deref(), world.as_ref());
+        let scene = scene.map_err(fault)?;
         Ok((view::page(&scene), design))
     }
 }

@@ -1,20 +1,20 @@
 //! From a saved design to the scene that the viewer shows.
 
-use grammar_lang::ir::{JointKind, RuleSet};
+use grammar_lang::ir::{Direction, JointKind, RuleSet};
 use grammar_lang::source::SourceMap;
 use indexmap::IndexMap;
 
 use super::DesignError;
 use super::making::{look, making};
 use super::saved::{SavedDesign, SavedTask};
-use super::view::{Check, Curve, Element, Measure, Scene, Worlds};
+use super::view::{Check, Curve, Element, Elsewhere, Measure, Scene, Worlds};
 use super::{describe, elsewhere, genuine, replay, robustness, summary};
-use crate::derive::Candidate;
 use crate::design::{Part, lattice};
+use crate::scenarios::Scenario;
 use crate::score::Observed;
-use crate::simulate::Stop;
 
-/// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named.
+/// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named; beside it its motion in
+/// another world, which is the worst that it was tested in if none is chosen.
 ///
 /// # Errors
 ///
@@ -24,6 +24,7 @@ pub fn scene(
     sources: &SourceMap,
     design: &SavedDesign,
     task: Option<&str>,
+    chosen: Option<&Scenario>,
 ) -> Result<Scene, DesignError> {
     let mut replayed = replay::replay(rules, design, &design.solver, replay::Precision::Model)?;
     genuine::check_body(rules, design)?;
@@ -106,7 +107,8 @@ pub fn scene(
         curves,
         making: making(rules, sources, &candidate.derivation, &names),
         checks,
-        worlds: worlds(rules, &candidate, design, saved)?,
+        worlds: worlds(rules, design, saved),
+        elsewhere: elsewhere(rules, design, saved, chosen)?,
     })
 }
 
@@ -121,31 +123,42 @@ fn measure(rules: &RuleSet, part: Option<&Part>) -> Measure {
     }
 }
 
-/// How a task does in the worlds that it was tested in, with the motion in the worst of them.
-fn worlds(
-    rules: &RuleSet,
-    candidate: &Candidate<'_>,
-    design: &SavedDesign,
-    saved: &SavedTask,
-) -> Result<Option<Worlds>, DesignError> {
-    let (Some(text), Some(task)) = (summary::tests(rules, design, saved), rules.tasks.get(&saved.name))
-    else {
-        return Ok(None);
-    };
-    let less = |value: f64| design.less_penalties(task.objective.direction, value);
-    let values: Vec<Option<f64>> = saved.tests.iter().map(|world| world.value.map(less)).collect();
-    let worst = elsewhere::together(task.objective.direction, &values).map(|found| found.worst);
-    let scenario = worst.and_then(|worst| robustness::tested(rules, saved).into_iter().nth(worst));
-    let worst = match scenario {
-        Some(scenario) => {
-            let driven = replay::Driven::new(candidate, saved, replay::Precision::Model)?;
-            driven.motions(&[scenario], &design.solver, Stop::NEVER)?.into_iter().next().and_then(Result::ok)
-        }
-        None => None,
-    };
+/// How a task does in the worlds that it was tested in.
+fn worlds(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask) -> Option<Worlds> {
+    let (text, task) = (summary::tests(rules, design, saved)?, rules.tasks.get(&saved.name)?);
+    let values = tested(design, saved, task.objective.direction);
+    let nominal = design.less_penalties(task.objective.direction, saved.in_nominal());
     // A page is no terminal: no quotes around names, and a sentence begins with a capital.
     let text = text.replace('`', "").replacen("in ", "In ", 1);
-    Ok(Some(Worlds { values, unit: saved.unit.clone(), nominal: less(saved.in_nominal()), text, worst }))
+    Some(Worlds { values, unit: saved.unit.clone(), nominal, text })
+}
+
+/// The values in the worlds that a task was tested in.
+fn tested(design: &SavedDesign, saved: &SavedTask, direction: Direction) -> Vec<Option<f64>> {
+    let less = |value: f64| design.less_penalties(direction, value);
+    saved.tests.iter().map(|world| world.value.map(less)).collect()
+}
+
+/// The motion in the chosen world, or in the worst that a task was tested in, where there is a valid one.
+fn elsewhere(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    saved: &SavedTask,
+    chosen: Option<&Scenario>,
+) -> Result<Option<Elsewhere>, DesignError> {
+    let (precision, task) = (replay::Precision::Model, Some(saved.name.as_str()));
+    if let Some(scenario) = chosen {
+        let motion = replay::motion_in(rules, design, task, scenario, &design.solver, precision)??;
+        return Ok(Some(Elsewhere { world: scenario.name.clone(), motion }));
+    }
+    let Some(direction) = rules.tasks.get(&saved.name).map(|task| task.objective.direction) else {
+        return Ok(None);
+    };
+    let worst = elsewhere::together(direction, &tested(design, saved, direction)).map(|found| found.worst);
+    let scenario = worst.and_then(|worst| robustness::tested(rules, saved).into_iter().nth(worst));
+    let Some(scenario) = scenario else { return Ok(None) };
+    let motion = replay::motion_in(rules, design, task, &scenario, &design.solver, precision)?;
+    Ok(motion.ok().map(|motion| Elsewhere { world: "Worst world".to_owned(), motion }))
 }
 
 /// What is told beside the value: those of the tasks, where there are several, and what it gives up; the terms of one

@@ -281,7 +281,17 @@ impl<'r> Driven<'r> {
         solver: &str,
         stop: Stop<'_>,
     ) -> Result<Result<Motion, Invalid>, DesignError> {
-        let motions = self.motions(&[Scenario::nominal()], solver, stop)?;
+        self.motion_in(&Scenario::nominal(), solver, stop)
+    }
+
+    /// The motion in one world.
+    fn motion_in(
+        &self,
+        world: &Scenario,
+        solver: &str,
+        stop: Stop<'_>,
+    ) -> Result<Result<Motion, Invalid>, DesignError> {
+        let motions = self.motions(std::slice::from_ref(world), solver, stop)?;
         Ok(motions.into_iter().next().unwrap_or(Err(Invalid::NotFinite)))
     }
 
@@ -382,6 +392,24 @@ pub fn setup(
     let driven = Driven::new(&candidate, design.task(task)?, precision)?;
     let targets = driven.targets()?;
     Ok(Setup { body: candidate.body, settings: driven.settings, targets })
+}
+
+/// The motion of a saved design in a world, in a task (the first, if none is named), or why it is not valid.
+///
+/// # Errors
+///
+/// A sentence that says what does not fit.
+pub fn motion_in(
+    rules: &RuleSet,
+    design: &SavedDesign,
+    task: Option<&str>,
+    world: &Scenario,
+    solver: &str,
+    precision: Precision,
+) -> Result<Result<Motion, Invalid>, DesignError> {
+    let candidate = candidate(rules, design)?;
+    let driven = Driven::new(&candidate, design.task(task)?, precision)?;
+    driven.motion_in(world, solver, Stop::NEVER)
 }
 
 /// Scores a motion that another program has made of a design (see

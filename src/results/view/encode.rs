@@ -122,13 +122,14 @@ pub fn data(scene: &Scene) -> Data {
     for curve in &scene.curves {
         packer.group(vec![curve.targets.clone()]);
     }
-    let worst = scene.worlds.as_ref().and_then(|worlds| worlds.worst.as_ref());
-    let worst = worst.filter(|worst| worst.bodies == motion.bodies && worst.frames() == motion.frames());
-    if let Some(worst) = worst {
-        packer.poses(worst, &kept);
+    let elsewhere = scene.elsewhere.as_ref().map(|elsewhere| &elsewhere.motion);
+    let elsewhere =
+        elsewhere.filter(|other| other.bodies == motion.bodies && other.frames() == motion.frames());
+    if let Some(other) = elsewhere {
+        packer.poses(other, &kept);
     }
     Data {
-        elsewhere: worst.is_some(),
+        elsewhere: elsewhere.is_some(),
         interval: finite(motion.interval * stride as f64),
         duration: if kept.is_empty() { 0.0 } else { finite(motion.time(motion.frames() - 1)) },
         frames: kept.len(),

@@ -41,6 +41,7 @@ pub(super) fn page(scene: &Scene, data: &Data) -> String {
         }),
         "checks" => section("Cross-checks", "ul", &scene.checks, check),
         "worlds" => scene.worlds.as_ref().map_or_else(String::new, worlds::section),
+        "elsewhere" => scene.elsewhere.as_ref().map_or_else(String::new, |other| escape(&other.world)),
         "making" => making(&scene.making),
         "data" => inert(&serde_json::to_string(data).unwrap_or_default()),
         "three" => THREE.to_owned(),

@@ -45,6 +45,17 @@ pub struct Scene {
     pub checks: Vec<Check>,
     /// How it does in worlds that the search never saw, if it was tested in some.
     pub worlds: Option<Worlds>,
+    /// Its motion in another world, which is shown beside [`Scene::motion`].
+    pub elsewhere: Option<Elsewhere>,
+}
+
+/// A motion in a world that is not the nominal one.
+#[derive(Clone, Debug)]
+pub struct Elsewhere {
+    /// What the page calls the world, such as `Worst world`.
+    pub world: String,
+    /// The motion, recorded as [`Scene::motion`] is.
+    pub motion: Motion,
 }
 
 /// How a design does in worlds that the search never saw.
@@ -58,8 +69,6 @@ pub struct Worlds {
     pub nominal: f64,
     /// All of that in a sentence.
     pub text: String,
-    /// The motion in the world that was worst, if it is valid. It is shown beside [`Scene::motion`].
-    pub worst: Option<Motion>,
 }
 
 /// How an element looks.

@@ -163,6 +163,7 @@ pub(super) fn walker() -> Scene {
             Check { name: "rapier".to_owned(), text: "29.4 cm (−23 %)".to_owned(), ok: false },
         ],
         worlds: None,
+        elsewhere: None,
     }
 }
 

@@ -203,7 +203,7 @@ class Player {
     by("follow").setAttribute("aria-pressed", true);
   }
 
-  /** Shows the motion in the worst world, or not. */
+  /** Shows the motion in the other world, or not. */
   elsewhere() {
     if (!this.stage?.other) return;
     this.stage.showOther(!this.stage.isOtherShown);
