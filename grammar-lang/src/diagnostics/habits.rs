@@ -220,8 +220,8 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("mW", UNIT, "1 mW is `0.001 W`"),
     ("kN", UNIT, "1 kN is `1000 N`"),
     ("GPa", UNIT, "1 GPa is `1000 MPa`"),
-    ("ml", UNIT, "1 ml is `1 cm^3`"),
     ("l", UNIT, "1 l is `1000 cm^3`"),
+    ("L", UNIT, "1 l is `1000 cm^3`"),
     ("turn", UNIT, "a full turn is `360 deg`"),
     ("rev", UNIT, "a full turn is `360 deg`"),
     ("rps", UNIT, "1 turn a second is `360 deg/s`"),
@@ -347,6 +347,13 @@ fn form(text: &str, place: usize) -> Option<String> {
     }
     let is_digit = |c: Option<char>| c.is_some_and(|c| c.is_ascii_digit());
     if after.starts_with(':') && is_digit(before.chars().next_back()) && is_digit(after.chars().nth(1)) {
+        let number = |c: char| c.is_ascii_digit() || c == '.' || c == '-';
+        let low = before.rsplit(|c| !number(c)).next()?;
+        let rest = after.get(1..)?;
+        let high = rest.split(|c| !number(c)).next()?;
+        if !rest.get(high.len()..).is_some_and(|more| more.starts_with(':')) {
+            return Some(format!("write a range with two dots: `{low} .. {high}`"));
+        }
         return Some(
             "write single values as a set, `{ 0 deg, 90 deg, 180 deg }`, and a range as `0 deg .. 180 deg`"
                 .to_owned(),
@@ -364,6 +371,10 @@ fn form(text: &str, place: usize) -> Option<String> {
     }
     if matches!(first, "shared" | "vary") && line.contains(": Bool in ") {
         return Some(format!("a Bool has no domain: write `{first} {second} : Bool flip 0.1`"));
+    }
+    if first == "actuate" && after.starts_with("for ") {
+        let time = after.lines().next()?.trim();
+        return Some(format!("how long is said where it is simulated: `simulate hinge_model {time}`"));
     }
     let argument = before.rsplit(['(', ',']).next().unwrap_or("").trim();
     if after.starts_with(':') && open('(') && !argument.is_empty() && argument.chars().all(is_of_name) {

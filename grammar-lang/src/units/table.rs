@@ -117,7 +117,7 @@ const WRITTEN_OUT: &[(&[&str], &str)] = &[
     (&["watt", "watts"], "W"),
     (&["pascal", "pascals"], "Pa"),
     (&["percent"], "%"),
-    (&["ccm", "cc"], "cm^3"),
+    (&["ccm", "cc", "ml", "milliliter", "milliliters", "millilitre", "millilitres"], "cm^3"),
 ];
 
 /// The unit that a word such as `degrees` or `sec` stands for.

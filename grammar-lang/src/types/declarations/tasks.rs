@@ -347,7 +347,7 @@ impl<'a> Declarations<'a> {
                     .help("take this line out, or take `passive` out of its `joint`"),
                 ),
                 // It says what drives it: that is what is wrong.
-                None if self.says_what_drives(kind) => {}
+                None if self.says_what_drives(kind) || self.environment.program.has_unread("actuate") => {}
                 None => {
                     // Where the grammar imports it: the library is not what is to be changed.
                     let imports = self
@@ -360,18 +360,20 @@ impl<'a> Declarations<'a> {
                         ItemKind::Use { names: Some(names), .. } => Some(names),
                         _ => None,
                     });
-                    let import = imports.flatten().find(|n| n.text == *kind).map(|n| n.span);
+                    let imports: Vec<&Name> = imports.flatten().collect();
+                    let import = imports.iter().find(|n| n.text == *kind).map(|n| n.span);
+                    let usual = usual_actuation(actuator.joint.kind);
+                    let is_there = imports.iter().any(|n| n.text == usual);
+                    let get = if is_there {
+                        String::new()
+                    } else {
+                        format!(" and `use std.actuation {{ {usual} }}`")
+                    };
                     let place = import.unwrap_or(actuator.span);
-                    let mut error = Diagnostic::new(
-                        Code::NOT_ACTUATED,
-                        place,
-                        format!("nothing drives `{kind}`"),
-                    )
-                    .label("an actuator without an actuation")
-                    .help(format!(
-                        "write for example `actuate {kind} with {0}` and `use std.actuation {{ {0} }}`",
-                        usual_actuation(actuator.joint.kind)
-                    ));
+                    let mut error =
+                        Diagnostic::new(Code::NOT_ACTUATED, place, format!("nothing drives `{kind}`"))
+                            .label("an actuator without an actuation")
+                            .help(format!("write for example `actuate {kind} with {usual}`{get}"));
                     if import.is_some() {
                         error = error.also(actuator.span, "declared here");
                     }
