@@ -179,7 +179,11 @@ fn checks_doubt_in_both_directions() {
         drive: Vec::new(),
     };
     let verdict = |value, measured| {
-        robustness::verdict(&rules, &saved, &Check { name: "elsewhere".to_owned(), value, measured })
+        robustness::verdict(
+            &rules,
+            &saved,
+            &Check { name: "elsewhere".to_owned(), value, measured, why: None },
+        )
     };
     // What keeps 80 % confirms; and what the value is 80 % of.
     for (value, expected) in [

@@ -285,7 +285,7 @@ impl<'r> Driven<'r> {
     }
 
     /// The motion in one world.
-    fn motion_in(
+    pub(super) fn motion_in(
         &self,
         world: &Scenario,
         solver: &str,

@@ -48,7 +48,7 @@ pub fn final_check(
         );
         given_up(stop)?;
         saved.checks.extend(opinions);
-        saved.checks.push(Check { name: ICE.to_owned(), value: ice, measured: Measured::Drift });
+        saved.checks.push(Check::new(ICE, Measured::Drift, ice));
         let is_new = |checks: &[Check], one: &Check| checks.iter().all(|check| check.name != one.name);
         for one in worlds? {
             if is_new(&saved.checks, &one) {
@@ -82,8 +82,8 @@ fn opinions(candidate: &Candidate<'_>, saved: &SavedTask, model: How<'_>) -> Vec
                 _ => Measured::Value,
             };
             // A check without a value does not confirm: the best stands, and says so.
-            let value = value.ok().flatten().and_then(Result::ok);
-            Check { name: name.to_owned(), value, measured }
+            let value = value.and_then(|value| Ok(value.unwrap_or(Err(Invalid::NotFinite))?));
+            Check::new(name, measured, value)
         })
         .collect();
     checks.sort_by_key(|check| [HALF_STEP, EIGHTH, RAPIER].iter().position(|name| *name == check.name));
@@ -95,11 +95,11 @@ fn given_up(stop: Stop<'_>) -> Result<(), DesignError> {
     if stop.is_asked() { Err(DesignError::Stopped("all cross-checks were made")) } else { Ok(()) }
 }
 
-/// How far the centre of mass gets on ice, m; none if the motion is not valid.
-fn drift(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Option<f64> {
-    let driven = Driven::new(candidate, saved, how.precision).ok()?;
-    let motions = driven.motions(&[Scenario::ice()], how.solver, how.stop).ok()?;
-    Some(motions.into_iter().next()?.ok()?.drift(&candidate.body.assembly))
+/// How far the centre of mass gets on ice, m.
+fn drift(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Result<f64, DesignError> {
+    let driven = Driven::new(candidate, saved, how.precision)?;
+    let motion = driven.motion_in(&Scenario::ice(), how.solver, how.stop)??;
+    Ok(motion.drift(&candidate.body.assembly))
 }
 
 /// Tries a task in the worlds that the search names for that, as far as the body can differ so. The reference solver knows
@@ -116,10 +116,8 @@ fn elsewhere(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Resu
     };
     let worlds: Vec<Scenario> = scenarios::worlds(name, set).into_iter().skip(1).filter(applies).collect();
     let values = values(candidate, saved, &worlds, how)?;
-    let one = |(world, value): (&Scenario, Result<f64, _>)| Check {
-        name: world.described(),
-        value: value.ok(),
-        measured: Measured::Value,
+    let one = |(world, value): (&Scenario, Result<f64, Invalid>)| {
+        Check::new(&world.described(), Measured::Value, value.map_err(DesignError::from))
     };
     Ok(worlds.iter().zip(values).map(one).collect())
 }
@@ -226,7 +224,7 @@ pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: 
     let direction = rules.tasks.get(&saved.name).map_or(rules.objective.direction, |t| t.objective.direction);
     match (check.value, check.measured) {
         (_, Measured::Unable) => "no second opinion: it cannot hold the joints of this body".to_owned(),
-        (None, _) => "not a valid motion".to_owned(),
+        (None, _) => check.why.clone().unwrap_or_else(|| "the motion is not valid".to_owned()),
         (Some(value), Measured::Value) => {
             describe::quantity(design.less_penalties(direction, value), &saved.unit)
         }

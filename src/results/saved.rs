@@ -46,6 +46,17 @@ pub struct Check {
     /// What that is.
     #[serde(default, skip_serializing_if = "Measured::is_value")]
     pub measured: Measured,
+    /// Why the evaluation was invalid, in words, if it was.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub why: Option<String>,
+}
+
+impl Check {
+    /// What a measurement came to.
+    pub(super) fn new(name: &str, measured: Measured, found: Result<f64, DesignError>) -> Self {
+        let why = found.as_ref().err().map(ToString::to_string);
+        Self { name: name.to_owned(), value: found.ok(), measured, why }
+    }
 }
 
 /// What a cross-check measures.

@@ -63,8 +63,7 @@ pub fn save(
             saved.terms = score::terms(driven.recording(&motion, None))?;
         }
         if let Some(half) = tune.half_step {
-            let (name, value) = (HALF_STEP.to_owned(), Some(half));
-            saved.checks.push(Check { name, value, measured: Measured::Value });
+            saved.checks.push(Check::new(HALF_STEP, Measured::Value, Ok(half)));
         }
         design.tasks.push(saved);
     }

@@ -139,6 +139,8 @@ struct MotionScope<'a> {
     terms: RefCell<BTreeMap<String, Value>>,
     /// How each element went over the ground, once that is asked.
     sliding: OnceCell<Vec<Sliding>>,
+    /// By how much each element turned about the vertical, likewise.
+    turned: OnceCell<Vec<f64>>,
     /// The same motion in other worlds.
     elsewhere: Vec<MotionScope<'a>>,
 }
@@ -153,6 +155,7 @@ impl<'a> MotionScope<'a> {
             period,
             terms: RefCell::default(),
             sliding: OnceCell::new(),
+            turned: OnceCell::new(),
             elsewhere,
         };
         let other = |(scenario, motion): &'a (Scenario, Motion)| {
@@ -218,7 +221,9 @@ impl<'a> MotionScope<'a> {
             ElementAttribute::Size => Value::Number(motion.size(element)?),
             ElementAttribute::Path => Value::Number(sliding()?.path),
             ElementAttribute::Slid => Value::Number(sliding()?.slid),
-            ElementAttribute::Yaw => Value::Number(sliding()?.yaw),
+            ElementAttribute::Yaw => {
+                Value::Number(*self.turned.get_or_init(|| motion.turned()).get(element)?)
+            }
             ElementAttribute::Touching => Value::Number(sliding()?.touching),
             ElementAttribute::Sliding => Value::Number(sliding()?.sliding),
             ElementAttribute::Part | ElementAttribute::Cell => {

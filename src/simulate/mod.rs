@@ -21,6 +21,7 @@ mod sliding;
 mod stop;
 #[cfg(test)]
 mod tests;
+mod turning;
 mod widths;
 mod world;
 
