@@ -9,9 +9,11 @@ use super::making::{look, making};
 use super::saved::{SavedDesign, SavedTask};
 use super::view::{Check, Curve, Element, Elsewhere, Measure, Scene, Worlds};
 use super::{describe, elsewhere, genuine, replay, robustness, summary};
+use crate::derive::Candidate;
 use crate::design::{Part, lattice};
 use crate::scenarios::Scenario;
 use crate::score::Observed;
+use crate::simulate::Stop;
 
 /// Simulates a design and describes what is to be seen of one of its tasks, the first if none is named; beside it its motion in
 /// another world, which is the worst that it was tested in if none is chosen.
@@ -108,7 +110,7 @@ pub fn scene(
         making: making(rules, sources, &candidate.derivation, &names),
         checks,
         worlds: worlds(rules, design, saved),
-        elsewhere: elsewhere(rules, design, saved, chosen)?,
+        elsewhere: elsewhere(&candidate, design, saved, chosen)?,
     })
 }
 
@@ -141,14 +143,15 @@ fn tested(design: &SavedDesign, saved: &SavedTask, direction: Direction) -> Vec<
 
 /// The motion in the chosen world, or in the worst that a task was tested in, where there is a valid one.
 fn elsewhere(
-    rules: &RuleSet,
+    candidate: &Candidate<'_>,
     design: &SavedDesign,
     saved: &SavedTask,
     chosen: Option<&Scenario>,
 ) -> Result<Option<Elsewhere>, DesignError> {
-    let (precision, task) = (replay::Precision::Model, Some(saved.name.as_str()));
+    let rules = candidate.rules;
+    let driven = replay::Driven::new(candidate, saved, replay::Precision::Model)?;
     if let Some(scenario) = chosen {
-        let motion = replay::motion_in(rules, design, task, scenario, &design.solver, precision)??;
+        let motion = driven.motion_in(scenario, &design.solver, Stop::NEVER)??;
         return Ok(Some(Elsewhere { world: scenario.name.clone(), motion }));
     }
     let Some(direction) = rules.tasks.get(&saved.name).map(|task| task.objective.direction) else {
@@ -157,7 +160,7 @@ fn elsewhere(
     let worst = elsewhere::together(direction, &tested(design, saved, direction)).map(|found| found.worst);
     let scenario = worst.and_then(|worst| robustness::tested(rules, saved).into_iter().nth(worst));
     let Some(scenario) = scenario else { return Ok(None) };
-    let motion = replay::motion_in(rules, design, task, &scenario, &design.solver, precision)?;
+    let motion = driven.motion_in(&scenario, &design.solver, Stop::NEVER)?;
     Ok(motion.ok().map(|motion| Elsewhere { world: "Worst world".to_owned(), motion }))
 }
 

@@ -78,7 +78,7 @@ mod tests {
         assert!((a - b).abs() < 1e-9, "{a} {b}");
     }
 
-    /// To the left by more than a full turn, and faster than half a turn from frame to frame would be told by places alone.
+    /// Full turns count, slow and fast ones, to the left and to the right.
     #[test]
     fn full_turns_count() {
         close(over(|t| about(Vector3::y(), 5.0 * t)), 10.0);

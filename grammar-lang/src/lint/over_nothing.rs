@@ -84,13 +84,13 @@ fn report(term: Option<&str>, (task, period): (&Task, Option<f64>), place: Span,
     let within = match period {
         Some(period) => {
             let period = shown(period, Dimension::TIME);
-            format!("in a motion of {duration} with a `period` of {period}, which a search may choose,")
+            format!("in a motion of {duration} with a `period` of {period}, which a search may choose")
         }
         None => format!("in a motion of {duration}"),
     };
     let message = match term {
-        Some(term) => format!("{}, `{term}` has nothing to compare", within.trim_end_matches(',')),
-        None => format!("{within} this has nothing to run over"),
+        Some(term) => format!("{within}, `{term}` has nothing to compare"),
+        None => format!("{within}, this has nothing to run over"),
     };
     Diagnostic::new(Code::SETTLES_LATE, place, message)
         .label("its value is then the one after `otherwise`")

@@ -8,7 +8,7 @@
 //! the contact solver beside the implicit part, slipping servos diverge.) Where many
 //! servos load each other, the guesses may go round and round, and a servo that is left with
 //! the wrong one pushes a joint that it has to brake: rows of light joints then jump from one hard
-//! limit to the other in every step. So a servo that leaves its limit a second time
+//! limit to the other in every step. So a servo that leaves its limit after the first pass
 //! is weakened instead: it gives the share of what it would like to that comes to its limit at
 //! the speed that came out. Such a servo brakes what moves, whatever the guess.
 //!
