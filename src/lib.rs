@@ -16,4 +16,5 @@ pub mod scenarios;
 pub mod score;
 pub mod search;
 pub mod simulate;
+pub mod study;
 pub mod testing;

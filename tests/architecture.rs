@@ -19,6 +19,7 @@ const ENGINE: &[&str] = &[
     "hardware",
     "results",
     "calibrate",
+    "study",
     "testing",
     "cli",
 ];

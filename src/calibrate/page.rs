@@ -3,7 +3,7 @@
 
 use super::finding::{Change, Finding, Plot};
 use crate::markup::escape;
-use crate::results::report::page::STYLE;
+use crate::results::report::page::Document;
 use crate::results::report::page::chart::{Chart, Scale, line};
 use crate::results::report::page::words::{counted, table};
 
@@ -18,20 +18,22 @@ const LOW: (f64, f64) = (Chart::HALF.0, 190.0);
 pub fn page(name: &str, base: &str, measurements: &str, findings: &[Finding]) -> String {
     let title = escape(name);
     let bodies: String = findings.iter().map(section).collect();
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'\">\n\
-         <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"sgc {}\">\n\
-         <title>{title}: calibration</title>\n<style>\n{STYLE}{OWN_STYLE}</style>\n</head>\n<body>\n\
-         <header>\n<h1>{title}</h1>\n<p class=\"from\">{} of <code>{}</code>, for the grammar <code>{}</code></p>\n</header>\n\
-         <main>\n<section>\n<h2>What was measured</h2>\n{}</section>\n{bodies}</main>\n</body>\n</html>\n",
-        env!("CARGO_PKG_VERSION"),
+    let header = format!(
+        "<h1>{title}</h1>\n<p class=\"from\">{} of <code>{}</code>, for the grammar <code>{}</code></p>",
         counted(findings.len() as u64, "quantity").replace("quantitys", "quantities"),
         escape(measurements),
         escape(base),
-        summary(findings)
-    )
+    );
+    let main = format!("<section>\n<h2>What was measured</h2>\n{}</section>\n{bodies}", summary(findings));
+    let document = Document {
+        title: &title,
+        kind: "calibration",
+        refresh: "",
+        style: OWN_STYLE,
+        header: &header,
+        main: &main,
+    };
+    document.html()
 }
 
 fn summary(findings: &[Finding]) -> String {

@@ -4,7 +4,7 @@
 //! large lattice may take long. Where nobody has heard a signal within a second, the process leaves by itself. What is
 //! on the disk is whole at every moment, so nothing is lost but the work since the last checkpoint.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
@@ -13,8 +13,8 @@ use super::{exit, output};
 use crate::results::whole::abandon;
 
 static STOP: AtomicBool = AtomicBool::new(false);
-/// What can be gone on with, once it is on the disk.
-static SAVED: OnceLock<PathBuf> = OnceLock::new();
+/// The command that goes on with what is on the disk, once something is.
+static SAVED: OnceLock<String> = OnceLock::new();
 /// How much is under way that can be cut at any moment.
 static CUTTABLE: AtomicUsize = AtomicUsize::new(0);
 /// A terminal that is closed may send several signals: those that come so soon are one.
@@ -64,10 +64,9 @@ pub(super) fn end_at_once() {
 fn leave() -> ! {
     abandon();
     let code = match SAVED.get() {
-        Some(path) => {
-            let path = output::typed(path);
+        Some(command) => {
             output::note(&format!(
-                "stopped in the middle of something long; go on from the last checkpoint with: sgc resume {path}"
+                "stopped in the middle of something long; go on from the last checkpoint with: {command}"
             ));
             exit::STOPPED
         }
@@ -81,7 +80,12 @@ fn leave() -> ! {
 
 /// Notes that from now on a run, or several, can be gone on with.
 pub(super) fn saved(run: &Path) {
-    SAVED.get_or_init(|| run.to_owned());
+    goes_on(&format!("sgc resume {}", output::typed(run)));
+}
+
+/// Notes which command goes on with what is on the disk; the first that is noted counts.
+pub(super) fn goes_on(command: &str) {
+    SAVED.get_or_init(|| command.to_owned());
 }
 
 /// Work that can be cut at any moment: while one of these lives, a signal that nobody hears ends the process.

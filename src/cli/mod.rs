@@ -31,6 +31,8 @@ mod run;
 mod scenarios;
 mod session;
 mod several;
+mod side_by_side;
+mod study;
 mod test;
 mod view;
 mod work;
@@ -80,6 +82,7 @@ Examples:
   sgc resume runs/codesign-3
   sgc view runs/codesign-3
   sgc report runs/codesign-3
+  sgc study legs.toml
   sgc calibrate bench.toml --for grammars/tendon.sgr
 
 To have the shell complete commands and options (other shells: sgc help completions):
@@ -103,6 +106,7 @@ enum Command {
     Calibrate(calibrate::Calibrate),
     Run(run::Run),
     Resume(resume::Resume),
+    Study(study::Study),
     Report(report::Report),
     Eval(eval::Eval),
     Novelty(novelty::Novelty),
@@ -130,7 +134,10 @@ pub fn main() -> ExitCode {
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());
     // These listen for signals by themselves.
-    if !matches!(arguments.command, Command::Run(_) | Command::Resume(_) | Command::Drive(_)) {
+    if !matches!(
+        arguments.command,
+        Command::Run(_) | Command::Resume(_) | Command::Study(_) | Command::Drive(_)
+    ) {
         interrupt::end_at_once();
     }
     let done = match arguments.command {
@@ -145,6 +152,7 @@ pub fn main() -> ExitCode {
         Command::Calibrate(command) => command.run(),
         Command::Run(command) => command.run(),
         Command::Resume(command) => command.run(),
+        Command::Study(command) => command.run(),
         Command::Report(command) => command.run(),
         Command::Eval(command) => command.run(),
         Command::Novelty(command) => command.run(),

@@ -137,7 +137,7 @@ impl Session<'_> {
             Some(_) => None,
         };
         if let Some(nothing) = nothing {
-            keeper.folder.finish(&asked, &rules, &outcome, max_evals).map_err(Fault::usage)?;
+            keeper.folder.finish(&asked, &rules, &outcome, (max_evals, None)).map_err(Fault::usage)?;
             return Err(Fault::input(nothing));
         }
         let stop = Stop::new(flag, deadline);
@@ -148,7 +148,7 @@ impl Session<'_> {
         keeper.folder.best(&design).map_err(Fault::usage)?;
         keeper.archive_again(&outcome.archive)?;
         keeper.front_again(&outcome.front)?;
-        keeper.folder.finish(&asked, &rules, &outcome, max_evals).map_err(Fault::usage)?;
+        keeper.folder.finish(&asked, &rules, &outcome, (max_evals, Some(&design))).map_err(Fault::usage)?;
         drop(keeper);
         Ok(Ended { rules, path, outcome, design: Some(design), is_early: false })
     }

@@ -1,10 +1,8 @@
 //! Several runs, side by side as far as there are threads.
 
 use std::collections::VecDeque;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use std::sync::mpsc;
 use std::time::Instant;
 
 use grammar_lang::ir::Direction;
@@ -12,13 +10,14 @@ use grammar_lang::ir::Direction;
 use super::live::Live;
 use super::output::{self, Fault};
 use super::session::{Ended, Session};
+use super::side_by_side::side_by_side;
 use super::work::Work;
 use super::{exit, interrupt};
 use crate::results::describe;
 use crate::results::folder::{RunFolder, clear};
 use crate::results::run_files::finished;
 use crate::results::series::{SeriesFolder, table};
-use crate::search::{Jobs, Threads};
+use crate::search::Jobs;
 use crate::simulate::Stop;
 
 /// How several runs go on.
@@ -54,46 +53,15 @@ impl Several<'_> {
         }
         let (mut is_early, mut worst) = (false, exit::DONE);
         let all = self.work.jobs();
-        let mut under_way = 0;
-        // As many runs as there are threads; fewer share what there is, also when others have ended.
-        let threads = Threads::new(all);
-        let mut shares: Vec<Jobs> = (0..all.min(waiting.len())).map(|_| threads.share()).collect();
-        std::thread::scope(|scope| {
-            let (send, ended) = mpsc::channel();
-            loop {
-                while under_way < all
-                    && !stop.is_asked()
-                    && let Some(seed) = waiting.pop_front()
-                {
-                    under_way += 1;
-                    let jobs = shares.pop().unwrap_or_else(|| threads.share());
-                    let (send, path, several, live) =
-                        (send.clone(), self.folder.run(seed), &self, live.as_ref());
-                    scope.spawn(move || {
-                        // The others go on if one breaks down.
-                        let outcome = catch_unwind(AssertUnwindSafe(|| several.one(&path, jobs, live)));
-                        let outcome = outcome.unwrap_or_else(|_| {
-                            Err(Fault { code: exit::BUG, message: "a bug in sgc ended it".to_owned() })
-                        });
-                        // The receiver lives as long as runs are under way.
-                        let _ = send.send((seed, outcome));
-                    });
-                }
-                if under_way == 0 {
-                    break;
-                }
-                let Ok((seed, outcome)) = ended.recv() else { break };
-                under_way -= 1;
-                match outcome {
-                    Ok(ended) => {
-                        is_early |= ended.is_early;
-                        tell(seed, &ended);
-                    }
-                    Err(fault) => {
-                        worst = worst.max(fault.code);
-                        output::note(&format!("seed {seed}: {}", fault.message));
-                    }
-                }
+        let one = |seed: &u64, jobs| self.one(&self.folder.run(*seed), jobs, live.as_ref());
+        side_by_side(all, stop, &mut waiting, one, |seed, outcome| match outcome {
+            Ok(ended) => {
+                is_early |= ended.is_early;
+                tell(seed, &ended);
+            }
+            Err(fault) => {
+                worst = worst.max(fault.code);
+                output::note(&format!("seed {seed}: {}", fault.message));
             }
         });
         is_early |= !waiting.is_empty();

@@ -4,6 +4,7 @@
 //! one evaluation are a [`Parameters`]: every actuator that is not a mirror image
 //! has its own set, images follow their originals, shared variables are there once.
 
+mod begun;
 mod bends;
 mod conditions;
 mod cycle;
@@ -20,11 +21,11 @@ use crate::derive::random::Stream;
 use crate::derive::{Candidate, DesignScope};
 use crate::design::PartId;
 use crate::simulate::Targets;
+pub use begun::check_designs;
 pub use bends::Bends;
 pub use conditions::Conditions;
 pub use cycle::{Asked, Cycle};
 use scope::DriveScope;
-pub use uneven::check_designs;
 
 /// Values of all varied quantities of a body, in SI units; a Bool is 0 or 1.
 pub type Parameters = Vec<f64>;

@@ -4,17 +4,14 @@
 //! period later what the body does now. An actuator on the plane of the mirror that swings across it is its own image:
 //! it keeps this symmetry only if `angle(t + period / 2) = -angle(t)`. The same holds for distances and speeds.
 
-use std::sync::Arc;
-
-use grammar_lang::Compiled;
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::EvalError;
-use grammar_lang::ir::{Actuation, RuleSet, Symmetry, Ty};
-use grammar_lang::source::{FileId, SourceMap, Span};
+use grammar_lang::ir::{Actuation, Symmetry, Ty};
+use grammar_lang::source::Span;
 
 use super::{Drive, Driven};
+use crate::derive::Candidate;
 use crate::derive::random::Stream;
-use crate::derive::{Candidate, Derivation, check_begun, run_example};
 use crate::design::assembly::{Dof, Travel};
 
 /// Draws of what the actuations vary, and moments of a period, at which they are compared.
@@ -23,41 +20,7 @@ const MOMENTS: usize = 32;
 /// Two angles or distances that differ by no more than this share of the greatest are equal.
 const CLOSE: f64 = 1e-3;
 
-/// All that is found in a grammar once its initial design and its examples are built.
-#[must_use]
-pub fn check_designs(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> Vec<Diagnostic> {
-    let mut found = check_begun(compiled, entry, sources);
-    if let Some(rules) = compiled.ruleset.as_ref().filter(|_| !found.iter().any(Diagnostic::is_error)) {
-        found.extend(uneven_swings(rules));
-    }
-    found
-}
-
-/// A warning for each kind of actuator that swings unevenly across the mirror in the initial design or in an example.
-fn uneven_swings(rules: &RuleSet) -> Vec<Diagnostic> {
-    if !matches!(rules.symmetry, Symmetry::Mirror(_)) {
-        return Vec::new();
-    }
-    let begun = (None, Derivation::begin(rules));
-    let examples = rules.examples.iter().filter_map(|(name, example)| {
-        Some((Some((name.as_str(), example.span)), run_example(rules, name, example).ok()?))
-    });
-    let mut found: Vec<Diagnostic> = Vec::new();
-    for (example, derivation) in std::iter::once(begun).chain(examples) {
-        let candidate = Candidate::new(rules, Arc::new(derivation));
-        for task in rules.tasks.values() {
-            let swing = Drive::new(&candidate, task).and_then(|drive| drive.uneven_swing());
-            let Ok(Some((kind, actuation))) = swing else { continue };
-            let one = told(&kind, actuation, example);
-            if !found.iter().any(|known| known.message == one.message) {
-                found.push(one);
-            }
-        }
-    }
-    found
-}
-
-fn told(kind: &str, actuation: &Actuation, example: Option<(&str, Span)>) -> Diagnostic {
+pub(super) fn told(kind: &str, actuation: &Actuation, example: Option<(&str, Span)>) -> Diagnostic {
     let told = Diagnostic::new(
         Code::UNEVEN_SWING,
         actuation.drive.span,
@@ -76,7 +39,7 @@ fn told(kind: &str, actuation: &Actuation, example: Option<(&str, Span)>) -> Dia
 
 impl<'r> Drive<'r> {
     /// An actuator that breaks the symmetry of a motion which has it otherwise: its kind, and what drives it.
-    fn uneven_swing(&self) -> Result<Option<(String, &'r Actuation)>, EvalError> {
+    pub(super) fn uneven_swing(&self) -> Result<Option<(String, &'r Actuation)>, EvalError> {
         let swinging: Vec<_> = self.across_the_mirror().collect();
         if swinging.is_empty() {
             return Ok(None);

@@ -292,7 +292,7 @@ impl FileError {
     }
 
     /// What cannot be removed.
-    pub(super) fn remove(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
+    pub(crate) fn remove(path: &Path) -> impl FnOnce(io::Error) -> Self + use<> {
         let path = path.to_owned();
         move |why| Self::Remove { path, why }
     }
@@ -309,7 +309,7 @@ impl FileError {
     }
 
     /// What is wrong within a file.
-    pub(super) fn inside<E: Into<DesignError>>(path: &Path) -> impl FnOnce(E) -> Self + use<E> {
+    pub(crate) fn inside<E: Into<DesignError>>(path: &Path) -> impl FnOnce(E) -> Self + use<E> {
         let path = path.to_owned();
         move |why| Self::Inside { path, why: why.into() }
     }

@@ -9,11 +9,13 @@ use grammar_lang::source::SourceMap;
 use sha2::{Digest, Sha256};
 
 use super::checkpoint::Checkpoint;
+use super::elsewhere::{self, Tested};
 use super::evals::{Evals, More};
 use super::genuine;
 use super::leftovers;
 use super::place::check_place;
 use super::processes::{self, PROCESSES};
+use super::robustness::kept;
 use super::run_files::{
     Asked, BEST, CHECKPOINT, EVALS, Finished, RESULT, RUN, SOURCES, asked, finished, frozen, is_run,
 };
@@ -97,8 +99,11 @@ impl RunFolder {
         write_whole(&path.join(RUN), &text)?;
         let lock = lock(&path.join(RUN))?;
         let sources = path.join(SOURCES);
-        fs::create_dir_all(&sources).map_err(FileError::write(&sources))?;
-        for source in &asked.sources {
+        let own = || asked.sources.iter().filter(|source| !source.is_shared());
+        if own().next().is_some() {
+            fs::create_dir_all(&sources).map_err(FileError::write(&sources))?;
+        }
+        for source in own() {
             let text = grammar.sources.get(&source.name).map_or("", String::as_str);
             write_whole(&sources.join(&source.file), text)?;
         }
@@ -305,7 +310,7 @@ impl RunFolder {
         Ok(())
     }
 
-    /// Says that the run is complete.
+    /// Says that the run is complete; `checked` is its best with what the cross-checks found.
     ///
     /// # Errors
     ///
@@ -315,8 +320,9 @@ impl RunFolder {
         asked: &Asked,
         rules: &RuleSet,
         outcome: &Outcome,
-        max_evals: Option<u64>,
+        (max_evals, checked): (Option<u64>, Option<&SavedDesign>),
     ) -> Result<(), FileError> {
+        let tested = checked.and_then(|design| elsewhere::tested(rules, design));
         let observed = outcome.best.as_ref().map(|best| best.observed());
         self.check_here()?;
         let finished = Finished {
@@ -337,6 +343,9 @@ impl RunFolder {
             moves: outcome.moves,
             invalid: outcome.tally.by_reason().map(|(why, n)| (why.to_owned(), n)).collect(),
             unstable: outcome.tally.unstable,
+            checks: checked.map(|design| kept(rules, design)),
+            nine_of_ten: tested.as_ref().and_then(|tested| tested.each()?.tenth),
+            over_worlds: tested.as_ref().and_then(Tested::whole),
             end: outcome.end.text().to_owned(),
             max_evals,
         };

@@ -130,6 +130,21 @@ pub(super) fn check_seed(folder: &Path, asked: &Asked, seed: u64) -> Result<(), 
 ///
 /// A sentence: one of these files was changed.
 pub fn check_finished(folder: &Path, asked: &Asked, finished: &Finished) -> Result<(), FileError> {
+    check_result(folder, asked, finished)?;
+    let table = folder.join(EVALS);
+    let is_own = |mark: &Mark| Ok(mark.is_of(&reading::own(&table).map_err(FileError::read(&table))?));
+    match finished.evals.as_ref().map(is_own).transpose()? {
+        Some(false) => Err(FileError::unfit(&table, Unfit::OtherTable)),
+        Some(true) | None => Ok(()),
+    }
+}
+
+/// Checks that the result of a complete run fits to what it was asked.
+///
+/// # Errors
+///
+/// A sentence: one of these files was changed.
+pub fn check_result(folder: &Path, asked: &Asked, finished: &Finished) -> Result<(), FileError> {
     if (finished.seed, &finished.grammar) != (asked.seed, &asked.grammar) {
         let Finished { grammar, seed, .. } = finished.clone();
         return Err(FileError::unfit(&folder.join(RESULT), Unfit::OtherAsked { grammar, seed }));
@@ -137,12 +152,7 @@ pub fn check_finished(folder: &Path, asked: &Asked, finished: &Finished) -> Resu
     if finished.asked.as_ref().is_some_and(|own| *own != asked.identity()) {
         return Err(FileError::unfit(&folder.join(RUN), Unfit::OtherRun));
     }
-    let table = folder.join(EVALS);
-    let is_own = |mark: &Mark| Ok(mark.is_of(&reading::own(&table).map_err(FileError::read(&table))?));
-    match finished.evals.as_ref().map(is_own).transpose()? {
-        Some(false) => Err(FileError::unfit(&table, Unfit::OtherTable)),
-        Some(true) | None => Ok(()),
-    }
+    Ok(())
 }
 
 /// Checks that runs of one folder are of one grammar: what they come to is told together.

@@ -18,6 +18,15 @@ pub fn is_series(path: &Path) -> bool {
     path.join(RUNS).is_file()
 }
 
+/// Refuses to remove what is not only the folder of a run, or is under way.
+///
+/// # Errors
+///
+/// A sentence that says which of these it is.
+pub fn check_run(path: &Path) -> Result<(), FileError> {
+    check_place(path, true).map(drop)
+}
+
 /// Refuses to replace what is not only the folder of several runs, or is under way.
 pub(super) fn check_series(path: &Path) -> Result<(), FileError> {
     drop(lock(&path.join(RUNS))?);

@@ -21,6 +21,12 @@ const EIGHTH: &str = "an eighth of the step, finer contacts";
 const ICE: &str = "a floor of ice";
 /// A centre of mass that stays this near on ice, m, has stayed: rounding is a hundredth of it.
 const STAYS: f64 = 2e-4;
+/// Joints that tremble hardly move the body, so its value holds, but they work.
+const WORK: &str = "half the step (energy)";
+/// The work in steps of the model is at most so many times as much as at half the step, or as little.
+const WORKS_ALIKE: f64 = 1.5;
+/// Less work in a motion, J, is as good as none.
+const NO_WORK: f64 = 1e-3;
 const RAPIER: &str = SolverName::Rapier.text();
 
 /// Adds what a final best is checked with: half the step, where the search had no need to, an eighth of it, the opinion of
@@ -42,12 +48,17 @@ pub fn final_check(
     for saved in &mut design.tasks {
         let task = &*saved;
         // One by one they keep one thread busy for seconds; side by side they are the same.
-        let ((opinions, ice), (worlds, tests)) = rayon::join(
-            || rayon::join(|| opinions(&candidate, task, model), || drift(&candidate, task, model)),
+        let ((opinions, (ice, work)), (worlds, tests)) = rayon::join(
+            || {
+                let ice = || drift(&candidate, task, model);
+                let work = || work(&candidate, task, model);
+                rayon::join(|| opinions(&candidate, task, model), || rayon::join(ice, work))
+            },
             || rayon::join(|| elsewhere(&candidate, task, model), || tests(&candidate, task, model)),
         );
         given_up(stop)?;
         saved.checks.extend(opinions);
+        saved.checks.push(Check::new(WORK, Measured::Work, work));
         saved.checks.push(Check::new(ICE, Measured::Drift, ice));
         let is_new = |checks: &[Check], one: &Check| checks.iter().all(|check| check.name != one.name);
         for one in worlds? {
@@ -100,6 +111,15 @@ fn drift(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Result<f
     let driven = Driven::new(candidate, saved, how.precision)?;
     let motion = driven.motion_in(&Scenario::ice(), how.solver, how.stop)??;
     Ok(motion.drift(&candidate.body.assembly))
+}
+
+/// The work of all actuators at half the step, as a share of what it is in steps of the model.
+fn work(candidate: &Candidate<'_>, saved: &SavedTask, how: How<'_>) -> Result<f64, DesignError> {
+    let at = |precision| -> Result<f64, DesignError> {
+        let motion = Driven::new(candidate, saved, precision)?.motion(how.solver, how.stop)??;
+        Ok(motion.work.iter().sum::<f64>().max(NO_WORK))
+    };
+    Ok(at(Precision::Finer)? / at(Precision::Model)?)
 }
 
 /// Tries a task in the worlds that the search names for that, as far as the body can differ so. The reference solver knows
@@ -168,6 +188,8 @@ pub enum Verdict {
     Worse,
     /// It is so much better there that the value itself is no measure of it.
     Better,
+    /// The value holds, but the work of the actuators does not.
+    OtherWork,
     /// There is nothing to compare, or the robot goes where nothing can go.
     Refuted,
     /// It says nothing, for or against.
@@ -181,6 +203,7 @@ impl Verdict {
         match self {
             Self::Confirmed | Self::Silent => "",
             Self::Better => "   (so much better that it is in doubt: see docs/physics.md)",
+            Self::OtherWork => "   (energy and work are in doubt: see docs/physics.md)",
             Self::Worse | Self::Refuted => "   (worse than a best should be: see docs/physics.md)",
         }
     }
@@ -196,6 +219,8 @@ pub fn verdict(rules: &RuleSet, saved: &SavedTask, check: &Check) -> Verdict {
     match check.measured {
         Measured::Drift if other <= STAYS => Verdict::Confirmed,
         Measured::Drift => Verdict::Refuted,
+        Measured::Work if other.max(1.0 / other) <= WORKS_ALIKE => Verdict::Confirmed,
+        Measured::Work => Verdict::OtherWork,
         // What does not move differs by rounding only.
         Measured::Value if (other - saved.in_nominal()).abs() < NOTHING => Verdict::Confirmed,
         Measured::Value if !keeps(rules, task, saved.in_nominal(), other) => Verdict::Worse,
@@ -228,6 +253,7 @@ pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: 
         (Some(value), Measured::Value) => {
             describe::quantity(design.less_penalties(direction, value), &saved.unit)
         }
+        (Some(share), Measured::Work) => format!("{share:.2} times as much"),
         (Some(drift), Measured::Drift) if drift <= STAYS => "it gets nowhere, as it should".to_owned(),
         (Some(drift), Measured::Drift) => {
             format!("its centre of mass goes {} astray", describe::quantity(100.0 * drift, "cm"))

@@ -15,7 +15,7 @@ use super::whole::read;
 use super::{Damage, FileError, Unfit, archive, front};
 use crate::reading;
 
-pub(super) const RUN: &str = "run.toml";
+pub(crate) const RUN: &str = "run.toml";
 pub(super) const SOURCES: &str = "sources";
 pub(super) const EVALS: &str = "evals.csv";
 pub(super) const CHECKPOINT: &str = "checkpoint";
@@ -82,7 +82,7 @@ impl Asked {
 }
 
 /// A text of the grammar, frozen in `sources/`.
-#[derive(Clone, Debug, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Source {
     /// What the grammar calls it.
     pub name: String,
@@ -90,6 +90,13 @@ pub struct Source {
     pub file: String,
     /// The hash of its text.
     pub sha256: String,
+}
+
+impl Source {
+    /// Whether its file is no copy of this run, but one that the runs of a study share: it is named from the run's folder.
+    pub(super) fn is_shared(&self) -> bool {
+        self.file.starts_with("../")
+    }
 }
 
 /// What a complete run says in `result.json`.
@@ -114,6 +121,15 @@ pub struct Finished {
     pub invalid: BTreeMap<String, u64>,
     /// Would-be bests that lost their value at half the step.
     pub unstable: u64,
+    /// Of how many cross-checks its best kept its value in how many. Earlier versions did not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub checks: Option<(usize, usize)>,
+    /// What its best reaches in nine of ten worlds that the search never saw, where its task names some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nine_of_ten: Option<f64>,
+    /// What its best comes to over those worlds, where they do not tell that one by one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub over_worlds: Option<f64>,
     /// Why it ended.
     pub end: String,
     /// The bound on evaluations that it ended with: a run that goes on may be given another one. Earlier versions did not say.
@@ -168,6 +184,12 @@ pub fn is_run(path: &Path) -> bool {
     path.join(RUN).is_file()
 }
 
+/// Whether the run in a folder is complete, by the name of its result alone.
+#[must_use]
+pub fn has_result(path: &Path) -> bool {
+    path.join(RESULT).is_file()
+}
+
 /// Where a run in a folder keeps its best design.
 #[must_use]
 pub fn best(path: &Path) -> PathBuf {
@@ -211,9 +233,21 @@ pub fn asked(path: &Path) -> Result<Asked, FileError> {
 ///
 /// A sentence: a text is gone or was changed.
 pub fn frozen(path: &Path, asked: &Asked) -> Result<Grammar, FileError> {
+    texts(asked, |source| match source.is_shared() {
+        true => path.join(&source.file),
+        false => path.join(SOURCES).join(&source.file),
+    })
+}
+
+/// The texts that a run was asked with, each from its file.
+///
+/// # Errors
+///
+/// A sentence: a text is gone or was changed.
+pub fn texts(asked: &Asked, place: impl Fn(&Source) -> PathBuf) -> Result<Grammar, FileError> {
     let mut sources = BTreeMap::new();
     for source in &asked.sources {
-        let file = path.join(SOURCES).join(&source.file);
+        let file = place(source);
         let text = read(&file)?;
         if hex(&Sha256::digest(&text)) != source.sha256 {
             return Err(FileError::unfit(&file, Unfit::OtherText));

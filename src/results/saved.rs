@@ -68,6 +68,8 @@ pub enum Measured {
     Value,
     /// How far the centre of mass gets from where it began, along the ground, m.
     Drift,
+    /// The work of all actuators, as a share of what it is in steps of the model.
+    Work,
     /// Nothing: the solver cannot simulate such a body.
     Unable,
 }
@@ -207,7 +209,7 @@ pub fn rules_hash(rules: &RuleSet) -> String {
 }
 
 /// A hash as text.
-pub(super) fn hex(hash: &[u8]) -> String {
+pub(crate) fn hex(hash: &[u8]) -> String {
     hash.iter().map(|b| format!("{b:02x}")).collect()
 }
 

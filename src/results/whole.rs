@@ -244,7 +244,7 @@ pub(super) fn unfinished(path: &Path) -> String {
 }
 
 /// The names in a folder.
-pub(super) fn entries(path: &Path) -> std::io::Result<Vec<String>> {
+pub(crate) fn entries(path: &Path) -> std::io::Result<Vec<String>> {
     fs::read_dir(path)?.map(|entry| Ok(entry?.file_name().to_string_lossy().into_owned())).collect()
 }
 
@@ -294,13 +294,13 @@ fn hold(path: &Path, file: fs::File) -> Result<fs::File, FileError> {
 }
 
 /// Whether another process holds the lock of a file. Asking holds it for a moment.
-pub(super) fn is_locked(path: &Path) -> bool {
+pub(crate) fn is_locked(path: &Path) -> bool {
     let file = fs::File::open(path);
     file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(fs::TryLockError::WouldBlock)))
 }
 
 /// Reads a text.
-pub(super) fn read(path: &Path) -> Result<String, FileError> {
+pub(crate) fn read(path: &Path) -> Result<String, FileError> {
     let text = reading::own(path).and_then(|bytes| String::from_utf8(bytes).map_err(std::io::Error::other));
     text.map_err(FileError::read(path))
 }

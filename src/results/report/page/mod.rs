@@ -22,7 +22,7 @@ use super::read::{Group, Run, Standing};
 use crate::markup::escape;
 
 /// The style of pages with charts.
-pub(crate) const STYLE: &str = include_str!("page.css");
+const STYLE: &str = include_str!("page.css");
 /// How many colours `page.css` has for groups.
 const COLOURS: usize = 6;
 /// How long a page of runs under way waits before it loads itself again, in s.
@@ -73,15 +73,38 @@ pub(super) fn page(groups: &[Group], link: Link, reload: Reload) -> String {
             "<p class=\"note\">These runs go on: the page loads itself again every few seconds, and the tables are written at the end.</p>\n".to_owned(),
         ),
     };
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'\">\n\
-         {refresh}<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
-         <meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"sgc {}\">\n\
-         <title>{title}: report</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <header>\n<h1>{title}</h1>\n{note}<nav>{ways}</nav>\n</header>\n<main>\n{bodies}</main>\n</body>\n</html>\n",
-        env!("CARGO_PKG_VERSION")
-    )
+    let header = format!("<h1>{title}</h1>\n{note}<nav>{ways}</nav>");
+    Document { title: &title, kind: "report", refresh: &refresh, style: "", header: &header, main: &bodies }
+        .html()
+}
+
+/// A page of words, tables and pictures. All but its kind is markup.
+pub(crate) struct Document<'a> {
+    pub(crate) title: &'a str,
+    /// What it is, for its title.
+    pub(crate) kind: &'a str,
+    /// What makes it load itself again.
+    pub(crate) refresh: &'a str,
+    /// Beside that of all such pages.
+    pub(crate) style: &'a str,
+    pub(crate) header: &'a str,
+    pub(crate) main: &'a str,
+}
+
+impl Document<'_> {
+    /// The whole page: no script is in it, and nothing is loaded.
+    pub(crate) fn html(&self) -> String {
+        let Self { title, kind, refresh, style, header, main } = self;
+        format!(
+            "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
+             <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'; base-uri 'none'; form-action 'none'\">\n\
+             {refresh}<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
+             <meta name=\"color-scheme\" content=\"light dark\">\n<meta name=\"generator\" content=\"sgc {}\">\n\
+             <title>{title}: {kind}</title>\n<style>\n{STYLE}{style}</style>\n</head>\n<body>\n\
+             <header>\n{header}\n</header>\n<main>\n{main}</main>\n</body>\n</html>\n",
+            env!("CARGO_PKG_VERSION")
+        )
+    }
 }
 
 /// What to know of runs that are not complete.

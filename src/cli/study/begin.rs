@@ -1,0 +1,174 @@
+//! Reads the file of a study, checks all of it, and writes its folder.
+
+use std::collections::BTreeSet;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+
+use grammar_lang::diagnostics::Diagnostic;
+use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::ir::RuleSet;
+
+use super::Place;
+use crate::cli::load::{self, Text};
+use crate::cli::output::{self, Fault};
+use crate::cli::price;
+use crate::derive::Derivation;
+use crate::loader::Files;
+use crate::reading;
+use crate::results::saved::Grammar;
+use crate::simulate;
+use crate::study::StudyError;
+use crate::study::file::StudyFile;
+use crate::study::folder::{Cell, Study};
+use crate::study::plan::{Wanted, cells};
+
+/// Where the studies are whose folder is not named.
+const STUDIES: &str = "studies";
+
+/// The study of a file, in its folder, which is made or brought up to the file.
+pub(super) fn begin(file: &Path, place: &Place) -> Result<Study, Fault> {
+    let text =
+        reading::named(file).map_err(|why| Fault::usage(format!("cannot read {}: {why}", file.display())))?;
+    let text = String::from_utf8(text)
+        .map_err(|_| Fault::usage(format!("{} is no text in UTF-8", file.display())))?;
+    let asked = StudyFile::parse(file, &text).map_err(Fault::usage)?;
+    let seeds = asked.seeds().map_err(Fault::usage)?;
+    let base = file.parent().unwrap_or(Path::new(""));
+    let checked = check_all(&asked, &cells(&asked), base)?;
+    comparable(&checked).map_err(Fault::usage)?;
+    let name = file.file_stem().unwrap_or_default();
+    let out = place.out.clone().unwrap_or_else(|| PathBuf::from(STUDIES).join(name));
+    let factors = asked.factors().iter().map(|factor| factor.of.name().to_owned()).collect();
+    let (study, change) =
+        Study::write(&out, &text, &asked.question, factors, checked, seeds).map_err(Fault::usage)?;
+    if change.new + change.left > 0 {
+        output::note(&format!(
+            "{} was changed: {} runs are new, {} are not in it any more (their folders stay, and are not counted)",
+            file.display(),
+            change.new,
+            change.left
+        ));
+    }
+    Ok(study)
+}
+
+/// Checks the grammar of every cell, and tells each finding once.
+fn check_all(asked: &StudyFile, wanted: &[Wanted], base: &Path) -> Result<Vec<(Cell, Grammar)>, Fault> {
+    let mut texts: Vec<Text> = Vec::new();
+    let (mut told, mut wrong) = (BTreeSet::new(), 0);
+    let mut found = Vec::with_capacity(wanted.len());
+    for one in wanted {
+        let path = base.join(&one.grammar);
+        if !texts.iter().any(|text| text.path == path) {
+            texts.push(load::read(&path)?);
+        }
+        let Some(text) = texts.iter().find(|text| text.path == path) else { continue };
+        let checked = load::check(&Files, &text.name, &text.text, &one.parameters, one.variant.as_deref());
+        let new = |finding: &&Diagnostic| told.insert(format!("{finding:?}"));
+        let new: Vec<Diagnostic> = checked.diagnostics.iter().filter(new).cloned().collect();
+        if !new.is_empty() {
+            output::note(&format!("in `{}`:", one.name));
+            output::note(render(&new, &checked.sources, Format::Full, output::colour_err()).trim_end());
+        }
+        let Some(rules) = checked.rules else {
+            if checked.diagnostics.is_empty() {
+                let module = "is a module for other grammars to use: it has no `grammar NAME` line";
+                output::note(&format!("{} {module}", path.display()));
+            }
+            wrong += 1;
+            continue;
+        };
+        let start = crate::cli::derive::start(&rules, &checked.sources, asked.from.as_deref());
+        match start {
+            Ok(_) => {}
+            Err(fault) => {
+                if !fault.message.is_empty() && told.insert(fault.message.clone()) {
+                    output::note(&format!("in `{}`: {}", one.name, fault.message));
+                }
+                wrong += 1;
+                continue;
+            }
+        }
+        let grammar = Grammar::freeze(&rules, &checked.sources, &one.parameters);
+        let from = asked.from.clone().or_else(|| rules.from.clone());
+        let cell = Cell::new(one, &grammar, &rules, command(one, &path, asked.from.as_deref()), from);
+        found.push((cell, grammar));
+    }
+    match wrong {
+        0 => Ok(found),
+        wrong => Err(Fault::input(format!(
+            "{wrong} of the {} cells of this study have errors; nothing was run",
+            wanted.len()
+        ))),
+    }
+}
+
+/// The command that does one run of a cell by itself, without its seed.
+fn command(wanted: &Wanted, path: &Path, from: Option<&str>) -> String {
+    let mut words = vec!["sgc run".to_owned(), output::typed(path)];
+    words.extend(wanted.variant.iter().map(|name| format!("--variant {}", output::typed(Path::new(name)))));
+    let set = |(name, value): &(String, String)| {
+        format!("-p {}", output::typed(Path::new(&format!("{name}={value}"))))
+    };
+    words.extend(wanted.parameters.iter().map(set));
+    words.extend(from.map(|name| format!("--from {}", output::typed(Path::new(name)))));
+    words.push(format!("--max-evals {}", wanted.max_evals.unwrap_or(0)));
+    words.join(" ")
+}
+
+/// Refuses cells whose values cannot be told together.
+fn comparable(cells: &[(Cell, Grammar)]) -> Result<(), StudyError> {
+    let how = |cell: &Cell| {
+        let verb = if cell.minimizes { "minimises" } else { "maximises" };
+        let unit = if cell.unit.is_empty() { "no unit" } else { &cell.unit };
+        format!("{verb} in {unit}")
+    };
+    let Some(((first, _), others)) = cells.split_first() else { return Ok(()) };
+    match others.iter().find(|(other, _)| how(other) != how(first)) {
+        Some((other, _)) => Err(StudyError::Incomparable {
+            one: first.name.clone(),
+            how: how(first),
+            other: other.name.clone(),
+            otherwise: how(other),
+        }),
+        None => Ok(()),
+    }
+}
+
+/// Tells what a study comes to.
+pub(super) fn tell(study: &Study) {
+    let levels = |factor: usize| {
+        let all: BTreeSet<&str> = study.cells().iter().map(|cell| cell.levels[factor].as_str()).collect();
+        all.len()
+    };
+    let counts: Vec<String> = study
+        .factors()
+        .iter()
+        .enumerate()
+        .map(|(place, name)| (levels(place), name))
+        .filter(|(many, _)| *many > 1)
+        .map(|(many, name)| format!("{many} of {name}"))
+        .chain([format!("{} seeds", study.seeds().len())])
+        .collect();
+    output::note(&format!(
+        "{}: {} runs ({})",
+        study.path().display(),
+        study.cells().len() * study.seeds().len(),
+        counts.join(" x ")
+    ));
+}
+
+/// Tells what the runs cost, by a body of the first cell.
+pub(super) fn price(study: &Study, flag: &AtomicBool) {
+    let Some(cell) = study.cells().first() else { return };
+    let all: Option<u64> = study.cells().iter().map(|cell| cell.max_evals).sum::<Option<u64>>();
+    let all = all.map(|all| all * study.seeds().len() as u64);
+    let told = || -> Option<String> {
+        let (_, rules, _): (Grammar, RuleSet, _) = study.compile(0).ok()?;
+        let first = Derivation::start(&rules, cell.from.as_deref()).ok()?;
+        price::told(&rules, &first, simulate::model(&cell.solver)?, all, flag)
+    };
+    if let Some(price) = told() {
+        output::note(&price);
+    }
+}

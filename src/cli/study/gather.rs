@@ -1,0 +1,47 @@
+//! `sgc study gather`: what the runs of a study came to, as one page and tables.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::cli::exit;
+use crate::cli::output::{self, Fault};
+use crate::study::folder::Study;
+use crate::study::outcome::outcomes;
+use crate::study::standing::Standing;
+use crate::study::tables::Gathered;
+use crate::study::{self, FOLDER};
+
+/// Write the page and the tables of a study, also while it goes on
+#[derive(Args)]
+pub(super) struct Gather {
+    /// The folder of the study
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Where to write the page and the tables [default: report/ in DIR]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Write into a folder that holds other things, and replace files of the same names
+    #[arg(long)]
+    force: bool,
+}
+
+impl Gather {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let study = Study::open(&self.folder).map_err(Fault::usage)?;
+        gather(&study, self.out.as_deref(), self.force)?;
+        Ok(exit::DONE)
+    }
+}
+
+/// Writes them, and says where.
+pub(super) fn gather(study: &Study, out: Option<&Path>, force: bool) -> Result<(), Fault> {
+    let outcomes = outcomes(study).map_err(Fault::usage)?;
+    let gathered = Gathered::new(study, &outcomes);
+    let out = out.map_or_else(|| study.path().join(FOLDER), Path::to_owned);
+    let page = study::write(&gathered, &out, force).map_err(Fault::usage)?;
+    output::data(&format!("{}\n", page.display()))?;
+    let complete = outcomes.iter().filter(|one| one.standing == Standing::Complete).count();
+    output::note(&format!("{complete} of {} runs are complete; open this page in a browser", outcomes.len()));
+    Ok(())
+}

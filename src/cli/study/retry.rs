@@ -1,0 +1,44 @@
+//! `sgc study retry`: failed runs are tried again.
+
+use std::fs;
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::cli::exit;
+use crate::cli::output::{self, Fault};
+use crate::results::FileError;
+use crate::study::folder::Study;
+use crate::study::standing::{Standing, standing};
+
+/// Have the runs of a study that failed tried again, once the cause is mended
+#[derive(Args)]
+pub(super) struct Retry {
+    /// The folder of the study
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+    /// Begin them anew, and remove what they have so far [default: go on from their checkpoints]
+    #[arg(long)]
+    anew: bool,
+}
+
+impl Retry {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let study = Study::open(&self.folder).map_err(Fault::usage)?;
+        let failed: Vec<_> = study.runs().filter(|run| standing(&study, *run) == Standing::Failed).collect();
+        for run in &failed {
+            let folder = study.folder(*run);
+            if self.anew && folder.exists() {
+                crate::results::place::check_run(&folder).map_err(Fault::usage)?;
+                fs::remove_dir_all(&folder).map_err(FileError::remove(&folder)).map_err(Fault::usage)?;
+            }
+            let note = study.note_of(*run);
+            fs::remove_file(&note).map_err(FileError::remove(&note)).map_err(Fault::usage)?;
+        }
+        output::note(&match failed.len() {
+            0 => "no run has failed".to_owned(),
+            many => format!("{many} runs wait again: `sgc study FILE`, or `sgc study submit`, does them"),
+        });
+        Ok(exit::DONE)
+    }
+}

@@ -1,0 +1,110 @@
+//! `sgc study submit`: hands the runs of a study over to a cluster.
+
+use std::path::PathBuf;
+use std::process::Command;
+
+use clap::Args;
+use clap::builder::PossibleValuesParser;
+
+use super::{Place, begin};
+use crate::cli::exit;
+use crate::cli::output::{self, Fault};
+use crate::study::folder::Study;
+use crate::study::submit::{Engine, Submission, to_do};
+
+/// So many tasks at most, unless it is said how many runs each does: Slurm's own limit is 1001.
+const MOST_TASKS: usize = 1000;
+
+/// Write a script that has Slurm or HyperQueue do what is not complete, and show it; with --go, submit it
+///
+/// All that the tasks share is the folder of the study: it must be on a file system that every node sees. After a
+/// task was killed or its time was over, submit again: only what is not complete is done.
+#[derive(Args)]
+pub(super) struct Submit {
+    /// The study: its file, or its folder
+    #[arg(value_name = "FILE|DIR")]
+    study: PathBuf,
+    #[command(flatten)]
+    place: Place,
+    /// The engine
+    #[arg(long, value_name = "ENGINE", value_parser = PossibleValuesParser::new(["slurm", "hq"]))]
+    to: String,
+    /// Submit the script
+    #[arg(long)]
+    go: bool,
+    /// Runs that a task does one after the other [default: as few as make at most 1000 tasks]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    runs_per_task: Option<u32>,
+    /// Threads of each task
+    #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: u16,
+    /// The time limit of each task in minutes [default: the engine's own]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
+    minutes: Option<u32>,
+    /// Tasks that run at once at most (Slurm)
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    at_once: Option<u32>,
+    /// A line for the script, before it starts sgc, such as "module load sgc"; may be given several times
+    #[arg(long, value_name = "LINE")]
+    line: Vec<String>,
+    /// A further option of the engine, such as "--partition=short"; may be given several times
+    #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
+    option: Vec<String>,
+    /// The program that the nodes run [default: this one]
+    #[arg(long, value_name = "PATH")]
+    sgc: Option<PathBuf>,
+}
+
+impl Submit {
+    pub(super) fn run(self) -> Result<u8, Fault> {
+        let engine = Engine::named(&self.to).ok_or_else(|| Fault::usage("the engine is slurm or hq"))?;
+        let study = match self.study.is_dir() {
+            true => Study::open(&self.study).map_err(Fault::usage)?,
+            false => begin::begin(&self.study, &self.place)?,
+        };
+        let open = to_do(&study).len();
+        let few = open.div_ceil(MOST_TASKS).max(1);
+        let sgc = match self.sgc {
+            Some(sgc) => sgc,
+            None => std::env::current_exe()
+                .map_err(|why| Fault::usage(format!("where is sgc? {why}; give --sgc")))?,
+        };
+        let submission = Submission {
+            engine,
+            runs_per_task: self.runs_per_task.map_or(few, |n| n as usize),
+            threads: usize::from(self.threads),
+            minutes: self.minutes,
+            at_once: self.at_once.map(|n| n as usize),
+            lines: self.line,
+            options: self.option,
+            sgc,
+        };
+        let Some(written) = submission.write(&study).map_err(Fault::usage)? else {
+            output::note("there is nothing to submit: no run waits or was stopped");
+            return Ok(exit::DONE);
+        };
+        let command = engine.command(&written.script);
+        let shown = command.iter().map(|word| output::typed(word.as_ref())).collect::<Vec<_>>().join(" ");
+        output::note(&format!(
+            "{} runs in {} tasks: {}",
+            written.runs,
+            written.tasks,
+            written.script.display()
+        ));
+        if !self.go {
+            let text = std::fs::read_to_string(&written.script).unwrap_or_default();
+            output::data(&text)?;
+            output::note(&format!("to submit it: {shown}"));
+            return Ok(exit::DONE);
+        }
+        let done = Command::new(&command[0]).args(&command[1..]).status();
+        match done {
+            Ok(status) if status.success() => Ok(exit::DONE),
+            Ok(status) => Err(Fault::usage(format!("`{shown}` ended with {status}; the script is kept"))),
+            Err(why) => Err(Fault::usage(format!(
+                "cannot run `{shown}`: {why}; the script is kept: hand it over where {} is",
+                engine.program()
+            ))),
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! What is found in a grammar once its initial design and its examples are driven.
+
+use std::sync::Arc;
+
+use grammar_lang::Compiled;
+use grammar_lang::diagnostics::{Code, Diagnostic};
+use grammar_lang::eval::EvalError;
+use grammar_lang::ir::{RuleSet, Symmetry};
+use grammar_lang::source::{FileId, SourceMap, Span};
+
+use super::{Drive, uneven};
+use crate::derive::random::Stream;
+use crate::derive::{Candidate, Derivation, check_begun, run_example};
+
+/// Draws of what the actuations vary, and moments of a motion, at which a drive must have a value somewhere.
+const DRAWS: u64 = 4;
+const MOMENTS: usize = 32;
+
+/// The example that a finding is about; none for the initial design.
+type Where<'a> = Option<(&'a str, Span)>;
+
+/// All that is found in a grammar once its initial design and its examples are built.
+#[must_use]
+pub fn check_designs(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> Vec<Diagnostic> {
+    let mut found = check_begun(compiled, entry, sources);
+    if let Some(rules) = compiled.ruleset.as_ref().filter(|_| !found.iter().any(Diagnostic::is_error)) {
+        found.extend(check_drives(rules));
+    }
+    found
+}
+
+/// An error for each drive that never has a value, and a warning for each kind of actuator that swings unevenly across the
+/// mirror, in the initial design or in an example.
+fn check_drives(rules: &RuleSet) -> Vec<Diagnostic> {
+    let begun = (None, Derivation::begin(rules));
+    let examples = rules.examples.iter().filter_map(|(name, example)| {
+        Some((Some((name.as_str(), example.span)), run_example(rules, name, example).ok()?))
+    });
+    let mut found: Vec<Diagnostic> = Vec::new();
+    for (example, derivation) in std::iter::once(begun).chain(examples) {
+        let candidate = Candidate::new(rules, Arc::new(derivation));
+        for task in rules.tasks.values() {
+            let Ok(drive) = Drive::new(&candidate, task) else { continue };
+            let one = match drive.never_has_a_value() {
+                Some(error) => Some(no_value(error, example)),
+                None if !matches!(rules.symmetry, Symmetry::Mirror(_)) => None,
+                None => drive.uneven_swing().ok().flatten().map(|(kind, a)| uneven::told(&kind, a, example)),
+            };
+            found.extend(one.filter(|one| found.iter().all(|known| known.span() != one.span())));
+        }
+    }
+    found
+}
+
+fn no_value(EvalError { span, reason }: EvalError, example: Where<'_>) -> Diagnostic {
+    let told =
+        Diagnostic::new(Code::NO_VALUE, span, "this has no value, whatever the search varies").label(reason);
+    let told = match example {
+        Some((name, span)) => told.also(span, format!("here in `{name}`")),
+        None => told,
+    };
+    told.help("what drives an actuator needs a value at each time of the motion, from `t = 0 s` on")
+}
+
+impl Drive<'_> {
+    /// Why an actuator is driven to nothing at some time of the motion, if it is so whatever the search draws.
+    fn never_has_a_value(&self) -> Option<EvalError> {
+        let mut first = None;
+        for draw in 0..DRAWS {
+            let parameters = self.draw(&mut Stream::named(draw, "drives"));
+            match self.has_values(&parameters) {
+                Ok(()) => return None,
+                Err(error) => first = first.or(Some(error)),
+            }
+        }
+        first
+    }
+
+    fn has_values(&self, parameters: &[f64]) -> Result<(), EvalError> {
+        let duration = self.task.model.duration;
+        for driven in &self.actuators {
+            if self.valves(driven, parameters)?.is_none() {
+                let times = (0..=MOMENTS).map(|moment| duration * moment as f64 / MOMENTS as f64);
+                self.bends(driven, parameters, times)?;
+            }
+        }
+        Ok(())
+    }
+}

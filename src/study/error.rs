@@ -1,0 +1,95 @@
+//! What is wrong with a study.
+
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::file::MOST_RUNS;
+use crate::results::FileError;
+
+/// Why a study cannot be begun, read or gone on with. Each is a sentence that names the place.
+#[derive(Debug, Error)]
+pub enum StudyError {
+    /// A file or folder of it.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The file is no TOML, or has fields that no study has.
+    #[error("{} is no study that can be read:\n{why}", path.display())]
+    NotStudy {
+        /// The file.
+        path: PathBuf,
+        /// Where, and what.
+        why: toml::de::Error,
+    },
+    /// The file can be read, but asks for something that cannot be.
+    #[error("{}: {why}", path.display())]
+    Wrong {
+        /// The file.
+        path: PathBuf,
+        /// What, and what to write instead.
+        why: String,
+    },
+    /// A folder without a study.
+    #[error("{} is no folder of a study: it has no plan.json; `sgc study FILE.toml` makes one", path.display())]
+    NoStudy {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// The file of a study where its folder is asked for.
+    #[error("{} is a file: name the folder of the study, studies/NAME unless --out said another", path.display())]
+    NoFolder {
+        /// The file.
+        path: PathBuf,
+    },
+    /// The plan was changed by hand, or only half of it is there.
+    #[error("{} is damaged: {why}; `sgc study FILE.toml` writes it again, and keeps the runs that are done", path.display())]
+    Damaged {
+        /// The plan.
+        path: PathBuf,
+        /// What is wrong.
+        why: String,
+    },
+    /// Another program would go on in another way.
+    #[error("the study in {} was begun by sgc {theirs}; this is {}. One study needs one version: use that one, or begin anew with --out", path.display(), env!("CARGO_PKG_VERSION"))]
+    OtherVersion {
+        /// The folder.
+        path: PathBuf,
+        /// The version that began it.
+        theirs: String,
+    },
+    /// A grammar, or what it is run with, was changed since the study began.
+    #[error(
+        "the grammar of `{cell}`, or how it is run, is not as it was when the study in {} began: its runs could not be compared. \
+         Put it back, or begin anew with --out",
+        path.display()
+    )]
+    OtherCell {
+        /// The folder.
+        path: PathBuf,
+        /// The cell.
+        cell: String,
+    },
+    /// A folder with something else in it.
+    #[error("{} holds \"{foreign}\" and no study; choose another folder with --out", path.display())]
+    Foreign {
+        /// The folder.
+        path: PathBuf,
+        /// Something in it.
+        foreign: String,
+    },
+    /// Too many runs.
+    #[error("a study has at most {MOST_RUNS} runs")]
+    TooMany,
+    /// Values in several units, or of objectives with opposite directions.
+    #[error("`{one}` {how}, and `{other}` {otherwise}: they cannot be compared in one study")]
+    Incomparable {
+        /// A cell.
+        one: String,
+        /// What it does.
+        how: String,
+        /// Another cell.
+        other: String,
+        /// What that does.
+        otherwise: String,
+    },
+}

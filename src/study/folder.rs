@@ -1,0 +1,348 @@
+//! The folder of a study: all that its runs need, and where they are.
+//!
+//! `study.toml` is a copy of the file, `plan.json` what it comes to, `texts/` holds the grammars once for all runs, and
+//! `runs/CELL/seed-N` is the folder of a run. A run is begun by whoever makes its folder first, and its lock is that of any other run:
+//! so several processes, on several machines, can work on one study.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use grammar_lang::ir::{Direction, RuleSet};
+use grammar_lang::source::SourceMap;
+use serde::{Deserialize, Serialize};
+
+use super::StudyError;
+use super::plan::Wanted;
+use crate::results::FileError;
+use crate::results::run_files::{self, Asked, Source, listed};
+use crate::results::saved::Grammar;
+use crate::results::whole::{entries, read, write_whole};
+
+/// The copy of the file.
+pub const STUDY: &str = "study.toml";
+/// What it comes to.
+pub const PLAN: &str = "plan.json";
+const RUNS: &str = "runs";
+const TEXTS: &str = "texts";
+const FORMAT: &str = "sgc study";
+/// How the message of a run that failed is named, after the run.
+const FAILED: &str = ".failed";
+
+/// A cell with all that its runs are asked, but for the seed.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Cell {
+    /// Its name, which is that of its folder.
+    pub name: String,
+    /// Its value of each factor.
+    pub levels: Vec<String>,
+    /// The command that does one of its runs alone, without its seed.
+    pub command: String,
+    /// The name of the grammar or variant.
+    pub grammar: String,
+    /// Hash of the typed rule set.
+    pub rules: String,
+    /// The text that declares it.
+    pub entry: String,
+    /// Parameters that are set.
+    pub parameters: Vec<(String, String)>,
+    /// Its texts.
+    pub sources: Vec<Source>,
+    /// The simulation method.
+    pub solver: String,
+    /// The bound on evaluations.
+    pub max_evals: Option<u64>,
+    /// The example that its runs start from.
+    pub from: Option<String>,
+    /// What the values are in.
+    pub unit: String,
+    /// Whether a lower value is better.
+    pub minimizes: bool,
+}
+
+/// What is in `plan.json`.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+struct Plan {
+    format: String,
+    sgc: String,
+    question: String,
+    factors: Vec<String>,
+    cells: Vec<Cell>,
+    seeds: Vec<u64>,
+}
+
+/// One run of a study.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Run {
+    /// The place of its cell in the plan.
+    pub cell: usize,
+    /// Its seed.
+    pub seed: u64,
+}
+
+/// A study, on the disk.
+#[derive(Clone, Debug)]
+pub struct Study {
+    path: PathBuf,
+    plan: Plan,
+}
+
+/// What a changed file of a study changes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Change {
+    /// Runs that it asks for and that were not asked for before.
+    pub new: usize,
+    /// Runs that it does not ask for any more; their folders stay.
+    pub left: usize,
+}
+
+impl Cell {
+    /// What a checked grammar and a cell of the file come to.
+    #[must_use]
+    pub fn new(
+        wanted: &Wanted,
+        grammar: &Grammar,
+        rules: &RuleSet,
+        command: String,
+        from: Option<String>,
+    ) -> Self {
+        let sources = listed(grammar).into_iter().map(|source| Source {
+            file: format!("{}.sgr", source.sha256.chars().take(16).collect::<String>()),
+            ..source
+        });
+        Self {
+            name: wanted.name.clone(),
+            levels: wanted.levels.clone(),
+            command,
+            grammar: grammar.name.clone(),
+            rules: grammar.rules.clone(),
+            entry: grammar.entry.clone(),
+            parameters: grammar.parameters.clone(),
+            sources: sources.collect(),
+            solver: crate::search::solver(rules).text().to_owned(),
+            max_evals: wanted.max_evals,
+            from,
+            unit: rules.objective.unit.clone(),
+            minimizes: rules.objective.direction == Direction::Minimize,
+        }
+    }
+
+    /// Whether its runs are those of another one, whatever the bound on their evaluations: what they are called in its columns does
+    /// not matter.
+    fn is_same(&self, other: &Self) -> bool {
+        let decisive = |cell: &Self| Self { levels: Vec::new(), command: String::new(), ..cell.clone() };
+        decisive(self) == decisive(other)
+    }
+}
+
+impl Study {
+    /// Opens the folder of a study.
+    ///
+    /// # Errors
+    ///
+    /// There is none, it is damaged, or of another version of sgc.
+    pub fn open(path: &Path) -> Result<Self, StudyError> {
+        let file = path.join(PLAN);
+        if !file.is_file() {
+            return Err(match path.is_file() {
+                true => StudyError::NoFolder { path: path.to_owned() },
+                false => StudyError::NoStudy { path: path.to_owned() },
+            });
+        }
+        let text = read(&file)?;
+        let damaged = |why| StudyError::Damaged { path: file.clone(), why };
+        let plan: Plan = serde_json::from_str(&text).map_err(|why| damaged(why.to_string()))?;
+        if plan.format != FORMAT {
+            return Err(damaged(format!("it lacks \"format\": \"{FORMAT}\"")));
+        }
+        if plan.sgc != env!("CARGO_PKG_VERSION") {
+            return Err(StudyError::OtherVersion { path: path.to_owned(), theirs: plan.sgc });
+        }
+        Ok(Self { path: path.to_owned(), plan })
+    }
+
+    /// Writes the folder of a study, or brings it up to its changed file. Runs that it has done stay.
+    ///
+    /// # Errors
+    ///
+    /// The folder holds something else, a cell of the study had another grammar so far, or a file cannot be written.
+    pub fn write(
+        path: &Path,
+        text: &str,
+        question: &str,
+        factors: Vec<String>,
+        cells: Vec<(Cell, Grammar)>,
+        seeds: Vec<u64>,
+    ) -> Result<(Self, Change), StudyError> {
+        let before = match Self::open(path) {
+            Ok(study) => Some(study),
+            Err(StudyError::NoStudy { .. }) => None,
+            Err(other) => return Err(other),
+        };
+        if before.is_none()
+            && let Some(foreign) = entries(path).unwrap_or_default().into_iter().next()
+        {
+            return Err(StudyError::Foreign { path: path.to_owned(), foreign });
+        }
+        let mut change = Change::default();
+        if let Some(study) = &before {
+            let known: BTreeMap<&str, &Cell> =
+                study.plan.cells.iter().map(|c| (c.name.as_str(), c)).collect();
+            for (cell, _) in &cells {
+                if let Some(other) = known.get(cell.name.as_str())
+                    && !cell.is_same(other)
+                {
+                    return Err(StudyError::OtherCell { path: path.to_owned(), cell: cell.name.clone() });
+                }
+            }
+            let names = |study: &Self| -> BTreeSet<(String, u64)> {
+                study.runs().map(|run| (study.cell(run).name.clone(), run.seed)).collect()
+            };
+            let now: BTreeSet<(String, u64)> = cells
+                .iter()
+                .flat_map(|(cell, _)| seeds.iter().map(|seed| (cell.name.clone(), *seed)))
+                .collect();
+            let then = names(study);
+            change = Change { new: now.difference(&then).count(), left: then.difference(&now).count() };
+        }
+        let texts = path.join(TEXTS);
+        fs::create_dir_all(&texts).map_err(FileError::write(&texts))?;
+        // Two processes that begin a study at once write the same.
+        let mut written = BTreeSet::new();
+        for (cell, grammar) in &cells {
+            for source in &cell.sources {
+                let file = texts.join(&source.file);
+                if written.insert(source.file.clone()) && !file.exists() {
+                    write_whole(&file, grammar.sources.get(&source.name).map_or("", String::as_str))?;
+                }
+            }
+        }
+        let plan = Plan {
+            format: FORMAT.to_owned(),
+            sgc: env!("CARGO_PKG_VERSION").to_owned(),
+            question: question.to_owned(),
+            factors,
+            cells: cells.into_iter().map(|(cell, _)| cell).collect(),
+            seeds,
+        };
+        let study = Self { path: path.to_owned(), plan };
+        let file = path.join(PLAN);
+        let json = serde_json::to_string_pretty(&study.plan).map_err(FileError::write(&file))? + "\n";
+        for (file, text) in [(path.join(STUDY), text), (file, json.as_str())] {
+            if read(&file).ok().as_deref() != Some(text) {
+                write_whole(&file, text)?;
+            }
+        }
+        Ok((study, change))
+    }
+
+    /// Where it is.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What it asks, in words.
+    #[must_use]
+    pub fn question(&self) -> &str {
+        &self.plan.question
+    }
+
+    /// The names of its factors.
+    #[must_use]
+    pub fn factors(&self) -> &[String] {
+        &self.plan.factors
+    }
+
+    /// Its cells.
+    #[must_use]
+    pub fn cells(&self) -> &[Cell] {
+        &self.plan.cells
+    }
+
+    /// Its seeds.
+    #[must_use]
+    pub fn seeds(&self) -> &[u64] {
+        &self.plan.seeds
+    }
+
+    /// The cell of a run.
+    #[must_use]
+    pub fn cell(&self, run: Run) -> &Cell {
+        &self.plan.cells[run.cell]
+    }
+
+    /// All runs: the first seed of every cell, then the second of every cell, so that cells can be compared early.
+    pub fn runs(&self) -> impl Iterator<Item = Run> + '_ {
+        let cells = self.plan.cells.len();
+        self.plan.seeds.iter().flat_map(move |&seed| (0..cells).map(move |cell| Run { cell, seed }))
+    }
+
+    /// The name of a run: its folder under `runs/`.
+    #[must_use]
+    pub fn name(&self, run: Run) -> String {
+        format!("{}/seed-{}", self.cell(run).name, run.seed)
+    }
+
+    /// The run of a name.
+    #[must_use]
+    pub fn named(&self, name: &str) -> Option<Run> {
+        let (cell, seed) = name.rsplit_once("/seed-")?;
+        let cell = self.plan.cells.iter().position(|own| own.name == cell)?;
+        let seed = seed.parse().ok().filter(|seed| self.plan.seeds.contains(seed))?;
+        Some(Run { cell, seed })
+    }
+
+    /// The folder of a run.
+    #[must_use]
+    pub fn folder(&self, run: Run) -> PathBuf {
+        self.path.join(RUNS).join(&self.cell(run).name).join(format!("seed-{}", run.seed))
+    }
+
+    /// Where it is noted why a run failed.
+    #[must_use]
+    pub fn note_of(&self, run: Run) -> PathBuf {
+        self.path.join(RUNS).join(&self.cell(run).name).join(format!("seed-{}{FAILED}", run.seed))
+    }
+
+    /// The texts of a cell with what they say.
+    ///
+    /// # Errors
+    ///
+    /// A text is gone or was changed.
+    pub fn compile(&self, cell: usize) -> Result<(Grammar, RuleSet, SourceMap), StudyError> {
+        let asked = self.asked(Run { cell, seed: 0 });
+        let texts = self.path.join(TEXTS);
+        let grammar = run_files::texts(&asked, |source| {
+            texts.join(Path::new(&source.file).file_name().unwrap_or_default())
+        })?;
+        let (rules, sources) = grammar.compile_with_sources(&asked.sgc).map_err(FileError::inside(&texts))?;
+        Ok((grammar, rules, sources))
+    }
+
+    /// What a run is asked.
+    #[must_use]
+    pub fn asked(&self, run: Run) -> Asked {
+        let cell = self.cell(run);
+        Asked {
+            command: format!("{} --seed {}", cell.command, run.seed),
+            sgc: self.plan.sgc.clone(),
+            grammar: cell.grammar.clone(),
+            rules: cell.rules.clone(),
+            seed: run.seed,
+            solver: cell.solver.clone(),
+            max_evals: cell.max_evals,
+            time: None,
+            from: cell.from.clone(),
+            design: None,
+            entry: cell.entry.clone(),
+            parameters: cell.parameters.clone(),
+            // Once for all runs: from the folder of a run.
+            sources: cell
+                .sources
+                .iter()
+                .map(|source| Source { file: format!("../../../{TEXTS}/{}", source.file), ..source.clone() })
+                .collect(),
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! What the runs of a study came to.
+
+use super::StudyError;
+use super::folder::{Run, Study};
+use super::standing::{Standing, standing};
+use crate::results::genuine;
+use crate::results::run_files::{self, Finished};
+
+/// What one run came to.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// The run.
+    pub run: Run,
+    /// How far it is.
+    pub standing: Standing,
+    /// What it says at its end, if it has come there.
+    pub finished: Option<Finished>,
+}
+
+/// Which number of a run a study compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum By {
+    /// The value of the objective.
+    Value,
+    /// The value that the robot reaches in nine of ten worlds that its search never saw.
+    NineOfTen,
+}
+
+impl By {
+    /// In words.
+    #[must_use]
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Value => "the value of the objective",
+            Self::NineOfTen => "the value reached in nine of ten other worlds",
+        }
+    }
+}
+
+impl Outcome {
+    /// The number that is compared, if the run has come to it.
+    #[must_use]
+    pub fn number(&self, by: By) -> Option<f64> {
+        let finished = self.finished.as_ref()?;
+        match by {
+            By::Value => finished.value,
+            By::NineOfTen => finished.nine_of_ten,
+        }
+    }
+}
+
+/// What all runs of a study have come to so far.
+///
+/// # Errors
+///
+/// A result is damaged, or of another run.
+pub fn outcomes(study: &Study) -> Result<Vec<Outcome>, StudyError> {
+    let outcome = |run: Run| -> Result<Outcome, StudyError> {
+        let folder = study.folder(run);
+        let finished = run_files::finished(&folder)?;
+        if let Some(finished) = &finished {
+            genuine::check_result(&folder, &study.asked(run), finished)?;
+        }
+        let standing = if finished.is_some() { Standing::Complete } else { standing(study, run) };
+        Ok(Outcome { run, standing, finished })
+    };
+    study.runs().map(outcome).collect()
+}
+
+/// What runs are compared by: what they reach in other worlds, where every robot that was found was tested there.
+#[must_use]
+pub fn compared_by(outcomes: &[Outcome]) -> By {
+    let mut found =
+        outcomes.iter().filter_map(|one| one.finished.as_ref()).filter(|f| f.value.is_some()).peekable();
+    match found.peek().is_some() && found.all(|finished| finished.nine_of_ten.is_some()) {
+        true => By::NineOfTen,
+        false => By::Value,
+    }
+}
