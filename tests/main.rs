@@ -39,6 +39,7 @@ mod rods;
 mod saved_designs;
 mod scenarios;
 mod search;
+mod study;
 mod support;
 mod tutorial;
 mod view;

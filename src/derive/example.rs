@@ -2,7 +2,9 @@
 
 use grammar_lang::diagnostics::{Code, Diagnostic};
 use grammar_lang::eval::{Domain, EvalError, Reference, UNKNOWN_HERE, Value, evaluate};
-use grammar_lang::ir::{Application, Example, ExampleClause, Expr, ExprKind, Rule, RuleSet, Spread, Ty};
+use grammar_lang::ir::{
+    Application, Example, ExampleClause, Expr, ExprKind, Operator, Rule, RuleSet, Spread, Ty,
+};
 use grammar_lang::source::Span;
 use grammar_lang::units;
 
@@ -97,6 +99,10 @@ pub fn run_example(rules: &RuleSet, name: &str, example: &Example) -> Result<Der
 /// Why an expectation does not hold: what stands on its two sides, if that is what it compares.
 fn falsehood(condition: &Expr, scope: &DesignScope<'_>, locals: &[Value]) -> String {
     let ExprKind::Binary(a, operator, b) = &condition.kind else { return "false here".to_owned() };
+    if *operator == Operator::And {
+        let holds = |e: &Expr| matches!(evaluate(e, scope, &mut locals.to_vec()), Ok(Value::Bool(true)));
+        return falsehood(if holds(a) { b } else { a }, scope, locals);
+    }
     let side = |e: &Expr| match evaluate(e, scope, &mut locals.to_vec()) {
         Ok(Value::Number(x)) => e.ty.dimension().map(|d| units::shown(x, d)),
         _ => None,

@@ -100,7 +100,9 @@ fn report(rules: &RuleSet, rule: &Rule, why: &Refusal) -> Option<Diagnostic> {
             "something is there already, or comes there by the symmetry: attach one, and its images follow"
         }
         Refusal::Asymmetric => {
-            "what it attaches has no image there: name a port off the axis or mirror (a round actuator that twists, spins or slides along the axis has one)"
+            "the images of the symmetry must have a place, too: the ports of the part that it attaches to must be repeated by the symmetry (five \
+             ports around an axis are not by `radial 4`), and on the axis or mirror only what is its own image can hang (a round actuator that twists, \
+             spins or slides along the axis is)"
         }
         Refusal::Askew(_) => {
             "turn it by 0 deg or 180 deg; to bend across the plane, give it another axis instead: \

@@ -90,6 +90,10 @@ impl<'a> DesignScope<'a> {
             PartAttribute::Holder => {
                 reference(Reference::Part(part.held_by.map_or(id, |(holder, _)| holder)))
             }
+            PartAttribute::Port => {
+                let (holder, port) = part.held_by?;
+                reference(Reference::Port(holder, port))
+            }
             PartAttribute::Twin => reference(Reference::Part(design.twin(id))),
             PartAttribute::LeastBend => own().or_else(|| Some(Value::Number(range(false)?.0)))?,
             PartAttribute::GreatestBend => own().or_else(|| Some(Value::Number(range(false)?.1)))?,

@@ -46,7 +46,7 @@ pub(crate) fn abandon() {
 const PATIENCE: usize = 5;
 
 /// Whether a name is of a file that was not written to its end.
-pub(super) fn is_unfinished(name: &str) -> bool {
+pub(crate) fn is_unfinished(name: &str) -> bool {
     let drawn = name.strip_prefix(UNFINISHED);
     drawn.is_some_and(|drawn| drawn.len() == DRAWN && drawn.bytes().all(|byte| byte.is_ascii_alphanumeric()))
 }

@@ -17,7 +17,7 @@ use super::plan::Wanted;
 use crate::results::FileError;
 use crate::results::run_files::{self, Asked, Source, listed};
 use crate::results::saved::Grammar;
-use crate::results::whole::{entries, read, write_whole};
+use crate::results::whole::{entries, is_unfinished, read, write_whole};
 
 /// The copy of the file.
 pub const STUDY: &str = "study.toml";
@@ -180,7 +180,7 @@ impl Study {
             Err(other) => return Err(other),
         };
         if before.is_none()
-            && let Some(foreign) = entries(path).unwrap_or_default().into_iter().next()
+            && let Some(foreign) = entries(path).unwrap_or_default().into_iter().find(|name| !is_begun(name))
         {
             return Err(StudyError::Foreign { path: path.to_owned(), foreign });
         }
@@ -345,4 +345,9 @@ impl Study {
                 .collect(),
         }
     }
+}
+
+/// Whether a process that begins a study, or that was killed as it did, has made what has this name.
+fn is_begun(name: &str) -> bool {
+    name == TEXTS || name == STUDY || is_unfinished(name)
 }

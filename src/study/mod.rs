@@ -19,21 +19,31 @@ use std::path::{Path, PathBuf};
 pub use error::StudyError;
 
 use crate::results::report::ReportError;
-use crate::results::report::written::Place;
+use crate::results::report::written::{PAGE, Place};
+use crate::results::seal::is_as_written_by;
 use tables::Gathered;
 
 /// What the folder of the page and the tables is called in the folder of a study.
 pub const FOLDER: &str = "report";
+/// The command that writes them.
+const COMMAND: &str = "study";
 
-/// Writes the page and the tables of a study into a folder; what was written there before is replaced.
+/// Writes the page and the tables of a study into a folder, that of the study unless another is named; what was written there
+/// before is replaced.
 ///
 /// # Errors
 ///
 /// The folder holds something else (unless `force`), or cannot be written.
-pub fn write(gathered: &Gathered<'_>, out: &Path, force: bool) -> Result<PathBuf, ReportError> {
+pub fn write(gathered: &Gathered<'_>, out: Option<&Path>, force: bool) -> Result<PathBuf, ReportError> {
+    let own = gathered.study.path().join(FOLDER);
+    let page = own.join(PAGE);
+    // Several processes may gather at once: what one has written, the page of another does not know.
+    let is_ours = out.is_none() && (!page.exists() || is_as_written_by(&page, COMMAND));
+    let force = force || is_ours;
+    let out = out.unwrap_or(&own);
     let tables =
         [("runs.csv", gathered.runs()), ("cells.csv", gathered.cells()), ("effects.csv", gathered.effects())];
-    Place { folder: out, command: "study", tables: tables.each_ref().map(|(name, _)| *name).to_vec() }.write(
+    Place { folder: out, command: COMMAND, tables: tables.each_ref().map(|(name, _)| *name).to_vec() }.write(
         &page::page(gathered),
         &tables,
         force,

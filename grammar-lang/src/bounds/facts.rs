@@ -222,6 +222,7 @@ impl<'r> Facts<'r> {
             PartAttribute::Depth | PartAttribute::Mass => Abstract::Number(Interval::NOT_NEGATIVE),
             PartAttribute::OwnImage => Abstract::Any,
             PartAttribute::Holder => Abstract::Part(Kinds::all()),
+            PartAttribute::Port => Abstract::Port(Kinds::all()),
             PartAttribute::Twin => Abstract::Part(kinds.clone()),
             // A parameter of that name is what the actuator itself says.
             PartAttribute::LeastBend

@@ -23,8 +23,8 @@ pub use valves::{NoCycle, Valve, Valves};
 use serde::{Deserialize, Serialize};
 
 use crate::ir::{
-    Attribute, Axis, DesignFunction, Expr, ExprKind, Gather, Group, MotionWord, Operator, RuleSet, Track,
-    Word,
+    Attribute, Axis, DesignFunction, Expr, ExprKind, Gather, Group, MotionWord, Operator, PartAttribute,
+    RuleSet, Track, Word,
 };
 use crate::source::Span;
 use crate::units;
@@ -454,7 +454,13 @@ impl Evaluation<'_> {
             (Value::Reference(of), attribute) => match self.scope.attribute(of, attribute) {
                 Some(value) => Ok(value),
                 None if reads_cell(expr) => fail(expr, "there is no cell at this place"),
-                None => Err(missing(expr)),
+                None => match attribute {
+                    Attribute::Param(name) => {
+                        fail(expr, format!("this part is of a kind that has no `{name}`"))
+                    }
+                    Attribute::Part(PartAttribute::Port) => fail(expr, "the core hangs on no port"),
+                    _ => Err(missing(expr)),
+                },
             },
             _ => Err(missing(expr)),
         }

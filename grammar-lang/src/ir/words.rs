@@ -152,6 +152,7 @@ words! {
         Depth "depth" "How many joints lie between it and the core.";
         Mass "mass" "Its mass.";
         Holder "holder" "The part that holds it; the core holds itself.";
+        Port "port" "The port of its holder that it hangs on; the core has none.";
         Twin "twin" "Its first image, or itself.";
         LeastBend "least_bend" "Of an actuator that bends or twists: the low end of its range.";
         GreatestBend "greatest_bend" "Of an actuator that bends or twists: the high end of its range.";
@@ -347,6 +348,7 @@ impl PartAttribute {
             Self::Image | Self::Depth => Ty::Count,
             Self::Mass => Ty::Quantity(Dimension::MASS),
             Self::Holder | Self::Twin => Ty::Part,
+            Self::Port => Ty::Port,
             Self::Work => Ty::Quantity(Dimension::ENERGY),
         }
     }

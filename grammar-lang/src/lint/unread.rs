@@ -54,10 +54,11 @@ fn set_by_rules<'r>(known: &Known<'r>) -> IndexMap<&'r str, (&'r str, Span)> {
     let mut note = |name: &'r str, value: &Expr| {
         let parts = ruleset.parts.iter().map(|(kind, part)| (kind, Kind::Block(part)));
         let actuators = ruleset.actuators.iter().map(|(kind, actuator)| (kind, Kind::Actuator(actuator)));
-        let owner = parts.chain(actuators).find(|(_, kind)| kind.params().contains_key(name));
-        if let Some((kind, of)) = owner
+        let owners: Vec<_> =
+            parts.chain(actuators).filter(|(_, kind)| kind.params().contains_key(name)).collect();
+        if let Some((kind, _)) = owners.first()
             && name != SEGMENTS
-            && !of.reads(name)
+            && !owners.iter().any(|(_, of)| of.reads(name))
         {
             set.entry(name).or_insert((kind.as_str(), value.span));
         }

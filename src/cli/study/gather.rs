@@ -6,11 +6,11 @@ use clap::Args;
 
 use crate::cli::exit;
 use crate::cli::output::{self, Fault};
+use crate::study;
 use crate::study::folder::Study;
 use crate::study::outcome::outcomes;
 use crate::study::standing::Standing;
 use crate::study::tables::Gathered;
-use crate::study::{self, FOLDER};
 
 /// Write the page and the tables of a study, also while it goes on
 #[derive(Args)]
@@ -38,8 +38,7 @@ impl Gather {
 pub(super) fn gather(study: &Study, out: Option<&Path>, force: bool) -> Result<(), Fault> {
     let outcomes = outcomes(study).map_err(Fault::usage)?;
     let gathered = Gathered::new(study, &outcomes);
-    let out = out.map_or_else(|| study.path().join(FOLDER), Path::to_owned);
-    let page = study::write(&gathered, &out, force).map_err(Fault::usage)?;
+    let page = study::write(&gathered, out, force).map_err(Fault::usage)?;
     output::data(&format!("{}\n", page.display()))?;
     let complete = outcomes.iter().filter(|one| one.standing == Standing::Complete).count();
     output::note(&format!("{complete} of {} runs are complete; open this page in a browser", outcomes.len()));

@@ -451,8 +451,22 @@ impl Declarations<'_> {
             (Ty::Quantity(_) | Ty::Count, Some(domain)) => {
                 let mut constant = Context::new(Stage::Declaration, cx.damaged);
                 let what = format!("the domain of `{}`", name.text);
+                let known = self.expressions.errors.len();
                 let domain =
                     self.expressions.expect(domain, &mut constant, &Ty::Domain(Box::new(ty.clone())), &what);
+                let own: Vec<&str> = cx.locals.iter().map(|local| local.name.as_str()).collect();
+                for mut error in self.expressions.errors.split_off(known) {
+                    if error.code == Code::UNKNOWN_NAME
+                        && own.contains(&self.environment.sources.slice(error.span()))
+                    {
+                        error.help = Some(
+                            "the domain is the same for all actuators: vary a share, as in `: Number in 0 .. 1`, and multiply it in \
+                             `drive` by what the actuator has"
+                                .to_owned(),
+                        );
+                    }
+                    self.expressions.errors.add(error);
+                }
                 return self.expressions.constant_range(&domain);
             }
             (Ty::Quantity(_) | Ty::Count, None) => {

@@ -47,16 +47,7 @@ impl Declarations<'_> {
             self.not_too_short(&from, joint, 2.0 * form.half_extents().x * least);
         }
         let speeds = if row.passive { Some(None) } else { self.speeds(&from, kind, &alike).map(Some) };
-        for mut error in self.expressions.errors.split_off(known) {
-            let name = self.environment.sources.slice(error.span());
-            if error.code == Code::UNKNOWN_NAME && params.contains_key(name) {
-                error.help = Some(format!(
-                    "how far and how fast it {} is the same for all of a kind, and reads no parameter: declare another kind",
-                    kind.does()
-                ));
-            }
-            self.expressions.errors.add(error);
-        }
+        self.alike_for_all(known, &params, kind);
         let examples = examples(kind);
         let effort = if row.passive {
             Some(None)

@@ -1,5 +1,7 @@
 //! Joints, of an actuator's row and of a part: what a text says of them, and which fields belong to them.
 
+use indexmap::IndexMap;
+
 use super::Declarations;
 use super::fields::{Sign, Values, reads_params};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
@@ -388,6 +390,25 @@ impl Declarations<'_> {
             damping: damping?,
             neutral: neutral?,
         })
+    }
+
+    /// Explains the errors from a place on of fields that read a parameter, which they cannot.
+    pub(super) fn alike_for_all(
+        &mut self,
+        from: usize,
+        params: &IndexMap<String, ir::InstanceParam>,
+        kind: JointKind,
+    ) {
+        for mut error in self.expressions.errors.split_off(from) {
+            let name = self.environment.sources.slice(error.span());
+            if error.code == Code::UNKNOWN_NAME && params.contains_key(name) {
+                error.help = Some(format!(
+                    "how far and how fast it {} is the same for all of a kind, and reads no parameter: declare another kind",
+                    kind.does()
+                ));
+            }
+            self.expressions.errors.add(error);
+        }
     }
 
     /// A socket must not come to where two of its axes are one.

@@ -54,7 +54,10 @@ impl Declarations<'_> {
         let joint = match row {
             Some(row) => {
                 let axis = self.joint_axis(row, &cx)?;
-                Some(self.joint_of(&from, (row, axis), 1.0, &cx)?)
+                let known = self.expressions.errors.len();
+                let joint = self.joint_of(&from, (row, axis), 1.0, &cx);
+                self.alike_for_all(known, &params, row.kind);
+                Some(joint?)
             }
             None => None,
         };

@@ -344,7 +344,10 @@ impl<'a> Declarations<'a> {
                     )
                     .label("driven here")
                     .also(actuator.span, "its `joint` says `passive`")
-                    .help("take this line out, or take `passive` out of its `joint`"),
+                    .help(match actuator.joint.kind {
+                        ir::JointKind::Socket => "take this line out: nothing can drive a socket",
+                        _ => "take this line out, or take `passive` out of its `joint`",
+                    }),
                 ),
                 // It says what drives it: that is what is wrong.
                 None if self.says_what_drives(kind) || self.environment.program.has_unread("actuate") => {}

@@ -133,11 +133,15 @@ impl Expressions<'_> {
                     return unknown(span);
                 }
                 let of_actuators = known.of_actuators.get(&name.text);
-                let own = if is_actuator { of_actuators } else { known.of_parts.get(&name.text) };
+                // A part may be an actuator: its holder or twin, or what a rule matches as `part`.
+                let of_parts = known.of_parts.get(&name.text).filter(|_| !is_actuator);
+                let own = match (of_parts, of_actuators) {
+                    (Some(one), Some(other)) if one != other => Some(&None),
+                    (one, other) => one.or(other),
+                };
                 match own.cloned() {
                     Some(Some(ty)) => return make(of, param(), ty),
                     Some(None) => return self.of_several_types(name),
-                    None if of_actuators.is_some() => return self.only_actuators(&of, name),
                     None if self.is_lost(name.span, &name.text) => return unknown(span),
                     None => {}
                 }
@@ -168,22 +172,6 @@ impl Expressions<'_> {
     fn of_several_types(&mut self, name: &Name) -> Expr {
         let message = format!("kinds of parts have a `{}` of different types", name.text);
         self.wrong(name.span, message, "give these parameters names of their own")
-    }
-
-    /// A parameter of actuators that is asked of any part.
-    fn only_actuators(&mut self, of: &Expr, name: &Name) -> Expr {
-        let name_text = &name.text;
-        let message = format!("only an actuator has a `{name_text}`");
-        let whole = self.environment.sources.slice(of.span);
-        // The twin or holder of an actuator may be any part.
-        let help = match of.kind {
-            ExprKind::Attribute(..) => format!(
-                "`{whole}` is a part of any kind: look for it among the actuators, as in \
-                 `exists b in actuator where b is {whole}: b.{name_text} == 1`"
-            ),
-            _ => "match an actuator: `match a : actuator`".to_owned(),
-        };
-        self.wrong(name.span, message, &help)
     }
 
     /// Says that something has no such member, and what it has.
