@@ -237,3 +237,60 @@ fn a_disk_has_the_heading_of_its_part() {
     let score = sgc::score::score(sgc::score::Recording::nominal(&drive, &[], &motion)).unwrap();
     assert!(score.value.abs() < 0.1, "{} deg", score.value);
 }
+
+/// Servos at their torque limits that let a pulled row tremble: the weight hangs still, but the work is several times too high.
+#[test]
+fn work_that_is_gone_at_half_the_step_is_in_doubt() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = |mass: &str| {
+        format!(
+            "grammar hang
+            use std.actuators  {{ bender }}
+            use std.models     {{ hinge_model }}
+            use std.objectives {{ energy }}
+            use std.search     {{ gait_annealing }}
+            part desk {{
+              shape    = box(24 cm, 2 cm, 24 cm)
+              density  = 3 g/cm^3
+              friction = 1
+              port under at vector(0 cm, -1 cm, 0 cm) facing vector(0, -1, 0)
+              port leg[i in 0 .. 2] at vector(10 cm * cos(i * 120 deg), -1 cm, 10 cm * sin(i * 120 deg)) facing vector(0, -1, 0)
+            }}
+            part leg {{
+              shape    = capsule(1.5 cm, 40 cm)
+              density  = 1 g/cm^3
+              friction = 1
+            }}
+            part bob {{
+              shape    = sphere(3 cm)
+              mass     = {mass}
+              friction = 1
+            }}
+            begin {{
+              place core  : desk
+              place one   : leg to core.leg[0]
+              place two   : leg to core.leg[1]
+              place three : leg to core.leg[2]
+              place row   : bender(segments = 8) to core.under
+              place load  : bob to row.tip
+            }}
+            actuation swing for a : actuator {{
+              shared period : Time in 1 s .. 2 s mutate 0.3 by normal(0 s, 0.2 s)
+              drive  angle = 45 deg + 45 deg * sin(360 deg * t / period)
+            }}
+            actuate  bender with swing
+            simulate hinge_model for 6 s
+            observe  energy
+            term up : Length = (load.position at end).y
+            maximize up in cm
+            search   gait_annealing"
+        )
+    };
+    for (mass, doubtful) in [("100 g", false), ("900 g", true)] {
+        std::fs::write(folder.path().join("hang.sgr"), text(mass)).unwrap();
+        let run = sgc(folder.path(), &["run", "hang.sgr", "--max-evals", "12", "--force", "--out", "run"]);
+        let told = said(&run);
+        let line = told.lines().find(|line| line.contains("with half the step (energy)")).unwrap_or(&told);
+        assert_eq!(line.contains("energy and work are in doubt"), doubtful, "{mass}: {told}");
+    }
+}

@@ -28,7 +28,7 @@ page() { echo "- [$(title "$site/src/$1")]($1)"; }
   echo "# Learn"
   for page in tutorial tour cookbook bodies; do page "$page.md"; done
   echo "# Reference"
-  for page in language search results usual cannot mistakes audit testing; do page "$page.md"; done
+  for page in language search results studies usual cannot mistakes audit testing; do page "$page.md"; done
   echo "- [What findings mean]()"
   for file in "$site"/src/codes/*.md; do echo "  $(page "codes/$(basename "$file")")"; done
   echo "# Physics and hardware"

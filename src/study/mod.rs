@@ -43,9 +43,11 @@ pub fn write(gathered: &Gathered<'_>, out: Option<&Path>, force: bool) -> Result
     let out = out.unwrap_or(&own);
     let tables =
         [("runs.csv", gathered.runs()), ("cells.csv", gathered.cells()), ("effects.csv", gathered.effects())];
-    Place { folder: out, command: COMMAND, tables: tables.each_ref().map(|(name, _)| *name).to_vec() }.write(
-        &page::page(gathered),
-        &tables,
-        force,
-    )
+    Place {
+        folder: out,
+        command: COMMAND,
+        tables: tables.each_ref().map(|(name, _)| *name).to_vec(),
+        shared: true,
+    }
+    .write(|| page::page(gathered), &tables, force)
 }

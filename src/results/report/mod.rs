@@ -78,7 +78,7 @@ impl Report {
     /// The folder holds something that no report writes (unless `force`), or cannot be written.
     pub fn write(&self, out: &Path, force: bool) -> Result<PathBuf, ReportError> {
         let tables = TABLES.map(|(name, table)| (name, table(&self.groups)));
-        place(out).write(&self.page(out, Reload::Never), &tables, force)
+        place(out).write(|| self.page(out, Reload::Never), &tables, force)
     }
 
     /// Writes the page alone.
@@ -87,7 +87,7 @@ impl Report {
     ///
     /// As of [`Report::write`].
     pub fn write_page(&self, out: &Path, reload: Reload, force: bool) -> Result<PathBuf, ReportError> {
-        place(out).write(&self.page(out, reload), &[], force)
+        place(out).write(|| self.page(out, reload), &[], force)
     }
 
     fn page(&self, out: &Path, reload: Reload) -> String {
@@ -97,7 +97,7 @@ impl Report {
 
 /// Where a report is written.
 fn place(folder: &Path) -> Place<'_> {
-    Place { folder, command: "report", tables: TABLES.map(|(name, _)| name).to_vec() }
+    Place { folder, command: "report", tables: TABLES.map(|(name, _)| name).to_vec(), shared: false }
 }
 
 /// Whether something in a run's folder is the report of it, and nothing else.

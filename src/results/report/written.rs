@@ -26,17 +26,19 @@ pub(crate) struct Place<'a> {
     pub(crate) command: &'static str,
     /// The names of all tables that it writes.
     pub(crate) tables: Vec<&'static str>,
+    /// Whether other processes may write here at the same time.
+    pub(crate) shared: bool,
 }
 
 impl Place<'_> {
-    /// Writes the page and some tables; what the command wrote there before is replaced.
+    /// Writes the page, which is made once the folder is there, and some tables; what the command wrote there before is replaced.
     ///
     /// # Errors
     ///
     /// The folder holds something that the command does not write (unless `force`), or cannot be written.
     pub(crate) fn write(
         &self,
-        page: &str,
+        page: impl FnOnce() -> String,
         tables: &[(&str, String)],
         force: bool,
     ) -> Result<PathBuf, ReportError> {
@@ -55,7 +57,7 @@ impl Place<'_> {
         let known: BTreeSet<String> =
             there.map(|table| short(&table)).chain(tables.iter().map(|(_, t)| short(t.as_bytes()))).collect();
         let known = known.into_iter().collect::<Vec<_>>().join(" ");
-        write_own(&file, &sealed(&format!("{page}{KNOWN}{known}{KNOWN_END}"), self.command))?;
+        write_own(&file, &sealed(&format!("{}{KNOWN}{known}{KNOWN_END}", page()), self.command))?;
         if let Some(read) = tables.iter().map(|(name, _)| out.join(name)).find(|file| reading::was_read(file))
         {
             return Err(ReportError::Read(read));
@@ -63,7 +65,7 @@ impl Place<'_> {
         for (name, table) in tables {
             write_own(&out.join(name), table)?;
         }
-        if !tables.is_empty() {
+        if !tables.is_empty() && !self.shared {
             // What was begun by a process that was killed.
             clear_unfinished_files(out);
         }
