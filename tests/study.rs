@@ -45,7 +45,7 @@ fn a_study_does_all_its_runs_and_says_what_matters() {
     let plan = ok(&sgc(place, &["study", "legs.toml", "--plan"]));
     assert!(plan.contains("8 runs (2 of max_parts x 2 of evaluations x 2 seeds)"), "{plan}");
     assert!(plan.contains("quick,max_parts=12,evaluations=40/seed-2"), "{plan}");
-    assert!(!place.join("studies/legs/runs").exists(), "a plan runs nothing");
+    assert!(!place.join("studies").exists(), "a plan writes nothing");
 
     let told = ok(&sgc(place, &["study", "legs.toml"]));
     assert!(told.contains("8 of 8: ") && told.contains("8 of 8 runs are complete"), "{told}");
@@ -60,7 +60,7 @@ fn a_study_does_all_its_runs_and_says_what_matters() {
     assert_eq!(table.lines().count(), 9, "{table}");
     assert!(table.starts_with("run,grammar,max_parts,evaluations,seed,standing,value,unit,"), "{table}");
     let effects = std::fs::read_to_string(study.join("report/effects.csv")).unwrap();
-    assert_eq!(effects.lines().count(), 5, "{effects}");
+    assert_eq!(effects.lines().count(), 7, "{effects}");
 
     // The run alone is the same, and so is what other commands say of the run.
     let run = study.join("runs/quick,max_parts=6,evaluations=40/seed-2");
@@ -82,9 +82,15 @@ fn a_study_does_all_its_runs_and_says_what_matters() {
     assert!(results(&study) == before);
     begin(place, &EIGHT.replace("[6, 12]", "[6, 12, 9]"));
     let told = ok(&sgc(place, &["study", "legs.toml", "--plan"]));
-    assert!(told.contains("4 runs are new, 0 are not in it any more"), "{told}");
+    assert!(told.contains("4 more runs are in it, 0 not any more"), "{told}");
     let status = ok(&sgc(place, &["study", "status", "studies/legs"]));
-    assert_eq!(status, "complete   8\nwaiting    4\nall        12\n");
+    assert_eq!(status, "complete   8\nall        8\n", "a plan writes nothing");
+    // A file of the same name in another folder is another study.
+    std::fs::create_dir(place.join("other")).unwrap();
+    begin(&place.join("other"), "grammar = \"quick.sgr\"\nevaluations = 20\n");
+    let other = sgc(place, &["study", "other/legs.toml"]);
+    assert_eq!(other.status.code(), Some(2), "{}", said(&other));
+    assert!(said(&other).contains("is the folder of another study"), "{}", said(&other));
 }
 
 #[test]
@@ -126,7 +132,7 @@ fn what_failed_waits_until_it_is_tried_again() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();
     begin(place, "grammar = \"quick.sgr\"\nevaluations = 40\nseeds = [1, 2]\n");
-    ok(&sgc(place, &["study", "legs.toml", "--plan"]));
+    ok(&sgc(place, &["study", "submit", "legs.toml", "--to", "slurm"]));
     // A run that cannot be gone on with.
     let run = place.join("studies/legs/runs/quick,evaluations=40/seed-2");
     ok(&sgc(
@@ -185,6 +191,10 @@ fn a_submission_has_what_is_not_complete_and_its_tasks_do_it() {
             ok(&script);
         }
         assert_eq!(ok(&sgc(place, &["study", "status", &out])), "complete   8\nall        8\n");
+        let beyond = ["study", "work", &out, "--submission", "1", "--task", "3", "--runs-per-task", "3"];
+        let beyond = sgc(place, &beyond);
+        assert_eq!(beyond.status.code(), Some(2), "{}", said(&beyond));
+        assert!(said(&beyond).contains("are the tasks 0 to 2"), "{}", said(&beyond));
         let nothing = ok(&sgc(place, &arguments));
         assert!(nothing.contains("there is nothing to submit"), "{nothing}");
     }
@@ -228,12 +238,14 @@ fn a_study_goes_on_only_as_it_began() {
     };
     let text = std::fs::read_to_string(place.join("quick.sgr")).unwrap();
     std::fs::write(place.join("quick.sgr"), text.replace("for 2 s", "for 3 s")).unwrap();
-    fails("is not as it was when the study in studies/legs began");
+    fails("quick.sgr was changed (its text so far is studies/legs/texts/");
     std::fs::write(place.join("quick.sgr"), text).unwrap();
     let plan = place.join("studies/legs/plan.json");
     let own = std::fs::read_to_string(&plan).unwrap();
     std::fs::write(&plan, own.replace(env!("CARGO_PKG_VERSION"), "0.0.1")).unwrap();
     fails("was begun by sgc 0.0.1");
+    std::fs::write(&plan, own.replace("\"quick,evaluations=20\"", "\"../quick\"")).unwrap();
+    fails("its cell \"../quick\" is not as sgc writes one");
     std::fs::write(&plan, &own[..own.len() / 2]).unwrap();
     fails("plan.json is damaged");
     std::fs::remove_file(&plan).unwrap();

@@ -59,8 +59,7 @@ pub enum StudyError {
     },
     /// A grammar, or what it is run with, was changed since the study began.
     #[error(
-        "the grammar of `{cell}`, or how it is run, is not as it was when the study in {} began: its runs could not be compared. \
-         Put it back, or begin anew with --out",
+        "`{cell}` is not as it was when the study in {} began: {what}. Its runs could not be compared: put it back, or begin anew with --out",
         path.display()
     )]
     OtherCell {
@@ -68,6 +67,16 @@ pub enum StudyError {
         path: PathBuf,
         /// The cell.
         cell: String,
+        /// What was changed.
+        what: String,
+    },
+    /// The study of another file.
+    #[error("{} is the folder of another study, that of {theirs}; choose another folder with --out", path.display())]
+    OtherFile {
+        /// The folder.
+        path: PathBuf,
+        /// The file that it is of.
+        theirs: String,
     },
     /// A folder with something else in it.
     #[error("{} holds \"{foreign}\" and no study; choose another folder with --out", path.display())]

@@ -65,6 +65,8 @@ pub struct Cell {
 struct Plan {
     format: String,
     sgc: String,
+    /// Where the file was.
+    file: String,
     question: String,
     factors: Vec<String>,
     cells: Vec<Cell>,
@@ -127,12 +129,36 @@ impl Cell {
         }
     }
 
-    /// Whether its runs are those of another one, whatever the bound on their evaluations: what they are called in its columns does
-    /// not matter.
+    /// Whether its runs are those of another one: from where its grammar was named does not matter.
     fn is_same(&self, other: &Self) -> bool {
         let decisive = |cell: &Self| Self { levels: Vec::new(), command: String::new(), ..cell.clone() };
         decisive(self) == decisive(other)
     }
+}
+
+impl Cell {
+    /// What differs from the same cell of the plan, whose texts are in a folder.
+    fn changed_since(&self, other: &Self, texts: &Path) -> String {
+        let sources =
+            self.sources.iter().zip(&other.sources).filter(|(own, other)| own.sha256 != other.sha256);
+        if let Some((own, other)) = sources.into_iter().next() {
+            return format!(
+                "{} was changed (its text so far is {})",
+                own.name,
+                texts.join(&other.file).display()
+            );
+        }
+        match self.parameters == other.parameters {
+            true => "it is run in another way".to_owned(),
+            false => "its parameters have other values".to_owned(),
+        }
+    }
+}
+
+/// A path from the root, as text.
+fn absolute(path: &Path) -> String {
+    let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+    path.to_string_lossy().into_owned()
 }
 
 impl Study {
@@ -155,23 +181,28 @@ impl Study {
         if plan.format != FORMAT {
             return Err(damaged(format!("it lacks \"format\": \"{FORMAT}\"")));
         }
+        let is_plain = |name: &str| !name.is_empty() && !name.starts_with('.') && !name.contains(['/', '\\']);
+        let fits = |cell: &Cell| cell.levels.len() == plan.factors.len() && is_plain(&cell.name);
+        if let Some(cell) = plan.cells.iter().find(|cell| !fits(cell)) {
+            return Err(damaged(format!("its cell \"{}\" is not as sgc writes one", cell.name)));
+        }
         if plan.sgc != env!("CARGO_PKG_VERSION") {
             return Err(StudyError::OtherVersion { path: path.to_owned(), theirs: plan.sgc });
         }
         Ok(Self { path: path.to_owned(), plan })
     }
 
-    /// Writes the folder of a study, or brings it up to its changed file. Runs that it has done stay.
+    /// What a file comes to in a folder, in which there may be a study of it already: how it changes that. Nothing is written.
     ///
     /// # Errors
     ///
-    /// The folder holds something else, a cell of the study had another grammar so far, or a file cannot be written.
-    pub fn write(
+    /// The folder holds something else, or the study of another file, or a cell of the study had another grammar so far.
+    pub fn planned(
         path: &Path,
-        text: &str,
+        (file, text): (&Path, &str),
         question: &str,
         factors: Vec<String>,
-        cells: Vec<(Cell, Grammar)>,
+        cells: &[(Cell, Grammar)],
         seeds: Vec<u64>,
     ) -> Result<(Self, Change), StudyError> {
         let before = match Self::open(path) {
@@ -188,11 +219,19 @@ impl Study {
         if let Some(study) = &before {
             let known: BTreeMap<&str, &Cell> =
                 study.plan.cells.iter().map(|c| (c.name.as_str(), c)).collect();
-            for (cell, _) in &cells {
+            let file = absolute(file);
+            if study.plan.file != file && read(&path.join(STUDY)).ok().as_deref() != Some(text) {
+                return Err(StudyError::OtherFile { path: path.to_owned(), theirs: study.plan.file.clone() });
+            }
+            for (cell, _) in cells {
                 if let Some(other) = known.get(cell.name.as_str())
                     && !cell.is_same(other)
                 {
-                    return Err(StudyError::OtherCell { path: path.to_owned(), cell: cell.name.clone() });
+                    return Err(StudyError::OtherCell {
+                        path: path.to_owned(),
+                        cell: cell.name.clone(),
+                        what: cell.changed_since(other, &path.join(TEXTS)),
+                    });
                 }
             }
             let names = |study: &Self| -> BTreeSet<(String, u64)> {
@@ -205,11 +244,29 @@ impl Study {
             let then = names(study);
             change = Change { new: now.difference(&then).count(), left: then.difference(&now).count() };
         }
-        let texts = path.join(TEXTS);
+        let plan = Plan {
+            format: FORMAT.to_owned(),
+            sgc: env!("CARGO_PKG_VERSION").to_owned(),
+            file: absolute(file),
+            question: question.to_owned(),
+            factors,
+            cells: cells.iter().map(|(cell, _)| cell.clone()).collect(),
+            seeds,
+        };
+        Ok((Self { path: path.to_owned(), plan }, change))
+    }
+
+    /// Writes the folder, or brings it up to the plan. Runs that it has done stay.
+    ///
+    /// # Errors
+    ///
+    /// A file cannot be written.
+    pub fn write(&self, text: &str, cells: &[(Cell, Grammar)]) -> Result<(), StudyError> {
+        let texts = self.path.join(TEXTS);
         fs::create_dir_all(&texts).map_err(FileError::write(&texts))?;
         // Two processes that begin a study at once write the same.
         let mut written = BTreeSet::new();
-        for (cell, grammar) in &cells {
+        for (cell, grammar) in cells {
             for source in &cell.sources {
                 let file = texts.join(&source.file);
                 if written.insert(source.file.clone()) && !file.exists() {
@@ -217,23 +274,14 @@ impl Study {
                 }
             }
         }
-        let plan = Plan {
-            format: FORMAT.to_owned(),
-            sgc: env!("CARGO_PKG_VERSION").to_owned(),
-            question: question.to_owned(),
-            factors,
-            cells: cells.into_iter().map(|(cell, _)| cell).collect(),
-            seeds,
-        };
-        let study = Self { path: path.to_owned(), plan };
-        let file = path.join(PLAN);
-        let json = serde_json::to_string_pretty(&study.plan).map_err(FileError::write(&file))? + "\n";
-        for (file, text) in [(path.join(STUDY), text), (file, json.as_str())] {
+        let file = self.path.join(PLAN);
+        let json = serde_json::to_string_pretty(&self.plan).map_err(FileError::write(&file))? + "\n";
+        for (file, text) in [(self.path.join(STUDY), text), (file, json.as_str())] {
             if read(&file).ok().as_deref() != Some(text) {
                 write_whole(&file, text)?;
             }
         }
-        Ok((study, change))
+        Ok(())
     }
 
     /// Where it is.

@@ -71,35 +71,36 @@ fn matters(gathered: &Gathered<'_>) -> String {
     for effect in &effects.factors {
         said.push(sentence(gathered, effect));
     }
-    said.push(format!(
-        "Runs that differ in nothing but the seed make {} of the spread, what factors do together {}.",
-        percent(effects.seeds),
-        percent(effects.together)
-    ));
+    if gathered.study.seeds().len() > 1 {
+        said.push(format!(
+            "Runs that differ in nothing but the seed make {} of the spread, what factors do together {}.",
+            escape(&percent(effects.seeds)),
+            escape(&percent(effects.together))
+        ));
+    }
     let rows: Vec<Vec<String>> = effects
         .factors
         .iter()
         .map(|effect| {
-            let (high, low, apart) = &effect.widest;
+            let widest = effect.widest.as_ref().filter(|widest| !widest.2.is_nothing());
+            let named = |place: usize| escape(level(gathered, effect, place));
             vec![
                 escape(name(gathered, effect)),
-                percent(effect.share),
-                escape(level(gathered, effect, *high)),
-                escape(level(gathered, effect, *low)),
-                with_margin(apart, unit),
+                escape(&percent(effect.share)),
+                or_dash(widest.map(|widest| named(widest.0))),
+                or_dash(widest.map(|widest| named(widest.1))),
+                or_dash(effect.widest.as_ref().map(|widest| with_margin(&widest.2, unit))),
             ]
         })
         .collect();
     let head = ["factor", "#share of the spread", "highest", "lowest", "#difference (95 % interval)"];
     let table = if rows.is_empty() { String::new() } else { table(&head, &rows) };
-    let few = gathered.values.iter().all(|cell| cell.values.len() < 2);
-    let note = match few {
-        true => {
-            "No cell has two complete runs, so nothing is known of how much chance there is in these numbers."
-        }
-        false => {
-            "The mean of a level is that of the means of its cells. The interval is of Student's t, from the spread of runs that \
-             differ in nothing but the seed. With many factors, one in twenty that does nothing seems to do something."
+    let note = match gathered.study.seeds().len() {
+        1 => "There is one seed, so nothing is known of how much chance there is in these numbers.",
+        _ => {
+            "Runs with the same seed begin with the same random numbers, so the seeds are the samples: differences are taken between runs that differ in \
+             nothing else, seed by seed, and the interval is that of Student's t over the seeds. Of more than two values it is widened for all pairs \
+             (Bonferroni). The shares include chance. Of twenty factors that do nothing, one will seem to do something."
         }
     };
     paragraph(&said) + &table + &format!("<p class=\"small\">{note}</p>\n")
@@ -115,16 +116,23 @@ fn level<'a>(gathered: &'a Gathered<'_>, effect: &Effect, place: usize) -> &'a s
 
 /// What a factor does, in words.
 fn sentence(gathered: &Gathered<'_>, effect: &Effect) -> String {
-    let (high, low, apart) = &effect.widest;
     let name = escape(name(gathered, effect));
+    let Some((high, low, apart)) = &effect.widest else {
+        return format!("<b>{name}</b>: no two complete runs differ in it alone.");
+    };
     let [high, low] = [*high, *low].map(|place| escape(level(gathered, effect, place)));
-    if apart.is_apart_from_zero() {
+    if apart.is_nothing() {
+        format!("<b>{name}</b> changed no run that was compared.")
+    } else if apart.is_apart_from_zero() {
         format!(
             "<b>{name}</b> makes a difference: {high} is {} above {low}.",
             with_margin(apart, gathered.unit())
         )
     } else if apart.margin.is_some() {
-        format!("<b>{name}</b> makes no difference that these runs show.")
+        format!(
+            "<b>{name}</b>: these runs are too few to tell a difference from chance ({high} is {} above {low}).",
+            with_margin(apart, gathered.unit())
+        )
     } else {
         format!(
             "<b>{name}</b>: {high} is {} above {low}; how much of that is chance is not known.",
@@ -146,7 +154,7 @@ fn levels(gathered: &Gathered<'_>) -> String {
 fn chart(gathered: &Gathered<'_>, effect: &Effect) -> String {
     let unit = gathered.unit();
     let names = gathered.levels.get(effect.factor).cloned().unwrap_or_default();
-    let all = || gathered.values.iter().flat_map(|cell| cell.values.iter().copied());
+    let all = || gathered.values.iter().flat_map(|cell| cell.values());
     let of_interval = |estimate: &Estimate| {
         let margin = estimate.margin.unwrap_or(0.0);
         [estimate.mean - margin, estimate.mean + margin]
@@ -158,9 +166,9 @@ fn chart(gathered: &Gathered<'_>, effect: &Effect) -> String {
     for (place, estimate) in effect.levels.iter().enumerate() {
         let own = gathered.values.iter().filter(|cell| cell.levels.get(effect.factor) == Some(&place));
         let y = chart.y(place as f64 + 0.5);
-        for one in own.flat_map(|cell| &cell.values) {
-            let told = hint(&value(*one, unit));
-            let at = chart.x(*one);
+        for one in own.flat_map(|cell| cell.values()) {
+            let told = hint(&value(one, unit));
+            let at = chart.x(one);
             chart.add(&format!(
                 "<circle class=\"cell g0\" cx=\"{at:.1}\" cy=\"{y:.1}\" r=\"3.2\">{told}</circle>"
             ));
@@ -190,10 +198,10 @@ fn cells(gathered: &Gathered<'_>) -> String {
         .zip(&gathered.values)
         .map(|(cell, own)| {
             let estimate = of_cell(own);
-            let [least, greatest] = ends(&own.values).map(|end| or_dash(end.map(|end| value(end, unit))));
+            let [least, greatest] = ends(own).map(|end| or_dash(end.map(|end| value(end, unit))));
             let levels = varied.iter().map(|factor| escape(&cell.levels[*factor]));
             let numbers = [
-                format!("{} of {}", own.values.len(), study.seeds().len()),
+                format!("{} of {}", own.values().count(), study.seeds().len()),
                 or_dash(estimate.map(|estimate| with_margin(&estimate, unit))),
                 least,
                 greatest,

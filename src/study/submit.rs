@@ -162,7 +162,7 @@ impl Submission {
                 if let Some(minutes) = self.minutes {
                     add(&format!("--time={minutes}"));
                 }
-                add(&format!("--signal=B:TERM@{WARNING}"));
+                add(&format!("--signal=B:USR1@{WARNING}"));
                 add("--requeue");
                 add("--open-mode=append");
                 add(&format!("--output={}", log("task-%a.log")));
@@ -201,12 +201,12 @@ impl Submission {
             self.threads
         );
         let _ = match self.engine {
-            // The shell gets the signal, hands it on, and has the task queued again.
+            // The shell hears that the time is over, has the worker stop, and the task queued again; who cancels a task sends SIGTERM.
             Engine::Slurm => write!(
                 text,
-                "{work} &\nworker=$!\ntrap 'kill -TERM $worker' TERM\nwait $worker\ncode=$?\n\
+                "{work} &\nworker=$!\nover=\ntrap 'over=1; kill -TERM $worker' USR1\ntrap 'kill -TERM $worker' TERM\nwait $worker\ncode=$?\n\
                  # A signal ends the first wait, not the worker.\nwhile kill -0 $worker 2>/dev/null; do wait $worker; code=$?; done\n\
-                 if [ $code = 75 ]; then\n  scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\" || exit 75\nfi\nexit $code\n"
+                 if [ $code = 75 ] && [ -n \"$over\" ]; then\n  scontrol requeue \"${{SLURM_ARRAY_JOB_ID}}_${{SLURM_ARRAY_TASK_ID}}\" || exit 75\nfi\nexit $code\n"
             ),
             Engine::Hq => writeln!(text, "exec {work}"),
         };
@@ -232,11 +232,25 @@ fn next(study: &Path) -> Result<(usize, PathBuf), StudyError> {
     }
 }
 
+/// The earlier submissions that have runs which are to be done, too: their tasks may still wait or run.
+#[must_use]
+pub fn earlier(study: &Study) -> Vec<String> {
+    let open: Vec<String> = to_do(study).into_iter().map(|run| study.name(run)).collect();
+    let all = study.path().join(SUBMISSIONS);
+    let mut found = entries(&all).unwrap_or_default();
+    found.retain(|number| {
+        let list = read(&all.join(number).join(LIST)).unwrap_or_default();
+        list.lines().any(|name| open.iter().any(|own| own == name))
+    });
+    found.sort_by_key(|number| number.parse::<usize>().unwrap_or(usize::MAX));
+    found
+}
+
 /// The runs of one task of a submission.
 ///
 /// # Errors
 ///
-/// There is no such submission, or its list names a run that the study does not have.
+/// There is no such submission or task, or its list names a run that the study does not have.
 pub fn share(
     study: &Study,
     submission: usize,
@@ -245,6 +259,16 @@ pub fn share(
 ) -> Result<Vec<Run>, StudyError> {
     let list = study.path().join(SUBMISSIONS).join(submission.to_string()).join(LIST);
     let text = read(&list)?;
+    let all = text.lines().count();
+    if task.saturating_mul(runs_per_task) >= all {
+        let last = all.div_ceil(runs_per_task.max(1)).saturating_sub(1);
+        return Err(StudyError::Wrong {
+            path: list,
+            why: format!(
+                "there is no task {task}: {all} runs, {runs_per_task} for each task, are the tasks 0 to {last}"
+            ),
+        });
+    }
     let own = text.lines().skip(task.saturating_mul(runs_per_task)).take(runs_per_task);
     own.map(|name| {
         study.named(name).ok_or_else(|| StudyError::Wrong {

@@ -36,11 +36,17 @@ impl<'a> Gathered<'a> {
                     known.len() - 1
                 })
             });
-            values.push(CellValues { levels: places.collect(), values: Vec::new() });
+            let by_seed = vec![None; study.seeds().len()];
+            values.push(CellValues { levels: places.collect(), by_seed });
         }
         for outcome in outcomes {
-            if let (Some(cell), Some(number)) = (values.get_mut(outcome.run.cell), outcome.number(by)) {
-                cell.values.push(number);
+            let seed = study.seeds().iter().position(|seed| *seed == outcome.run.seed);
+            let place = values
+                .get_mut(outcome.run.cell)
+                .zip(seed)
+                .and_then(|(cell, seed)| cell.by_seed.get_mut(seed));
+            if let Some(place) = place {
+                *place = outcome.number(by);
             }
         }
         let counts: Vec<usize> = levels.iter().map(Vec::len).collect();
@@ -116,10 +122,10 @@ impl<'a> Gathered<'a> {
         let own = ["runs", "with_value", "mean", "margin", "least", "greatest", "unit"];
         let rows = self.study.cells().iter().zip(&self.values).map(|(cell, own)| {
             let estimate = of_cell(own);
-            let [least, greatest] = ends(&own.values);
+            let [least, greatest] = ends(own);
             let cells = [
                 Some(self.study.seeds().len().to_string()),
-                Some(own.values.len().to_string()),
+                Some(own.values().count().to_string()),
                 estimate.map(|estimate| estimate.mean.to_string()),
                 estimate.and_then(|estimate| estimate.margin).map(|margin| margin.to_string()),
                 least.map(|value| value.to_string()),
@@ -134,7 +140,17 @@ impl<'a> Gathered<'a> {
     /// A row for each level of each factor.
     #[must_use]
     pub fn effects(&self) -> String {
-        let head = ["factor", "share", "level", "mean", "margin", "difference", "difference_margin"];
+        let head = [
+            "factor",
+            "share",
+            "level",
+            "mean",
+            "margin",
+            "highest",
+            "lowest",
+            "difference",
+            "difference_margin",
+        ];
         let found = self.effects.iter().flat_map(|effects| &effects.factors);
         let rows = found.flat_map(|effect| {
             let factor = self.study.factors().get(effect.factor).cloned().unwrap_or_default();
@@ -142,24 +158,39 @@ impl<'a> Gathered<'a> {
             names.zip(&effect.levels).map(move |(level, estimate)| {
                 let of = |number: Option<f64>| number.map_or(String::new(), |number| number.to_string());
                 let margin = |estimate: &Estimate| estimate.margin;
+                let named = |place: Option<usize>| {
+                    let names = self.levels.get(effect.factor);
+                    place.and_then(|place| names?.get(place).cloned()).unwrap_or_default()
+                };
+                let widest = effect.widest.as_ref();
                 vec![
                     factor.clone(),
                     effect.share.to_string(),
                     level.clone(),
                     of(estimate.map(|estimate| estimate.mean)),
                     of(estimate.as_ref().and_then(margin)),
-                    effect.widest.2.mean.to_string(),
-                    of(margin(&effect.widest.2)),
+                    named(widest.map(|widest| widest.0)),
+                    named(widest.map(|widest| widest.1)),
+                    of(widest.map(|widest| widest.2.mean)),
+                    of(widest.and_then(|widest| margin(&widest.2))),
                 ]
             })
         });
-        table(head.into_iter(), rows)
+        let rest = self.effects.iter().flat_map(|effects| {
+            [("(seeds)", effects.seeds), ("(together)", effects.together)].map(|(name, share)| {
+                let mut row = vec![String::new(); head.len()];
+                row[0] = name.to_owned();
+                row[1] = share.to_string();
+                row
+            })
+        });
+        table(head.into_iter(), rows.chain(rest))
     }
 }
 
-/// The least and the greatest of some numbers.
-pub(super) fn ends(values: &[f64]) -> [Option<f64>; 2] {
-    [values.iter().copied().reduce(f64::min), values.iter().copied().reduce(f64::max)]
+/// The least and the greatest number of a cell.
+pub(super) fn ends(cell: &CellValues) -> [Option<f64>; 2] {
+    [cell.values().reduce(f64::min), cell.values().reduce(f64::max)]
 }
 
 /// A table as text.

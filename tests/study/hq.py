@@ -55,7 +55,8 @@ def submit(cluster, folder):
         return False
     tasks = int(re.search(r"--array=0-(\d+)", text).group(1)) + 1
     script = max((folder / "submissions").glob("*/hq.sh"), key=lambda path: int(path.parent.name))
-    job = Job()
+    # A task that was killed does not end the others.
+    job = Job(max_fails=tasks)
     for task in range(tasks):
         job.program(["bash", str(script)], env=os.environ | {"HQ_TASK_ID": str(task)}, cwd=folder)
     client = cluster.client()
@@ -75,7 +76,7 @@ def main():
     kills = [None] * (int(sys.argv[3]) if len(sys.argv) > 3 else 4)
     here, there = folder / "here", folder / "there"
     sgc(study, "--out", here, "--quiet")
-    sgc(study, "--out", there, "--plan")
+    sgc("submit", study, "--out", there, "--to", "hq")
     with LocalCluster() as cluster:
         cluster.start_worker(WorkerConfig(cores=2))
         rounds = 0

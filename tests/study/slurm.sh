@@ -63,7 +63,7 @@ slurmd -N one
 slurmd -N two
 
 "$sgc" study "$study" --out "$folder/here" --quiet
-"$sgc" study "$study" --out "$folder/there" --plan >/dev/null
+"$sgc" study submit "$study" --out "$folder/there" --to slurm >/dev/null
 for round in $(seq 1 40); do
   "$sgc" study submit "$folder/there" --to slurm --go --runs-per-task "$per_task" --minutes 30 --sgc "$(command -v "$sgc")"
   sleep 1

@@ -19,14 +19,32 @@ use crate::results::saved::Grammar;
 use crate::simulate;
 use crate::study::StudyError;
 use crate::study::file::StudyFile;
-use crate::study::folder::{Cell, Study};
+use crate::study::folder::{Cell, Change, Study};
 use crate::study::plan::{Wanted, cells};
+use crate::study::standing::{Standing, standing};
 
 /// Where the studies are whose folder is not named.
 const STUDIES: &str = "studies";
 
+/// A study with all that its folder needs.
+pub(super) struct Planned {
+    pub(super) study: Study,
+    file: PathBuf,
+    text: String,
+    cells: Vec<(Cell, Grammar)>,
+    change: Change,
+}
+
 /// The study of a file, in its folder, which is made or brought up to the file.
 pub(super) fn begin(file: &Path, place: &Place) -> Result<Study, Fault> {
+    let planned = plan(file, place)?;
+    planned.study.write(&planned.text, &planned.cells).map_err(Fault::usage)?;
+    planned.tell_change();
+    Ok(planned.study)
+}
+
+/// The same, and nothing is written.
+pub(super) fn plan(file: &Path, place: &Place) -> Result<Planned, Fault> {
     let text =
         reading::named(file).map_err(|why| Fault::usage(format!("cannot read {}: {why}", file.display())))?;
     let text = String::from_utf8(text)
@@ -39,17 +57,24 @@ pub(super) fn begin(file: &Path, place: &Place) -> Result<Study, Fault> {
     let name = file.file_stem().unwrap_or_default();
     let out = place.out.clone().unwrap_or_else(|| PathBuf::from(STUDIES).join(name));
     let factors = asked.factors().iter().map(|factor| factor.of.name().to_owned()).collect();
-    let (study, change) =
-        Study::write(&out, &text, &asked.question, factors, checked, seeds).map_err(Fault::usage)?;
-    if change.new + change.left > 0 {
-        output::note(&format!(
-            "{} was changed: {} runs are new, {} are not in it any more (their folders stay, and are not counted)",
-            file.display(),
-            change.new,
-            change.left
-        ));
+    let planned = Study::planned(&out, (file, &text), &asked.question, factors, &checked, seeds);
+    let (study, change) = planned.map_err(Fault::usage)?;
+    Ok(Planned { study, file: file.to_owned(), text, cells: checked, change })
+}
+
+impl Planned {
+    /// Tells what a changed file changes.
+    pub(super) fn tell_change(&self) {
+        let Self { file, change, .. } = self;
+        if change.new + change.left > 0 {
+            output::note(&format!(
+                "{} was changed: {} more runs are in it, {} not any more (their folders stay, and are not counted)",
+                file.display(),
+                change.new,
+                change.left
+            ));
+        }
     }
-    Ok(study)
 }
 
 /// Checks the grammar of every cell, and tells each finding once.
@@ -158,11 +183,14 @@ pub(super) fn tell(study: &Study) {
     ));
 }
 
-/// Tells what the runs cost, by a body of the first cell.
+/// Tells what the runs cost that are not complete, by a body of the first cell.
 pub(super) fn price(study: &Study, flag: &AtomicBool) {
     let Some(cell) = study.cells().first() else { return };
-    let all: Option<u64> = study.cells().iter().map(|cell| cell.max_evals).sum::<Option<u64>>();
-    let all = all.map(|all| all * study.seeds().len() as u64);
+    let open = study.runs().filter(|run| standing(study, *run) != Standing::Complete);
+    let all: Option<u64> = open.map(|run| study.cell(run).max_evals).sum();
+    if all == Some(0) {
+        return;
+    }
     let told = || -> Option<String> {
         let (_, rules, _): (Grammar, RuleSet, _) = study.compile(0).ok()?;
         let first = Derivation::start(&rules, cell.from.as_deref()).ok()?;

@@ -205,7 +205,7 @@ impl Done {
             output::note(&format!("{} runs are under way in other processes", self.elsewhere));
         }
         if self.is_early {
-            output::note(&format!("stopped; go on with: {again}"));
+            output::note(&format!("stopped; {again}"));
             return Ok(exit::STOPPED);
         }
         Ok(match self.failed {

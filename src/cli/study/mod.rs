@@ -33,7 +33,7 @@ pub(super) struct Study {
     file: Option<PathBuf>,
     #[command(flatten)]
     place: Place,
-    /// Check the study, write its folder and print its runs; run nothing
+    /// Check the study and print its runs; run nothing, and write nothing
     #[arg(long)]
     plan: bool,
     /// Stop after this time, such as 90s, 30m or 2h, in the same way as Ctrl-C; the same command goes on
@@ -92,8 +92,10 @@ impl Study {
                 let file = self.file.unwrap_or_default();
                 if self.plan {
                     return at_once(|| {
-                        let study = begin::begin(&file, &self.place)?;
-                        begin::tell(&study);
+                        let planned = begin::plan(&file, &self.place)?;
+                        let study = &planned.study;
+                        begin::tell(study);
+                        planned.tell_change();
                         let names: String = study.runs().map(|run| study.name(run) + "\n").collect();
                         output::data(&names)?;
                         Ok(exit::DONE)
@@ -103,12 +105,12 @@ impl Study {
                 let deadline = self.time.as_ref().map(|(_, time)| Instant::now() + *time);
                 let before = interrupt::Cuttable::begin();
                 let study = begin::begin(&file, &self.place)?;
-                let again = format!("sgc study {}", output::typed(&file));
+                let again = format!("go on with: sgc study {}", output::typed(&file));
                 let again = match &self.place.out {
                     Some(out) => format!("{again} --out {}", output::typed(out)),
                     None => again,
                 };
-                interrupt::goes_on(&again);
+                interrupt::goes_on(again.trim_start_matches("go on with: "));
                 drop(before);
                 let quiet = self.going.quiet;
                 if !quiet {

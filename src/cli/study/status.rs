@@ -28,7 +28,7 @@ impl Status {
         if self.runs {
             text += "run,standing\n";
             for (run, standing) in &all {
-                text += &format!("{},{}\n", study.name(*run), standing.text());
+                text += &format!("\"{}\",{}\n", study.name(*run), standing.text());
             }
             output::data(&text)?;
             return Ok(exit::DONE);

@@ -10,7 +10,7 @@ use super::{Place, begin};
 use crate::cli::exit;
 use crate::cli::output::{self, Fault};
 use crate::study::folder::Study;
-use crate::study::submit::{Engine, Submission, to_do};
+use crate::study::submit::{Engine, Submission, earlier, to_do};
 
 /// So many tasks at most, unless it is said how many runs each does: Slurm's own limit is 1001.
 const MOST_TASKS: usize = 1000;
@@ -57,11 +57,33 @@ pub(super) struct Submit {
 
 impl Submit {
     pub(super) fn run(self) -> Result<u8, Fault> {
+        if let Some(bad) = self.option.iter().find(|option| !option.starts_with('-')) {
+            return Err(Fault::usage(format!("`--option {bad}` is no option: write `--option=--{bad}`")));
+        }
+        if self.at_once.is_some() && self.to == "hq" {
+            return Err(Fault::usage(
+                "--at-once is for Slurm; HyperQueue runs as many tasks as its workers have room for",
+            ));
+        }
+        if let Some(sgc) = self.sgc.as_ref().filter(|sgc| !sgc.exists()) {
+            output::note(&format!(
+                "warning: there is no {} on this machine; every node must have it",
+                sgc.display()
+            ));
+        }
         let engine = Engine::named(&self.to).ok_or_else(|| Fault::usage("the engine is slurm or hq"))?;
         let study = match self.study.is_dir() {
             true => Study::open(&self.study).map_err(Fault::usage)?,
             false => begin::begin(&self.study, &self.place)?,
         };
+        let earlier = earlier(&study);
+        if !earlier.is_empty() {
+            output::note(&format!(
+                "some of these runs are in submission {}, too: if its tasks still wait, cancel them or wait (no run is done twice, but tasks may find \
+                 nothing to do)",
+                earlier.join(", ")
+            ));
+        }
         let open = to_do(&study).len();
         let few = open.div_ceil(MOST_TASKS).max(1);
         let sgc = match self.sgc {

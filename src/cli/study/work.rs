@@ -40,8 +40,11 @@ impl Task {
         let flag = interrupt::listen();
         let deadline = self.time.as_ref().map(|(_, time)| Instant::now() + *time);
         let study = Study::open(&self.folder).map_err(Fault::usage)?;
-        let again = format!("sgc study submit {}", output::typed(&self.folder));
-        interrupt::goes_on(&again);
+        let folder = output::typed(&self.folder);
+        let again = format!(
+            "its task, started again, goes on; or submit what is not complete: sgc study submit {folder} --to ENGINE"
+        );
+        interrupt::goes_on(&format!("sgc study submit {folder} --to ENGINE"));
         let runs = share(&study, self.submission, self.task, self.runs_per_task).map_err(Fault::usage)?;
         let going = Going { study: &study, work: self.going.work(), quiet: self.going.quiet, deadline, flag };
         going.go(runs)?.tell(&again)
