@@ -4,7 +4,8 @@
 #
 #   packaging/archive.sh [FOLDER]          (default: target/release-archives)
 #
-# It installs what it needs: the musl target of Rust, cargo-about and cargo-cyclonedx.
+# It installs what it needs: the musl target of Rust, cargo-about and cargo-cyclonedx. (27 November 2026: the static program was built and
+# runs; the rest of this script has not been run yet.)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(mkdir -p "${1:-target/release-archives}" && cd "${1:-target/release-archives}" && pwd)

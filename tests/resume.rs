@@ -728,3 +728,30 @@ fn edited_pages_are_not_removed_by_force() {
     assert!(errors(&output).contains("\"view.html\""), "{}", errors(&output));
     assert_eq!(std::fs::read_to_string(out.join("view.html")).unwrap(), "<p>my notes</p>");
 }
+
+/// A process that is cut off in the middle of something long, before it has found anything, gives the older run back, too.
+#[test]
+fn what_is_cut_off_gives_the_older_run_back() {
+    let folder = tempfile::tempdir().unwrap();
+    let (old, out) = (grammar(folder.path(), "2"), folder.path().join("run"));
+    assert_code(&sgc(&["run", path(&old), "--max-evals", "20", "--quiet", "--out", path(&out)]), 0);
+    let before = std::fs::read(out.join("run.toml")).unwrap();
+    let slow = folder.path().join("slow.sgr");
+    let text = "variant slow of \"./quick.sgr\" {\n  add require slow : \
+                (sum over p in part, i in 0 .. 1500, j in 0 .. 1500 of i * j * p.depth) >= 0\n}\n";
+    std::fs::write(&slow, text).unwrap();
+    let child = start(&["run", path(&slow), "--force", "--quiet", "--out", path(&out)]);
+    let begun = Instant::now();
+    while std::fs::read(out.join("run.toml")).is_ok_and(|now| now == before) {
+        assert!(begun.elapsed() < Duration::from_secs(60), "the run does not begin");
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    signal(&child, "-TERM");
+    let ended = child.wait_with_output().unwrap();
+    assert_code(&ended, 130);
+    assert!(errors(&ended).contains("the older run is back"), "{}", errors(&ended));
+    assert_eq!(std::fs::read(out.join("run.toml")).unwrap(), before);
+    let left: Vec<String> =
+        names(folder.path()).into_iter().filter(|name| name.contains("replaced")).collect();
+    assert!(left.is_empty(), "{left:?}");
+}

@@ -272,6 +272,17 @@ fn sign(section: &Section, curves: &[Curve]) -> Result<f64, Vec<Problem>> {
         let mean = |part: &[(f64, f64)]| part.iter().map(|p| p.1).sum::<f64>() / part.len().max(1) as f64;
         let first = mean(points.get(..third).unwrap_or(points));
         let last = mean(points.get(many - third..).unwrap_or(points));
+        if points.iter().all(|(_, bend)| *bend == points.first().map_or(0.0, |first| first.1)) {
+            problems.push(Problem::unreadable(
+                place,
+                format!(
+                    "the bend of {} of `{}` never changes: nothing says how fast it is",
+                    called(curve),
+                    section.name
+                ),
+            ));
+            continue;
+        }
         let grows = last.abs() > first.abs();
         let expected = section.kind != Kind::Deflate;
         if grows != expected {

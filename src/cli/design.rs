@@ -2,6 +2,7 @@
 
 use crate::results::place;
 use crate::results::run_files;
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::{RuleSet, Ty};
@@ -107,8 +108,10 @@ pub(super) fn open_by(
 /// Refuses a design whose values of enumerations mean others in a grammar: they are saved by their place.
 pub(super) fn check_enumerations(path: &Path, design: &SavedDesign, rules: &RuleSet) -> Result<(), Fault> {
     let Ok(theirs) = design.grammar.compile(&design.sgc) else { return Ok(()) };
+    let kept = kept_enumerations(&theirs);
     // Under another name it may be another one: nobody knows.
-    let other = theirs.enumerations.iter().find(|(name, values)| match rules.enumerations.get(*name) {
+    let mut those = theirs.enumerations.iter().filter(|(name, _)| kept.contains(name.as_str()));
+    let other = those.find(|(name, values)| match rules.enumerations.get(*name) {
         Some(now) => !now.starts_with(values),
         None => !rules.enumerations.is_empty(),
     });
@@ -121,6 +124,29 @@ pub(super) fn check_enumerations(path: &Path, design: &SavedDesign, rules: &Rule
             rules.name,
         ))),
     }
+}
+
+/// The enumerations whose values a design keeps: those of parameters of parts and cells, and of choices of rules.
+fn kept_enumerations(rules: &RuleSet) -> BTreeSet<&str> {
+    let parts = rules.parts.values().map(|part| &part.params);
+    let actuators = rules.actuators.values().map(|actuator| &actuator.params);
+    let cells = rules.lattice.iter().map(|lattice| &lattice.cell.params);
+    let params = parts.chain(actuators).chain(cells).flat_map(|params| params.values());
+    let choices = rules.rules.iter().flat_map(|rule| &rule.choices);
+    let named = |ty: &'_ Ty| match ty {
+        Ty::Enum(name) => Some(name.clone()),
+        Ty::Domain(inner) => match &**inner {
+            Ty::Enum(name) => Some(name.clone()),
+            _ => None,
+        },
+        _ => None,
+    };
+    let found: BTreeSet<String> = params
+        .map(|param| &param.ty)
+        .chain(choices.map(|choice| &choice.domain.ty))
+        .filter_map(named)
+        .collect();
+    rules.enumerations.keys().map(String::as_str).filter(|name| found.contains(*name)).collect()
 }
 
 /// Tells where the rules make another body of a design's steps than the one that was saved.

@@ -62,7 +62,7 @@ pub(super) fn end_at_once() {
 }
 
 fn leave() -> ! {
-    abandon();
+    let is_back = abandon();
     let code = match SAVED.get() {
         Some(command) => {
             output::note(&format!(
@@ -71,7 +71,8 @@ fn leave() -> ! {
             exit::STOPPED
         }
         None => {
-            output::note("stopped in the middle of something long; nothing was saved");
+            let older = if is_back { "; the older run is back" } else { "" };
+            output::note(&format!("stopped in the middle of something long; nothing was saved{older}"));
             exit::INTERRUPTED
         }
     };

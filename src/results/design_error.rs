@@ -28,7 +28,10 @@ pub enum DesignError {
     #[error("it has no task")]
     NoTask,
     /// It has no task of this name.
-    #[error("it has no task `{name}`; it has: {}", there.join(", "))]
+    #[error("it has no task `{name}`; {}", match there.is_empty() {
+        true => "its grammar names no tasks: leave --task out".to_owned(),
+        false => format!("it has: {}", there.join(", ")),
+    })]
     UnknownTask {
         /// The name.
         name: String,

@@ -21,7 +21,8 @@ use super::run_files::{
 };
 use super::saved::{Grammar, SavedDesign, hex};
 use super::whole::{
-    aside, check_no_link, is_same, lock, lock_again, make_folder, read, write_own, write_whole,
+    aside, check_no_link, is_same, lock, lock_again, make_folder, read, wait_for_best, wait_no_more,
+    write_own, write_whole,
 };
 use super::{DesignError, FileError, Unfit};
 use super::{archive, front};
@@ -84,6 +85,9 @@ impl RunFolder {
         let replaced = aside.or_else(|| if force { leftovers::older(path) } else { None });
         folder.path = path.to_owned();
         folder.evals.moved(path.join(EVALS));
+        if let Some(older) = &replaced {
+            wait_for_best(older, path);
+        }
         folder.replaced = RefCell::new(replaced);
         Ok(folder)
     }
@@ -177,6 +181,9 @@ impl RunFolder {
         let replaced = if waits { leftovers::older(path) } else { None };
         if replaced.is_none() {
             leftovers::clear(path, leftovers::replaces(&asked.command));
+        }
+        if let Some(older) = &replaced {
+            wait_for_best(older, path);
         }
         let replaced = RefCell::new(replaced);
         let folder = Self { path: path.to_owned(), evals, run, lock, replaced };
@@ -304,7 +311,8 @@ impl RunFolder {
     pub fn best(&self, design: &SavedDesign) -> Result<(), FileError> {
         self.write_here(|| write_own(&self.best_path(), &design.text()))?;
         if let Some(old) = self.replaced.borrow_mut().take() {
-            fs::remove_dir_all(&old).map_err(FileError::remove(&old))?;
+            wait_no_more(&old);
+            leftovers::remove_run(&old).map_err(FileError::remove(&old))?;
             leftovers::clear(&self.path, true);
         }
         Ok(())
@@ -380,9 +388,9 @@ pub fn clear(path: &Path) {
 impl Drop for RunFolder {
     /// A run that found nothing gives the folder back to the run it was to replace.
     fn drop(&mut self) {
-        if let Some(old) = self.replaced.borrow_mut().take()
-            && self.check_here().is_ok()
-        {
+        let Some(old) = self.replaced.borrow_mut().take() else { return };
+        wait_no_more(&old);
+        if self.check_here().is_ok() {
             let _ = fs::remove_dir_all(&self.path);
             let _ = fs::rename(old, &self.path);
         }

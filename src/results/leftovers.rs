@@ -5,7 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
-use super::place::{check_place, check_series};
+use super::place::{RUNS, check_place, check_series};
+use super::run_files::RUN;
 use super::whole::{clear_unfinished_files, entries, replaced, unfinished};
 use super::{archive, front};
 
@@ -84,8 +85,23 @@ fn remove(folder: &Path) {
     };
     if is_ours {
         // What cannot be removed stays, and does no harm.
-        let _ = fs::remove_dir_all(folder);
+        let _ = remove_run(folder);
     }
+}
+
+/// Removes the folder of a run or of several; what says that it is one goes last, so that what is left of it is still known
+/// as ours if the process is killed meanwhile.
+///
+/// # Errors
+///
+/// The system's reason.
+pub(super) fn remove_run(folder: &Path) -> std::io::Result<()> {
+    for name in entries(folder)?.into_iter().filter(|name| name != RUN && name != RUNS) {
+        let path = folder.join(name);
+        let is_folder = fs::symlink_metadata(&path)?.is_dir();
+        if is_folder { fs::remove_dir_all(path)? } else { fs::remove_file(path)? }
+    }
+    fs::remove_dir_all(folder)
 }
 
 #[cfg(test)]

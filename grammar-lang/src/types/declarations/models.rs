@@ -134,7 +134,7 @@ impl Declarations<'_> {
             else {
                 continue;
             };
-            if duration / value > 1e6 || value > duration {
+            if duration / value > 1e6 * (1.0 + 1e-9) || value > duration * (1.0 + 1e-9) {
                 self.report(
                     Diagnostic::new(
                         Code::OUT_OF_DOMAIN,
