@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use thiserror::Error;
 
-use super::file::MOST_RUNS;
 use crate::results::FileError;
 
 /// Why a study cannot be begun, read or gone on with. Each is a sentence that names the place.
@@ -42,7 +41,7 @@ pub enum StudyError {
         path: PathBuf,
     },
     /// The plan was changed by hand, or only half of it is there.
-    #[error("{} is damaged: {why}; `sgc study FILE.toml` writes it again, and keeps the runs that are done", path.display())]
+    #[error("{} is damaged: {why}. Put a copy of it back, or begin anew with --out; the runs in `runs/` are intact, and sgc report reads each", path.display())]
     Damaged {
         /// The plan.
         path: PathBuf,
@@ -86,9 +85,6 @@ pub enum StudyError {
         /// Something in it.
         foreign: String,
     },
-    /// Too many runs.
-    #[error("a study has at most {MOST_RUNS} runs")]
-    TooMany,
     /// Values in several units, or of objectives with opposite directions.
     #[error("`{one}` {how}, and `{other}` {otherwise}: they cannot be compared in one study")]
     Incomparable {

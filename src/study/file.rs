@@ -11,9 +11,9 @@ use super::StudyError;
 /// Seeds of a study, if it names none.
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
 /// Evaluations of each run, if it names none: as of `sgc run`.
-const EVALUATIONS: u64 = 8000;
+pub const EVALUATIONS: u64 = 8000;
 /// More runs than this are a slip of the pen.
-pub const MOST_RUNS: usize = 100_000;
+const MOST_RUNS: usize = 100_000;
 
 /// What a study asks. Each field that may list several values is a factor: every value is combined with every value of the others.
 #[derive(Clone, Debug, Deserialize)]
@@ -252,12 +252,6 @@ impl StudyFile {
                 }
             }
         }
-    }
-
-    /// The bound on evaluations where the file has none.
-    #[must_use]
-    pub fn default_evaluations() -> u64 {
-        EVALUATIONS
     }
 }
 

@@ -134,9 +134,7 @@ impl Cell {
         let decisive = |cell: &Self| Self { levels: Vec::new(), command: String::new(), ..cell.clone() };
         decisive(self) == decisive(other)
     }
-}
 
-impl Cell {
     /// What differs from the same cell of the plan, whose texts are in a folder.
     fn changed_since(&self, other: &Self, texts: &Path) -> String {
         let sources =

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::file::{Factor, Of, StudyFile};
+use super::file::{EVALUATIONS, Factor, Of, StudyFile};
 use crate::results::saved::hex;
 
 /// A name longer than this is cut: folders may have 255 bytes.
@@ -55,7 +55,7 @@ fn cell(file: &StudyFile, factors: &[Factor], levels: Vec<String>) -> Wanted {
         grammar: PathBuf::new(),
         variant: None,
         parameters: Vec::new(),
-        max_evals: Some(StudyFile::default_evaluations()),
+        max_evals: Some(EVALUATIONS),
         levels: Vec::new(),
     };
     let mut pieces = Vec::with_capacity(levels.len());

@@ -193,7 +193,7 @@ impl Going<'_> {
 }
 
 impl Done {
-    /// Tells people how it ended; the exit code.
+    /// Tells people how it ended, and how it goes on where it was stopped; the exit code.
     pub(super) fn tell(self, again: &str) -> Result<u8, Fault> {
         if self.failed > 0 {
             output::note(&format!(

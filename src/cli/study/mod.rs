@@ -105,12 +105,12 @@ impl Study {
                 let deadline = self.time.as_ref().map(|(_, time)| Instant::now() + *time);
                 let before = interrupt::Cuttable::begin();
                 let study = begin::begin(&file, &self.place)?;
-                let again = format!("go on with: sgc study {}", output::typed(&file));
+                let again = format!("sgc study {}", output::typed(&file));
                 let again = match &self.place.out {
                     Some(out) => format!("{again} --out {}", output::typed(out)),
                     None => again,
                 };
-                interrupt::goes_on(again.trim_start_matches("go on with: "));
+                interrupt::goes_on(&again);
                 drop(before);
                 let quiet = self.going.quiet;
                 if !quiet {
@@ -121,7 +121,7 @@ impl Study {
                 let going = Going { study: &study, work: self.going.work(), quiet, deadline, flag };
                 let done = going.go(runs)?;
                 gather::gather(&study, None, false)?;
-                done.tell(&again)
+                done.tell(&format!("go on with: {again}"))
             }
         }
     }
