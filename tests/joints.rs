@@ -141,6 +141,37 @@ fn images_move_as_mirror_images() {
     }
 }
 
+/// A range, a speed and a neutral place that read parameters are, for each part, what a text with its numbers says: the same motion,
+/// bit for bit.
+#[test]
+fn ranges_and_speeds_read_parameters() {
+    let drive = "distance = most * a.greatest_distance * (1 + sin(t / 1 s * 360 deg))";
+    let lever = "stiffness = 20 N/m  damping = 0.1 N*s/m";
+    let text = |row: &str, hung_on: &str| {
+        let row = format!("{row}  effort = 5 N  stiffness = 500 N/m  damping = 10 N*s/m");
+        let hangs = format!("{hung_on}  {lever}");
+        hung(&winged("slide along x", &row, drive), ("slide along vector(1, 2, -1)", &hangs))
+    };
+    let own = text(
+        "param reach : Length in 4 mm .. 40 mm = 16 mm  range = -reach / 4 .. reach  speed = reach * 4 / 1 s",
+        "param give : Length in 1 mm .. 9 mm = 2 mm  range = -give .. 2 * give  neutral = give / 2",
+    );
+    let mut ends = Vec::new();
+    for (reach, give) in [(16, 2), (32, 4)] {
+        let own = own
+            .replace("wing to core.left", &format!("wing(reach = {reach} mm) to core.left"))
+            .replace("lever to left.tip", &format!("lever(give = {give} mm) to left.tip"));
+        let row = format!("range = -{} mm .. {reach} mm  speed = {} mm/s", reach / 4, reach * 4);
+        let numbers =
+            text(&row, &format!("range = -{give} mm .. {} mm  neutral = {} mm", 2 * give, give / 2));
+        let [(own, _), (numbers, _)] =
+            [own, numbers].map(|text| moved(&compiled(&text), "articulated", false));
+        assert_eq!(own.placements, numbers.placements, "{reach} mm");
+        ends.push(end_of_last(&own));
+    }
+    assert!((ends[0].translation.vector - ends[1].translation.vector).norm() > 1e-3, "{ends:?}");
+}
+
 /// The two solvers agree on where levers go that nothing holds.
 #[test]
 fn solvers_agree_on_all_joints() {

@@ -1,7 +1,7 @@
 //! What the grammar declares of what is measured.
 
 use grammar_lang::diagnostics::did_you_mean;
-use grammar_lang::ir::{Actuator, Backend, JointKind, Kind, Motor, Part, RuleSet, Table, Tendon};
+use grammar_lang::ir::{Actuator, Backend, Field, JointKind, Kind, Motor, Part, RuleSet, Table, Tendon};
 use grammar_lang::units::{Dimension, parse, shown, suggest};
 
 use super::measurements::Section;
@@ -46,16 +46,16 @@ pub(super) fn varies(name: &str, field: &str, place: &Location) -> Problem {
 /// An actuator that bends: what a bench measures.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bender<'a> {
-    /// How far it bends, rad.
-    pub(super) bend: (f64, f64),
+    /// How far it bends, rad; none if it depends on parameters of each.
+    pub(super) bend: Option<(f64, f64)>,
     /// What drives it.
     pub(super) motor: &'a Motor,
 }
 
 impl<'a> Bender<'a> {
     fn of(actuator: &'a Actuator) -> Option<Self> {
-        let bends = actuator.joint.kind == JointKind::Bend;
-        Some(Self { bend: actuator.joint.range.filter(|_| bends)?, motor: actuator.motor.as_ref()? })
+        let motor = actuator.motor.as_ref().filter(|_| actuator.joint.kind == JointKind::Bend)?;
+        Some(Self { bend: actuator.joint.range.as_ref().and_then(Field::fixed).copied(), motor })
     }
 }
 

@@ -76,6 +76,9 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
         _ => ("bending_speed", "inflating", &actuator.motor.speed),
     };
     let path = format!("{name}.{field}");
+    let Some(old) = old.fixed() else {
+        return Err(vec![declared::varies(&name, field, &section.place)]);
+    };
     let mut measured: Vec<(Figure, Figure, (Figure, Figure))> = found
         .rows
         .iter()
@@ -131,7 +134,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
 }
 
 /// What is to be looked at: points that are far off, and bends that were not filmed.
-fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: (f64, f64)) -> Vec<String> {
+fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: Option<(f64, f64)>) -> Vec<String> {
     let mut out = Vec::new();
     let all: usize = curves.iter().map(|curve| curve.points.len()).sum();
     if let Some((run, place)) = found.far.first() {
@@ -175,7 +178,7 @@ fn warnings(section: &Section, curves: &[Curve], found: &Fit, bend: (f64, f64)) 
         ));
     }
     let most = found.motions.iter().map(Motion::most).fold(0.0, f64::max);
-    let needs = bend.0.abs().max(bend.1.abs());
+    let needs = bend.map_or(0.0, |(low, high)| low.abs().max(high.abs()));
     // A tenth of the way, the fit itself says.
     if most < 0.9 * needs {
         out.push(format!(

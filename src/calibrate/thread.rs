@@ -48,7 +48,6 @@ fn shrinks(section: &Section, groups: &[Group]) -> Option<String> {
 /// Fits a section of kind `thread`.
 pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Problem>> {
     let (actuator, declared) = declared::actuator(rules, section).map_err(|p| vec![p])?;
-    let declared_bend = declared.bend;
     let target = declared::threads(rules, section, &actuator).map_err(|p| vec![p])?;
     let (angles, lengths) = (section.numbers("angle"), section.numbers("thread"));
     let points: Vec<(f64, f64)> = angles.iter().copied().zip(lengths.iter().copied()).collect();
@@ -83,8 +82,10 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Finding, Vec<Pro
     });
     let rows = distinct(figures);
     warnings.extend(shrinks(section, &groups));
-    warnings.extend(other_unit(section, &groups, declared_bend));
-    warnings.extend(ends_early(section, &groups, declared_bend));
+    if let Some(bend) = declared.bend {
+        warnings.extend(other_unit(section, &groups, bend));
+        warnings.extend(ends_early(section, &groups, bend));
+    }
     let within = within(section, lengths, &groups, &rows);
     if rows.len() < 2 {
         return Err(vec![pulls_nothing(section)]);

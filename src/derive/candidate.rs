@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use grammar_lang::eval::Unmade;
 use grammar_lang::ir::RuleSet;
 
 use super::Derivation;
@@ -27,9 +28,14 @@ impl<'r> Candidate<'r> {
     }
 
     /// The same body under rules that say otherwise only what drives it.
-    #[must_use]
-    pub fn under<'s>(&self, rules: &'s RuleSet) -> Candidate<'s> {
-        Candidate { rules, derivation: Arc::clone(&self.derivation), body: Arc::clone(&self.body) }
+    ///
+    /// # Errors
+    ///
+    /// An actuator that these rules leave without a range or a speed.
+    pub fn under<'s>(&self, rules: &'s RuleSet) -> Result<Candidate<'s>, Unmade> {
+        let mut derivation = Derivation::clone(&self.derivation);
+        derivation.design.remake(rules)?;
+        Ok(Candidate { rules, derivation: derivation.into(), body: Arc::clone(&self.body) })
     }
 
     /// The design.

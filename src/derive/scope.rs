@@ -1,6 +1,6 @@
 //! What the expressions of the derivation can read: the design so far.
 
-use grammar_lang::eval::{Domain, Reference, Scope, Value};
+use grammar_lang::eval::{Domain, Made, Reference, Scope, Value};
 use grammar_lang::ir::{
     Attribute, CellAttribute, DesignFunction, DesignWord, Group, JointAttribute, JointKind, Lattice,
     PartAttribute, PortAttribute, RuleSet, SearchWord, StepAttribute, Symmetry, Word,
@@ -68,14 +68,17 @@ impl<'a> DesignScope<'a> {
         let part = design.parts.get(&id).filter(|_| !lattice::is_cell(id))?;
         // A parameter of that name is what the actuator itself says.
         let own = || part.params.get(attribute.text()).cloned();
+        let row = || match part.made.as_deref() {
+            Some(Made::Actuator(made)) => Some((self.rules.actuators.get(&part.kind)?.joint.kind, made)),
+            _ => None,
+        };
         let range = |slides: bool| {
-            let row = self.rules.actuators.get(&part.kind)?;
-            row.joint.range.filter(|_| (row.joint.kind == JointKind::Slide) == slides)
+            let (kind, made) = row()?;
+            made.joint.range.filter(|_| (kind == JointKind::Slide) == slides)
         };
         let fastest = || {
-            let row = self.rules.actuators.get(&part.kind)?;
-            let motor = row.motor.as_ref().filter(|_| row.joint.kind == JointKind::Spin);
-            motor.map(|motor| motor.speed.most())
+            let (_, made) = row().filter(|(kind, _)| *kind == JointKind::Spin)?;
+            made.motor.as_ref().map(|motor| motor.speed.most())
         };
         Some(match attribute {
             PartAttribute::Turn => Value::Number(part.turn),

@@ -90,7 +90,6 @@ impl Body {
             Some(Made::Actuator(actuator)) => actuator,
             None => return (first, first),
         };
-        // How far and how fast it moves is the same for all of its kind.
         let Some(alike) = rules.actuators.get(&part.kind) else { return (first, first) };
         let Shape::Cylinder { radius, half_length } = actuator.segment.shape else { return (first, first) };
         let length = 2.0 * half_length;
@@ -110,8 +109,8 @@ impl Body {
             push(shape, part.pose * centre, mass, actuator.friction);
         }
         let joints = places.len().max(1) as f64;
-        let control = match &alike.motor {
-            None => Control::Passive { neutral: alike.joint.neutral / joints },
+        let control = match &actuator.motor {
+            None => Control::Passive { neutral: actuator.joint.neutral / joints },
             Some(_) if alike.joint.kind == ir::JointKind::Spin => {
                 Control::Speed { actuator: self.actuators.len(), times: 1.0 }
             }
@@ -125,7 +124,7 @@ impl Body {
             control,
             share: 1.0 / joints,
             side: side(by_tip),
-            effort: actuator.effort.unwrap_or(f64::INFINITY),
+            effort: actuator.motor.as_ref().map_or(f64::INFINITY, |motor| motor.effort),
         };
         for i in 1..count {
             let place = segment(i).min(segment(i - 1));
@@ -147,7 +146,7 @@ fn hung(part: &Part, rules: &RuleSet) -> JointKind {
     let alike = rules.parts.get(&part.kind).and_then(|kind| kind.joint.as_ref());
     let (Some(alike), Some(own)) = (alike, &made.joint) else { return JointKind::Rigid };
     let moves = Moves {
-        control: Control::Passive { neutral: alike.neutral },
+        control: Control::Passive { neutral: own.neutral },
         share: 1.0,
         side: 1.0,
         effort: f64::INFINITY,
@@ -173,7 +172,7 @@ impl Moves {
         part: &Part,
         rules: &RuleSet,
     ) -> JointKind {
-        let (low, high) = alike.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let (low, high) = own.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
         let dof = |axis: Vector3<f64>| Dof {
             anchor,
             axis: UnitVector3::new_normalize(part.pose.rotation * (axis * self.side)),

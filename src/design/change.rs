@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::eval::{KindValue, Made, Value};
+use grammar_lang::eval::{KindValue, Made, Unmade, Value};
 use grammar_lang::ir::{RuleSet, Settable};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
@@ -312,6 +312,21 @@ pub(super) fn in_domain(rules: &RuleSet, kind: &str, name: &str, value: &Value) 
             Err(Refusal::BadParameter(name.to_owned()))
         }
         _ => Ok(()),
+    }
+}
+
+impl Design {
+    /// Works out again what each part is, by rules that say otherwise only what drives it.
+    ///
+    /// # Errors
+    ///
+    /// A part that these rules leave without a value for one of its fields.
+    pub fn remake(&mut self, rules: &RuleSet) -> Result<(), Unmade> {
+        for part in self.parts.values_mut() {
+            let Some(kind) = rules.kind(&part.kind) else { continue };
+            part.made = Made::of(kind, rules, &part.params)?.map(Arc::new);
+        }
+        Ok(())
     }
 }
 

@@ -59,7 +59,8 @@ impl Drive<'_> {
             let actuator = self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind));
             // A spin is asked for a speed, which nothing limits but its motor.
             let stands = actuator.filter(|actuator| actuator.joint.kind != JointKind::Spin);
-            if let Some(motor) = stands.and_then(|actuator| actuator.motor.as_ref()) {
+            let made = stands.and_then(|_| self.made(driven));
+            if let Some(motor) = made.and_then(|made| made.motor.as_ref()) {
                 follow([&motor.speed, &motor.relaxing_speed], 1.0, &mut followed, column);
             }
             let drives = self.actuations.get(driven.actuation).map(|(_, actuation)| &actuation.drive.ty);

@@ -73,10 +73,7 @@ impl Drive<'_> {
         let mut scope = DriveScope::new(self.candidate.rules, &self.candidate.derivation);
         let mut locals = self.lets(driven, parameters)?;
         let fixed = locals.len();
-        let actuator = self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind));
-        // Cells are strained as far as they are asked to be.
-        let unlimited = (f64::NEG_INFINITY, f64::INFINITY);
-        let (low, high) = actuator.map_or(unlimited, grammar_lang::ir::Actuator::driven_range);
+        let (low, high) = self.driven_range(driven);
         // An actuator cannot go further than it can.
         let within = |bend: f64| bend.max(low).min(high);
         let times: Vec<f64> = times.collect();

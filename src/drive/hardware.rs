@@ -79,12 +79,7 @@ impl Drive<'_> {
         // What hangs on one supply moves together.
         let mut groups: Vec<Group<'_>> = Vec::new();
         for (column, driven) in self.actuators.iter().enumerate() {
-            let Some(actuator) =
-                self.kind_of(driven).and_then(|kind| self.candidate.rules.actuators.get(kind))
-            else {
-                continue;
-            };
-            let Some(motor) = &actuator.motor else { continue };
+            let Some(motor) = self.made(driven).and_then(|made| made.motor.as_ref()) else { continue };
             if let Some(mut valves) = self.valves(driven, parameters)? {
                 let mut supply = None;
                 if let Some(Backend::Pneumatic(air)) = self.target(driven).map(|target| &target.backend) {
@@ -95,7 +90,7 @@ impl Drive<'_> {
                     valves,
                     bending: &motor.speed,
                     relaxing: &motor.relaxing_speed,
-                    most: actuator.driven_range().1,
+                    most: self.driven_range(driven).1,
                     late: conditions.late(column),
                     supplied: supply.is_some(),
                 };

@@ -14,7 +14,7 @@ mod scope;
 mod shares;
 mod uneven;
 
-use grammar_lang::eval::{EvalError, Reference, Value, Valves, evaluate};
+use grammar_lang::eval::{EvalError, Made, MadeActuator, Reference, Value, Valves, evaluate};
 use grammar_lang::ir::{Actuation, Owner, Task, Ty, Variable};
 
 use crate::derive::random::Stream;
@@ -387,6 +387,19 @@ impl<'r> Drive<'r> {
 
     fn kind_of(&self, driven: &Driven) -> Option<&str> {
         self.candidate.design().parts.get(&driven.id).map(|part| part.kind.as_str())
+    }
+
+    /// What an actuator can be asked for: rad, m or rad/s. Cells are strained as far as they are asked to be.
+    fn driven_range(&self, driven: &Driven) -> (f64, f64) {
+        self.made(driven).map_or((f64::NEG_INFINITY, f64::INFINITY), MadeActuator::driven_range)
+    }
+
+    /// What an actuator is with its parameters; none for a cell.
+    fn made(&self, driven: &Driven) -> Option<&MadeActuator> {
+        match self.candidate.design().parts.get(&driven.id)?.made.as_deref()? {
+            Made::Actuator(actuator) => Some(actuator),
+            Made::Block(_) => None,
+        }
     }
 
     /// The states of an actuator's valves, if it has any.

@@ -1,6 +1,6 @@
 //! What a target and its actuators say, line by line: to see what is another in two of them.
 
-use grammar_lang::ir::{Actuator, Backend, JointKind, Speed, Table, Target};
+use grammar_lang::ir::{Actuator, Backend, Field, JointKind, Speed, Table, Target};
 use grammar_lang::units;
 
 /// A number in a unit, to six places.
@@ -52,6 +52,9 @@ fn of_target(target: &Target) -> Vec<(&'static str, String)> {
     }
 }
 
+/// What a field is whose value each actuator has for itself.
+const VARIES: &str = "by its parameters";
+
 fn of_actuator(actuator: &Actuator) -> Vec<(&'static str, String)> {
     let kind = actuator.joint.kind;
     let (position, velocity) = if kind == JointKind::Slide { ("mm", "mm/s") } else { ("deg", "deg/s") };
@@ -59,9 +62,12 @@ fn of_actuator(actuator: &Actuator) -> Vec<(&'static str, String)> {
         Speed::Constant(speed) => in_unit(*speed, velocity),
         Speed::ByBend(by_bend) => table(by_bend, ("deg", "deg/s")),
     };
+    let speed = |field: &Field<Speed>| field.fixed().map_or_else(|| VARIES.to_owned(), speed);
     let mut fields = Vec::new();
-    if let Some(limits) = actuator.joint.range {
-        fields.push((kind.range(), range(limits, position)));
+    match &actuator.joint.range {
+        Some(Field::Fixed(limits)) => fields.push((kind.range(), range(*limits, position))),
+        Some(Field::Varies(_)) => fields.push((kind.range(), VARIES.to_owned())),
+        None => {}
     }
     if let Some(motor) = &actuator.motor {
         fields.push((kind.speed_field(), speed(&motor.speed)));

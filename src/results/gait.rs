@@ -1,7 +1,7 @@
 //! The gait of a saved design as what a board plays, compared with what was simulated.
 
-use grammar_lang::eval::EvalError;
-use grammar_lang::ir::{JointKind, RuleSet, Target, Task};
+use grammar_lang::eval::{EvalError, Unmade};
+use grammar_lang::ir::{Field, JointKind, RuleSet, Target, Task};
 use thiserror::Error;
 
 use super::DesignError;
@@ -46,6 +46,9 @@ pub enum NoGait {
         /// Its name.
         grammar: String,
     },
+    /// With the ranges and speeds of the other grammar, an actuator of the design makes no sense.
+    #[error("under the other grammar the design has an actuator that cannot be: {0}")]
+    Unmade(#[from] Unmade),
     /// It has several, and none was named.
     #[error("which target? say --target with one of: {}", there.join(", "))]
     WhichTarget {
@@ -117,7 +120,7 @@ pub fn gait(
     let own = simulated.task();
     let name = target_name(of.unwrap_or(rules), target, &own.on)?;
     let played = on_target(rules, of, &saved.name, &name);
-    let (drive, _) = replay::drive_of(&candidate.under(&played), saved)?;
+    let (drive, _) = replay::drive_of(&candidate.under(&played)?, saved)?;
     let Some(target) = played.targets.get(&name) else {
         return Err(no_target(rules, &name));
     };
@@ -212,10 +215,13 @@ fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) ->
         played.targets.clone_from(&of.targets);
         for (kind, actuator) in &mut played.actuators {
             if let Some(other) = of.actuators.get(kind) {
-                actuator.joint.range = other.joint.range;
+                let alike = actuator.params.keys().eq(other.params.keys());
+                if let (Some(range), Some(other)) = (&mut actuator.joint.range, &other.joint.range) {
+                    take(range, other, alike);
+                }
                 if let (Some(motor), Some(other)) = (&mut actuator.motor, &other.motor) {
-                    motor.speed = other.speed.clone();
-                    motor.relaxing_speed = other.relaxing_speed.clone();
+                    take(&mut motor.speed, &other.speed, alike);
+                    take(&mut motor.relaxing_speed, &other.relaxing_speed, alike);
                 }
             }
         }
@@ -228,6 +234,13 @@ fn on_target(rules: &RuleSet, of: Option<&RuleSet>, task: &str, target: &str) ->
         task.on.push(target.to_owned());
     }
     played
+}
+
+/// Takes what another kind says. Where that reads parameters, the kinds must have the same.
+fn take<T: Clone>(own: &mut Field<T>, other: &Field<T>, alike: bool) {
+    if alike || other.fixed().is_some() {
+        own.clone_from(other);
+    }
 }
 
 /// That an actuator does not follow what it is asked for, once it has come to it, in words.

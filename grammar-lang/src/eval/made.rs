@@ -5,7 +5,7 @@ use std::fmt;
 use indexmap::IndexMap;
 
 use super::{Scope, Value, evaluate};
-use crate::ir::{Actuator, Field, Form, Joint, JointKind, Kind, Mass, Part, Port};
+use crate::ir::{Actuator, Field, Form, Joint, JointKind, Kind, Mass, Motor, Part, Port, Speed};
 use crate::units::{Dimension, shown};
 
 /// What one part of a kind is.
@@ -43,6 +43,11 @@ pub struct MadeJoint {
     pub stiffness: f64,
     /// Damping, N m s/rad or N s/m.
     pub damping: f64,
+    /// How far the tip of a row goes against its base, or a part against what holds it: least and greatest, rad or m. A spin has
+    /// no end.
+    pub range: Option<(f64, f64)>,
+    /// Where its springs pull it if nothing drives it, rad or m; of a row from base to tip.
+    pub neutral: f64,
 }
 
 /// A port that a part declares.
@@ -67,12 +72,32 @@ pub struct MadeActuator {
     pub mass: f64,
     /// Coulomb coefficient of its surface.
     pub friction: f64,
-    /// Greatest torque or force of a joint, N m or N; none where nothing drives it.
-    pub effort: Option<f64>,
+    /// What drives it; nothing drives a passive row.
+    pub motor: Option<MadeMotor>,
     /// Each of its joints.
     pub joint: MadeJoint,
     /// `#rrggbb`
     pub colour: String,
+}
+
+/// What drives the joints of a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MadeMotor {
+    /// Speed of the tip against the base while it goes away from rest, rad/s or m/s. Of a spin the greatest.
+    pub speed: Speed,
+    /// Speed while it goes back to rest.
+    pub relaxing_speed: Speed,
+    /// Greatest torque or force of each joint, N m or N.
+    pub effort: f64,
+}
+
+impl MadeActuator {
+    /// What a drive can ask of it: where its tip stands against its base, rad or m, or of a spin how fast it turns, rad/s.
+    #[must_use]
+    pub fn driven_range(&self) -> (f64, f64) {
+        let fastest = self.motor.as_ref().map_or(f64::INFINITY, |motor| motor.speed.most());
+        self.joint.range.unwrap_or((-fastest, fastest))
+    }
 }
 
 /// A field of a part that its parameters leave without a value that makes sense.
@@ -89,6 +114,8 @@ impl fmt::Display for Unmade {
         write!(f, "its `{}`: {}", self.field, self.reason)
     }
 }
+
+impl std::error::Error for Unmade {}
 
 /// What a number must be.
 #[derive(Clone, Copy)]
@@ -141,20 +168,20 @@ impl From<'_> {
             friction: self.number("friction", &part.friction, Sign::NotNegative)?,
             colour: self.colour(&part.colour)?,
             ports: part.ports.iter().map(|port| self.port(port)).collect::<Result<_, _>>()?,
-            joint: part.joint.as_ref().map(|joint| self.joint(joint, false)).transpose()?,
+            joint: part.joint.as_ref().map(|joint| self.joint(joint, 1.0, false)).transpose()?,
         })
     }
 
     fn actuator(&self, actuator: &Actuator) -> Result<MadeActuator, Unmade> {
         let segment = self.form("segment", &actuator.segment)?;
-        let joint = self.joint(&actuator.joint, actuator.motor.is_some())?;
+        let segments = actuator.params.get_index_of("segments");
+        let segments = segments.and_then(|slot| self.params.get(slot)?.as_number()).unwrap_or(2.0);
+        let joint = self.joint(&actuator.joint, (segments - 1.0).max(1.0), actuator.motor.is_some())?;
         if actuator.joint.kind == JointKind::Bend && !is_across(joint.axis) {
             return Err(Unmade { field: "joint", reason: "a row bends about an axis across it".to_owned() });
         }
-        if let (JointKind::Slide, Some(range)) = (actuator.joint.kind, actuator.joint.range) {
-            let count =
-                actuator.params.get_index_of("segments").and_then(|slot| self.params.get(slot)?.as_number());
-            let length = 2.0 * segment.half_extents().x * count.unwrap_or(2.0);
+        if let (JointKind::Slide, Some(range)) = (actuator.joint.kind, joint.range) {
+            let length = 2.0 * segment.half_extents().x * segments;
             let shorter = shortens(joint.axis, range);
             if shorter > SHORTER * length * (1.0 + 1e-9) {
                 return Err(Unmade {
@@ -171,29 +198,79 @@ impl From<'_> {
             segment,
             mass: self.mass(&actuator.mass, segment)?,
             friction: self.number("friction", &actuator.friction, Sign::NotNegative)?,
-            effort: match &actuator.motor {
-                Some(motor) => {
-                    Some(self.number(actuator.joint.kind.effort_field(), &motor.effort, Sign::Positive)?)
-                }
-                None => None,
-            },
+            motor: actuator.motor.as_ref().map(|motor| self.motor(motor, actuator.joint.kind)).transpose()?,
             joint,
             colour: self.colour(&actuator.colour)?,
         })
     }
 
-    fn joint(&self, joint: &Joint, driven: bool) -> Result<MadeJoint, Unmade> {
+    fn motor(&self, motor: &Motor, kind: JointKind) -> Result<MadeMotor, Unmade> {
+        Ok(MadeMotor {
+            speed: self.speed(kind.speed_field(), &motor.speed)?,
+            relaxing_speed: self.speed("relaxing_speed", &motor.relaxing_speed)?,
+            effort: self.number(kind.effort_field(), &motor.effort, Sign::Positive)?,
+        })
+    }
+
+    fn speed(&self, name: &'static str, field: &Field<Speed>) -> Result<Speed, Unmade> {
+        let speed = self.value(name, field, |value| value.as_number().map(Speed::Constant))?;
+        match speed {
+            Speed::Constant(x) if x <= 0.0 => {
+                Err(Unmade { field: name, reason: "it must be above 0".to_owned() })
+            }
+            _ => Ok(speed),
+        }
+    }
+
+    /// A joint of a row with so many of them, or of a part.
+    fn joint(&self, joint: &Joint, joints: f64, driven: bool) -> Result<MadeJoint, Unmade> {
         let unmade = |reason: &str| Unmade { field: "joint", reason: reason.to_owned() };
         let axis = unit(self.value("joint", &joint.axis, as_vector)?)
             .ok_or_else(|| unmade("an axis needs a direction"))?;
         // What drives a joint needs a spring to hold it, or, of a spin, a damper to turn it.
         let spins = joint.kind == JointKind::Spin;
         let needs = |what: bool| if what && driven { Sign::Positive } else { Sign::NotNegative };
+        let range = joint.range.as_ref().map(|range| self.range(joint.kind, range)).transpose()?;
+        if let Some((low, high)) = range.filter(|_| joint.kind == JointKind::Socket)
+            && high.max(-low) > SOCKET * joints * (1.0 + 1e-9)
+        {
+            let reason = "a socket turns by at most 80 deg about each axis".to_owned();
+            return Err(Unmade { field: joint.kind.range(), reason });
+        }
+        let neutral = self.value("neutral", &joint.neutral, |value| value.as_number())?;
+        if range.is_some_and(|(low, high)| neutral < low || neutral > high) {
+            let reason = format!(
+                "{} is outside of its `{}`",
+                shown(neutral, joint.kind.position()),
+                joint.kind.range()
+            );
+            return Err(Unmade { field: "neutral", reason });
+        }
         Ok(MadeJoint {
             axis,
+            range,
+            neutral,
             stiffness: self.number("stiffness", &joint.stiffness, needs(!spins))?,
             damping: self.number("damping", &joint.damping, needs(spins))?,
         })
+    }
+
+    /// How far a joint goes: rest is within it.
+    fn range(&self, kind: JointKind, range: &Field<(f64, f64)>) -> Result<(f64, f64), Unmade> {
+        let name = kind.range();
+        let (low, high) = self.value(name, range, |value| match value {
+            Value::Domain(domain) => domain.ends(),
+            _ => None,
+        })?;
+        if low <= 0.0 && high >= 0.0 && low < high {
+            return Ok((low, high));
+        }
+        let shown = |x: f64| shown(x, kind.position());
+        let (zero, others) =
+            if kind == JointKind::Slide { ("0 mm", "distances") } else { ("0 deg", "angles") };
+        let reason =
+            format!("{} .. {} must contain {zero}, and other {others}, too", shown(low), shown(high));
+        Err(Unmade { field: name, reason })
     }
 
     /// The value of a field as `read` takes it. `index` is the number of a port: it is the local behind the parameters.
@@ -292,6 +369,9 @@ pub fn is_across(axis: [f64; 3]) -> bool {
     let [along, across, aside] = axis;
     (across * across + aside * aside).sqrt() >= ACROSS * along.abs()
 }
+
+/// How far a socket turns about each of its axes, at most, rad. At a right angle two of them would be one.
+pub const SOCKET: f64 = 80.0 * std::f64::consts::PI / 180.0;
 
 /// By how much a row gets shorter at most, m, where its joints slide along an axis within a range.
 #[must_use]

@@ -14,7 +14,8 @@ use std::sync::Arc;
 pub(crate) use allowance::Allowance;
 pub use curve::Curve;
 pub use made::{
-    Made, MadeActuator, MadeBlock, MadeJoint, MadePort, SHORTER, Unmade, is_across, is_colour, shortens, unit,
+    Made, MadeActuator, MadeBlock, MadeJoint, MadeMotor, MadePort, SHORTER, SOCKET, Unmade, is_across,
+    is_colour, shortens, unit,
 };
 pub use over::evaluate_over;
 pub use value::{Domain, KindValue, PartId, Reference, Value};

@@ -125,6 +125,15 @@ impl Domain {
         }
     }
 
+    /// The ends of a range.
+    #[must_use]
+    pub fn ends(&self) -> Option<(f64, f64)> {
+        match self {
+            Self::Range { low, high, .. } => Some((*low, *high)),
+            Self::Items(_) => None,
+        }
+    }
+
     /// A value by its place.
     #[must_use]
     pub fn item(&self, index: usize) -> Option<Value> {

@@ -15,13 +15,13 @@ pub struct Joint {
     pub axis: Field<[f64; 3]>,
     /// How far the tip of a row goes against its base, or a part against what holds it: least and greatest, in rad (of a slide
     /// m), rest among them. A spin has no end.
-    pub range: Option<(f64, f64)>,
+    pub range: Option<Field<(f64, f64)>>,
     /// Stiffness of each joint, N m/rad or N/m; of a spin none.
     pub stiffness: Field<f64>,
     /// Damping of each joint, N m s/rad or N s/m.
     pub damping: Field<f64>,
     /// Where its springs pull it if nothing drives it, rad or m; of a row from base to tip.
-    pub neutral: f64,
+    pub neutral: Field<f64>,
 }
 
 /// What a joint lets one segment do against the one before.

@@ -2,7 +2,7 @@
 
 use indexmap::IndexMap;
 
-use super::{Actuator, Expr, ExprKind, InstanceParam, Joint, Lattice, Part, RuleSet, Target, Task};
+use super::{Actuator, Expr, ExprKind, Field, InstanceParam, Joint, Lattice, Part, RuleSet, Target, Task};
 
 /// What a name stands for that a part may have for its kind.
 #[derive(Clone, Copy, Debug)]
@@ -49,15 +49,21 @@ impl<'r> Kind<'r> {
                 own.into_iter().chain(ports.map(|port| ("port", port))).chain(joint).collect()
             }
             Self::Actuator(actuator) => {
-                let effort = actuator.motor.as_ref().and_then(|motor| motor.effort.varies());
+                let joint = actuator.joint.kind;
+                let motor = actuator.motor.iter().flat_map(|motor| {
+                    [
+                        (joint.speed_field(), motor.speed.varies()),
+                        ("relaxing_speed", motor.relaxing_speed.varies()),
+                        (joint.effort_field(), motor.effort.varies()),
+                    ]
+                });
                 let own = [
                     ("segment", actuator.segment.varies()),
                     (actuator.mass.field(), actuator.mass.varies()),
                     ("friction", actuator.friction.varies()),
-                    (actuator.joint.kind.effort_field(), effort),
                     ("colour", actuator.colour.varies()),
                 ];
-                own.into_iter().chain(of_joint(&actuator.joint)).collect()
+                own.into_iter().chain(motor).chain(of_joint(&actuator.joint)).collect()
             }
             Self::Cell(_) => Vec::new(),
         };
@@ -66,11 +72,13 @@ impl<'r> Kind<'r> {
 }
 
 /// The fields of a joint that may read parameters.
-fn of_joint(joint: &Joint) -> [(&'static str, Option<&Expr>); 3] {
+fn of_joint(joint: &Joint) -> [(&'static str, Option<&Expr>); 5] {
     [
         ("joint", joint.axis.varies()),
+        (joint.kind.range(), joint.range.as_ref().and_then(Field::varies)),
         ("stiffness", joint.stiffness.varies()),
         ("damping", joint.damping.varies()),
+        ("neutral", joint.neutral.varies()),
     ]
 }
 

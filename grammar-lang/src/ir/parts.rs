@@ -177,20 +177,11 @@ pub struct Actuator {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Motor {
     /// Speed of the tip against the base while it goes away from rest, rad/s or m/s. Of a spin the greatest.
-    pub speed: Speed,
+    pub speed: Field<Speed>,
     /// Speed while it goes back to rest.
-    pub relaxing_speed: Speed,
+    pub relaxing_speed: Field<Speed>,
     /// Greatest torque or force of each joint, N m or N.
     pub effort: Field<f64>,
-}
-
-impl Actuator {
-    /// What its drive can ask of it: where its tip stands against its base, rad or m, or of a spin how fast it turns, rad/s.
-    #[must_use]
-    pub fn driven_range(&self) -> (f64, f64) {
-        let most = self.motor.as_ref().map_or(f64::INFINITY, |motor| motor.speed.most());
-        self.joint.range.unwrap_or((-most, most))
-    }
 }
 
 /// A parameter that each part of a kind has for itself.
@@ -224,7 +215,7 @@ impl Writer<'_> {
         }
         if let Some(joint) = &part.joint {
             self.joint(&names, joint, true);
-            self.reach(joint);
+            self.reach(&names, joint);
             self.springs(&names, joint);
         }
         self.line(0, "}");
@@ -266,15 +257,15 @@ impl Writer<'_> {
         if !usual || actuator.motor.is_none() {
             self.joint(&names, joint, actuator.motor.is_none());
         }
-        self.reach(joint);
+        self.reach(&names, joint);
         if let Some(motor) = &actuator.motor {
             let speed = |speed: &Speed| match speed {
                 Speed::Constant(speed) => units::shown(*speed, kind.speed()),
                 Speed::ByBend(table) => tabulated(table, Dimension::ANGLE, Dimension::ANGULAR_VELOCITY),
             };
-            self.line(1, format!("{} = {}", kind.speed_field(), speed(&motor.speed)));
+            self.field(&names, kind.speed_field(), &motor.speed, speed);
             if kind != JointKind::Spin {
-                self.line(1, format!("relaxing_speed = {}", speed(&motor.relaxing_speed)));
+                self.field(&names, "relaxing_speed", &motor.relaxing_speed, speed);
             }
         }
         self.mass(&names, &actuator.mass);
@@ -299,10 +290,10 @@ impl Writer<'_> {
         self.line(1, format!("joint = {}{axis}{passive}", joint.kind.text()));
     }
 
-    fn reach(&mut self, joint: &Joint) {
-        if let Some(limits) = joint.range {
+    fn reach(&mut self, names: &Names, joint: &Joint) {
+        if let Some(limits) = &joint.range {
             let position = Ty::Quantity(joint.kind.position());
-            self.line(1, format!("{} = {}", joint.kind.range(), range(limits, &position)));
+            self.field(names, joint.kind.range(), limits, |limits| range(*limits, &position));
         }
     }
 
@@ -312,8 +303,8 @@ impl Writer<'_> {
             self.quantity(names, "stiffness", &joint.stiffness, kind.stiffness());
         }
         self.quantity(names, "damping", &joint.damping, kind.damping());
-        if joint.neutral != 0.0 {
-            self.line(1, format!("neutral = {}", units::shown(joint.neutral, kind.position())));
+        if joint.neutral != Field::Fixed(0.0) {
+            self.quantity(names, "neutral", &joint.neutral, kind.position());
         }
     }
 

@@ -9,6 +9,7 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::eval::{Allowance, PartId, Reference, Scope, Value};
 use crate::ir::{Actuation, Actuator, Attribute, JointKind, PartAttribute, Ty, Word};
 
+use super::instances::usual;
 use super::known::{Actuated, Known};
 
 /// How far beyond its bend a drive may go, as a share of the bend: what is written in other units is rounded.
@@ -24,6 +25,8 @@ const MOMENTS: usize = 32;
 struct Driven<'k> {
     known: &'k Known<'k>,
     actuator: &'k Actuator,
+    /// What the drive can ask of it.
+    range: (f64, f64),
     time: f64,
 }
 
@@ -40,14 +43,12 @@ impl Scope for Driven<'_> {
             Attribute::Part(PartAttribute::Depth) => Some(Value::Number(1.0)),
             Attribute::Part(PartAttribute::OwnImage) => Some(Value::Bool(false)),
             Attribute::Part(PartAttribute::LeastBend | PartAttribute::LeastDistance) => {
-                Some(Value::Number(self.actuator.joint.range?.0))
+                Some(Value::Number(self.range.0))
             }
             Attribute::Part(PartAttribute::GreatestBend | PartAttribute::GreatestDistance) => {
-                Some(Value::Number(self.actuator.joint.range?.1))
+                Some(Value::Number(self.range.1))
             }
-            Attribute::Part(PartAttribute::GreatestSpeed) => {
-                Some(Value::Number(self.actuator.motor.as_ref()?.speed.most()))
-            }
+            Attribute::Part(PartAttribute::GreatestSpeed) => Some(Value::Number(self.range.1)),
             Attribute::Param(name) => {
                 let default = self.actuator.params.get(name)?.default.as_ref()?;
                 self.known.value(default).ok()
@@ -65,10 +66,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         if actuation.drive.ty != Ty::Quantity(joint.driven()) {
             continue;
         }
-        let (low, high) = actuator.driven_range();
+        let Some((low, high)) = usual(known, actuator).map(|made| made.driven_range()) else { continue };
         let beyond = |(share, slack): (f64, f64)| {
             let slack = slack * (high - low);
-            let (least, most) = range(known, &actuated, share)?;
+            let (least, most) = range(known, &actuated, (low, high), share)?;
             let farthest = if most - high >= low - least { most } else { least };
             (least < low - slack || most > high + slack).then_some((share, farthest))
         };
@@ -122,7 +123,7 @@ fn verb(joint: JointKind) -> &'static str {
 }
 
 /// The least and the greatest that a drive asks for, where all that it varies is at this share of its domain.
-fn range(known: &Known<'_>, actuated: &Actuated<'_>, share: f64) -> Option<(f64, f64)> {
+fn range(known: &Known<'_>, actuated: &Actuated<'_>, able: (f64, f64), share: f64) -> Option<(f64, f64)> {
     let &Actuated { task, actuator, actuation, .. } = actuated;
     let allowance = Allowance::of(MOST_OPERATIONS);
     let (mut least, mut most) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -149,7 +150,7 @@ fn range(known: &Known<'_>, actuated: &Actuated<'_>, share: f64) -> Option<(f64,
         locals.truncate(still);
         let span = (2.0 * period.unwrap_or(4.0)).min(task.model.duration);
         let time = span * moment as f64 / MOMENTS as f64;
-        let driven = Driven { known, actuator, time };
+        let driven = Driven { known, actuator, range: able, time };
         for (_, value) in actuation.lets.iter().chain(&actuation.moving) {
             let value = allowance.evaluate(value, &driven, &mut locals).ok()?;
             locals.push(value);

@@ -3,6 +3,7 @@
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{JointKind, Method};
 
+use super::instances::driven_range;
 use super::known::Known;
 
 /// A motor may turn so far in a step, rad: solvers take the chord for the arc, which is a hundredth shorter. What refuses such
@@ -15,13 +16,13 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let mut told: Vec<Diagnostic> = Vec::new();
     for actuated in known.actuated() {
         let (model, joint) = (&actuated.task.model, actuated.actuator.joint.kind);
-        let Some(motor) = actuated.actuator.motor.as_ref().filter(|_| joint == JointKind::Spin) else {
+        if joint != JointKind::Spin {
             continue;
-        };
+        }
+        let Some((_, speed)) = driven_range(known, actuated.actuator) else { continue };
         if model.method != Method::Hinges {
             continue;
         }
-        let speed = motor.speed.most();
         let (field, time, most) = match speed * model.step > MOST {
             true => ("step", model.step, MOST),
             false => ("record", model.record, MOST_RECORDED),

@@ -3,8 +3,8 @@
 
 use indexmap::IndexMap;
 
-use crate::eval::{Made, Unmade, Value};
-use crate::ir::{InstanceParam, Kind, RuleSet, Ty};
+use crate::eval::{Made, MadeActuator, Unmade, Value};
+use crate::ir::{Actuator, InstanceParam, Kind, RuleSet, Ty};
 
 use super::known::Known;
 
@@ -33,6 +33,32 @@ pub(super) fn made<'k>(
         let made = Made::of(kind, rules, &given).transpose()?;
         Some((given, made))
     })
+}
+
+/// What drives can ask of the actuators of a kind, from the least of any to the greatest of any of those that are tried; none where
+/// there are too many.
+pub(super) fn driven_range<'k>(known: &Known<'k>, actuator: &'k Actuator) -> Option<(f64, f64)> {
+    let range = |made| if let Made::Actuator(actuator) = made { Some(actuator.driven_range()) } else { None };
+    made(known, Kind::Actuator(actuator))
+        .filter_map(|(_, made)| range(made.ok()?))
+        .reduce(|(low, high), (least, most)| (low.min(least), high.max(most)))
+}
+
+/// An actuator with the parameters that its kind gives it; none where a rule must give them.
+pub(super) fn usual(known: &Known<'_>, actuator: &Actuator) -> Option<MadeActuator> {
+    let default = |(name, param): (&String, &InstanceParam)| {
+        Some((name.clone(), known.value(param.default.as_ref()?).ok()?))
+    };
+    let kind = Kind::Actuator(actuator);
+    let given = if varies(kind) {
+        actuator.params.iter().map(default).collect::<Option<Given>>()?
+    } else {
+        Given::new()
+    };
+    match Made::of(kind, known.ruleset, &given) {
+        Ok(Some(Made::Actuator(made))) => Some(made),
+        _ => None,
+    }
 }
 
 /// Whether a field of a kind reads the parameters.

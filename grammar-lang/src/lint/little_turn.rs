@@ -3,6 +3,7 @@
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::Backend;
 
+use super::instances::driven_range;
 use super::known::Known;
 
 /// The least part of its turn that a servo should use: its resolution and its play count against that.
@@ -12,7 +13,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, target) in &known.ruleset.targets {
         let Backend::Tendon(threads) = &target.backend else { continue };
         let Some(actuator) = known.ruleset.actuators.get(&target.kind) else { continue };
-        let Some(bend) = actuator.joint.range else { continue };
+        let Some(bend) = driven_range(known, actuator) else { continue };
         let (low, high) = threads.thread.domain();
         let wound = |bend: f64| threads.thread.at(bend.clamp(low, high)) / threads.wheel;
         let used = (wound(bend.1) - wound(bend.0)).abs();

@@ -4,6 +4,7 @@ use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Backend, Tendon};
 use crate::units::{Dimension, shown};
 
+use super::instances::driven_range;
 use super::known::Known;
 
 /// Rounding of what is written in other units is no shortage.
@@ -13,7 +14,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (name, target) in &known.ruleset.targets {
         let Backend::Tendon(threads) = &target.backend else { continue };
         let Some(actuator) = known.ruleset.actuators.get(&target.kind) else { continue };
-        let Some(bend) = actuator.joint.range else { continue };
+        let Some(bend) = driven_range(known, actuator) else { continue };
         let (low, high) = threads.reach();
         if low > bend.0 + CLOSE || high < bend.1 - CLOSE {
             let range = |(a, b)| format!("{} .. {}", shown(a, Dimension::ANGLE), shown(b, Dimension::ANGLE));

@@ -3,6 +3,7 @@
 use crate::diagnostics::{Code, Diagnostic};
 use crate::ir::{Actuation, Expr, ExprKind, Ty, Word};
 
+use super::instances::driven_range;
 use super::known::{Actuated, Known};
 use crate::bounds::actuation_locals;
 use crate::units::Dimension;
@@ -50,7 +51,7 @@ fn hardly_moves(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnostic
     if actuation.drive.ty != Ty::Quantity(actuator.joint.kind.driven()) {
         return None;
     }
-    let (low, high) = actuator.driven_range();
+    let (low, high) = driven_range(known, actuator)?;
     let asked = known.reasoning(&actuation_locals(&known.facts, actuation)).numbers(&actuation.drive);
     let share = (asked.high - asked.low) / (high - low);
     (share < HARDLY).then(|| {

@@ -15,14 +15,17 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         else {
             continue;
         };
-        let place = kind.varying().find(|(field, _)| *field == unmade.field).map(|(_, expr)| expr.span);
-        let Some(place) = place else { continue };
+        // What varies may leave another field without a valid value.
+        let mut places = kind.varying();
+        let own = places.find(|(field, _)| *field == unmade.field).or_else(|| kind.varying().next());
+        let Some((_, expr)) = own else { continue };
+        let place = expr.span;
         let with = told(known, kind, &given);
         findings.push(
             Diagnostic::new(
                 Code::OUT_OF_DOMAIN,
                 place,
-                format!("a `{name}` with {with} has no `{}`", unmade.field),
+                format!("a `{name}` with {with} has no valid `{}`", unmade.field),
             )
             .label(unmade.reason)
             .help("narrow the domain of the parameter, or give the field a valid value in the whole domain"),

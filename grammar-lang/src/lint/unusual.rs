@@ -43,7 +43,19 @@ fn unusual(field: &str, made: &Made, joint: JointKind) -> Option<(f64, &'static 
             ("an actuator", "density", density(own.mass, &own.segment))
         }
         (Made::Actuator(own), "friction") => ("an actuator", "friction", own.friction),
-        (Made::Actuator(own), "torque" | "effort") => (row(joint), joint.effort_field(), own.effort?),
+        (Made::Actuator(own), "torque" | "effort") => {
+            (row(joint), joint.effort_field(), own.motor.as_ref()?.effort)
+        }
+        (Made::Actuator(own), "relaxing_speed") => {
+            (row(joint), "relaxing_speed", own.motor.as_ref()?.relaxing_speed.most())
+        }
+        (Made::Actuator(own), _) if field == joint.speed_field() => {
+            (row(joint), joint.speed_field(), own.motor.as_ref()?.speed.most())
+        }
+        (Made::Actuator(own), _) if field == joint.range() => {
+            let (low, high) = own.joint.range?;
+            (row(joint), joint.range(), if high >= -low { high } else { low })
+        }
         (Made::Actuator(own), "stiffness") => (row(joint), "stiffness", own.joint.stiffness),
         _ => return None,
     };

@@ -28,7 +28,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             Ok(Made::Actuator(made)) => {
                 let arm = made.segment.half_extents().x;
                 let row = fewest * beyond;
-                Some((made.effort?, made.mass * gravity * arm * row * row))
+                Some((made.motor.as_ref()?.effort, made.mass * gravity * arm * row * row))
             }
             _ => None,
         });

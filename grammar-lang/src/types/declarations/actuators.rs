@@ -3,11 +3,11 @@
 use indexmap::IndexMap;
 
 use super::Declarations;
-use super::fields::{Fields, Sign, Values};
+use super::fields::{Fields, Sign, Values, reads_params};
 use super::joints::{Owner, Row, belongs_elsewhere, called, called_here, examples, fields, says_joint};
 use crate::diagnostics::{Code, Diagnostic, Fix, respell};
 use crate::eval::{SHORTER, shortens};
-use crate::ir::{self, Field, JointKind, PartAttribute, Speed, Ty};
+use crate::ir::{self, ExprKind, Field, JointKind, PartAttribute, Speed, Ty};
 use crate::syntax::ast::{self, Block};
 use crate::types::built_in::built_in;
 use crate::types::expressions::call::misspells_segments;
@@ -16,7 +16,7 @@ use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
 /// How fast a row moves: away from rest, and back.
-type Speeds = (Speed, Speed);
+type Speeds = (Field<Speed>, Field<Speed>);
 
 impl Declarations<'_> {
     pub(in crate::types) fn actuator(&mut self, block: &Block, damaged: bool) -> Option<ir::Actuator> {
@@ -38,16 +38,12 @@ impl Declarations<'_> {
         let mass = self.mass(&from, segment.as_ref(), &cx);
         let friction =
             self.varying_number(&from, "friction", Dimension::NUMBER, (Sign::NotNegative, "0.8"), &cx);
-        // How far and how fast it moves is the same for all of a kind: drives and targets are made for it.
-        let alike = Context::new(Stage::Declaration, damaged);
-        let known = self.expressions.errors.len();
         let least = params.get("segments").and_then(|param| param.domain).map_or(2.0, |(low, _)| low);
         let joint = self.joint_of(&from, (row, axis), (least - 1.0).max(1.0), &cx);
         if let (Some(joint), Some(Field::Fixed(form))) = (&joint, &segment) {
             self.not_too_short(&from, joint, 2.0 * form.half_extents().x * least);
         }
-        let speeds = if row.passive { Some(None) } else { self.speeds(&from, kind, &alike).map(Some) };
-        self.alike_for_all(known, &params, kind);
+        let speeds = if row.passive { Some(None) } else { self.speeds(&from, kind, &cx).map(Some) };
         let examples = examples(kind);
         let effort = if row.passive {
             Some(None)
@@ -116,7 +112,7 @@ impl Declarations<'_> {
         }
         let mut speed = |name| {
             let example = examples(kind).speed;
-            self.number(from, name, kind.speed(), Sign::Positive, example, cx).map(Speed::Constant)
+            self.varying_speed(from, name, kind.speed(), example, cx)
         };
         let away = speed("speed");
         let back =
@@ -129,16 +125,17 @@ impl Declarations<'_> {
         &mut self,
         from: &Values<'_>,
         kind: JointKind,
-        range: Option<(f64, f64)>,
+        range: Option<&Field<(f64, f64)>>,
         cx: &Context,
-    ) -> Option<f64> {
-        let Some((_, tree)) = from.values.get("neutral") else { return Some(0.0) };
+    ) -> Option<Field<f64>> {
+        let Some((_, tree)) = from.values.get("neutral") else { return Some(Field::Fixed(0.0)) };
         let place = tree.span;
         let ty = Ty::Quantity(kind.position());
-        let (value, _) = self.value(from, "neutral", &ty, "0 deg", cx)?;
-        let neutral = value.as_number()?;
-        let (low, high) = range?;
-        if neutral < low || neutral > high {
+        let neutral = self.varying(from, "neutral", (&ty, "0 deg"), cx, |_, value, _| value.as_number())?;
+        // Where one of them varies it is looked at for each part.
+        if let (Field::Fixed(neutral), Field::Fixed((low, high))) = (&neutral, range?)
+            && !(low..=high).contains(&neutral)
+        {
             let shown = |x: f64| crate::types::expressions::shown(x, &ty);
             self.report(
                 Diagnostic::new(
@@ -146,7 +143,7 @@ impl Declarations<'_> {
                     place,
                     format!("`neutral` is outside the {}", in_words(kind)),
                 )
-                .label(format!("`{}` is {} .. {}", kind.range(), shown(low), shown(high)))
+                .label(format!("`{}` is {} .. {}", kind.range(), shown(*low), shown(*high)))
                 .help("choose a value within it, or widen it"),
             );
             return None;
@@ -155,7 +152,12 @@ impl Declarations<'_> {
     }
 
     /// How far the tip goes against the base, or a part against what holds it.
-    pub(super) fn range(&mut self, from: &Values<'_>, row: Row<'_>, cx: &Context) -> Option<(f64, f64)> {
+    pub(super) fn range(
+        &mut self,
+        from: &Values<'_>,
+        row: Row<'_>,
+        cx: &Context,
+    ) -> Option<Field<(f64, f64)>> {
         let kind = row.kind;
         let (name, example) = (kind.range(), examples(kind).range);
         let Some((_, tree)) = from.values.get(name) else {
@@ -164,6 +166,10 @@ impl Declarations<'_> {
         };
         let ty = Ty::Domain(Box::new(Ty::Quantity(kind.position())));
         let expr = self.expressions.expect(tree, &mut cx.clone(), &ty, &format!("`{name}`"));
+        if reads_params(&expr, cx.locals.len()) && matches!(expr.kind, ExprKind::Range(..)) {
+            self.hiding(&expr, cx);
+            return Some(Field::Varies(expr));
+        }
         let (low, high) = self.expressions.constant_range(&expr)?;
         if low > 0.0 || high < 0.0 || low >= high {
             let (zero, others) = if kind == JointKind::Slide {
@@ -189,17 +195,18 @@ impl Declarations<'_> {
         }
         let farthest = if high >= -low { high } else { low };
         self.usual(from.what, name, farthest, tree);
-        Some((low, high))
+        Some(Field::Fixed((low, high)))
     }
 
     /// A row that slides along itself must not get so short that its segments go through each other.
     fn not_too_short(&mut self, from: &Values<'_>, joint: &ir::Joint, length: f64) {
-        let (JointKind::Slide, Some(range), Field::Fixed(axis)) = (joint.kind, joint.range, &joint.axis)
+        let (JointKind::Slide, Some(Field::Fixed(range)), Field::Fixed(axis)) =
+            (joint.kind, &joint.range, &joint.axis)
         else {
             return;
         };
         let Some((_, tree)) = from.values.get("range") else { return };
-        let shorter = shortens(*axis, range);
+        let shorter = shortens(*axis, *range);
         if shorter <= SHORTER * length * (1.0 + 1e-9) {
             return;
         }

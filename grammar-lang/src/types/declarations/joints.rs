@@ -1,24 +1,18 @@
 //! Joints, of an actuator's row and of a part: what a text says of them, and which fields belong to them.
 
-use indexmap::IndexMap;
-
 use super::Declarations;
 use super::fields::{Sign, Values, reads_params};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
-use crate::eval::{Value, is_across, unit};
+use crate::eval::{SOCKET, Value, is_across, unit};
 use crate::ir::{self, Field, JointKind, NAMED_AXES, Ty};
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, Name};
 use crate::types::expressions::context::Context;
-use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
 /// What a joint can be.
 const JOINTS: &str = "a joint is `bend about z`, `twist`, `slide along x` or `spin about x`, with `passive` if nothing drives it, \
                       or `socket passive`";
-
-/// How far a socket turns about each of its axes, at most, rad. At a right angle two of them would be one.
-const SOCKET: f64 = 80.0 * std::f64::consts::PI / 180.0;
 
 /// The joints of a row, or of a part, as the field says.
 #[derive(Clone, Copy)]
@@ -354,8 +348,7 @@ impl Declarations<'_> {
         Some(Field::Fixed(axis))
     }
 
-    /// Everything that a text says of joints, but for what drives them. How far they move is the same for all of a kind: drives
-    /// and targets are made for it. `cx` is where fields read parameters.
+    /// Everything that a text says of joints, but for what drives them. `cx` is where fields read parameters.
     pub(super) fn joint_of(
         &mut self,
         from: &Values<'_>,
@@ -364,13 +357,11 @@ impl Declarations<'_> {
         cx: &Context,
     ) -> Option<ir::Joint> {
         let kind = row.kind;
-        let alike = Context::new(Stage::Declaration, cx.damaged);
-        let range =
-            if kind == JointKind::Spin { Some(None) } else { self.range(from, row, &alike).map(Some) };
-        if let (JointKind::Socket, Some(Some((low, high)))) = (kind, range) {
-            self.socket_range(from, (low, high), joints);
+        let range = if kind == JointKind::Spin { Some(None) } else { self.range(from, row, cx).map(Some) };
+        if let (JointKind::Socket, Some(Some(Field::Fixed(ends)))) = (kind, &range) {
+            self.socket_range(from, *ends, joints);
         }
-        let neutral = self.neutral(from, kind, range.flatten(), &alike);
+        let neutral = self.neutral(from, kind, range.as_ref().and_then(Option::as_ref), cx);
         let examples = examples(kind);
         let stiffness = if kind == JointKind::Spin {
             Some(Field::Fixed(0.0))
@@ -390,25 +381,6 @@ impl Declarations<'_> {
             damping: damping?,
             neutral: neutral?,
         })
-    }
-
-    /// Explains the errors from a place on of fields that read a parameter, which they cannot.
-    pub(super) fn alike_for_all(
-        &mut self,
-        from: usize,
-        params: &IndexMap<String, ir::InstanceParam>,
-        kind: JointKind,
-    ) {
-        for mut error in self.expressions.errors.split_off(from) {
-            let name = self.environment.sources.slice(error.span());
-            if error.code == Code::UNKNOWN_NAME && params.contains_key(name) {
-                error.help = Some(format!(
-                    "how far and how fast it {} is the same for all of a kind, and reads no parameter: declare another kind",
-                    kind.does()
-                ));
-            }
-            self.expressions.errors.add(error);
-        }
     }
 
     /// A socket must not come to where two of its axes are one.

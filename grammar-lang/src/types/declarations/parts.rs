@@ -54,10 +54,7 @@ impl Declarations<'_> {
         let joint = match row {
             Some(row) => {
                 let axis = self.joint_axis(row, &cx)?;
-                let known = self.expressions.errors.len();
-                let joint = self.joint_of(&from, (row, axis), 1.0, &cx);
-                self.alike_for_all(known, &params, row.kind);
-                Some(joint?)
+                Some(self.joint_of(&from, (row, axis), 1.0, &cx)?)
             }
             None => None,
         };

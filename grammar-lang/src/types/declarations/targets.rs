@@ -7,7 +7,7 @@ use super::fields::{Fields, Sign, Values};
 use super::tasks::Tasks;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, respell};
 use crate::eval::Value;
-use crate::ir::{self, Backend, PINS, Ty};
+use crate::ir::{self, Backend, Expr, ExprKind, Field, PINS, Ty};
 use crate::names::declared;
 use crate::source::Span;
 use crate::syntax::ast::{self, Block, ItemKind, Name};
@@ -61,7 +61,7 @@ impl Declarations<'_> {
     }
 
     /// A speed: a number, or a table from the bend.
-    pub(super) fn speed(&mut self, from: &Values<'_>, name: &str, cx: &Context) -> Option<ir::Speed> {
+    pub(super) fn speed(&mut self, from: &Values<'_>, name: &str, cx: &Context) -> Option<Field<ir::Speed>> {
         let velocity = Dimension::ANGULAR_VELOCITY;
         let by_bend = from.values.get(name).is_some_and(|(_, tree)| match &tree.kind {
             ast::ExprKind::Name(word) => {
@@ -70,9 +70,7 @@ impl Declarations<'_> {
             _ => false,
         });
         if !by_bend {
-            return self
-                .number(from, name, Dimension::ANGULAR_VELOCITY, Sign::Positive, "180 deg/s", cx)
-                .map(ir::Speed::Constant);
+            return self.varying_speed(from, name, velocity, "180 deg/s", cx);
         }
         let (value, span) =
             self.value(from, name, &Ty::Table(Dimension::ANGLE, velocity), "180 deg/s", cx)?;
@@ -85,7 +83,22 @@ impl Declarations<'_> {
             );
             return None;
         }
-        Some(ir::Speed::ByBend((*table).clone()))
+        Some(Field::Fixed(ir::Speed::ByBend((*table).clone())))
+    }
+
+    /// A speed that is the same at every bend.
+    pub(super) fn varying_speed(
+        &mut self,
+        from: &Values<'_>,
+        name: &str,
+        dimension: Dimension,
+        example: &str,
+        cx: &Context,
+    ) -> Option<Field<ir::Speed>> {
+        Some(match self.varying_number(from, name, dimension, (Sign::Positive, example), cx)? {
+            Field::Fixed(speed) => Field::Fixed(ir::Speed::Constant(speed)),
+            Field::Varies(speed) => Field::Varies(speed),
+        })
     }
 
     /// The pins of all channels.
@@ -527,7 +540,13 @@ impl Declarations<'_> {
                 }
                 let valves = actuation.drive.ty == Ty::Valves;
                 let joint = actuator.joint.kind;
-                if valves && actuator.driven_range().0 < 0.0 {
+                // Where its range reads parameters, its least value must still be 0 for all of a kind.
+                let (least, most) = match &actuator.joint.range {
+                    None => (f64::NEG_INFINITY, f64::INFINITY),
+                    Some(Field::Fixed(ends)) => *ends,
+                    Some(Field::Varies(ends)) => written_ends(ends),
+                };
+                if valves && least < 0.0 {
                     let (does, help) = if joint == ir::JointKind::Spin {
                         ("spins", "drive its speed: `drive speed = ...`".to_owned())
                     } else {
@@ -540,7 +559,7 @@ impl Declarations<'_> {
                     };
                     let both = match joint {
                         ir::JointKind::Spin => "",
-                        _ if actuator.driven_range().1 <= 0.0 => " below 0",
+                        _ if most <= 0.0 => " below 0",
                         _ => " both ways",
                     };
                     self.report(
@@ -591,4 +610,13 @@ impl Declarations<'_> {
 fn analogue(number: &str) -> Option<String> {
     let number: u8 = number.parse().ok()?;
     (14..=19).contains(&number).then(|| format!("A{}", number - 14))
+}
+
+/// The ends of a range as they are written; what reads parameters has none.
+fn written_ends(range: &Expr) -> (f64, f64) {
+    let end = |end: &Expr, else_: f64| if let ExprKind::Number(x) = end.kind { x } else { else_ };
+    match &range.kind {
+        ExprKind::Range(low, high) => (end(low, f64::NEG_INFINITY), end(high, f64::INFINITY)),
+        _ => (f64::NEG_INFINITY, f64::INFINITY),
+    }
 }

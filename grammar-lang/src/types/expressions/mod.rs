@@ -239,6 +239,14 @@ impl<'a> Expressions<'a> {
         let ends = match &expr.kind {
             ir::ExprKind::Range(low, high) => (self.constant_number(low)?, self.constant_number(high)?),
             _ if expr.ty == Ty::Unknown => return None,
+            ir::ExprKind::If(..) => {
+                self.report(
+                    Diagnostic::new(Code::WRONG_TYPE, expr.span, "a range is needed here, not a choice of ranges")
+                        .label("two ranges")
+                        .help("write `LEAST .. GREATEST`, and let each of them choose: `(if ... then ... else ...)`"),
+                );
+                return None;
+            }
             _ => {
                 self.report(
                     Diagnostic::new(Code::WRONG_TYPE, expr.span, "a range is needed here, not a set")
