@@ -25,7 +25,7 @@ fn every_template_is_free_of_findings_and_runs() {
         let derive = |seed| said(&sgc(folder.path(), &["derive", &file, "--steps", "30", "--seed", seed]));
         let designs = ["1", "2", "3"].map(derive).concat();
         assert_eq!(designs.matches("\nparts\n").count(), 3, "{designs}");
-        assert!(designs.contains(" bender-1 on ") && designs.contains(" cube-1 on "), "{designs}");
+        assert!(designs.contains(". bender-1 (segments = ") && designs.contains(" cube-1 on "), "{designs}");
         let output = sgc(folder.path(), &["run", &file, "--max-evals", "10", "--quiet"]);
         assert_eq!(output.status.code(), Some(0), "{}", said(&output));
     }

@@ -220,11 +220,10 @@ pub fn derivation(rules: &RuleSet, derivation: &Derivation) -> String {
     out
 }
 
-/// The parameters that the fields of a part read and that are not what they are by default: `(level = 2)`; empty where there are none.
+/// The parameters of a part that are not what they are by default: `(level = 2)`; empty where there are none.
 fn varied(rules: &RuleSet, part: &Part) -> String {
     let Some(kind) = rules.kind(&part.kind) else { return String::new() };
-    let own = kind.params().iter().filter(|(name, _)| kind.reads(name));
-    let own = own.filter_map(|(name, declared)| {
+    let own = kind.params().iter().filter_map(|(name, declared)| {
         let given = part.params.get(name)?;
         let default = declared.default.as_ref().and_then(|it| evaluate(it, rules, &mut Vec::new()).ok());
         if default.as_ref() == Some(given) {
@@ -234,6 +233,7 @@ fn varied(rules: &RuleSet, part: &Part) -> String {
             (Value::Number(x), Ty::Enum(of)) => rules.value_of(of, *x)?.to_owned(),
             (Value::Number(x), ty) => units::shown(*x, ty.dimension().unwrap_or_default()),
             (Value::Bool(x), _) => x.to_string(),
+            (Value::Pattern(name), _) => name.to_string(),
             _ => return None,
         };
         Some(format!("{name} = {value}"))
