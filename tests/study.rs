@@ -238,6 +238,17 @@ fn a_study_goes_on_only_as_it_began() {
     };
     let text = std::fs::read_to_string(place.join("quick.sgr")).unwrap();
     std::fs::write(place.join("quick.sgr"), text.replace("for 2 s", "for 3 s")).unwrap();
+    // A cell that leaves the study, and comes back with another text.
+    std::fs::write(place.join("legs.toml"), "grammar = \"quick.sgr\"\nevaluations = 30\nseeds = 1\n")
+        .unwrap();
+    ok(&sgc(place, &["study", "legs.toml", "--quiet"]));
+    std::fs::write(place.join("legs.toml"), "grammar = \"quick.sgr\"\nevaluations = 20\nseeds = 1\n")
+        .unwrap();
+    fails("seed-1 is a run of before with another text of its grammar");
+    std::fs::remove_dir_all(place.join("studies")).unwrap();
+    std::fs::write(place.join("quick.sgr"), &text).unwrap();
+    ok(&sgc(place, &["study", "legs.toml", "--quiet"]));
+    std::fs::write(place.join("quick.sgr"), text.replace("for 2 s", "for 3 s")).unwrap();
     fails("quick.sgr was changed (its text so far is studies/legs/texts/");
     std::fs::write(place.join("quick.sgr"), text).unwrap();
     let plan = place.join("studies/legs/plan.json");

@@ -17,14 +17,11 @@ use crate::derive::{Candidate, Derivation};
 use crate::drive::Parameters;
 use crate::results::folder::{Reopened, RunFolder};
 use crate::results::replay::curves_of;
-use crate::results::run_files::{Asked, listed};
+use crate::results::run_files::{Asked, EVALUATIONS, listed};
 use crate::results::saved::Grammar;
 use crate::results::series::{Series, SeriesFolder};
 use crate::search::{Jobs, State};
 use crate::simulate::{self, SolverName};
-
-/// Evaluations of a run that was not told how many: about two minutes on two cores.
-const DEFAULT_EVALUATIONS: u64 = 8000;
 
 /// Search for a design: bodies by the grammar's rules, gaits by its actuation
 #[derive(Args)]
@@ -89,7 +86,7 @@ impl Run {
             // Several would not come to their turns.
             (None, Some(_)) if self.runs.is_none() => None,
             (Some(n), _) => Some(n),
-            (None, _) => Some(DEFAULT_EVALUATIONS),
+            (None, _) => Some(EVALUATIONS),
         };
         let grammar = Grammar::freeze(&rules, &sources, &self.params);
         let command =

@@ -72,10 +72,14 @@ pub fn is_of_run(file: &Path) -> bool {
         || is_design && is_within(&[archive::FOLDER, front::FOLDER])
 }
 
+/// Evaluations of a run that was not told how many.
+pub const EVALUATIONS: u64 = 8000;
+
 impl Asked {
     /// Hash of all that decides what comes of a run: the same for any command line that asks for it, and for any bound, as a
     /// run that was stopped goes on with another one.
-    pub(super) fn identity(&self) -> String {
+    #[must_use]
+    pub fn identity(&self) -> String {
         let decisive = Self { command: String::new(), max_evals: None, time: None, ..self.clone() };
         hex(&Sha256::digest(serde_json::to_string(&decisive).unwrap_or_default()))
     }

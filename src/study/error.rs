@@ -69,6 +69,16 @@ pub enum StudyError {
         /// What was changed.
         what: String,
     },
+    /// A run of before that the plan knows again, but with another grammar.
+    #[error(
+        "{} is a run of before with another text of its grammar, so it could not be compared: move it away, put the grammar back, or begin anew \
+         with --out",
+        path.display()
+    )]
+    OtherRun {
+        /// Its folder.
+        path: PathBuf,
+    },
     /// The study of another file.
     #[error("{} is the folder of another study, that of {theirs}; choose another folder with --out", path.display())]
     OtherFile {

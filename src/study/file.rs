@@ -10,8 +10,6 @@ use super::StudyError;
 
 /// Seeds of a study, if it names none.
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
-/// Evaluations of each run, if it names none: as of `sgc run`.
-pub const EVALUATIONS: u64 = 8000;
 /// More runs than this are a slip of the pen.
 const MOST_RUNS: usize = 100_000;
 

@@ -251,7 +251,25 @@ impl Study {
             cells: cells.iter().map(|(cell, _)| cell.clone()).collect(),
             seeds,
         };
-        Ok((Self { path: path.to_owned(), plan }, change))
+        let study = Self { path: path.to_owned(), plan };
+        if let Some(before) = &before {
+            study.check_returned(before)?;
+        }
+        Ok((study, change))
+    }
+
+    /// Checks runs of cells that a plan before did not have. They may be of a plan before that.
+    fn check_returned(&self, before: &Self) -> Result<(), StudyError> {
+        let known: BTreeSet<&str> = before.plan.cells.iter().map(|cell| cell.name.as_str()).collect();
+        for run in self.runs().filter(|run| !known.contains(self.cell(*run).name.as_str())) {
+            let folder = self.folder(run);
+            if run_files::is_run(&folder)
+                && run_files::asked(&folder)?.identity() != self.asked(run).identity()
+            {
+                return Err(StudyError::OtherRun { path: folder });
+            }
+        }
+        Ok(())
     }
 
     /// Writes the folder, or brings it up to the plan. Runs that it has done stay.

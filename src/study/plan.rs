@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
-use super::file::{EVALUATIONS, Factor, Of, StudyFile};
+use super::file::{Factor, Of, StudyFile};
+use crate::results::run_files::EVALUATIONS;
 use crate::results::saved::hex;
 
 /// A name longer than this is cut: folders may have 255 bytes.
