@@ -10,6 +10,7 @@ use cpu_time::ThreadTime;
 
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, render};
+use grammar_lang::eval::Budget;
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::{FileId, Loader, NoModule, Source, SourceMap};
 use grammar_lang::{Compiled, compile, testing};
@@ -239,7 +240,8 @@ fn a_file_has_a_thousand_variants_at_most() {
 fn lint_time(rules: &RuleSet, times: usize) -> Duration {
     let start = Instant::now();
     for _ in 0..times {
-        grammar_lang::lint::run(rules, FileId(0), false, &mut Vec::new());
+        let own = grammar_lang::lint::Own { entry: FileId(0), is_varied: false };
+        grammar_lang::lint::run(rules, None, own, &Budget::of_file(), &mut Vec::new());
     }
     start.elapsed()
 }

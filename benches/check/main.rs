@@ -9,6 +9,7 @@ mod grown;
 
 use std::time::{Duration, Instant};
 
+use grammar_lang::eval::Budget;
 use grammar_lang::format::format;
 use grammar_lang::source::{FileId, SourceMap};
 use grammar_lang::{compile, lint, names, syntax, types};
@@ -75,12 +76,12 @@ fn measure(text: &str, flaw: Flaw) -> (Vec<f64>, usize) {
         let (program, _) = names::load(&Files, &mut sources, file, None);
         (sources, program)
     };
-    let check = least(loaded, |(sources, program)| types::check(program, sources, &[]));
+    let check = least(loaded, |(sources, program)| types::check(program, sources, &[], &Budget::of_file()));
     // Only what has no errors is checked as a whole.
-    let lint = compiled
-        .ruleset
-        .as_ref()
-        .map_or(f64::NAN, |rules| least(|| (), |()| lint::run(rules, file, false, &mut Vec::new())));
+    let own = lint::Own { entry: file, is_varied: false };
+    let lint = compiled.ruleset.as_ref().map_or(f64::NAN, |rules| {
+        least(|| (), |()| lint::run(rules, None, own, &Budget::of_file(), &mut Vec::new()))
+    });
     let lay_out = least(fresh, |(sources, file): &mut (SourceMap, FileId)| format(sources, *file));
     let times = vec![parse, load, check, lint, whole(None), lay_out, whole(Some("workshop"))];
     (times, compiled.diagnostics.len())

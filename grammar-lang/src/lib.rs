@@ -18,6 +18,7 @@ pub mod types;
 pub mod units;
 
 use diagnostics::Diagnostic;
+use eval::Budget;
 use ir::RuleSet;
 use source::{FileId, Loader, SourceMap};
 use syntax::Trees;
@@ -39,6 +40,8 @@ pub struct Compiled {
     pub changes: Vec<names::Change>,
     /// The warnings that the texts allow: [`Compiled::diagnostics`] are without them.
     pub allowed: names::Allowed,
+    /// What more checks of it may spend.
+    budget: Budget,
 }
 
 impl Compiled {
@@ -74,7 +77,8 @@ impl Compiled {
     pub fn found_from(&self, begun: &bounds::Begun, entry: FileId, sources: &SourceMap) -> Vec<Diagnostic> {
         let Some(ruleset) = &self.ruleset else { return Vec::new() };
         let mut found = Vec::new();
-        lint::run_from(ruleset, Some(begun), entry, is_varied(&self.offers, ruleset), &mut found);
+        let own = lint::Own { entry, is_varied: is_varied(&self.offers, ruleset) };
+        lint::run(ruleset, Some(begun), own, &self.budget, &mut found);
         let known =
             |d: &Diagnostic| self.diagnostics.iter().any(|k| (k.code, k.span()) == (d.code, d.span()));
         found.retain(|d| !known(d));
@@ -104,13 +108,15 @@ pub fn compile(
 pub struct Compiler<'l> {
     loader: &'l dyn Loader,
     trees: Trees,
+    /// What checks of all that it compiles may spend together.
+    budget: Budget,
 }
 
 impl<'l> Compiler<'l> {
     /// A compiler that has read nothing yet.
     #[must_use]
     pub fn new(loader: &'l dyn Loader) -> Self {
-        Self { loader, trees: Trees::default() }
+        Self { loader, trees: Trees::default(), budget: Budget::of_file() }
     }
 
     /// See [`compile`].
@@ -121,16 +127,17 @@ impl<'l> Compiler<'l> {
         overrides: &[(String, String)],
         wanted: Option<&str>,
     ) -> Compiled {
-        let Self { loader, trees } = self;
+        let Self { loader, trees, budget } = self;
         let (program, mut diagnostics) = names::load_with(trees, *loader, sources, entry, wanted);
         let offers = program.modules.first().map_or(Vec::new(), |m| names::offers(&m.tree));
         let is_grammar = !offers.is_empty();
-        let types::Checked { ruleset, found, idle } = types::check(&program, sources, overrides);
+        let types::Checked { ruleset, found, idle } = types::check(&program, sources, overrides, budget);
         diagnostics.extend(found);
         let allowed = names::Allowed::of(&program, &mut diagnostics);
         let clean = !diagnostics.iter().any(Diagnostic::is_error);
         if let Some(ruleset) = ruleset.as_ref().filter(|_| clean) {
-            lint::run(ruleset, entry, is_varied(&offers, ruleset), &mut diagnostics);
+            let own = lint::Own { entry, is_varied: is_varied(&offers, ruleset) };
+            lint::run(ruleset, None, own, budget, &mut diagnostics);
         }
         let ruleset = ruleset.filter(|_| !diagnostics.iter().any(Diagnostic::is_error));
         names::with_imports(&mut diagnostics, *loader, sources);
@@ -144,6 +151,7 @@ impl<'l> Compiler<'l> {
         let changes = program.changes;
         let diagnostics =
             diagnostics.into_iter().map(|d| names::with_changes(d, &changes, sources)).collect();
-        Compiled { ruleset, is_grammar, offers, diagnostics, idle, changes, allowed }
+        let budget = budget.clone();
+        Compiled { ruleset, is_grammar, offers, diagnostics, idle, changes, allowed, budget }
     }
 }

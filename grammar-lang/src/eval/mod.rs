@@ -12,6 +12,7 @@ mod valves;
 use std::sync::Arc;
 
 pub(crate) use allowance::Allowance;
+pub use allowance::Budget;
 pub use curve::Curve;
 pub use made::{
     Made, MadeActuator, MadeBlock, MadeJoint, MadeMotor, MadePort, SHORTER, SOCKET, Unmade, is_across,

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::bounds::{Abstract, Begun, Facts, Interval, Reasoning, locals_of, narrowed_locals_of};
-use crate::eval::{Allowance, EvalError, Scope, Value};
+use crate::eval::{Allowance, Budget, EvalError, Scope, Value};
 use crate::ir::{Actuation, Actuator, Cells, Effect, Expr, ExprKind, Group, Rule, RuleSet, Task};
 
 /// A rule set, and what holds of it whatever the design.
@@ -36,14 +36,14 @@ pub(super) struct Locals {
 }
 
 impl<'r> Known<'r> {
-    pub(super) fn new(ruleset: &'r RuleSet, begun: Option<&Begun>) -> Self {
+    pub(super) fn new(ruleset: &'r RuleSet, begun: Option<&Begun>, budget: &Budget) -> Self {
         let facts = Facts::from(ruleset, begun);
         let locals =
             |rule| Locals { all: locals_of(&facts, rule), narrowed: narrowed_locals_of(&facts, rule) };
         let locals = ruleset.rules.iter().map(locals).collect();
         let made = made(&facts);
         let possible = placed(&facts).union(&made).cloned().collect();
-        Self { ruleset, possible, made, locals, facts, allowance: Allowance::of_check() }
+        Self { ruleset, possible, made, locals, facts, allowance: Allowance::of_check(budget) }
     }
 
     /// The rules, with what is known of their locals.

@@ -66,6 +66,7 @@ pub use fast_spin::MOST as MOST_TURN;
 
 use crate::bounds::Begun;
 use crate::diagnostics::Diagnostic;
+use crate::eval::Budget;
 use crate::ir::RuleSet;
 use crate::source::FileId;
 
@@ -142,19 +143,22 @@ const DOUBTFUL: &[Lint] = &[
 const POINTLESS: &[Lint] =
     &[pointless::check, constant_if::check, excludes_nothing::check, always_zero::check];
 
-/// Runs every check; later ones only where those before found no error.
-/// `entry` is the text that declares the grammar, `varied` whether it is a variant of another.
-pub fn run(ruleset: &RuleSet, entry: FileId, varied: bool, findings: &mut Vec<Diagnostic>) {
-    run_from(ruleset, None, entry, varied, findings);
+/// Whose a rule set is.
+#[derive(Clone, Copy)]
+pub struct Own {
+    /// The text that declares the grammar.
+    pub entry: FileId,
+    /// Whether it is a variant of another.
+    pub is_varied: bool,
 }
 
-/// The same where it is known how many parts of each kind the initial design has: with the images
-/// that the symmetry makes, which only whoever builds the design can tell.
-pub fn run_from(
+/// Runs every check; later ones only where those before found no error. More is found where it is known how many parts of each kind
+/// the initial design has: with the images that the symmetry makes, which only whoever builds the design can tell.
+pub fn run(
     ruleset: &RuleSet,
     begun: Option<&Begun>,
-    entry: FileId,
-    varied: bool,
+    own: Own,
+    budget: &Budget,
     findings: &mut Vec<Diagnostic>,
 ) {
     let stop = |findings: &[Diagnostic]| findings.iter().any(Diagnostic::is_error);
@@ -163,16 +167,16 @@ pub fn run_from(
     if stop(findings) {
         return;
     }
-    let known = Known::new(ruleset, begun);
+    let known = Known::new(ruleset, begun, budget);
     for lints in [EXACT, SOUND, DOUBTFUL] {
         if stop(findings) {
             return;
         }
         lints.iter().for_each(|lint| lint(&known, findings));
     }
-    if !varied && !stop(findings) {
-        let mut own = Vec::new();
-        POINTLESS.iter().for_each(|lint| lint(&known, &mut own));
-        findings.extend(own.into_iter().filter(|d| d.span().file == entry));
+    if !own.is_varied && !stop(findings) {
+        let mut found = Vec::new();
+        POINTLESS.iter().for_each(|lint| lint(&known, &mut found));
+        findings.extend(found.into_iter().filter(|d| d.span().file == own.entry));
     }
 }

@@ -13,6 +13,7 @@ mod expressions;
 mod found;
 
 use crate::diagnostics::Diagnostic;
+use crate::eval::Budget;
 use crate::ir::RuleSet;
 use crate::names::Program;
 use crate::source::{SourceMap, Span};
@@ -47,11 +48,16 @@ pub struct Checked {
 
 /// Checks a program.
 #[must_use]
-pub fn check(program: &Program, sources: &SourceMap, overrides: &[(String, String)]) -> Checked {
+pub fn check(
+    program: &Program,
+    sources: &SourceMap,
+    overrides: &[(String, String)],
+    budget: &Budget,
+) -> Checked {
     let environment = Environment::of(program, sources, overrides);
     let mut found = Found::default();
     built_in::check(program, &mut found);
-    let expressions = Expressions::new(&environment, found);
+    let expressions = Expressions::new(&environment, found, budget);
     let declarations = Declarations::new(expressions);
     Assembly::new(declarations).check()
 }

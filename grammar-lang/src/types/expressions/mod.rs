@@ -28,7 +28,7 @@ use indexmap::{IndexMap, IndexSet};
 use super::environment::Environment;
 use super::found::Found;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::eval::{Allowance, EvalError, Scope, Value, order};
+use crate::eval::{Allowance, Budget, EvalError, Scope, Value, order};
 use crate::ir::{self, Expr, Ty};
 use crate::names::{Declaration, declared};
 use crate::source::Span;
@@ -138,7 +138,7 @@ const GUESSES: usize = 1_000_000;
 
 impl<'a> Expressions<'a> {
     /// Begins with what was found so far.
-    pub(super) fn new(environment: &'a Environment<'a>, errors: Found) -> Self {
+    pub(super) fn new(environment: &'a Environment<'a>, errors: Found, budget: &Budget) -> Self {
         Self {
             environment,
             errors,
@@ -157,7 +157,7 @@ impl<'a> Expressions<'a> {
             written: WrittenOut::default(),
             working: Working {
                 constants: Constants::default(),
-                allowance: Allowance::of_check(),
+                allowance: Allowance::of_check(budget),
                 is_told: false,
             },
             guesses: Cell::new(GUESSES),
