@@ -85,7 +85,8 @@ fn library_names() -> Vec<String> {
 }
 
 /// A path without `.` and `..` where they can be resolved by name alone.
-fn tidy(path: &Path) -> PathBuf {
+#[must_use]
+pub fn tidy(path: &Path) -> PathBuf {
     let mut out = PathBuf::new();
     for part in path.components() {
         match part {

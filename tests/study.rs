@@ -152,8 +152,17 @@ fn what_failed_waits_until_it_is_tried_again() {
     let again = sgc(place, &["study", "legs.toml"]);
     assert_eq!(again.status.code(), Some(1), "{}", said(&again));
     let told = ok(&sgc(place, &["study", "retry", "studies/legs", "--anew"]));
-    assert!(told.contains("1 runs wait again"), "{told}");
+    assert!(told.contains("one run waits again"), "{told}");
     ok(&sgc(place, &["study", "legs.toml"]));
+    // A result that was damaged afterwards is left out, until it is begun anew by its name.
+    std::fs::write(run.join("result.json"), "{").unwrap();
+    let told = ok(&sgc(place, &["study", "gather", "studies/legs"]));
+    let name = "quick,evaluations=40/seed-2";
+    assert!(told.contains(&format!("{name} is left out: ")) && told.contains("1 of 2 runs"), "{told}");
+    assert!(told.contains(&format!("retry studies/legs --anew --run {name}")), "{told}");
+    ok(&sgc(place, &["study", "retry", "studies/legs", "--anew", "--run", name]));
+    let told = ok(&sgc(place, &["study", "studies/legs"]));
+    assert!(told.contains("2 of 2 runs are complete"), "{told}");
 }
 
 #[test]
@@ -181,9 +190,12 @@ fn a_submission_has_what_is_not_complete_and_its_tasks_do_it() {
         assert!(shown.contains("8 runs in 3 tasks"), "{shown}");
         let script = place.join(&out).join(format!("submissions/1/{engine}.sh"));
         let text = std::fs::read_to_string(&script).unwrap();
-        for part in ["--array=0-2", "\nexport X=1\n", " --nice\n", variable] {
+        for part in ["--array=0-2", "\nset -e\nexport X=1\nset +e\n", " --nice\n", variable, "study of "] {
             assert!(text.contains(part), "{part}: {text}");
         }
+        // A path with a space is one word, also in directives.
+        let logs = text.lines().filter(|line| line.contains("put=") || line.contains("stdout="));
+        assert!(logs.clone().count() > 0 && logs.clone().all(|line| line.ends_with(".log\"")), "{text}");
         // As the engine would start it; scontrol is not there.
         for task in ["0", "2", "1"] {
             let script =
@@ -214,11 +226,18 @@ fn a_wrong_study_runs_nothing() {
         assert!(!place.join("studies").exists(), "{study}");
     };
     fails("grammar = \"quick.sgr\"\nparameters = { max_part = 3 }\n", 1, "did you mean `max_parts`?");
-    fails("grammar = \"quick.sgr\"\nparameters = { max_parts = \"3 cm\" }\n", 1, "is not a Count");
+    fails(
+        "grammar = \"quick.sgr\"\nparameters = { max_parts = \"3 cm\" }\n",
+        1,
+        "`max_parts = 3 cm` is not a Count",
+    );
+    fails("grammar = \"quick.sgr\"\nparameters = { max_part = 3 }\n", 1, "given by the study");
     fails("grammar = \"quack.sgr\"\n", 2, "there is no such file: did you mean `quick.sgr`?");
     fails("grammar = \"quick.sgr\"\nvariant = \"soft\"\n", 1, "soft");
     fails("grammar = \"quick.sgr\"\nfrom = \"best\"\n", 1, "no example `best`");
     fails("grammar = 3.5\n", 2, "line 1");
+    let twice = "grammar = \"quick.sgr\"\nparameters = { max_parts = [6, \"6.0\"] }\n";
+    fails(twice, 2, "are the same; leave one of their values out");
     fails("grammar = \"quick.sgr\"\nseedz = 3\n", 2, "unknown field `seedz`");
     let shepherd = root().join("grammars/shepherd.sgr");
     let both = format!("grammar = [\"quick.sgr\", \"{}\"]\n", shepherd.display());
@@ -236,6 +255,18 @@ fn a_study_goes_on_only_as_it_began() {
         assert_eq!(output.status.code(), Some(2), "{}", said(&output));
         assert!(said(&output).contains(told), "{}", said(&output));
     };
+    // It is the same from wherever the command is given.
+    let elsewhere = place.join("elsewhere");
+    std::fs::create_dir(&elsewhere).unwrap();
+    let out = place.join("studies/legs");
+    for (from, file) in [
+        (place, "./legs.toml"),
+        (&elsewhere, "../legs.toml"),
+        (&elsewhere, place.join("legs.toml").to_str().unwrap()),
+    ] {
+        let told = ok(&sgc(from, &["study", file, "--out", out.to_str().unwrap()]));
+        assert!(told.contains("1 of 1 runs are complete") && !told.contains("was changed"), "{told}");
+    }
     let text = std::fs::read_to_string(place.join("quick.sgr")).unwrap();
     std::fs::write(place.join("quick.sgr"), text.replace("for 2 s", "for 3 s")).unwrap();
     // A cell that leaves the study, and comes back with another text.

@@ -66,6 +66,11 @@ pub(super) fn colour_err() -> bool {
     colour_wanted() && std::io::stderr().is_terminal()
 }
 
+/// A count with what is counted: `1 run`, `3 runs`.
+pub(super) fn counted(n: usize, what: &str) -> String {
+    format!("{n} {what}{}", if n == 1 { "" } else { "s" })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -7,10 +7,10 @@ use std::time::{Duration, SystemTime};
 
 use super::place::{RUNS, check_place, check_series};
 use super::run_files::RUN;
-use super::whole::{clear_unfinished_files, entries, replaced, unfinished};
+use super::whole::{clear_unfinished_files, entries, is_locked, replaced, unfinished};
 use super::{archive, front};
 
-/// A folder without a lock yet may be one that another process fills right now, unless it is older.
+/// An empty folder may be one that another process has just made and not yet locked, unless it is older.
 const FILLED_WITHIN: Duration = Duration::from_secs(600);
 
 /// The older run that this one was to replace when its process was killed: the newest, if there are several.
@@ -40,9 +40,9 @@ pub fn replaces(command: &str) -> bool {
 /// Removes folders that were to become this one and were not filled to their end.
 pub(super) fn clear_unfinished(path: &Path) {
     for folder in beside(path, &unfinished(path), false) {
-        let is_locked_when_filled = super::run_files::is_run(&folder) || super::place::is_series(&folder);
+        let has_begun = super::run_files::is_run(&folder) || super::place::is_series(&folder);
         let age = changed(&folder).and_then(|then| then.elapsed().ok());
-        if is_locked_when_filled || age.is_some_and(|age| age > FILLED_WITHIN) {
+        if !is_locked(&folder) && (has_begun || age.is_some_and(|age| age > FILLED_WITHIN)) {
             remove(&folder);
         }
     }

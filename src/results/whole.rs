@@ -228,6 +228,9 @@ pub(super) fn make_folder<T, E: From<FileError>>(
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
     let beside = builder.tempdir_in(parent).map_err(fault)?;
+    // Others who look for what was left unfinished see that this is not.
+    let filled = fs::File::open(beside.path()).ok();
+    let filled = filled.map(|folder| hold(&beside.path().join(UNFINISHED), folder)).transpose()?;
     let made = fill(beside.path())?;
     check()?;
     if let Some(aside) = aside {
@@ -243,6 +246,7 @@ pub(super) fn make_folder<T, E: From<FileError>>(
     }
     // It has another name now: there is nothing to remove.
     let _ = beside.keep();
+    drop(filled);
     sync_folder(parent).map_err(fault)?;
     Ok(made)
 }

@@ -18,7 +18,7 @@ pub enum StudyError {
         /// The file.
         path: PathBuf,
         /// Where, and what.
-        why: toml::de::Error,
+        why: String,
     },
     /// The file can be read, but asks for something that cannot be.
     #[error("{}: {why}", path.display())]
@@ -94,6 +94,16 @@ pub enum StudyError {
         path: PathBuf,
         /// Something in it.
         foreign: String,
+    },
+    /// Two cells that are the same, under two names.
+    #[error("{}: `{one}` and `{other}` are the same; leave one of their values out", path.display())]
+    Alike {
+        /// The file.
+        path: PathBuf,
+        /// A cell.
+        one: String,
+        /// Another.
+        other: String,
     },
     /// Values in several units, or of objectives with opposite directions.
     #[error("`{one}` {how}, and `{other}` {otherwise}: they cannot be compared in one study")]

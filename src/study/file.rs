@@ -7,6 +7,7 @@ use indexmap::IndexMap;
 use serde::Deserialize;
 
 use super::StudyError;
+use grammar_lang::diagnostics::did_you_mean;
 
 /// Seeds of a study, if it names none.
 const SEEDS: std::ops::RangeInclusive<u64> = 1..=5;
@@ -31,7 +32,7 @@ pub struct StudyFile {
     #[serde(default)]
     cases: Vec<Case>,
     /// Bounds on the evaluations of a run.
-    evaluations: Option<OneOrMore<u64>>,
+    evaluations: Option<Evaluations>,
     /// Seeds: `5`, `[1, 2, 7]` or `"1..10"`.
     seeds: Option<Seeds>,
     /// The example that all runs start from.
@@ -52,6 +53,13 @@ struct Case {
 enum OneOrMore<T> {
     One(T),
     More(Vec<T>),
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(untagged, expecting = "expected a whole number of evaluations, or a list such as [1000, 4000]")]
+enum Evaluations {
+    One(u64),
+    More(Vec<u64>),
 }
 
 /// A value of a parameter: text as on the command line, with its unit, or a plain number.
@@ -137,8 +145,8 @@ impl StudyFile {
     ///
     /// It is no TOML, or a field is unknown, missing or of another kind: the message shows the line.
     pub fn parse(path: &Path, text: &str) -> Result<Self, StudyError> {
-        let file: Self =
-            toml::from_str(text).map_err(|why| StudyError::NotStudy { path: path.to_owned(), why })?;
+        let file: Self = toml::from_str(text)
+            .map_err(|why| StudyError::NotStudy { path: path.to_owned(), why: told(&why) })?;
         file.check(path)?;
         Ok(file)
     }
@@ -153,6 +161,14 @@ impl StudyFile {
             }
             if let Some(twice) = repeated(&factor.levels) {
                 return wrong(format!("`{name}` lists {twice} twice; each value is run once for each seed"));
+            }
+            if let Of::Parameter(name) = &factor.of
+                && FIELDS.contains(&name.as_str())
+            {
+                return wrong(format!(
+                    "`{name}` stands below `[parameters]`, which makes it a parameter of the grammar: move the line above `[parameters]`. A parameter of \
+                     that name cannot be set by a study"
+                ));
             }
             if let Of::Parameter(name) = &factor.of
                 && RESERVED.contains(&name.as_str())
@@ -208,7 +224,10 @@ impl StudyFile {
         }));
         let bounds = self.evaluations.iter().map(|all| Factor {
             of: Of::Evaluations,
-            levels: all.all().iter().map(u64::to_string).collect(),
+            levels: match all {
+                Evaluations::One(most) => vec![most.to_string()],
+                Evaluations::More(all) => all.iter().map(u64::to_string).collect(),
+            },
         });
         factors.extend(bounds);
         factors
@@ -253,8 +272,25 @@ impl StudyFile {
     }
 }
 
-/// Columns of the tables of a study.
-const RESERVED: [&str; 6] = ["grammar", "variant", "case", "evaluations", "seed", "run"];
+/// The lines that a study can have.
+const FIELDS: [&str; 8] =
+    ["question", "grammar", "variant", "evaluations", "seeds", "from", "parameters", "cases"];
+/// Columns of the tables of a study, besides those called as lines.
+const RESERVED: [&str; 3] = ["case", "seed", "run"];
+
+/// Where a text is no study and why, with what mends it, if that is known.
+fn told(why: &toml::de::Error) -> String {
+    let message = why.message();
+    let unknown = message.strip_prefix("unknown field `").and_then(|rest| rest.split('`').next());
+    let meant = unknown.and_then(|name| did_you_mean(name, FIELDS));
+    match meant {
+        Some(meant) => format!("{why}{meant}\n"),
+        None if message.contains("invalid type: map, expected a sequence") => {
+            format!("{why}a case is a table in a list: write `[[cases]]`, with two brackets\n")
+        }
+        None => why.to_string(),
+    }
+}
 
 /// Something that is listed twice.
 fn repeated<T: PartialEq>(all: &[T]) -> Option<&T> {
@@ -297,6 +333,10 @@ mod tests {
                 "`n` is in [parameters] and in the case \"x\"",
             ),
             ("grammar = \"a.sgr\"\nparameters = { seed = 3 }", "a parameter cannot be called `seed` here"),
+            ("grammar = \"a.sgr\"\n[parameters]\nseeds = 3", "move the line above `[parameters]`"),
+            ("grammar = \"a.sgr\"\nevalutions = 3", "did you mean `evaluations`?"),
+            ("grammar = \"a.sgr\"\nevaluations = -5", "expected a whole number of evaluations"),
+            ("grammar = \"a.sgr\"\n[cases]\nname = \"x\"", "write `[[cases]]`"),
         ] {
             let why = parse(text).unwrap_err();
             assert!(why.contains(told), "{text}\n{why}");

@@ -137,14 +137,21 @@ impl Cell {
 
     /// What differs from the same cell of the plan, whose texts are in a folder.
     fn changed_since(&self, other: &Self, texts: &Path) -> String {
-        let sources =
-            self.sources.iter().zip(&other.sources).filter(|(own, other)| own.sha256 != other.sha256);
-        if let Some((own, other)) = sources.into_iter().next() {
-            return format!(
-                "{} was changed (its text so far is {})",
-                own.name,
-                texts.join(&other.file).display()
-            );
+        let known = |own: &Source| other.sources.iter().find(|other| other.name == own.name);
+        for own in &self.sources {
+            match known(own) {
+                Some(other) if other.sha256 != own.sha256 => {
+                    let text = texts.join(&other.file);
+                    return format!("{} was changed (its text so far is {})", own.name, text.display());
+                }
+                Some(_) => {}
+                None => return format!("it uses {}, which it did not", own.name),
+            }
+        }
+        if let Some(gone) =
+            other.sources.iter().find(|other| self.sources.iter().all(|own| own.name != other.name))
+        {
+            return format!("it does not use {} any more", gone.name);
         }
         match self.parameters == other.parameters {
             true => "it is run in another way".to_owned(),

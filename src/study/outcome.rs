@@ -1,8 +1,7 @@
 //! What the runs of a study came to.
 
-use super::StudyError;
 use super::folder::{Run, Study};
-use super::standing::{Standing, standing};
+use super::standing::{Standing, reason, standing};
 use crate::results::genuine;
 use crate::results::run_files::{self, Finished};
 
@@ -15,6 +14,8 @@ pub struct Outcome {
     pub standing: Standing,
     /// What it says at its end, if it has come there.
     pub finished: Option<Finished>,
+    /// Why it failed, or why what it says at its end does not count.
+    pub problem: Option<String>,
 }
 
 /// Which number of a run a study compares.
@@ -49,20 +50,36 @@ impl Outcome {
     }
 }
 
-/// What all runs of a study have come to so far.
-///
-/// # Errors
-///
-/// A result is damaged, or of another run.
-pub fn outcomes(study: &Study) -> Result<Vec<Outcome>, StudyError> {
-    let outcome = |run: Run| -> Result<Outcome, StudyError> {
+/// What all runs of a study have come to so far. A run whose result is damaged, or is that of another run, counts as failed.
+#[must_use]
+pub fn outcomes(study: &Study) -> Vec<Outcome> {
+    let outcome = |run: Run| {
         let folder = study.folder(run);
-        let finished = run_files::finished(&folder)?;
-        if let Some(finished) = &finished {
-            genuine::check_result(&folder, &study.asked(run), finished)?;
+        let finished = run_files::finished(&folder).and_then(|finished| {
+            if let Some(finished) = &finished {
+                genuine::check_result(&folder, &study.asked(run), finished)?;
+            }
+            Ok(finished)
+        });
+        match finished {
+            Ok(Some(finished)) => {
+                Outcome { run, standing: Standing::Complete, finished: Some(finished), problem: None }
+            }
+            Ok(None) => {
+                let standing = standing(study, run);
+                let failed = standing == Standing::Failed;
+                let problem = if failed { reason(study, run) } else { None };
+                Outcome { run, standing, finished: None, problem }
+            }
+            Err(why) => {
+                let name = study.name(run);
+                let problem = format!(
+                    "its result does not count: {why}; `sgc study retry {} --anew --run {name}` begins it anew",
+                    study.path().display()
+                );
+                Outcome { run, standing: Standing::Failed, finished: None, problem: Some(problem) }
+            }
         }
-        let standing = if finished.is_some() { Standing::Complete } else { standing(study, run) };
-        Ok(Outcome { run, standing, finished })
     };
     study.runs().map(outcome).collect()
 }

@@ -1,7 +1,7 @@
 //! The page of a study: which factor matters and by how much, drawn.
 
 use super::effects::{Effect, Estimate, of_cell};
-use super::standing::{Standing, reason};
+use super::standing::Standing;
 use super::tables::{Gathered, ends};
 use crate::markup::escape;
 use crate::results::report::page::Document;
@@ -103,7 +103,13 @@ fn matters(gathered: &Gathered<'_>) -> String {
              (Bonferroni). The shares include chance. Of twenty factors that do nothing, one will seem to do something."
         }
     };
-    paragraph(&said) + &table + &format!("<p class=\"small\">{note}</p>\n")
+    let few = match gathered.study.seeds().len() {
+        2..5 => {
+            " With fewer than five seeds take the intervals as a hint: values of searches are often skewed."
+        }
+        _ => "",
+    };
+    paragraph(&said) + &table + &format!("<p class=\"small\">{note}{few}</p>\n")
 }
 
 fn name<'a>(gathered: &'a Gathered<'_>, effect: &Effect) -> &'a str {
@@ -258,8 +264,8 @@ fn runs(gathered: &Gathered<'_>) -> String {
         .filter(|one| one.standing == Standing::Failed)
         .take(LISTED)
         .map(|one| {
-            let why = reason(gathered.study, one.run).unwrap_or_default();
-            vec![format!("<code>{}</code>", escape(&gathered.study.name(one.run))), escape(&why)]
+            let why = one.problem.as_deref().unwrap_or_default();
+            vec![format!("<code>{}</code>", escape(&gathered.study.name(one.run))), escape(why)]
         })
         .collect();
     let failures = match failed.is_empty() {

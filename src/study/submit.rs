@@ -152,10 +152,11 @@ impl Submission {
         let mut add = |option: &str| {
             let _ = writeln!(text, "{directive} {option}");
         };
-        let log = |file: &str| folder.join(file).display().to_string();
+        // In names of logs `%` is for the number of the task, and a space ends a word.
+        let log = |file: &str| format!("\"{}/{file}\"", folder.display().to_string().replace('%', "%%"));
         match self.engine {
             Engine::Slurm => {
-                add(&format!("--job-name={name}"));
+                add(&format!("--job-name=\"{name}\""));
                 let limit = self.at_once.map_or(String::new(), |most| format!("%{most}"));
                 add(&format!("--array=0-{}{limit}", tasks - 1));
                 add(&format!("--cpus-per-task={}", self.threads));
@@ -168,7 +169,7 @@ impl Submission {
                 add(&format!("--output={}", log("task-%a.log")));
             }
             Engine::Hq => {
-                add(&format!("--name={name}"));
+                add(&format!("--name=\"{name}\""));
                 add(&format!("--array=0-{}", tasks - 1));
                 add(&format!("--cpus={}", self.threads));
                 if let Some(minutes) = self.minutes {
@@ -181,8 +182,19 @@ impl Submission {
         for option in &self.options {
             add(option);
         }
-        text.push_str("set -u\n");
-        for line in &self.lines {
+        // Directives behind a command are not read. A line that fails ends the task: what it was to load is not there.
+        let (directives, lines): (Vec<&String>, Vec<&String>) =
+            self.lines.iter().partition(|line| line.trim_start().starts_with(directive));
+        let lines = match lines.is_empty() {
+            true => lines.into_iter().map(String::as_str).collect(),
+            false => [
+                &["set -e"],
+                lines.into_iter().map(String::as_str).collect::<Vec<_>>().as_slice(),
+                &["set +e"],
+            ]
+            .concat(),
+        };
+        for line in directives.into_iter().map(String::as_str).chain(lines) {
             text.push_str(line);
             text.push('\n');
         }

@@ -1,6 +1,6 @@
 //! Reads the file of a study, checks all of it, and writes its folder.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
@@ -13,7 +13,7 @@ use crate::cli::load::{self, Text};
 use crate::cli::output::{self, Fault};
 use crate::cli::price;
 use crate::derive::Derivation;
-use crate::loader::Files;
+use crate::loader::{Folder, tidy};
 use crate::reading;
 use crate::results::saved::Grammar;
 use crate::simulate;
@@ -54,6 +54,7 @@ pub(super) fn plan(file: &Path, place: &Place) -> Result<Planned, Fault> {
     let base = file.parent().unwrap_or(Path::new(""));
     let checked = check_all(&asked, &cells(&asked), base)?;
     comparable(&checked).map_err(Fault::usage)?;
+    all_differ(file, &checked).map_err(Fault::usage)?;
     let name = file.file_stem().unwrap_or_default();
     let out = place.out.clone().unwrap_or_else(|| PathBuf::from(STUDIES).join(name));
     let factors = asked.factors().iter().map(|factor| factor.of.name().to_owned()).collect();
@@ -63,6 +64,11 @@ pub(super) fn plan(file: &Path, place: &Place) -> Result<Planned, Fault> {
 }
 
 impl Planned {
+    /// The rules of its first cell.
+    pub(super) fn first_rules(&self) -> Option<RuleSet> {
+        self.cells.first()?.1.compile(env!("CARGO_PKG_VERSION")).ok()
+    }
+
     /// Tells what a changed file changes.
     pub(super) fn tell_change(&self) {
         let Self { file, change, .. } = self;
@@ -80,6 +86,8 @@ impl Planned {
 /// Checks the grammar of every cell, and tells each finding once.
 fn check_all(asked: &StudyFile, wanted: &[Wanted], base: &Path) -> Result<Vec<(Cell, Grammar)>, Fault> {
     let mut texts: Vec<Text> = Vec::new();
+    // Texts are named from where the study's file is: a study is the same from wherever it is begun.
+    let loader = Folder { path: base.to_owned() };
     let (mut told, mut wrong) = (BTreeSet::new(), 0);
     let mut found = Vec::with_capacity(wanted.len());
     for one in wanted {
@@ -88,9 +96,17 @@ fn check_all(asked: &StudyFile, wanted: &[Wanted], base: &Path) -> Result<Vec<(C
             texts.push(load::read(&path)?);
         }
         let Some(text) = texts.iter().find(|text| text.path == path) else { continue };
-        let checked = load::check(&Files, &text.name, &text.text, &one.parameters, one.variant.as_deref());
+        let name = tidy(&one.grammar);
+        let checked = load::check(
+            &loader,
+            &name.to_string_lossy(),
+            &text.text,
+            &one.parameters,
+            one.variant.as_deref(),
+        );
         let new = |finding: &&Diagnostic| told.insert(format!("{finding:?}"));
-        let new: Vec<Diagnostic> = checked.diagnostics.iter().filter(new).cloned().collect();
+        let new = checked.diagnostics.iter().filter(new).cloned();
+        let new: Vec<Diagnostic> = new.map(|finding| in_study(finding, &one.parameters)).collect();
         if !new.is_empty() {
             output::note(&format!("in `{}`:", one.name));
             output::note(render(&new, &checked.sources, Format::Full, output::colour_err()).trim_end());
@@ -160,6 +176,32 @@ fn comparable(cells: &[(Cell, Grammar)]) -> Result<(), StudyError> {
     }
 }
 
+/// Refuses two names for the same runs, such as `60 g` and `0.06 kg`.
+fn all_differ(file: &Path, cells: &[(Cell, Grammar)]) -> Result<(), StudyError> {
+    let mut known: BTreeMap<(&str, Option<u64>), &str> = BTreeMap::new();
+    for (cell, _) in cells {
+        if let Some(one) = known.insert((&cell.rules, cell.max_evals), &cell.name) {
+            let (path, one, other) = (file.to_owned(), one.to_owned(), cell.name.clone());
+            return Err(StudyError::Alike { path, one, other });
+        }
+    }
+    Ok(())
+}
+
+/// What a finding of a grammar says where a study sets its parameters, not the command line.
+fn in_study(mut finding: Diagnostic, set: &[(String, String)]) -> Diagnostic {
+    let told = |text: &str| {
+        let text = text.replace("given with `-p`", "given by the study");
+        set.iter().fold(text, |text, (name, _)| text.replace(&format!("`-p {name}="), &format!("`{name} = ")))
+    };
+    finding.message = told(&finding.message);
+    finding.help = finding.help.as_deref().map(told);
+    for label in &mut finding.labels {
+        label.text = told(&label.text);
+    }
+    finding
+}
+
 /// Tells what a study comes to.
 pub(super) fn tell(study: &Study) {
     let levels = |factor: usize| {
@@ -183,8 +225,8 @@ pub(super) fn tell(study: &Study) {
     ));
 }
 
-/// Tells what the runs cost that are not complete, by a body of the first cell.
-pub(super) fn price(study: &Study, flag: &AtomicBool) {
+/// Tells what the runs cost that are not complete, by a body of the first cell, which has these rules.
+pub(super) fn price(study: &Study, rules: &RuleSet, flag: &AtomicBool) {
     let Some(cell) = study.cells().first() else { return };
     let open = study.runs().filter(|run| standing(study, *run) != Standing::Complete);
     let all: Option<u64> = open.map(|run| study.cell(run).max_evals).sum();
@@ -192,9 +234,8 @@ pub(super) fn price(study: &Study, flag: &AtomicBool) {
         return;
     }
     let told = || -> Option<String> {
-        let (_, rules, _): (Grammar, RuleSet, _) = study.compile(0).ok()?;
-        let first = Derivation::start(&rules, cell.from.as_deref()).ok()?;
-        price::told(&rules, &first, simulate::model(&cell.solver)?, all, flag)
+        let first = Derivation::start(rules, cell.from.as_deref()).ok()?;
+        price::told(rules, &first, simulate::model(&cell.solver)?, all, flag)
     };
     if let Some(price) = told() {
         output::note(&price);

@@ -6,6 +6,7 @@ use clap::Args;
 
 use crate::cli::exit;
 use crate::cli::output::{self, Fault};
+use crate::results::run_files::has_result;
 use crate::study;
 use crate::study::folder::Study;
 use crate::study::outcome::outcomes;
@@ -36,7 +37,13 @@ impl Gather {
 
 /// Writes them, and says where.
 pub(super) fn gather(study: &Study, out: Option<&Path>, force: bool) -> Result<(), Fault> {
-    let outcomes = outcomes(study).map_err(Fault::usage)?;
+    let outcomes = outcomes(study);
+    // What a process noted as failed, `status` tells.
+    for one in outcomes.iter().filter(|one| has_result(&study.folder(one.run))) {
+        if let Some(problem) = &one.problem {
+            output::note(&format!("{} is left out: {problem}", study.name(one.run)));
+        }
+    }
     let gathered = Gathered::new(study, &outcomes);
     let page = study::write(&gathered, out, force).map_err(Fault::usage)?;
     output::data(&format!("{}\n", page.display()))?;

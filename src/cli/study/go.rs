@@ -43,6 +43,8 @@ pub(super) struct Done {
     /// Runs that another process holds.
     elsewhere: usize,
     failed: usize,
+    /// Those of them whose reason could not be written down.
+    unnoted: usize,
     /// Whether any of them was by a bug in sgc.
     worst: u8,
 }
@@ -102,6 +104,7 @@ impl Going<'_> {
                     Ok(Ended::Elsewhere) => done.elsewhere += 1,
                     Err(fault) => {
                         done.failed += 1;
+                        done.unnoted += usize::from(!self.study.note_of(run).exists());
                         done.worst = done.worst.max(fault.code);
                         output::note(&format!("{name} failed: {}", fault.message));
                     }
@@ -193,16 +196,30 @@ impl Going<'_> {
 }
 
 impl Done {
+    /// Whether another process does some of the runs.
+    pub(super) fn has_more_elsewhere(self) -> bool {
+        self.elsewhere > 0
+    }
+
     /// Tells people how it ended, and how it goes on where it was stopped; the exit code.
     pub(super) fn tell(self, again: &str) -> Result<u8, Fault> {
         if self.failed > 0 {
-            output::note(&format!(
-                "{} runs have failed: `sgc study status DIR` says why, and after `sgc study retry DIR` they are tried again",
-                self.failed
-            ));
+            let noted = self.failed - self.unnoted;
+            if noted > 0 {
+                output::note(&format!(
+                    "{} failed: `sgc study status DIR` says why, and after `sgc study retry DIR` what failed is tried again",
+                    output::counted(noted, "run")
+                ));
+            }
+            if self.unnoted > 0 {
+                output::note(&format!(
+                    "{} failed, and the reason (above) could not be written into the folder: the next command tries again without `retry`",
+                    output::counted(self.unnoted, "run")
+                ));
+            }
         }
         if self.elsewhere > 0 {
-            output::note(&format!("{} runs are under way in other processes", self.elsewhere));
+            output::note(&format!("{} under way in other processes", output::counted(self.elsewhere, "run")));
         }
         if self.is_early {
             output::note(&format!("stopped; {again}"));

@@ -9,6 +9,7 @@ mod submit;
 mod work;
 
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use clap::{Args, Subcommand};
@@ -17,6 +18,7 @@ use self::go::Going;
 use super::output::{self, Fault};
 use super::work::{Work, duration};
 use super::{exit, interrupt};
+use crate::study::folder;
 
 /// Do all runs of a study: grammars, variants and parameters that are combined, with several seeds each
 ///
@@ -28,8 +30,8 @@ use super::{exit, interrupt};
 pub(super) struct Study {
     #[command(subcommand)]
     command: Option<Command>,
-    /// The study
-    #[arg(value_name = "FILE", required = true)]
+    /// The study: its file, or its folder to go on as it was
+    #[arg(value_name = "FILE|DIR", required = true)]
     file: Option<PathBuf>,
     #[command(flatten)]
     place: Place,
@@ -96,6 +98,9 @@ impl Study {
                         let study = &planned.study;
                         begin::tell(study);
                         planned.tell_change();
+                        if let Some(rules) = planned.first_rules() {
+                            begin::price(study, &rules, &AtomicBool::new(false));
+                        }
                         let names: String = study.runs().map(|run| study.name(run) + "\n").collect();
                         output::data(&names)?;
                         Ok(exit::DONE)
@@ -104,7 +109,10 @@ impl Study {
                 let flag = interrupt::listen();
                 let deadline = self.time.as_ref().map(|(_, time)| Instant::now() + *time);
                 let before = interrupt::Cuttable::begin();
-                let study = begin::begin(&file, &self.place)?;
+                let study = match file.is_dir() {
+                    true => folder::Study::open(&file).map_err(Fault::usage)?,
+                    false => begin::begin(&file, &self.place)?,
+                };
                 let again = format!("sgc study {}", output::typed(&file));
                 let again = match &self.place.out {
                     Some(out) => format!("{again} --out {}", output::typed(out)),
@@ -115,7 +123,9 @@ impl Study {
                 let quiet = self.going.quiet;
                 if !quiet {
                     begin::tell(&study);
-                    begin::price(&study, flag);
+                    if let Ok((_, rules, _)) = study.compile(0) {
+                        begin::price(&study, &rules, flag);
+                    }
                 }
                 let runs = study.runs().collect();
                 let going = Going { study: &study, work: self.going.work(), quiet, deadline, flag };

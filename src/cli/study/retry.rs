@@ -8,7 +8,7 @@ use clap::Args;
 use crate::cli::exit;
 use crate::cli::output::{self, Fault};
 use crate::results::FileError;
-use crate::study::folder::Study;
+use crate::study::folder::{Run, Study};
 use crate::study::standing::{Standing, standing};
 
 /// Have the runs of a study that failed tried again, once the cause is mended
@@ -20,12 +20,18 @@ pub(super) struct Retry {
     /// Begin them anew, and remove what they have so far [default: go on from their checkpoints]
     #[arg(long)]
     anew: bool,
+    /// Begin this run anew, whatever its standing, such as a complete one whose files are damaged; may be given several times
+    #[arg(long, value_name = "NAME", requires = "anew")]
+    run: Vec<String>,
 }
 
 impl Retry {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let study = Study::open(&self.folder).map_err(Fault::usage)?;
-        let failed: Vec<_> = study.runs().filter(|run| standing(&study, *run) == Standing::Failed).collect();
+        let failed: Vec<_> = match self.run.is_empty() {
+            true => study.runs().filter(|run| standing(&study, *run) == Standing::Failed).collect(),
+            false => self.run.iter().map(|name| named(&study, name)).collect::<Result<_, _>>()?,
+        };
         for run in &failed {
             let folder = study.folder(*run);
             if self.anew && folder.exists() {
@@ -33,12 +39,23 @@ impl Retry {
                 fs::remove_dir_all(&folder).map_err(FileError::remove(&folder)).map_err(Fault::usage)?;
             }
             let note = study.note_of(*run);
-            fs::remove_file(&note).map_err(FileError::remove(&note)).map_err(Fault::usage)?;
+            if note.exists() {
+                fs::remove_file(&note).map_err(FileError::remove(&note)).map_err(Fault::usage)?;
+            }
         }
         output::note(&match failed.len() {
             0 => "no run has failed".to_owned(),
+            1 => "one run waits again: `sgc study FILE`, or `sgc study submit`, does it".to_owned(),
             many => format!("{many} runs wait again: `sgc study FILE`, or `sgc study submit`, does them"),
         });
         Ok(exit::DONE)
     }
+}
+
+fn named(study: &Study, name: &str) -> Result<Run, Fault> {
+    study.named(name).filter(|run| standing(study, *run) != Standing::UnderWay).ok_or_else(|| {
+        Fault::usage(format!(
+            "the study has no run \"{name}\", or a process holds it; `sgc study status DIR --runs` lists all"
+        ))
+    })
 }

@@ -32,10 +32,10 @@ pub(super) struct Submit {
     /// Submit the script
     #[arg(long)]
     go: bool,
-    /// Runs that a task does one after the other [default: as few as make at most 1000 tasks]
+    /// Runs of each task [default: as few as make at most 1000 tasks]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     runs_per_task: Option<u32>,
-    /// Threads of each task
+    /// Cores of each task: it does as many of its runs at once
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
     /// The time limit of each task in minutes [default: the engine's own]
@@ -44,7 +44,7 @@ pub(super) struct Submit {
     /// Tasks that run at once at most (Slurm)
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     at_once: Option<u32>,
-    /// A line for the script, before it starts sgc, such as "module load sgc"; may be given several times
+    /// A line for the script, before it starts sgc, such as "module load sgc"; if it fails, so does the task. May be given several times
     #[arg(long, value_name = "LINE")]
     line: Vec<String>,
     /// A further option of the engine, such as "--partition=short"; may be given several times
@@ -77,11 +77,10 @@ impl Submit {
             false => begin::begin(&self.study, &self.place)?,
         };
         let earlier = earlier(&study);
-        if !earlier.is_empty() {
+        if let Some(last) = earlier.last() {
             output::note(&format!(
-                "some of these runs are in submission {}, too: if its tasks still wait, cancel them or wait (no run is done twice, but tasks may find \
-                 nothing to do)",
-                earlier.join(", ")
+                "some of these runs were in submission {last} already. If tasks of it still wait or run, no run is done twice, but tasks may find \
+                 nothing to do; better cancel them first"
             ));
         }
         let open = to_do(&study).len();
@@ -108,9 +107,9 @@ impl Submit {
         let command = engine.command(&written.script);
         let shown = command.iter().map(|word| output::typed(word.as_ref())).collect::<Vec<_>>().join(" ");
         output::note(&format!(
-            "{} runs in {} tasks: {}",
-            written.runs,
-            written.tasks,
+            "{} in {}: {}",
+            output::counted(written.runs, "run"),
+            output::counted(written.tasks, "task"),
             written.script.display()
         ));
         if !self.go {

@@ -478,7 +478,13 @@ impl<'a> Expressions<'a> {
             }
         };
         if value.is_none() {
+            let usual = param.default.as_ref().map(|default| self.environment.sources.slice(default.span));
+            let is_plain = |text: &&str| text.starts_with(|c: char| c.is_ascii_digit());
             let example = match ty {
+                ty if ty.dimension().is_some() && usual.filter(is_plain).is_some() => {
+                    let usual = usual.unwrap_or_default();
+                    if usual.contains(' ') { format!("\"{usual}\"") } else { usual.to_owned() }
+                }
                 Ty::Bool => "true".to_owned(),
                 Ty::Enum(name) => self.variants_of(name, param.ty.span).join("|"),
                 Ty::Count => "3".to_owned(),
