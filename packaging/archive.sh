@@ -14,9 +14,8 @@ version=$(sed -n 's/^version = "\(.*\)"/\1/p' Cargo.toml | head -1)
 name=sgc-$version-x86_64-linux
 
 rustup target add "$target" >/dev/null 2>&1 || true
-for tool in about cyclonedx; do
-  cargo "$tool" --version >/dev/null 2>&1 || cargo install --locked --quiet "cargo-$tool"
-done
+cargo about --version >/dev/null 2>&1 || cargo install --locked --quiet cargo-about --features cli
+cargo cyclonedx --version >/dev/null 2>&1 || cargo install --locked --quiet cargo-cyclonedx
 
 cargo build --release --locked --target "$target"
 built=${CARGO_TARGET_DIR:-target}/$target/release/sgc
