@@ -27,7 +27,7 @@ mkdir -p "$stage/man" "$stage/completions"
 install -m 755 "$built" "$stage/sgc"
 strip "$stage/sgc"
 "$stage/sgc" man >"$stage/man/sgc.1"
-"$stage/sgc" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z]*\) .*/\1/p' | grep -v '^help$' | while read -r command; do
+"$stage/sgc" --help | sed -n '/^Commands:/,/^$/s/^  \([a-z][a-z]*\) .*/\1/p' | grep -v '^help$' | while read -r command; do
   "$stage/sgc" man "$command" >"$stage/man/sgc-$command.1"
 done
 for shell in bash zsh fish; do

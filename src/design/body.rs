@@ -50,20 +50,23 @@ impl Body {
             }
         }
         // Each entry: the part, and the element that holds it.
-        let mut open: Vec<(PartId, Option<usize>)> =
+        let mut open: Vec<(PartId, Option<End>)> =
             design.parts.first().map(|(id, _)| (*id, None)).into_iter().collect();
         while let Some((id, holder)) = open.pop() {
             let Some(part) = design.parts.get(&id) else { continue };
-            if let Some(parent) = holder {
+            let mut moved = Moved::default();
+            if let Some(holder) = holder {
                 let child = body.assembly.elements.len();
-                body.assembly.joints.push(Joint { parent, child, kind: hung(part, rules) });
+                let kind;
+                (kind, moved) = hung(part, rules, holder.moved);
+                body.assembly.joints.push(Joint { parent: holder.element, child, kind });
             }
-            let ends = body.add(rules, id, part);
+            let ends = body.add(rules, (id, part), moved);
             let mut held = held.remove(&id).unwrap_or_default();
             held.sort_unstable();
             // The last one in is the next one out: the lowest port comes first.
-            let element = |port: u8| if port == 0 { ends.0 } else { ends.1 };
-            open.extend(held.into_iter().rev().map(|(port, i)| (i, Some(element(port)))));
+            let end = |port: u8| if port == 0 { ends.0 } else { ends.1 };
+            open.extend(held.into_iter().rev().map(|(port, i)| (i, Some(end(port)))));
         }
         body.assembly.actuators = body.actuators.len();
         body
@@ -74,24 +77,26 @@ impl Body {
         self.parts_of_elements.iter().enumerate().filter(move |(_, p)| **p == part).map(|(i, _)| i)
     }
 
-    /// Adds the elements of a part, from the end by which it is held; gives those at its
+    /// Adds the elements of a part that what holds it has moved, from the end by which it is held; gives those at its
     /// port 0 and at its others (of an actuator: base and tip).
-    fn add(&mut self, rules: &RuleSet, id: PartId, part: &Part) -> (usize, usize) {
+    fn add(&mut self, rules: &RuleSet, (id, part): (PartId, &Part), moved: Moved) -> (End, End) {
         let first = self.assembly.elements.len();
+        let whole = End { element: first, moved };
         let mut push = |shape, pose, mass, friction| {
             self.assembly.elements.push(Element { shape, pose, mass, friction });
             self.parts_of_elements.push(id);
         };
         let actuator = match part.made.as_deref() {
             Some(Made::Block(block)) => {
-                push(block.form.shape, part.pose * upright(block.form), block.mass, block.friction);
-                return (first, first);
+                let pose = moved.pose(part.pose * upright(block.form));
+                push(block.form.shape, pose, block.mass, block.friction);
+                return (whole, whole);
             }
             Some(Made::Actuator(actuator)) => actuator,
-            None => return (first, first),
+            None => return (whole, whole),
         };
-        let Some(alike) = rules.actuators.get(&part.kind) else { return (first, first) };
-        let Shape::Cylinder { radius, half_length } = actuator.segment.shape else { return (first, first) };
+        let Some(alike) = rules.actuators.get(&part.kind) else { return (whole, whole) };
+        let Shape::Cylinder { radius, half_length } = actuator.segment.shape else { return (whole, whole) };
         let length = 2.0 * half_length;
         let count = segments(part);
         let places = cuts(length, count);
@@ -101,13 +106,6 @@ impl Body {
         let by_tip = part.held_by.is_some() && part.holding == 1;
         // The segment that is the i-th from the holder, counted from the base.
         let segment = |i: usize| if by_tip { count - 1 - i } else { i };
-        for i in 0..count {
-            let (start, end) = spans[segment(i)];
-            let centre = Isometry3::translation((start + end) / 2.0, 0.0, 0.0);
-            let shape = Shape::Cylinder { radius, half_length: (end - start) / 2.0 };
-            let mass = actuator.mass * (end - start) / length;
-            push(shape, part.pose * centre, mass, actuator.friction);
-        }
         let joints = places.len().max(1) as f64;
         let control = match &actuator.motor {
             None => Control::Passive { neutral: actuator.joint.neutral / joints },
@@ -126,32 +124,87 @@ impl Body {
             side: side(by_tip),
             effort: actuator.motor.as_ref().map_or(f64::INFINITY, |motor| motor.effort),
         };
-        for i in 1..count {
-            let place = segment(i).min(segment(i - 1));
-            let anchor = part.pose * Point3::new(places[place], 0.0, 0.0);
-            let kind = moves.joint((&alike.joint, &actuator.joint), anchor, part, rules);
-            self.assembly.joints.push(Joint { parent: first + i - 1, child: first + i, kind });
+        let mut moved = moved;
+        for i in 0..count {
+            if i > 0 {
+                let place = segment(i).min(segment(i - 1));
+                let anchor = part.pose * Point3::new(places[place], 0.0, 0.0);
+                let kind;
+                (kind, moved) = moves.joint(&actuator.joint, anchor, (part, moved), rules);
+                self.assembly.joints.push(Joint { parent: first + i - 1, child: first + i, kind });
+            }
+            let (start, end) = spans[segment(i)];
+            let centre = Isometry3::translation((start + end) / 2.0, 0.0, 0.0);
+            let shape = Shape::Cylinder { radius, half_length: (end - start) / 2.0 };
+            let mass = actuator.mass * (end - start) / length;
+            push(shape, moved.pose(part.pose * centre), mass, actuator.friction);
         }
         if alike.motor.is_some() {
             self.actuators.push(id);
         }
-        let last = first + count.saturating_sub(1);
-        if by_tip { (last, first) } else { (first, last) }
+        let last = End { element: first + count.saturating_sub(1), moved };
+        if by_tip { (last, whole) } else { (whole, last) }
     }
 }
 
-/// The joint of a part with what holds it.
-fn hung(part: &Part, rules: &RuleSet) -> JointKind {
-    let Some(Made::Block(made)) = part.made.as_deref() else { return JointKind::Rigid };
-    let alike = rules.parts.get(&part.kind).and_then(|kind| kind.joint.as_ref());
-    let (Some(alike), Some(own)) = (alike, &made.joint) else { return JointKind::Rigid };
+/// An end of a part, which may hold others.
+#[derive(Clone, Copy)]
+struct End {
+    element: usize,
+    /// How it has been moved from where the design has it.
+    moved: Moved,
+}
+
+/// How something has been moved from where the design has it, as joints nearer to the core begin where their springs rest. Nothing
+/// where none does: poses then stay what they are, to the bit.
+#[derive(Clone, Copy, Default)]
+struct Moved(Option<Isometry3<f64>>);
+
+impl Moved {
+    fn pose(self, pose: Isometry3<f64>) -> Isometry3<f64> {
+        self.0.map_or(pose, |moved| moved * pose)
+    }
+
+    fn point(self, point: Point3<f64>) -> Point3<f64> {
+        self.0.map_or(point, |moved| moved * point)
+    }
+
+    fn direction(self, direction: Vector3<f64>) -> Vector3<f64> {
+        self.0.map_or(direction, |moved| moved * direction)
+    }
+
+    /// The same behind a degree of freedom that begins elsewhere than at 0.
+    fn behind(self, dof: &Dof, start: f64) -> Self {
+        if start == 0.0 {
+            return self;
+        }
+        let step = match dof.travel {
+            Travel::Slide => {
+                Isometry3::from_parts((dof.axis.into_inner() * start).into(), UnitQuaternion::identity())
+            }
+            Travel::Turn => Isometry3::rotation_wrt_point(turned(dof.axis, start), dof.anchor),
+        };
+        Self(Some(self.0.map_or(step, |moved| step * moved)))
+    }
+}
+
+/// A turn about an axis, with the same bits on every machine.
+fn turned(axis: UnitVector3<f64>, angle: f64) -> UnitQuaternion<f64> {
+    let half = axis.into_inner() * libm::sin(0.5 * angle);
+    UnitQuaternion::new_normalize(nalgebra::Quaternion::new(libm::cos(0.5 * angle), half.x, half.y, half.z))
+}
+
+/// The joint of a part with what holds it, and how the part has been moved then.
+fn hung(part: &Part, rules: &RuleSet, moved: Moved) -> (JointKind, Moved) {
+    let Some(Made::Block(made)) = part.made.as_deref() else { return (JointKind::Rigid, moved) };
+    let Some(own) = &made.joint else { return (JointKind::Rigid, moved) };
     let moves = Moves {
         control: Control::Passive { neutral: own.neutral },
         share: 1.0,
         side: 1.0,
         effort: f64::INFINITY,
     };
-    moves.joint((alike, own), base(part, &part.pose), part, rules)
+    moves.joint(own, base(part, &part.pose), (part, moved), rules)
 }
 
 /// How the joints of a part move.
@@ -164,35 +217,48 @@ struct Moves {
 }
 
 impl Moves {
-    /// One joint, of the kind of part and of this one, at a place in the world.
+    /// One joint of a part that what holds it has moved, at a place in the world as the design has it, and how what is behind the
+    /// joint has been moved. Positions are counted from where it begins.
     fn joint(
         &self,
-        (alike, own): (&ir::Joint, &MadeJoint),
+        own: &MadeJoint,
         anchor: Point3<f64>,
-        part: &Part,
+        (part, moved): (&Part, Moved),
         rules: &RuleSet,
-    ) -> JointKind {
+    ) -> (JointKind, Moved) {
         let (low, high) = own.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        let start = if let Control::Passive { .. } = self.control { own.start() * self.share } else { 0.0 };
+        let control = match self.control {
+            Control::Passive { neutral } => Control::Passive { neutral: neutral - start },
+            driven => driven,
+        };
+        let anchor = moved.point(anchor);
         let dof = |axis: Vector3<f64>| Dof {
             anchor,
-            axis: UnitVector3::new_normalize(part.pose.rotation * (axis * self.side)),
-            travel: match alike.kind {
+            axis: UnitVector3::new_normalize(moved.direction(part.pose.rotation * (axis * self.side))),
+            travel: match own.kind {
                 ir::JointKind::Bend | ir::JointKind::Twist | ir::JointKind::Spin | ir::JointKind::Socket => {
                     Travel::Turn
                 }
                 ir::JointKind::Slide => Travel::Slide,
             },
-            control: self.control,
+            control,
             share: self.share,
-            limits: (low * self.share, high * self.share),
+            limits: (low * self.share - start, high * self.share - start),
             stiffness: own.stiffness,
             damping: own.damping,
             effort: self.effort,
         };
-        let dofs: Vec<Dof> = axes_of(alike.kind, own.axis, part, rules).into_iter().map(dof).collect();
+        let dofs: Vec<Dof> = axes_of(own.kind, own.axis, part, rules).into_iter().map(dof).collect();
         match <[Dof; 3]>::try_from(dofs) {
-            Ok(three) => JointKind::Socket(Box::new(three)),
-            Err(other) => other.into_iter().next().map_or(JointKind::Rigid, JointKind::Dof),
+            Ok(three) => (JointKind::Socket(Box::new(three)), moved),
+            Err(other) => match other.into_iter().next() {
+                Some(dof) => {
+                    let behind = moved.behind(&dof, start);
+                    (JointKind::Dof(dof), behind)
+                }
+                None => (JointKind::Rigid, moved),
+            },
         }
     }
 }

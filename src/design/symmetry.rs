@@ -7,7 +7,7 @@
 //! the same angle about its own z axis moves as the mirror image does.
 
 use grammar_lang::eval::Made;
-use grammar_lang::ir::{Form, RuleSet, Symmetry};
+use grammar_lang::ir::{Form, JointKind, RuleSet, Symmetry};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use super::assembly::Shape;
@@ -63,10 +63,28 @@ impl Image {
         Isometry3::from_parts((self.matrix * pose.translation.vector).into(), rotation)
     }
 
+    /// Whether a joint whose springs rest elsewhere than where the part is attached leaves it its own image.
+    fn keeps_start(&self, part: &Part) -> bool {
+        let joint = match part.made.as_deref() {
+            Some(Made::Block(block)) => block.joint.as_ref(),
+            Some(Made::Actuator(row)) if row.motor.is_none() => Some(&row.joint),
+            _ => None,
+        };
+        let Some(joint) = joint.filter(|joint| joint.start() != 0.0) else { return true };
+        let axis = part.pose.rotation * Vector3::from(joint.axis);
+        // A reflection turns turns round.
+        let turns = joint.kind != JointKind::Slide;
+        let image = self.matrix * axis * if turns && self.reflects { -1.0 } else { 1.0 };
+        (image - axis).norm() < 1e-6
+    }
+
     /// Whether a part is its own image.
     pub(super) fn keeps(&self, part: &Part) -> bool {
         let image = self.pose(&part.pose);
         if (image.translation.vector - part.pose.translation.vector).norm() > SAME {
+            return false;
+        }
+        if !self.keeps_start(part) {
             return false;
         }
         let have = part.pose.rotation.to_rotation_matrix();

@@ -37,6 +37,8 @@ pub struct MadeBlock {
 /// The joints of a row, or the joint of a part with what holds it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MadeJoint {
+    /// What it does.
+    pub kind: JointKind,
     /// The unit vector about or along which it moves, in the part's frame.
     pub axis: [f64; 3],
     /// Stiffness, N m/rad or N/m.
@@ -46,8 +48,17 @@ pub struct MadeJoint {
     /// How far the tip of a row goes against its base, or a part against what holds it: least and greatest, rad or m. A spin has
     /// no end.
     pub range: Option<(f64, f64)>,
-    /// Where its springs pull it if nothing drives it, rad or m; of a row from base to tip.
+    /// Where its springs pull it if nothing drives it, rad or m; of a row from base to tip. Beyond the range they press on its end.
     pub neutral: f64,
+}
+
+impl MadeJoint {
+    /// Where it stands as a motion begins, rad or m; of a row from base to tip: where its springs leave it.
+    #[must_use]
+    pub fn start(&self) -> f64 {
+        let (low, high) = self.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
+        self.neutral.max(low).min(high)
+    }
 }
 
 /// A port that a part declares.
@@ -230,23 +241,17 @@ impl From<'_> {
         // What drives a joint needs a spring to hold it, or, of a spin, a damper to turn it.
         let spins = joint.kind == JointKind::Spin;
         let needs = |what: bool| if what && driven { Sign::Positive } else { Sign::NotNegative };
-        let range = joint.range.as_ref().map(|range| self.range(joint.kind, range)).transpose()?;
+        let neutral = self.value("neutral", &joint.neutral, |value| value.as_number())?;
+        let range =
+            joint.range.as_ref().map(|range| self.range(joint.kind, range, (neutral, driven))).transpose()?;
         if let Some((low, high)) = range.filter(|_| joint.kind == JointKind::Socket)
             && high.max(-low) > SOCKET * joints * (1.0 + 1e-9)
         {
             let reason = "a socket turns by at most 80 deg about each axis".to_owned();
             return Err(Unmade { field: joint.kind.range(), reason });
         }
-        let neutral = self.value("neutral", &joint.neutral, |value| value.as_number())?;
-        if range.is_some_and(|(low, high)| neutral < low || neutral > high) {
-            let reason = format!(
-                "{} is outside of its `{}`",
-                shown(neutral, joint.kind.position()),
-                joint.kind.range()
-            );
-            return Err(Unmade { field: "neutral", reason });
-        }
         Ok(MadeJoint {
+            kind: joint.kind,
             axis,
             range,
             neutral,
@@ -255,21 +260,30 @@ impl From<'_> {
         })
     }
 
-    /// How far a joint goes: rest is within it.
-    fn range(&self, kind: JointKind, range: &Field<(f64, f64)>) -> Result<(f64, f64), Unmade> {
+    /// How far a joint goes. It begins within that: where it is attached, unless its springs rest elsewhere.
+    fn range(
+        &self,
+        kind: JointKind,
+        range: &Field<(f64, f64)>,
+        (neutral, driven): (f64, bool),
+    ) -> Result<(f64, f64), Unmade> {
         let name = kind.range();
         let (low, high) = self.value(name, range, |value| match value {
             Value::Domain(domain) => domain.ends(),
             _ => None,
         })?;
-        if low <= 0.0 && high >= 0.0 && low < high {
+        if low < high && (low <= 0.0 && high >= 0.0 || neutral != 0.0) {
             return Ok((low, high));
         }
         let shown = |x: f64| shown(x, kind.position());
         let (zero, others) =
             if kind == JointKind::Slide { ("0 mm", "distances") } else { ("0 deg", "angles") };
+        let rests = match driven || kind == JointKind::Socket {
+            true => "",
+            false => ", unless `neutral` says that its spring rests elsewhere",
+        };
         let reason =
-            format!("{} .. {} must contain {zero}, and other {others}, too", shown(low), shown(high));
+            format!("{} .. {} must contain {zero}, and other {others}, too{rests}", shown(low), shown(high));
         Err(Unmade { field: name, reason })
     }
 

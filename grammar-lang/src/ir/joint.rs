@@ -20,7 +20,8 @@ pub struct Joint {
     pub stiffness: Field<f64>,
     /// Damping of each joint, N m s/rad or N s/m.
     pub damping: Field<f64>,
-    /// Where its springs pull it if nothing drives it, rad or m; of a row from base to tip.
+    /// Where its springs pull it if nothing drives it, and where it begins, rad or m; of a row from base to tip. Beyond the range they press
+    /// on its end.
     pub neutral: Field<f64>,
 }
 

@@ -120,37 +120,6 @@ impl Declarations<'_> {
         Some((away?, back?))
     }
 
-    /// Where springs pull a row: to where it is at rest, if it does not say.
-    pub(super) fn neutral(
-        &mut self,
-        from: &Values<'_>,
-        kind: JointKind,
-        range: Option<&Field<(f64, f64)>>,
-        cx: &Context,
-    ) -> Option<Field<f64>> {
-        let Some((_, tree)) = from.values.get("neutral") else { return Some(Field::Fixed(0.0)) };
-        let place = tree.span;
-        let ty = Ty::Quantity(kind.position());
-        let neutral = self.varying(from, "neutral", (&ty, "0 deg"), cx, |_, value, _| value.as_number())?;
-        // Where one of them varies it is looked at for each part.
-        if let (Field::Fixed(neutral), Field::Fixed((low, high))) = (&neutral, range?)
-            && !(low..=high).contains(&neutral)
-        {
-            let shown = |x: f64| crate::types::expressions::shown(x, &ty);
-            self.report(
-                Diagnostic::new(
-                    Code::OUT_OF_DOMAIN,
-                    place,
-                    format!("`neutral` is outside the {}", in_words(kind)),
-                )
-                .label(format!("`{}` is {} .. {}", kind.range(), shown(*low), shown(*high)))
-                .help("choose a value within it, or widen it"),
-            );
-            return None;
-        }
-        Some(neutral)
-    }
-
     /// How far the tip goes against the base, or a part against what holds it.
     pub(super) fn range(
         &mut self,
@@ -171,7 +140,9 @@ impl Declarations<'_> {
             return Some(Field::Varies(expr));
         }
         let (low, high) = self.expressions.constant_range(&expr)?;
-        if low > 0.0 || high < 0.0 || low >= high {
+        // A passive joint begins where its springs leave it.
+        let rests_elsewhere = row.passive && from.values.contains_key("neutral");
+        if low >= high || (low > 0.0 || high < 0.0) && !rests_elsewhere {
             let (zero, others) = if kind == JointKind::Slide {
                 ("0 mm", "other distances")
             } else {
@@ -189,7 +160,14 @@ impl Declarations<'_> {
                     format!("`{name}` must contain {zero}, and {others}, too"),
                 )
                 .label(label)
-                .help(format!("write for example `{name} = {example}`")),
+                .help(match row.passive && kind != JointKind::Socket && low < high {
+                    false => format!("write for example `{name} = {example}`"),
+                    true => {
+                        let ty = Ty::Quantity(kind.position());
+                        let middle = crate::types::expressions::shown(0.5 * (low + high), &ty);
+                        format!("say where its spring rests, such as `neutral = {middle}`: it begins there")
+                    }
+                }),
             );
             return None;
         }
@@ -347,9 +325,4 @@ impl Declarations<'_> {
         };
         self.report(error.help("write for example `param segments : Count in 2 .. 12 = 5`"));
     }
-}
-
-/// How far a row goes, in words.
-fn in_words(kind: JointKind) -> &'static str {
-    if kind == JointKind::Bend { "bend" } else { "range" }
 }

@@ -92,6 +92,7 @@ pub(super) fn called(row: Row<'_>) -> &'static str {
 /// Examples of what is written for a joint.
 pub(super) struct Examples {
     pub(super) range: &'static str,
+    pub(super) neutral: &'static str,
     pub(super) speed: &'static str,
     pub(super) effort: &'static str,
     pub(super) stiffness: &'static str,
@@ -102,6 +103,7 @@ pub(super) fn examples(kind: JointKind) -> Examples {
     match kind {
         JointKind::Slide => Examples {
             range: "0 mm .. 20 mm",
+            neutral: "10 mm",
             speed: "20 mm/s",
             effort: "5 N",
             stiffness: "500 N/m",
@@ -109,6 +111,7 @@ pub(super) fn examples(kind: JointKind) -> Examples {
         },
         JointKind::Socket => Examples {
             range: "-40 deg .. 40 deg",
+            neutral: "20 deg",
             speed: "180 deg/s",
             effort: "0.06 N*m/rad",
             stiffness: "0.02 N*m/rad^2",
@@ -116,6 +119,7 @@ pub(super) fn examples(kind: JointKind) -> Examples {
         },
         JointKind::Bend | JointKind::Twist | JointKind::Spin => Examples {
             range: "-90 deg .. 90 deg",
+            neutral: "20 deg",
             speed: "180 deg/s",
             effort: "0.06 N*m/rad",
             stiffness: "0.3 N*m/rad^2",
@@ -361,7 +365,11 @@ impl Declarations<'_> {
         if let (JointKind::Socket, Some(Some(Field::Fixed(ends)))) = (kind, &range) {
             self.socket_range(from, *ends, joints);
         }
-        let neutral = self.neutral(from, kind, range.as_ref().and_then(Option::as_ref), cx);
+        let ty = Ty::Quantity(kind.position());
+        let neutral = match from.values.contains_key("neutral") {
+            true => self.varying(from, "neutral", (&ty, examples(kind).neutral), cx, |_, x, _| x.as_number()),
+            false => Some(Field::Fixed(0.0)),
+        };
         let examples = examples(kind);
         let stiffness = if kind == JointKind::Spin {
             Some(Field::Fixed(0.0))
