@@ -78,7 +78,7 @@ impl Blocked {
             Self::Refused(Refusal::Asymmetric) => "the symmetry would be lost".to_owned(),
             Self::Refused(Refusal::Askew(kind)) => {
                 format!(
-                    "on the plane of the mirror, a `{kind}` that is turned out of the plane is not its own image"
+                    "on the plane of the mirror, a `{kind}` that is turned out of the plane, or whose springs rest to one side, is not its own image"
                 )
             }
             Self::Refused(Refusal::Handed(kind)) => format!(
