@@ -254,7 +254,7 @@ pub fn outcome(rules: &RuleSet, design: &SavedDesign, saved: &SavedTask, check: 
             describe::quantity(design.less_penalties(direction, value), &saved.unit)
         }
         (Some(share), Measured::Work) => format!("{share:.2} times as much"),
-        (Some(drift), Measured::Drift) if drift <= STAYS => "it gets nowhere, as it should".to_owned(),
+        (Some(drift), Measured::Drift) if drift <= STAYS => "it stays in place, as it should".to_owned(),
         (Some(drift), Measured::Drift) => {
             format!("its centre of mass goes {} astray", describe::quantity(100.0 * drift, "cm"))
         }

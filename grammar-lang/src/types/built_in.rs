@@ -50,7 +50,12 @@ fn is_built_in(name: &str) -> bool {
 /// The error of a name that the language has a meaning for already.
 pub(super) fn built_in(name: &Name) -> Diagnostic {
     let text = &name.text;
+    let meaning = Word::named(text).map(Word::doc).or_else(|| Function::named(text).map(Function::doc));
+    let label = match meaning.map(|meaning| meaning.trim_end_matches('.')) {
+        Some(meaning) => format!("built in: {}{}", meaning[..1].to_lowercase(), &meaning[1..]),
+        None => "this name is built in".to_owned(),
+    };
     Diagnostic::new(Code::BUILT_IN, name.span, format!("`{text}` means something in the language already"))
-        .label("this name is built in")
+        .label(label)
         .help(format!("choose another name, such as `own_{text}`"))
 }
