@@ -156,7 +156,9 @@ fn what_failed_waits_until_it_is_tried_again() {
     ok(&sgc(place, &["study", "legs.toml"]));
     // A result that was damaged afterwards is left out, until it is begun anew by its name.
     std::fs::write(run.join("result.json"), "{").unwrap();
-    let told = ok(&sgc(place, &["study", "gather", "studies/legs"]));
+    let gathered = sgc(place, &["study", "gather", "studies/legs"]);
+    assert_eq!(gathered.status.code(), Some(1), "{}", said(&gathered));
+    let told = said(&gathered);
     let name = "quick,evaluations=40/seed-2";
     assert!(told.contains(&format!("{name} is left out: ")) && told.contains("1 of 2 runs"), "{told}");
     assert!(told.contains(&format!("retry studies/legs --anew --run {name}")), "{told}");
@@ -190,7 +192,13 @@ fn a_submission_has_what_is_not_complete_and_its_tasks_do_it() {
         assert!(shown.contains("8 runs in 3 tasks"), "{shown}");
         let script = place.join(&out).join(format!("submissions/1/{engine}.sh"));
         let text = std::fs::read_to_string(&script).unwrap();
-        for part in ["--array=0-2", "\nset -e\nexport X=1\nset +e\n", " --nice\n", variable, "study of "] {
+        for part in [
+            "--array=0-2",
+            "\nset -eo pipefail\nexport X=1\nset +eo pipefail\n",
+            " --nice\n",
+            variable,
+            "study of ",
+        ] {
             assert!(text.contains(part), "{part}: {text}");
         }
         // A path with a space is one word, also in directives.

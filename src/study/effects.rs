@@ -96,6 +96,8 @@ pub struct Effects {
     pub seeds: f64,
     /// The share that no factor alone explains: what factors do together, and chance.
     pub together: f64,
+    /// How many seeds the means and shares are over.
+    pub over: usize,
 }
 
 /// The mean of one cell, with its interval.
@@ -144,6 +146,20 @@ pub fn effects(levels: &[usize], cells: &[CellValues]) -> Option<Effects> {
     let all: BTreeMap<&[usize], &CellValues> =
         known.iter().map(|cell| (cell.levels.as_slice(), *cell)).collect();
     let seeds = known.iter().map(|cell| cell.by_seed.len()).max().unwrap_or(0);
+    // While runs are missing, means and shares are over the seeds that every cell has, if there are two of them: else one level would
+    // have other seeds than another.
+    let has_all =
+        |seed: &usize| known.iter().all(|cell| cell.by_seed.get(*seed).is_some_and(Option::is_some));
+    let shared: Vec<usize> = (0..seeds).filter(has_all).collect();
+    let over = if shared.len() < 2 { (0..seeds).collect() } else { shared };
+    let kept: Vec<CellValues> = known
+        .iter()
+        .map(|cell| CellValues {
+            levels: cell.levels.clone(),
+            by_seed: over.iter().filter_map(|seed| cell.by_seed.get(*seed).copied()).collect(),
+        })
+        .collect();
+    let known: Vec<&CellValues> = kept.iter().collect();
     let means: Vec<f64> = known.iter().filter_map(|cell| cell.mean()).collect();
     let many = known.len() as f64;
     let grand = means.iter().sum::<f64>() / many;
@@ -172,7 +188,8 @@ pub fn effects(levels: &[usize], cells: &[CellValues]) -> Option<Effects> {
             })
             .sum();
         explained += own;
-        let estimates: Vec<Option<Estimate>> = (0..count).map(|level| of_level(&at(level), seeds)).collect();
+        let estimates: Vec<Option<Estimate>> =
+            (0..count).map(|level| of_level(&at(level), over.len())).collect();
         let valued =
             || estimates.iter().enumerate().filter_map(|(level, one)| Some((level, one.as_ref()?.mean)));
         let by_mean = |a: &(usize, f64), b: &(usize, f64)| a.1.total_cmp(&b.1);
@@ -190,7 +207,12 @@ pub fn effects(levels: &[usize], cells: &[CellValues]) -> Option<Effects> {
         factors.push(Effect { factor, levels: estimates, widest, share: share(own) });
     }
     factors.sort_by(|a, b| b.share.total_cmp(&a.share).then(a.factor.cmp(&b.factor)));
-    Some(Effects { factors, seeds: share(within), together: share((between - explained).max(0.0)) })
+    Some(Effects {
+        factors,
+        seeds: share(within),
+        together: share((between - explained).max(0.0)),
+        over: over.len(),
+    })
 }
 
 #[cfg(test)]
@@ -241,6 +263,16 @@ mod tests {
             (effect.levels.clone(), effect.widest)
         };
         assert_eq!(of(&[2], &one), of(&[2, 2], &both));
+    }
+
+    /// While one cell lacks a seed, a factor that changes no run has no share of the spread.
+    #[test]
+    fn missing_runs_give_no_factor_a_share() {
+        let mut cells = [cell(&[0], &[1.0, 2.0, 9.0]), cell(&[1], &[1.0, 2.0, 9.0])];
+        cells[1].by_seed[2] = None;
+        let found = effects(&[2], &cells).unwrap();
+        assert_eq!((found.factors[0].share, found.over), (0.0, 2));
+        assert!(found.factors[0].levels.iter().all(|level| level.unwrap().mean == 1.5));
     }
 
     /// Of one cell with n runs the interval is t s / sqrt(n); of two levels it is that of the differences, seed by seed; of several it is

@@ -146,7 +146,7 @@ impl StudyFile {
     /// It is no TOML, or a field is unknown, missing or of another kind: the message shows the line.
     pub fn parse(path: &Path, text: &str) -> Result<Self, StudyError> {
         let file: Self = toml::from_str(text)
-            .map_err(|why| StudyError::NotStudy { path: path.to_owned(), why: told(&why) })?;
+            .map_err(|why| StudyError::NotStudy { path: path.to_owned(), why: told(&why, text) })?;
         file.check(path)?;
         Ok(file)
     }
@@ -158,6 +158,9 @@ impl StudyFile {
             let name = factor.of.name();
             if factor.levels.is_empty() {
                 return wrong(format!("`{name}` lists no value; give one, or leave the line out"));
+            }
+            if let (Of::Case, Some(twice)) = (&factor.of, repeated(&factor.levels)) {
+                return wrong(format!("two cases are called \"{twice}\"; give each a name of its own"));
             }
             if let Some(twice) = repeated(&factor.levels) {
                 return wrong(format!("`{name}` lists {twice} twice; each value is run once for each seed"));
@@ -263,7 +266,10 @@ impl StudyFile {
                     Some((first, last)) if first <= last => {
                         Err(format!("`seeds` from {first} to {last} are more than {MOST_RUNS} runs"))
                     }
-                    _ => Err(format!(
+                    Some((first, last)) => {
+                        Err(format!("`seeds = \"{text}\"` runs backwards: write \"{last}..{first}\""))
+                    }
+                    None => Err(format!(
                         "`seeds = \"{text}\"` is no range: write \"1..10\", which is ten seeds, or a list such as [1, 2, 7]"
                     )),
                 }
@@ -279,12 +285,19 @@ const FIELDS: [&str; 8] =
 const RESERVED: [&str; 3] = ["case", "seed", "run"];
 
 /// Where a text is no study and why, with what mends it, if that is known.
-fn told(why: &toml::de::Error) -> String {
+fn told(why: &toml::de::Error, text: &str) -> String {
+    let before =
+        why.span().and_then(|place| text.get(..place.start)).map_or(0, |before| before.lines().count());
+    let line = text.lines().nth(before.saturating_sub(1)).unwrap_or_default();
+    let is_range = line.contains("..") && !line.contains('"');
     let message = why.message();
     let unknown = message.strip_prefix("unknown field `").and_then(|rest| rest.split('`').next());
     let meant = unknown.and_then(|name| did_you_mean(name, FIELDS));
     match meant {
         Some(meant) => format!("{why}{meant}\n"),
+        None if is_range => {
+            format!("{why}a range of seeds is text: write `seeds = \"1..10\"`\n")
+        }
         None if message.contains("invalid type: map, expected a sequence") => {
             format!("{why}a case is a table in a list: write `[[cases]]`, with two brackets\n")
         }
@@ -335,6 +348,12 @@ mod tests {
             ("grammar = \"a.sgr\"\nparameters = { seed = 3 }", "a parameter cannot be called `seed` here"),
             ("grammar = \"a.sgr\"\n[parameters]\nseeds = 3", "move the line above `[parameters]`"),
             ("grammar = \"a.sgr\"\nevalutions = 3", "did you mean `evaluations`?"),
+            ("grammar = \"a.sgr\"\nseeds = 1..3", "write `seeds = \"1..10\"`"),
+            ("grammar = \"a.sgr\"\nseeds = \"3..1\"", "runs backwards: write \"1..3\""),
+            (
+                "grammar = \"a.sgr\"\ncases = [{ name = \"x\" }, { name = \"x\" }]",
+                "two cases are called \"x\"; give each a name of its own",
+            ),
             ("grammar = \"a.sgr\"\nevaluations = -5", "expected a whole number of evaluations"),
             ("grammar = \"a.sgr\"\n[cases]\nname = \"x\"", "write `[[cases]]`"),
         ] {

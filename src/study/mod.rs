@@ -28,6 +28,18 @@ pub const FOLDER: &str = "report";
 /// The command that writes them.
 const COMMAND: &str = "study";
 
+/// A path as a shell takes it.
+#[must_use]
+pub fn shell_word(path: &Path) -> String {
+    let text = path.to_string_lossy();
+    let is_plain = |c: char| c.is_alphanumeric() || "._-+/:,@%=~".contains(c);
+    if !text.is_empty() && text.chars().all(is_plain) {
+        text.into_owned()
+    } else {
+        format!("'{}'", text.replace('\'', "'\\''"))
+    }
+}
+
 /// Writes the page and the tables of a study into a folder, that of the study unless another is named; what was written there
 /// before is replaced.
 ///

@@ -1,6 +1,7 @@
 //! What the runs of a study came to.
 
 use super::folder::{Run, Study};
+use super::shell_word;
 use super::standing::{Standing, reason, standing};
 use crate::results::genuine;
 use crate::results::run_files::{self, Finished};
@@ -74,8 +75,9 @@ pub fn outcomes(study: &Study) -> Vec<Outcome> {
             Err(why) => {
                 let name = study.name(run);
                 let problem = format!(
-                    "its result does not count: {why}; `sgc study retry {} --anew --run {name}` begins it anew",
-                    study.path().display()
+                    "its result does not count: {why}; `sgc study retry {} --anew --run {}` begins it anew",
+                    shell_word(study.path()),
+                    shell_word(name.as_ref())
                 );
                 Outcome { run, standing: Standing::Failed, finished: None, problem: Some(problem) }
             }

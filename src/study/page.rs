@@ -1,6 +1,7 @@
 //! The page of a study: which factor matters and by how much, drawn.
 
 use super::effects::{Effect, Estimate, of_cell};
+use super::shell_word;
 use super::standing::Standing;
 use super::tables::{Gathered, ends};
 use crate::markup::escape;
@@ -103,13 +104,20 @@ fn matters(gathered: &Gathered<'_>) -> String {
              (Bonferroni). The shares include chance. Of twenty factors that do nothing, one will seem to do something."
         }
     };
+    let over = match effects.over < gathered.study.seeds().len() {
+        true => format!(
+            " Means of levels and shares are over the {} that every cell has.",
+            counted(effects.over as u64, "seed")
+        ),
+        false => String::new(),
+    };
     let few = match gathered.study.seeds().len() {
         2..5 => {
             " With fewer than five seeds take the intervals as a hint: values of searches are often skewed."
         }
         _ => "",
     };
-    paragraph(&said) + &table + &format!("<p class=\"small\">{note}{few}</p>\n")
+    paragraph(&said) + &table + &format!("<p class=\"small\">{note}{over}{few}</p>\n")
 }
 
 fn name<'a>(gathered: &'a Gathered<'_>, effect: &Effect) -> &'a str {
@@ -227,7 +235,7 @@ fn cells(gathered: &Gathered<'_>) -> String {
             "The best of all runs is <code>{}</code>: {}. To look at it: <code>sgc view {}</code>.",
             escape(&study.name(best.run)),
             value(number, unit),
-            escape(&study.folder(best.run).display().to_string())
+            escape(&shell_word(&study.folder(best.run)))
         ));
     }
     if more > 0 {

@@ -8,9 +8,9 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::StudyError;
 use super::folder::{Run, Study};
 use super::standing::{Standing, standing};
+use super::{StudyError, shell_word};
 use crate::results::FileError;
 use crate::results::whole::{entries, read, write_whole};
 
@@ -188,9 +188,9 @@ impl Submission {
         let lines = match lines.is_empty() {
             true => lines.into_iter().map(String::as_str).collect(),
             false => [
-                &["set -e"],
+                &["set -eo pipefail"],
                 lines.into_iter().map(String::as_str).collect::<Vec<_>>().as_slice(),
-                &["set +e"],
+                &["set +eo pipefail"],
             ]
             .concat(),
         };
@@ -198,7 +198,7 @@ impl Submission {
             text.push_str(line);
             text.push('\n');
         }
-        let [sgc, study] = [self.sgc.as_path(), study].map(|path| quoted(&path.display().to_string()));
+        let [sgc, study] = [self.sgc.as_path(), study].map(shell_word);
         let limit = match (self.engine, self.minutes) {
             // Slurm sends a signal; here the program looks at the time by itself.
             (Engine::Hq, Some(minutes)) => {
@@ -289,9 +289,4 @@ pub fn share(
         })
     })
     .collect()
-}
-
-/// A word for a shell.
-fn quoted(text: &str) -> String {
-    format!("'{}'", text.replace('\'', "'\\''"))
 }

@@ -88,7 +88,7 @@ impl<'a> Gathered<'a> {
             "over_worlds",
             "checks_kept",
             "checks",
-            "evaluations",
+            "motions",
             "end",
         ];
         let rows = self.outcomes.iter().map(|one| {

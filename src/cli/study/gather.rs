@@ -30,18 +30,19 @@ pub(super) struct Gather {
 impl Gather {
     pub(super) fn run(self) -> Result<u8, Fault> {
         let study = Study::open(&self.folder).map_err(Fault::usage)?;
-        gather(&study, self.out.as_deref(), self.force)?;
-        Ok(exit::DONE)
+        gather(&study, self.out.as_deref(), self.force)
     }
 }
 
-/// Writes them, and says where.
-pub(super) fn gather(study: &Study, out: Option<&Path>, force: bool) -> Result<(), Fault> {
+/// Writes them, and says where; the exit code, which tells whether a result was left out.
+pub(super) fn gather(study: &Study, out: Option<&Path>, force: bool) -> Result<u8, Fault> {
     let outcomes = outcomes(study);
     // What a process noted as failed, `status` tells.
+    let mut code = exit::DONE;
     for one in outcomes.iter().filter(|one| has_result(&study.folder(one.run))) {
         if let Some(problem) = &one.problem {
             output::note(&format!("{} is left out: {problem}", study.name(one.run)));
+            code = exit::INPUT;
         }
     }
     let gathered = Gathered::new(study, &outcomes);
@@ -49,5 +50,5 @@ pub(super) fn gather(study: &Study, out: Option<&Path>, force: bool) -> Result<(
     output::data(&format!("{}\n", page.display()))?;
     let complete = outcomes.iter().filter(|one| one.standing == Standing::Complete).count();
     output::note(&format!("{complete} of {} runs are complete; open this page in a browser", outcomes.len()));
-    Ok(())
+    Ok(code)
 }

@@ -69,12 +69,13 @@ impl Going<'_> {
         let all = runs.len();
         let mut done = Done::default();
         let mut complete = 0;
+        let mut elsewhere = Vec::new();
         let mut waiting = std::collections::VecDeque::new();
         for run in runs {
             match standing(self.study, run) {
                 Standing::Complete => complete += 1,
                 Standing::Failed => done.failed += 1,
-                Standing::UnderWay => done.elsewhere += 1,
+                Standing::UnderWay => elsewhere.push(run),
                 Standing::Stopped | Standing::Waiting => waiting.push_back(run),
             }
         }
@@ -101,7 +102,7 @@ impl Going<'_> {
                         }
                     }
                     Ok(Ended::Early) => done.is_early = true,
-                    Ok(Ended::Elsewhere) => done.elsewhere += 1,
+                    Ok(Ended::Elsewhere) => elsewhere.push(run),
                     Err(fault) => {
                         done.failed += 1;
                         done.unnoted += usize::from(!self.study.note_of(run).exists());
@@ -111,6 +112,9 @@ impl Going<'_> {
                 }
             },
         );
+        // Some of these may have come to their end meanwhile.
+        elsewhere.retain(|run| standing(self.study, *run) != Standing::Complete);
+        done.elsewhere = elsewhere.len();
         done.is_early |= !waiting.is_empty();
         Ok(done)
     }
@@ -121,7 +125,11 @@ impl Going<'_> {
             // It is left alone until somebody has mended the cause. Where even this cannot be written, it is tried again.
             let note = self.study.note_of(run);
             let _ = note.parent().map(std::fs::create_dir_all);
-            let _ = write_whole(&note, &format!("{}\n", fault.message));
+            // A run of a study is begun anew by the study.
+            let why = fault
+                .message
+                .replace("begin anew with sgc run --force", "begin it anew with sgc study retry --anew");
+            let _ = write_whole(&note, &format!("{why}\n"));
         }
         ended
     }
@@ -196,18 +204,14 @@ impl Going<'_> {
 }
 
 impl Done {
-    /// Whether another process does some of the runs.
-    pub(super) fn has_more_elsewhere(self) -> bool {
-        self.elsewhere > 0
-    }
-
     /// Tells people how it ended, and how it goes on where it was stopped; the exit code.
     pub(super) fn tell(self, again: &str) -> Result<u8, Fault> {
         if self.failed > 0 {
             let noted = self.failed - self.unnoted;
             if noted > 0 {
                 output::note(&format!(
-                    "{} failed: `sgc study status DIR` says why, and after `sgc study retry DIR` what failed is tried again",
+                    "{} failed: `sgc study status DIR` says why. Once that is mended, `sgc study retry DIR` has it tried again from its checkpoint, with --anew from its \
+                     beginning",
                     output::counted(noted, "run")
                 ));
             }
@@ -226,6 +230,8 @@ impl Done {
             return Ok(exit::STOPPED);
         }
         Ok(match self.failed {
+            // Who waits for this waits for all of the runs.
+            0 if self.elsewhere > 0 => exit::STOPPED,
             0 => exit::DONE,
             _ => self.worst.max(exit::INPUT),
         })

@@ -130,8 +130,9 @@ impl Study {
                 let runs = study.runs().collect();
                 let going = Going { study: &study, work: self.going.work(), quiet, deadline, flag };
                 let done = going.go(runs)?;
-                gather::gather(&study, None, false)?;
-                done.tell(&format!("go on with: {again}"))
+                let code = gather::gather(&study, None, false)?;
+                let end = done.tell(&format!("go on with: {again}"))?;
+                Ok(if end == exit::DONE { code } else { end })
             }
         }
     }

@@ -35,7 +35,12 @@ impl Retry {
         for run in &failed {
             let folder = study.folder(*run);
             if self.anew && folder.exists() {
-                crate::results::place::check_run(&folder).map_err(Fault::usage)?;
+                crate::results::place::check_run(&folder).map_err(|_| {
+                    Fault::usage(format!(
+                        "{} is damaged, or holds something that no run wrote: move it away, and give this command again",
+                        folder.display()
+                    ))
+                })?;
                 fs::remove_dir_all(&folder).map_err(FileError::remove(&folder)).map_err(Fault::usage)?;
             }
             let note = study.note_of(*run);

@@ -38,7 +38,7 @@ pub(super) struct Submit {
     /// Cores of each task: it does as many of its runs at once
     #[arg(long, value_name = "N", default_value = "1", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
-    /// The time limit of each task in minutes [default: the engine's own]
+    /// The time limit of each task in minutes, 2 or more [default: the engine's own]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(2..))]
     minutes: Option<u32>,
     /// Tasks that run at once at most (Slurm)
@@ -79,8 +79,8 @@ impl Submit {
         let earlier = earlier(&study);
         if let Some(last) = earlier.last() {
             output::note(&format!(
-                "some of these runs were in submission {last} already. If tasks of it still wait or run, no run is done twice, but tasks may find \
-                 nothing to do; better cancel them first"
+                "submission {last} has some of these runs, too. If it was handed over and its tasks still wait or run, better cancel them first: no run is done \
+                 twice, but tasks may find nothing to do"
             ));
         }
         let open = to_do(&study).len();

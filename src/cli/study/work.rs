@@ -9,7 +9,7 @@ use super::Threads;
 use super::go::Going;
 use crate::cli::output::Fault;
 use crate::cli::work::duration;
-use crate::cli::{exit, interrupt, output};
+use crate::cli::{interrupt, output};
 use crate::study::folder::Study;
 use crate::study::submit::share;
 
@@ -47,9 +47,6 @@ impl Task {
         interrupt::goes_on(&format!("sgc study submit {folder} --to ENGINE"));
         let runs = share(&study, self.submission, self.task, self.runs_per_task).map_err(Fault::usage)?;
         let going = Going { study: &study, work: self.going.work(), quiet: self.going.quiet, deadline, flag };
-        let done = going.go(runs)?;
-        let code = done.tell(&again)?;
-        // Who waits for this task waits for all of its runs.
-        Ok(if code == exit::DONE && done.has_more_elsewhere() { exit::STOPPED } else { code })
+        going.go(runs)?.tell(&again)
     }
 }

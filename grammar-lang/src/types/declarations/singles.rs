@@ -27,6 +27,15 @@ pub(in crate::types) struct Wanted<'t> {
     pub(in crate::types) damaged: bool,
 }
 
+/// A task as it is written.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::types) struct OneTask<'t> {
+    pub(in crate::types) name: &'t Name,
+    pub(in crate::types) items: &'t [Item],
+    /// Whether a part of it could not be read.
+    pub(in crate::types) damaged: bool,
+}
+
 /// Declarations of which a grammar, or a task, has one; and objectives, of which a grammar may have several.
 #[derive(Default)]
 pub(in crate::types) struct Singles<'t> {
@@ -50,7 +59,7 @@ pub(in crate::types) struct Singles<'t> {
     pub(in crate::types) search: Option<ir::Search>,
     pub(in crate::types) from: Option<&'t Name>,
     pub(in crate::types) actuated: Actuated,
-    pub(in crate::types) tasks: Vec<(&'t Name, &'t [Item])>,
+    pub(in crate::types) tasks: Vec<OneTask<'t>>,
     pub(in crate::types) seen: IndexMap<&'static str, Span>,
 }
 
@@ -131,7 +140,9 @@ impl<'a> Declarations<'a> {
                     singles.search = self.search(block, false);
                 }
             }
-            ItemKind::Task(name, items) => singles.tasks.push((name, items)),
+            ItemKind::Task(name, items) => {
+                singles.tasks.push(OneTask { name, items, damaged: item.damaged });
+            }
             ItemKind::Actuate(kind, with) => self.actuate(kind, with, singles),
             _ => {}
         }

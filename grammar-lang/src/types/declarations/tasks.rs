@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 
 use super::Declarations;
 use super::observe::Observed;
-use super::singles::{Actuated, Singles, Wanted};
+use super::singles::{Actuated, OneTask, Singles, Wanted};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean, respell};
 use crate::ir::{self, Attribute, Expr, ExprKind, JointKind, MotionWord, RuleSet, Ty};
 use crate::names::declared;
@@ -60,13 +60,13 @@ impl<'a> Declarations<'a> {
         }
         let mut tasks = IndexMap::new();
         let mut sound = true;
-        for (name, items) in &singles.tasks {
-            match self.task(name, items, singles) {
-                Some(task) => drop(tasks.insert(name.text.clone(), task)),
+        for one in &singles.tasks {
+            match self.task(*one, singles) {
+                Some(task) => drop(tasks.insert(one.name.text.clone(), task)),
                 None => sound = false,
             }
         }
-        for (name, _) in singles.tasks.iter().filter(|_| are_sound && !objectives.is_empty()) {
+        for OneTask { name, .. } in singles.tasks.iter().filter(|_| are_sound && !objectives.is_empty()) {
             let reads = |objective: &ir::Objective| {
                 objective.value.any(&mut |e| matches!(&e.kind, ExprKind::Task(task) if *task == name.text))
             };
@@ -119,8 +119,7 @@ impl<'a> Declarations<'a> {
     /// One task; what it does not say, the grammar says for all.
     fn task(
         &mut self,
-        name: &Name,
-        items: &'a [Item],
+        OneTask { name, items, damaged }: OneTask<'a>,
         singles: &Singles<'a>,
     ) -> Option<(ir::Task, Actuated)> {
         let mut own = Singles::default();
@@ -141,6 +140,7 @@ impl<'a> Declarations<'a> {
         }
         let objective = match own.objectives.first() {
             Some(wanted) => self.objective(*wanted, Stage::Objective),
+            None if damaged => None,
             None => {
                 self.report(
                     Diagnostic::new(
@@ -163,7 +163,11 @@ impl<'a> Declarations<'a> {
             self.own_worlds(objective, simulated);
         }
         let model = own.model.or_else(|| singles.model.clone());
-        if model.is_none() && !own.seen.contains_key("simulate") && !singles.seen.contains_key("simulate") {
+        if model.is_none()
+            && !damaged
+            && !own.seen.contains_key("simulate")
+            && !singles.seen.contains_key("simulate")
+        {
             self.report(
                 Diagnostic::new(
                     Code::MISSING_ITEM,
