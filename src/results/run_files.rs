@@ -18,7 +18,7 @@ use crate::reading;
 pub(crate) const RUN: &str = "run.toml";
 pub(super) const SOURCES: &str = "sources";
 pub(super) const EVALS: &str = "evals.csv";
-pub(super) const CHECKPOINT: &str = "checkpoint";
+pub(crate) const CHECKPOINT: &str = "checkpoint";
 pub(super) const BEST: &str = "best.design.json";
 pub(super) const RESULT: &str = "result.json";
 

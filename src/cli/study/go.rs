@@ -19,6 +19,7 @@ use crate::results::{FileError, Unfit, describe};
 use crate::search::{Jobs, State};
 use crate::simulate::Stop;
 use crate::study::folder::{Run, Study};
+use crate::study::shell_word;
 use crate::study::standing::{Standing, standing};
 use grammar_lang::ir::RuleSet;
 use grammar_lang::source::SourceMap;
@@ -120,16 +121,17 @@ impl Going<'_> {
     }
 
     fn one(&self, run: Run, jobs: Jobs, kept: &Mutex<BTreeMap<usize, Compiled>>) -> Result<Ended, Fault> {
-        let ended = self.session(run, jobs, kept);
+        // A run of a study is begun anew by the study.
+        let again = format!("begin it anew with sgc study retry {}", shell_word(self.study.path()));
+        let ended = self.session(run, jobs, kept).map_err(|fault| Fault {
+            message: fault.message.replace("begin anew with sgc run --force", &again),
+            ..fault
+        });
         if let Err(fault) = &ended {
             // It is left alone until somebody has mended the cause. Where even this cannot be written, it is tried again.
             let note = self.study.note_of(run);
             let _ = note.parent().map(std::fs::create_dir_all);
-            // A run of a study is begun anew by the study.
-            let why = fault
-                .message
-                .replace("begin anew with sgc run --force", "begin it anew with sgc study retry --anew");
-            let _ = write_whole(&note, &format!("{why}\n"));
+            let _ = write_whole(&note, &format!("{}\n", fault.message));
         }
         ended
     }
@@ -210,8 +212,8 @@ impl Done {
             let noted = self.failed - self.unnoted;
             if noted > 0 {
                 output::note(&format!(
-                    "{} failed: `sgc study status DIR` says why. Once that is mended, `sgc study retry DIR` has it tried again from its checkpoint, with --anew from its \
-                     beginning",
+                    "{} failed: `sgc study status DIR` says why. Once that is mended, `sgc study retry DIR` has it tried again: from its checkpoint, or from its \
+                     beginning if it has none (or with --anew)",
                     output::counted(noted, "run")
                 ));
             }

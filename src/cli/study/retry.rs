@@ -8,6 +8,7 @@ use clap::Args;
 use crate::cli::exit;
 use crate::cli::output::{self, Fault};
 use crate::results::FileError;
+use crate::results::run_files::CHECKPOINT;
 use crate::study::folder::{Run, Study};
 use crate::study::standing::{Standing, standing};
 
@@ -17,7 +18,7 @@ pub(super) struct Retry {
     /// The folder of the study
     #[arg(value_name = "DIR")]
     folder: PathBuf,
-    /// Begin them anew, and remove what they have so far [default: go on from their checkpoints]
+    /// Begin them anew, and remove what they have so far [default: go on from their checkpoints, where they have one]
     #[arg(long)]
     anew: bool,
     /// Begin this run anew, whatever its standing, such as a complete one whose files are damaged; may be given several times
@@ -34,7 +35,8 @@ impl Retry {
         };
         for run in &failed {
             let folder = study.folder(*run);
-            if self.anew && folder.exists() {
+            // What has no checkpoint can only begin anew.
+            if folder.exists() && (self.anew || !folder.join(CHECKPOINT).exists()) {
                 crate::results::place::check_run(&folder).map_err(|_| {
                     Fault::usage(format!(
                         "{} is damaged, or holds something that no run wrote: move it away, and give this command again",
