@@ -9,7 +9,7 @@ use sgc::loader::Files;
 use sgc::search::settings;
 use sgc::simulate::{Invalid, Motion, Settings, model};
 
-fn compiled(text: &str) -> RuleSet {
+pub(crate) fn compiled(text: &str) -> RuleSet {
     let mut sources = SourceMap::default();
     let entry = sources.add("own.sgr", text);
     let compiled = grammar_lang::compile(&Files, &mut sources, entry, &[], None);
@@ -60,7 +60,7 @@ const SLIDES: &str =
     "range = -5 mm .. 20 mm  speed = 60 mm/s  effort = 5 N  stiffness = 500 N/m  damping = 10 N*s/m";
 const SPINS: &str = "speed = 360 deg/s  effort = 0.03 N*m/rad  damping = 0.01 N*m*s/rad^2";
 
-fn moved(rules: &RuleSet, name: &str, weightless: bool) -> (Motion, Vec<usize>) {
+pub(crate) fn moved(rules: &RuleSet, name: &str, weightless: bool) -> (Motion, Vec<usize>) {
     let candidate = Candidate::new(rules, Derivation::begin(rules).into());
     let task = rules.first_task().unwrap();
     let drive = Drive::new(&candidate, task).unwrap();
@@ -325,7 +325,7 @@ fn what_is_passive_is_no_actuator() {
 }
 
 /// How the initial design of a grammar moves that nothing drives.
-fn hanging(rules: &RuleSet, solver: &str, settings: &Settings) -> Result<Motion, Invalid> {
+pub(crate) fn hanging(rules: &RuleSet, solver: &str, settings: &Settings) -> Result<Motion, Invalid> {
     let candidate = Candidate::new(rules, Derivation::begin(rules).into());
     let drive = Drive::new(&candidate, rules.first_task().unwrap()).unwrap();
     let targets = drive.targets(&drive.draw(&mut Stream::named(1, "hanging"))).unwrap();
@@ -334,7 +334,7 @@ fn hanging(rules: &RuleSet, solver: &str, settings: &Settings) -> Result<Motion,
 }
 
 /// Where the last element is at the end.
-fn end_of_last(motion: &Motion) -> Isometry3<f64> {
+pub(crate) fn end_of_last(motion: &Motion) -> Isometry3<f64> {
     motion.pose(motion.placements.len() - 1, motion.duration).unwrap()
 }
 

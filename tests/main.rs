@@ -27,6 +27,7 @@ mod joints;
 mod lattice;
 mod library;
 mod mending;
+mod mirrored;
 mod new;
 mod novelty;
 mod observed;

@@ -48,8 +48,8 @@ impl Blocked {
             Self::NoMatch => "no match".to_owned(),
             Self::Refused(Refusal::Gone) => "not there".to_owned(),
             Self::Refused(Refusal::PortTaken) => "port taken".to_owned(),
-            Self::Refused(Refusal::Asymmetric) => "symmetry".to_owned(),
-            Self::Refused(Refusal::Handed(kind)) => format!("no mirror image of {kind}"),
+            Self::Refused(Refusal::Asymmetric(_)) => "symmetry".to_owned(),
+            Self::Refused(Refusal::NoImage { kind, port }) => format!("no image of {kind}.{port}"),
             Self::Refused(Refusal::Askew(kind)) => format!("{kind} out of the mirror's plane"),
             Self::Refused(Refusal::BadParameter(name)) => format!("parameter {name}"),
             Self::Refused(Refusal::NoSuchPart(unmade)) => format!("no {}", unmade.field),
@@ -75,14 +75,16 @@ impl Blocked {
             Self::NoMatch => "the rule does not match there".to_owned(),
             Self::Refused(Refusal::Gone) => "what it names is not there (any more)".to_owned(),
             Self::Refused(Refusal::PortTaken) => "the port is taken".to_owned(),
-            Self::Refused(Refusal::Asymmetric) => "the symmetry would be lost".to_owned(),
+            Self::Refused(Refusal::Asymmetric(kind)) => {
+                format!("the symmetry would be lost: there a `{kind}` is not its own image, and has no other")
+            }
             Self::Refused(Refusal::Askew(kind)) => {
                 format!(
                     "on the plane of the mirror, a `{kind}` that is turned out of the plane, or whose springs rest to one side, is not its own image"
                 )
             }
-            Self::Refused(Refusal::Handed(kind)) => format!(
-                "`{kind}` has no mirror image: the port by which it is held is not in the middle between its left and right (z = 0)"
+            Self::Refused(Refusal::NoImage { kind, port }) => format!(
+                "the symmetry would be lost: it leads from the port `{port}` of a `{kind}` to a place where that has no port"
             ),
             Self::Refused(Refusal::BadParameter(name)) => format!("`{name}` is outside its domain"),
             Self::Refused(Refusal::NoSuchPart(unmade)) => {
@@ -136,13 +138,19 @@ impl Derivation {
         locals: &[Value],
         broken: usize,
     ) -> Option<(String, String)> {
-        let asks = |e: &Expr| matches!(&e.kind, ExprKind::Word(Word::Design(DesignWord::NoOverlap)));
-        rules.requirements.get(broken)?.condition.any(&mut |e| asks(e)).then_some(())?;
         let mut next = self.clone();
         self.carry_out(&mut next, rules, &rule.effects, locals, self.next).ok()?;
-        let (a, b) = next.design.overlapping(rules)?;
+        let (a, b) = next.overlap(rules, broken)?;
         let kind = |id: PartId| next.design.parts.get(&id).map(|part| part.kind.clone());
         Some((kind(a)?, kind(b)?))
+    }
+
+    /// Two parts that overlap, where a requirement asks that none do.
+    #[must_use]
+    pub fn overlap(&self, rules: &RuleSet, broken: usize) -> Option<(PartId, PartId)> {
+        let asks = |e: &Expr| matches!(&e.kind, ExprKind::Word(Word::Design(DesignWord::NoOverlap)));
+        rules.requirements.get(broken)?.condition.any(&mut |e| asks(e)).then_some(())?;
+        self.design.overlapping(rules)
     }
 
     /// Carries out effects on `next`, as step number `step`. All of them

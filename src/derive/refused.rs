@@ -84,7 +84,10 @@ fn always(rules: &RuleSet, rule: &Rule, begun: &Derivation) -> Option<Refusal> {
     for locals in &all.all {
         match begun.apply(rules, rule, locals) {
             Err(Blocked::Refused(
-                why @ (Refusal::PortTaken | Refusal::Asymmetric | Refusal::Handed(_) | Refusal::Askew(_)),
+                why @ (Refusal::PortTaken
+                | Refusal::Asymmetric(_)
+                | Refusal::NoImage { .. }
+                | Refusal::Askew(_)),
             )) if reason.as_ref().is_none_or(|known| *known == why) => {
                 reason = Some(why);
             }
@@ -99,17 +102,15 @@ fn report(rules: &RuleSet, rule: &Rule, why: &Refusal) -> Option<Diagnostic> {
         Refusal::PortTaken => {
             "something is there already, or comes there by the symmetry: attach one, and its images follow"
         }
-        Refusal::Asymmetric => {
-            "the images of the symmetry must have a place, too: the ports of the part that it attaches to must be repeated by the symmetry (five \
-             ports around an axis are not by `radial 4`), and on the axis or mirror only what is its own image can hang (a round actuator that twists, \
-             spins or slides along the axis is)"
+        Refusal::Asymmetric(_) => {
+            "on the axis or mirror only what is its own image can hang (a round actuator that twists, spins or slides along the axis is)"
         }
         Refusal::Askew(_) => {
             "turn it by 0 deg or 180 deg; to bend across the plane, give it another axis instead: \
              `bender(direction = 90 deg)`, or `joint = bend about y` in an actuator of your own"
         }
-        Refusal::Handed(_) => {
-            "in a mirror, left and right of a part are swapped: hold it by a port with z = 0 in its own frame"
+        Refusal::NoImage { .. } => {
+            "where the symmetry leads from a port there must be a port, too (five ports around an axis are not repeated by `radial 4`)"
         }
         _ => return None,
     };

@@ -60,6 +60,8 @@ impl<'a> DesignScope<'a> {
                 let frames = ports(design.parts.get(&id)?);
                 Value::Number(frames.get(port as usize)?.number)
             }
+            PortAttribute::Place => Value::Vector(design.place_of_port(id, port)?),
+            PortAttribute::Facing => Value::Vector(design.facing_of_port(id, port)?),
         })
     }
 
@@ -97,6 +99,9 @@ impl<'a> DesignScope<'a> {
                 let (holder, port) = part.held_by?;
                 reference(Reference::Port(holder, port))
             }
+            PartAttribute::Place => Value::Vector(design.place(id)?),
+            PartAttribute::Facing => Value::Vector(design.facing(id)?),
+            PartAttribute::LowestPoint => Value::Number(design.lowest_point(self.rules, id)?),
             PartAttribute::Twin => reference(Reference::Part(design.twin(id))),
             PartAttribute::LeastBend => own().or_else(|| Some(Value::Number(range(false)?.0)))?,
             PartAttribute::GreatestBend => own().or_else(|| Some(Value::Number(range(false)?.1)))?,

@@ -3,7 +3,7 @@
 use grammar_lang::Compiled;
 use grammar_lang::bounds::Begun;
 use grammar_lang::diagnostics::{Code, Diagnostic};
-use grammar_lang::eval::{EvalError, Value, evaluate};
+use grammar_lang::eval::{EvalError, PartId, Value, evaluate};
 use grammar_lang::ir::{Expr, ExprKind, Operator, Placed, RuleSet, Symmetry};
 
 use grammar_lang::names::with_changes;
@@ -83,6 +83,18 @@ fn compared(rules: &RuleSet, design: &Derivation, condition: &Expr) -> Option<(S
     Some((shown(left)?, format!("{must}{}", shown(right)?)))
 }
 
+/// What `begin` calls a part, or the part whose image it is.
+fn called(start: &Derivation, id: PartId) -> String {
+    let design = &start.design;
+    let name = |id: PartId| design.placed.iter().find(|(_, placed)| **placed == id).map(|(name, _)| name);
+    let original = design.parts.get(&id).and_then(|part| part.image_of);
+    match (name(id), original.and_then(name)) {
+        (Some(name), _) => name.clone(),
+        (None, Some(name)) => format!("{name}.twin"),
+        (None, None) => design.parts.get(&id).map_or_else(String::new, |part| part.kind.clone()),
+    }
+}
+
 /// What is found in a grammar once its initial design is built: a requirement that it breaks, or
 /// what follows from the images that the symmetry makes of it.
 #[must_use]
@@ -114,18 +126,23 @@ pub fn check_begun(compiled: &Compiled, entry: FileId, sources: &SourceMap) -> V
 #[must_use]
 pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
     let (start, unplaced) = begin(rules);
+    let is_lost = |reason: &str| reason.starts_with("the symmetry would be lost");
     if let Some(error) = unplaced {
         return Some(
             Diagnostic::new(Code::START_BREAKS, error.span, "the initial design cannot be built")
                 .help(match error.reason.as_str() {
+                    reason if reason.contains("has no port") => {
+                        "where the symmetry leads from a port there must be a port, too: give the part one there, or name another symmetry \
+                         (`xy` is forward and up, between left and right)"
+                    }
                     "the port is taken" => {
                         "something is held there already, or by its image under the symmetry: name another port"
                     }
-                    "the symmetry would be lost" if matches!(rules.symmetry, Symmetry::Mirror(_)) => {
+                    reason if is_lost(reason) && matches!(rules.symmetry, Symmetry::Mirror(_)) => {
                         "the core and its ports must be the same in that mirror, and what is attached must \
                          have an image there: mirror another plane (`xy` is forward and up, between left and right)"
                     }
-                    "the symmetry would be lost" => {
+                    reason if is_lost(reason) => {
                         "the core must be its own image: a box is one of `radial 2` and, if square, \
                          `radial 4`, a disk of any, with ports that fit; an actuator on the axis must be round, and twist, spin or slide along it"
                     }
@@ -135,9 +152,6 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                     reason if reason.contains("turned out of the plane") => {
                         "turn it by 0 deg or 180 deg, or mirror another plane (`xy` is forward and up); to bend across the plane, \
                          give it another axis: `bender(direction = 90 deg)`, or `joint = bend about y`"
-                    }
-                    reason if reason.contains("has no mirror image") => {
-                        "in a mirror, left and right of a part are swapped: hold it by a port with z = 0 in its own frame"
                     }
                     _ => "every design starts from `begin`",
                 })
@@ -155,9 +169,18 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                 requirement.condition.span,
                 format!("the initial design breaks `{}`{reason}", requirement.name),
             )
-            .label(match compared(rules, &start, &requirement.condition) {
-                Some((is, must)) => format!("does not hold at the start: it is {is}, and must be {must}"),
-                None => "does not hold at the start".to_owned(),
+            .label(match (compared(rules, &start, &requirement.condition), start.overlap(rules, i)) {
+                (Some((is, must)), _) => {
+                    format!("does not hold at the start: it is {is}, and must be {must}")
+                }
+                (None, Some((a, b))) => {
+                    format!(
+                        "does not hold at the start: `{}` and `{}` overlap",
+                        called(&start, a),
+                        called(&start, b)
+                    )
+                }
+                (None, None) => "does not hold at the start".to_owned(),
             })
             .help("every design starts from `begin`: relax the requirement, or begin with another design");
             if let Some(placed) = rules.begin.first() {

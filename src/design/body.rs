@@ -9,7 +9,7 @@ use nalgebra::{Isometry3, Point3, UnitQuaternion, UnitVector3, Vector3};
 use super::assembly::{Assembly, Control, Dof, Element, Joint, JointKind, Shape, Travel};
 use super::port::{about, base, segments};
 use super::row::{axes_of, cuts, side};
-use super::{Design, Part, PartId, filled, lattice};
+use super::{Design, Part, PartId, filled, lattice, symmetry};
 
 /// The assembly of a design, and what its elements and actuators are.
 ///
@@ -204,7 +204,14 @@ fn hung(part: &Part, rules: &RuleSet, moved: Moved) -> (JointKind, Moved) {
         side: 1.0,
         effort: f64::INFINITY,
     };
-    moves.joint(own, base(part, &part.pose), (part, moved), rules)
+    let place = match own.pivot {
+        Some([x, y, z]) => {
+            let side = if symmetry::is_reflected(rules, part.image) { -1.0 } else { 1.0 };
+            part.pose * Point3::new(x, y, side * z)
+        }
+        None => base(part, &part.pose),
+    };
+    moves.joint(own, place, (part, moved), rules)
 }
 
 /// How the joints of a part move.

@@ -74,7 +74,11 @@ fn describe(part: &Part, order: Order) -> String {
             other => format!("{name}={other:?}"),
         })
         .collect();
-    format!("{} {:?} {turned} {params:?}", part.kind, [snap(p.x), snap(p.y), snap(p.z)])
+    let hand = match part.made.as_deref() {
+        Some(Made::Block(block)) if block.mirrored => " mirrored",
+        _ => "",
+    };
+    format!("{} {:?} {turned} {params:?}{hand}", part.kind, [snap(p.x), snap(p.y), snap(p.z)])
 }
 
 /// The parts of a design, each with its place and with what holds it, in order: two designs

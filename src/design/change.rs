@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use grammar_lang::eval::{KindValue, Made, Unmade, Value};
-use grammar_lang::ir::{RuleSet, Settable};
+use grammar_lang::ir::{Kind, RuleSet, Settable};
 use indexmap::IndexMap;
 use nalgebra::Isometry3;
 
@@ -38,7 +38,7 @@ impl Design {
             return Err(if mirrored && rules.actuators.contains_key(&attachment.kind) {
                 Refusal::Askew(attachment.kind.clone())
             } else {
-                Refusal::Asymmetric
+                Refusal::Asymmetric(attachment.kind.clone())
             });
         }
         for (k, (part, port)) in places.into_iter().enumerate() {
@@ -60,7 +60,8 @@ impl Design {
             return Err(Refusal::PortTaken);
         }
         let id = self.next_id(step)?;
-        let (params, made) = params(rules, &attachment.kind, &attachment.params)?;
+        let image = image_of.map_or(0, |(_, k)| k as u8);
+        let (params, made) = params(rules, &attachment.kind, &attachment.params, image)?;
         let mut part = Part {
             kind: attachment.kind.clone(),
             params,
@@ -69,13 +70,16 @@ impl Design {
             held_by: Some((attachment.part, attachment.port)),
             holding: ends(rules, &attachment.kind).0,
             image_of: image_of.map(|(original, _)| original),
-            image: image_of.map_or(0, |(_, k)| k as u8),
+            image,
             step,
             pose: Isometry3::identity(),
         };
         if let Some(by) = &attachment.by {
             let found = ports(&part).iter().position(|p| p.name == *by);
             part.holding = found.ok_or_else(|| Refusal::NoPort(by.clone()))? as u8;
+        }
+        if symmetry::is_reflected(rules, image) {
+            part.holding = symmetry::mirrored_port(&part, part.holding);
         }
         self.parts.insert(id, part);
         self.place_all(rules)?;
@@ -110,7 +114,7 @@ impl Design {
                 Settable::Param(name) => {
                     in_domain(rules, &part.kind, name, value)?;
                     part.params.insert(name.clone(), value.clone());
-                    part.made = made(rules, &part.kind, &part.params)?;
+                    part.made = made(rules, &part.kind, &part.params, part.image)?;
                 }
             }
         }
@@ -195,7 +199,7 @@ impl Design {
         let (near, far) = ends(rules, &with.name);
         let before = self.parts.shift_remove(&old).ok_or(Refusal::Gone)?;
         let holder = before.held_by.map(|(h, _)| h);
-        let (params, made) = params(rules, &with.name, &with.params)?;
+        let (params, made) = params(rules, &with.name, &with.params, before.image)?;
         let mut part = Part { kind: with.name.clone(), params, made, holding: near, step, ..before.clone() };
         if let Some((a, b)) = between
             && holder != Some(a)
@@ -205,6 +209,9 @@ impl Design {
                 return Err(Refusal::NotJoined);
             }
             part.holding = far.ok_or_else(|| Refusal::NoPort("front".to_owned()))?;
+        }
+        if symmetry::is_reflected(rules, part.image) {
+            part.holding = symmetry::mirrored_port(&part, part.holding);
         }
         let (old_ports, new_ports) = (ports(&before), ports(&part));
         let mut taken = vec![part.holding];
@@ -241,17 +248,13 @@ impl Design {
         if images.is_empty() {
             return Ok(());
         }
-        let sound = self
-            .parts
-            .iter()
-            .all(|(id, part)| self.orbit(*id).len() > 1 || images.iter().all(|image| image.keeps(part)));
-        if sound { Ok(()) } else { Err(Refusal::Asymmetric) }
-    }
-
-    /// Whether the port by which a part is held lies off the plane in which its own frame is mirrored.
-    fn is_handed(part: &Part) -> bool {
-        let own = ports(part).get(part.holding as usize).map(|port| port.frame.translation.vector.z);
-        own.is_some_and(|z| z.abs() > symmetry::SAME)
+        let is_sound = |(id, part): &(&PartId, &Part)| {
+            self.orbit(**id).len() > 1 || images.iter().all(|image| image.keeps(part))
+        };
+        match self.parts.iter().find(|part| !is_sound(part)) {
+            Some((_, part)) => Err(Refusal::Asymmetric(part.kind.clone())),
+            None => Ok(()),
+        }
     }
 
     /// Finds every pose anew and checks that images still are images.
@@ -274,12 +277,7 @@ impl Design {
                     // An image must still sit where it is held.
                     let (have, want) = (port::base(part, &pose), port::base(part, &held));
                     if (have - want).norm() > symmetry::SAME {
-                        let handed = image.reflects() && Self::is_handed(part);
-                        return Err(if handed {
-                            Refusal::Handed(part.kind.clone())
-                        } else {
-                            Refusal::Asymmetric
-                        });
+                        return Err(Refusal::Asymmetric(part.kind.clone()));
                     }
                     pose
                 }
@@ -324,7 +322,7 @@ impl Design {
     pub fn remake(&mut self, rules: &RuleSet) -> Result<(), Unmade> {
         for part in self.parts.values_mut() {
             let Some(kind) = rules.kind(&part.kind) else { continue };
-            part.made = Made::of(kind, rules, &part.params)?.map(Arc::new);
+            part.made = own(rules, kind, &part.params, part.image)?;
         }
         Ok(())
     }
@@ -333,14 +331,36 @@ impl Design {
 /// The parameters of a part, and what it is with them: nothing for a cell of a lattice.
 type Own = (IndexMap<String, Value>, Option<Arc<Made>>);
 
-/// What a part of a kind is with these parameters.
-fn made(rules: &RuleSet, kind: &str, params: &IndexMap<String, Value>) -> Result<Option<Arc<Made>>, Refusal> {
-    let Some(kind) = rules.kind(kind) else { return Ok(None) };
-    Ok(Made::of(kind, rules, params).map_err(Refusal::NoSuchPart)?.map(Arc::new))
+/// What a part of a kind is with these parameters, as this image of its original.
+fn own(
+    rules: &RuleSet,
+    kind: Kind<'_>,
+    params: &IndexMap<String, Value>,
+    image: u8,
+) -> Result<Option<Arc<Made>>, Unmade> {
+    let made = Made::of(kind, rules, params)?;
+    let seen = |made: Made| if symmetry::is_reflected(rules, image) { made.in_mirror() } else { made };
+    Ok(made.map(seen).map(Arc::new))
 }
 
-/// The parameters of a new part, those given and defaults for the others, and what it is with them.
-pub(super) fn params(rules: &RuleSet, kind: &str, given: &[(String, Value)]) -> Result<Own, Refusal> {
+/// The same of a kind by its name.
+fn made(
+    rules: &RuleSet,
+    kind: &str,
+    params: &IndexMap<String, Value>,
+    image: u8,
+) -> Result<Option<Arc<Made>>, Refusal> {
+    let Some(kind) = rules.kind(kind) else { return Ok(None) };
+    own(rules, kind, params, image).map_err(Refusal::NoSuchPart)
+}
+
+/// The parameters of a new part, those given and defaults for the others, and what it is with them, as this image of its original.
+pub(super) fn params(
+    rules: &RuleSet,
+    kind: &str,
+    given: &[(String, Value)],
+    image: u8,
+) -> Result<Own, Refusal> {
     let mut out = IndexMap::new();
     let Some(params) = rules.params_of(kind) else { return Ok((out, None)) };
     for (name, declared) in params {
@@ -354,6 +374,6 @@ pub(super) fn params(rules: &RuleSet, kind: &str, given: &[(String, Value)]) -> 
         in_domain(rules, kind, name, &value)?;
         out.insert(name.clone(), value);
     }
-    let made = made(rules, kind, &out)?;
+    let made = made(rules, kind, &out, image)?;
     Ok((out, made))
 }

@@ -110,7 +110,7 @@ impl Design {
         with: &KindValue,
         step: u64,
     ) -> Result<(), Refusal> {
-        let (params, made) = change::params(rules, &with.name, &with.params)?;
+        let (params, made) = change::params(rules, &with.name, &with.params, 0)?;
         for id in with_images(lattice, rules.symmetry, places) {
             let cell = Part {
                 kind: with.name.clone(),

@@ -11,6 +11,7 @@ mod change;
 mod filled;
 pub mod lattice;
 mod overlap;
+mod places;
 mod port;
 mod row;
 mod symmetry;
@@ -80,10 +81,15 @@ pub enum Refusal {
     Gone,
     /// Something is attached to the port already.
     PortTaken,
-    /// The change would break the symmetry.
-    Asymmetric,
-    /// A part of this kind cannot be mirrored: the port by which it is held is on the other side of its image.
-    Handed(String),
+    /// The change would break the symmetry: a part of this kind would have no image, and not be its own.
+    Asymmetric(String),
+    /// The symmetry leads from a port of this kind of part to a place where its image has no port.
+    NoImage {
+        /// The kind of the part.
+        kind: String,
+        /// What the port is called.
+        port: String,
+    },
     /// An actuator of this kind is turned out of the plane of the mirror that it lies on.
     Askew(String),
     /// A parameter lies outside its domain or has no value.
@@ -137,7 +143,7 @@ impl Design {
     ///
     /// A [`Refusal`] when a parameter is not possible.
     pub fn core(rules: &RuleSet, kind: &str, given: &[(String, Value)]) -> Result<Self, Refusal> {
-        let (params, made) = change::params(rules, kind, given)?;
+        let (params, made) = change::params(rules, kind, given, 0)?;
         let part = Part {
             kind: kind.to_owned(),
             params,
@@ -152,7 +158,7 @@ impl Design {
         };
         let images = symmetry::images(rules.symmetry);
         if !images.iter().all(|image| image.keeps(&part)) {
-            return Err(Refusal::Asymmetric);
+            return Err(Refusal::Asymmetric(kind.to_owned()));
         }
         Ok(Self { parts: IndexMap::from([(CORE, part)]), placed: BTreeMap::new() })
     }

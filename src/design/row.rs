@@ -1,9 +1,9 @@
 //! Joints in the frame of their part: where those of a row are, and about which axes joints move.
 
-use grammar_lang::ir::{self, JointKind, RuleSet};
+use grammar_lang::ir::{JointKind, RuleSet};
 use nalgebra::Vector3;
 
-use super::Part;
+use super::{Part, symmetry};
 
 /// Held by its tip a row does the same: each segment nearer to the base moves against its parent.
 pub(super) fn side(by_tip: bool) -> f64 {
@@ -25,7 +25,7 @@ pub(super) fn axes_of(kind: JointKind, axis: [f64; 3], part: &Part, rules: &Rule
 fn seen(kind: JointKind, mut axis: Vector3<f64>, part: &Part, rules: &RuleSet) -> Vector3<f64> {
     // The frame of a mirror image has the opposite of the mirrored z axis. A turn there is the mirror image of this one if it
     // goes the same way about z and the other way about x and y; a slide, if it goes the same way along x and y.
-    if part.image > 0 && matches!(rules.symmetry, ir::Symmetry::Mirror(_)) {
+    if symmetry::is_reflected(rules, part.image) {
         axis = match kind {
             JointKind::Slide => Vector3::new(axis.x, axis.y, -axis.z),
             JointKind::Bend | JointKind::Twist | JointKind::Spin | JointKind::Socket => {

@@ -11,7 +11,7 @@ use grammar_lang::ir::{Form, JointKind, RuleSet, Symmetry};
 use nalgebra::{Isometry3, Matrix3, Point3, Rotation3, UnitQuaternion, Vector3};
 
 use super::assembly::Shape;
-use super::port::{self, ports};
+use super::port::{self, PortFrame, ports};
 use super::{Design, Part, PartId, Refusal};
 
 /// Places closer than this (m) are the same.
@@ -21,6 +21,11 @@ pub(super) const SAME: f64 = 1e-7;
 pub(super) struct Image {
     matrix: Matrix3<f64>,
     reflects: bool,
+}
+
+/// Whether a part is seen in the mirror: its frame has the opposite of the mirrored z axis.
+pub(super) fn is_reflected(rules: &RuleSet, image: u8) -> bool {
+    image > 0 && matches!(rules.symmetry, Symmetry::Mirror(_))
 }
 
 /// The isometries of a symmetry in order, without the identity.
@@ -128,7 +133,8 @@ pub(super) fn image_port(
     port: u8,
 ) -> Result<(PartId, u8), Refusal> {
     let part = design.parts.get(&id).ok_or(Refusal::Gone)?;
-    let frame = ports(part).get(port as usize).ok_or(Refusal::Gone)?.frame;
+    let PortFrame { frame, name: named, .. } =
+        ports(part).into_iter().nth(port as usize).ok_or(Refusal::Gone)?;
     let wanted = image.point(&(part.pose * Point3::from(frame.translation.vector)));
     let twin_id = design.image(rules, id, k);
     let twin = design.parts.get(&twin_id).ok_or(Refusal::Gone)?;
@@ -136,5 +142,22 @@ pub(super) fn image_port(
         .iter()
         .position(|p| ((twin.pose * Point3::from(p.frame.translation.vector)) - wanted).norm() < SAME)
         .map(|found| (twin_id, found as u8))
-        .ok_or(Refusal::Asymmetric)
+        .ok_or_else(|| Refusal::NoImage { kind: part.kind.clone(), port: named.clone() })
+}
+
+/// The port by which the image of a part in the mirror is held, where the part itself is held by this one: the port on the other side of
+/// its frame. A part whose kind has no such port has mirrored ports, and is held by the same one.
+pub(super) fn mirrored_port(image: &Part, port: u8) -> u8 {
+    if let Some(Made::Block(block)) = image.made.as_deref()
+        && block.mirrored
+    {
+        return port;
+    }
+    let frames = ports(image);
+    let Some(own) = frames.get(port as usize) else { return port };
+    let place = own.frame.translation.vector;
+    let wanted = Vector3::new(place.x, place.y, -place.z);
+    let found = frames.iter().position(|p| (p.frame.translation.vector - wanted).norm() < SAME);
+    // What lies on the plane is its own image, whatever else is there.
+    if place.z.abs() < SAME { port } else { found.map_or(port, |found| found as u8) }
 }

@@ -220,7 +220,10 @@ impl<'r> Facts<'r> {
             PartAttribute::Turn => Abstract::Number(Interval::new(0.0, full)),
             PartAttribute::Image => Abstract::Number(Interval::new(0.0, self.images() as f64 - 1.0)),
             PartAttribute::Depth | PartAttribute::Mass => Abstract::Number(Interval::NOT_NEGATIVE),
-            PartAttribute::OwnImage => Abstract::Any,
+            PartAttribute::OwnImage
+            | PartAttribute::Place
+            | PartAttribute::Facing
+            | PartAttribute::LowestPoint => Abstract::Any,
             PartAttribute::Holder => Abstract::Part(Kinds::all()),
             PartAttribute::Port => Abstract::Port(Kinds::all()),
             PartAttribute::Twin => Abstract::Part(kinds.clone()),

@@ -197,7 +197,7 @@ impl<'f> Reasoning<'f> {
             (Attribute::Port(attribute), Abstract::Port(kinds)) => match attribute {
                 PortAttribute::Part => Abstract::Part(kinds),
                 PortAttribute::Free => Abstract::Bool(Truth::Sometimes),
-                PortAttribute::Index => Abstract::Any,
+                PortAttribute::Index | PortAttribute::Place | PortAttribute::Facing => Abstract::Any,
             },
             (Attribute::Step(StepAttribute::Number), _) => {
                 Abstract::Number(Interval::new(1.0, f64::INFINITY))

@@ -30,6 +30,8 @@ pub struct MadeBlock {
     pub colour: String,
     /// Its ports, if they are not the six that every block has.
     pub ports: Vec<MadePort>,
+    /// Whether its ports are those of the kind seen in a mirror, with the other sign of z.
+    pub mirrored: bool,
     /// The joint with which it hangs on what holds it, if it is not fixed there.
     pub joint: Option<MadeJoint>,
 }
@@ -41,6 +43,8 @@ pub struct MadeJoint {
     pub kind: JointKind,
     /// The unit vector about or along which it moves, in the part's frame.
     pub axis: [f64; 3],
+    /// A point of the axis in the frame of a part, m, if it is not the port by which the part is held.
+    pub pivot: Option<[f64; 3]>,
     /// Stiffness, N m/rad or N/m.
     pub stiffness: f64,
     /// Damping, N m s/rad or N s/m.
@@ -160,6 +164,21 @@ impl Made {
         })
     }
 
+    /// The same as it looks in a mirror. A mirror turns the z axis of a part's frame round. Where the kind has a port for
+    /// each port in the mirror, the part is the same; otherwise its ports have the other sign of z.
+    #[must_use]
+    pub fn in_mirror(mut self) -> Self {
+        if let Self::Block(block) = &mut self
+            && is_handed(&block.ports)
+        {
+            for port in &mut block.ports {
+                *port = mirrored(port);
+            }
+            block.mirrored = !block.mirrored;
+        }
+        self
+    }
+
     /// Its colour, `#rrggbb`.
     #[must_use]
     pub fn colour(&self) -> &str {
@@ -179,6 +198,7 @@ impl From<'_> {
             friction: self.number("friction", &part.friction, Sign::NotNegative)?,
             colour: self.colour(&part.colour)?,
             ports: part.ports.iter().map(|port| self.port(port)).collect::<Result<_, _>>()?,
+            mirrored: false,
             joint: part.joint.as_ref().map(|joint| self.joint(joint, 1.0, false)).transpose()?,
         })
     }
@@ -253,6 +273,7 @@ impl From<'_> {
         Ok(MadeJoint {
             kind: joint.kind,
             axis,
+            pivot: joint.pivot.as_ref().map(|pivot| self.value("pivot", pivot, as_vector)).transpose()?,
             range,
             neutral,
             stiffness: self.number("stiffness", &joint.stiffness, needs(!spins))?,
@@ -366,6 +387,27 @@ impl From<'_> {
         Ok(MadePort { name: port.name.clone(), index: port.index, at, facing })
     }
 }
+
+/// A vector with the other sign of z.
+fn other_side([x, y, z]: [f64; 3]) -> [f64; 3] {
+    [x, y, 0.0 - z]
+}
+
+/// A port as it looks in a mirror.
+fn mirrored(port: &MadePort) -> MadePort {
+    MadePort { at: other_side(port.at), facing: other_side(port.facing), ..port.clone() }
+}
+
+/// Whether ports look different in a mirror: some port has none on the other side that faces the other way.
+fn is_handed(ports: &[MadePort]) -> bool {
+    let near = |a: [f64; 3], b: [f64; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < SAME);
+    let has =
+        |wanted: &MadePort| ports.iter().any(|p| near(p.at, wanted.at) && near(p.facing, wanted.facing));
+    !ports.iter().all(|port| has(&mirrored(port)))
+}
+
+/// Ports are in one place if they are nearer than this, m; and face one way, as a share of 1.
+const SAME: f64 = 1e-7;
 
 fn as_vector(value: Value) -> Option<[f64; 3]> {
     match value {

@@ -23,6 +23,9 @@ pub struct Joint {
     /// Where its springs pull it if nothing drives it, and where it begins, rad or m; of a row from base to tip. Beyond the range they press
     /// on its end.
     pub neutral: Field<f64>,
+    /// Of a part: a point of the axis in the frame of the part, m. Without it, the port by which the part is held.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pivot: Option<Field<[f64; 3]>>,
 }
 
 /// What a joint lets one segment do against the one before.

@@ -205,10 +205,7 @@ impl Writer<'_> {
         self.mass(&names, &part.mass);
         self.field(&names, "friction", &part.friction, f64::to_string);
         for port in &part.ports {
-            let length = |x: &[f64; 3]| {
-                format!("vector({})", x.map(|x| units::shown(x, Dimension::LENGTH)).join(", "))
-            };
-            let at = self.written(&names, &port.at, length);
+            let at = self.written(&names, &port.at, place);
             let plain = |x: &[f64; 3]| format!("vector({})", x.map(|x| x.to_string()).join(", "));
             let facing = self.written(&names, &port.facing, plain);
             self.line(1, format!("port {}[{}] at {at} facing {facing}", port.name, port.index));
@@ -306,6 +303,9 @@ impl Writer<'_> {
         if joint.neutral != Field::Fixed(0.0) {
             self.quantity(names, "neutral", &joint.neutral, kind.position());
         }
+        if let Some(pivot) = &joint.pivot {
+            self.field(names, "pivot", pivot, place);
+        }
     }
 
     pub(super) fn instance_params(&mut self, params: &IndexMap<String, InstanceParam>) {
@@ -318,4 +318,9 @@ impl Writer<'_> {
             self.line(1, format!("param {name} : {}{domain}{default}", param.ty));
         }
     }
+}
+
+/// A place as a grammar writes it.
+fn place(at: &[f64; 3]) -> String {
+    format!("vector({})", at.map(|x| units::shown(x, Dimension::LENGTH)).join(", "))
 }

@@ -154,6 +154,9 @@ words! {
         Holder "holder" "The part that holds it; the core holds itself.";
         Port "port" "The port of its holder that it hangs on; the core has none.";
         Twin "twin" "Its first image, or itself.";
+        Place "place" "Where its frame is in the body as it is attached: the centre of a block, the base of an actuator, from the centre of the core.";
+        Facing "facing" "The direction in which its x axis points (of a block its front, of an actuator its tip), in the frame of the core.";
+        LowestPoint "lowest_point" "The height of its lowest point as a motion begins, from the centre of the core.";
         LeastBend "least_bend" "Of an actuator that bends or twists: the low end of its range.";
         GreatestBend "greatest_bend" "Of an actuator that bends or twists: the high end of its range.";
         LeastDistance "least_distance" "Of an actuator that slides: the low end of its range.";
@@ -179,6 +182,8 @@ words! {
         Part "part" "The part whose port it is.";
         Index "index" "Its number among the ports of one name.";
         Free "free" "Whether nothing is attached to it.";
+        Place "place" "Where it is in the body as it is attached, from the centre of the core.";
+        Facing "facing" "The direction in which it points, in the frame of the core.";
     }
 }
 
@@ -349,6 +354,9 @@ impl PartAttribute {
             Self::Mass => Ty::Quantity(Dimension::MASS),
             Self::Holder | Self::Twin => Ty::Part,
             Self::Port => Ty::Port,
+            Self::Place => Ty::Vector(Dimension::LENGTH),
+            Self::Facing => Ty::Vector(Dimension::NUMBER),
+            Self::LowestPoint => Ty::Quantity(Dimension::LENGTH),
             Self::Work => Ty::Quantity(Dimension::ENERGY),
         }
     }
@@ -369,6 +377,8 @@ impl PortAttribute {
             Self::Part => Ty::Part,
             Self::Index => Ty::Count,
             Self::Free => Ty::Bool,
+            Self::Place => Ty::Vector(Dimension::LENGTH),
+            Self::Facing => Ty::Vector(Dimension::NUMBER),
         }
     }
 }

@@ -36,7 +36,7 @@ pub(super) enum Owner {
 }
 
 /// The fields that the joint of a part can have.
-pub(super) const OF_JOINTS: [&str; 5] = ["bend", "range", "stiffness", "damping", "neutral"];
+pub(super) const OF_JOINTS: [&str; 6] = ["bend", "range", "stiffness", "damping", "neutral", "pivot"];
 
 /// The fields of every row.
 const COMMON: [&str; 5] = ["segment", "density", "mass", "friction", "joint"];
@@ -70,6 +70,9 @@ pub(super) fn own_fields(row: Row<'_>) -> Vec<&'static str> {
     fields.push("damping");
     if row.passive && !turns_on && kind != JointKind::Socket {
         fields.push("neutral");
+    }
+    if row.of == Owner::Part && kind != JointKind::Slide {
+        fields.push("pivot");
     }
     fields
 }
@@ -370,6 +373,17 @@ impl Declarations<'_> {
             true => self.varying(from, "neutral", (&ty, examples(kind).neutral), cx, |_, x, _| x.as_number()),
             false => Some(Field::Fixed(0.0)),
         };
+        let pivot = match from.values.contains_key("pivot") {
+            true => {
+                let place = (&Ty::Vector(Dimension::LENGTH), "vector(0 mm, 0 mm, 0 mm)");
+                let read = |_: &mut Self, value, _| match value {
+                    Value::Vector(vector) => Some(vector),
+                    _ => None,
+                };
+                self.varying(from, "pivot", place, cx, read).map(Some)
+            }
+            false => Some(None),
+        };
         let examples = examples(kind);
         let stiffness = if kind == JointKind::Spin {
             Some(Field::Fixed(0.0))
@@ -388,6 +402,7 @@ impl Declarations<'_> {
             stiffness: stiffness?,
             damping: damping?,
             neutral: neutral?,
+            pivot: pivot?,
         })
     }
 
@@ -453,6 +468,10 @@ pub(super) fn belongs_elsewhere(field: &str, row: Row<'_>) -> Option<String> {
                 kind.example()
             )
         }
+        "pivot" if row.of == Owner::Row => {
+            "the joints of a row are in the middle between its segments: only a part that hangs on a joint has `pivot`".to_owned()
+        }
+        "pivot" => "what slides has a direction and no place: leave it out".to_owned(),
         "neutral" if kind == JointKind::Socket => "a socket is at rest where its part is attached".to_owned(),
         "stiffness" | "relaxing_speed" | "neutral" if spin => match row.passive {
             true => "a free axle has no spring: `damping` is all that slows it".to_owned(),

@@ -54,7 +54,11 @@ impl Declarations<'_> {
         let joint = match row {
             Some(row) => {
                 let axis = self.joint_axis(row, &cx)?;
-                Some(self.joint_of(&from, (row, axis), 1.0, &cx)?)
+                let joint = self.joint_of(&from, (row, axis), 1.0, &cx)?;
+                if let (Some(Field::Fixed(form)), Some(Field::Fixed(pivot))) = (&shape, &joint.pivot) {
+                    self.check_pivot(&from, *form, *pivot);
+                }
+                Some(joint)
             }
             None => None,
         };
@@ -129,6 +133,14 @@ impl Declarations<'_> {
             return None;
         }
         sound.then_some(ports)
+    }
+
+    /// Warns of an axis further from the part than the part is long.
+    fn check_pivot(&mut self, from: &Values<'_>, form: Form, pivot: [f64; 3]) {
+        let Some((_, tree)) = from.values.get("pivot") else { return };
+        if Point3::from(pivot).coords.norm() > 3.0 * form.shape.reach() + 1e-3 {
+            self.stray_pivot(tree.span, pivot, form.shape.reach());
+        }
     }
 
     /// Warns of ports that lie off the part, and of two in one place.

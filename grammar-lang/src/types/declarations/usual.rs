@@ -214,13 +214,28 @@ impl Declarations<'_> {
 
     /// Warns of a port that lies well outside of its part.
     pub(super) fn stray_port(&mut self, name: &str, place: Span, distance: f64, reach: f64) {
-        let length = |x: f64| units::shown((x * 1e5).round() / 1e5, Dimension::LENGTH);
         self.report(
             Diagnostic::new(Code::STRAY_PORT, place, format!("the port `{name}` lies off its part"))
                 .label(format!("{} from the middle; the part reaches {}", length(distance), length(reach)))
                 .help("a port must lie on the surface: a part attached here would float in the air"),
         );
     }
+
+    /// Warns of a joint whose axis is far from its part.
+    pub(super) fn stray_pivot(&mut self, place: Span, pivot: [f64; 3], reach: f64) {
+        let [x, y, z] = pivot;
+        let distance = (x * x + y * y + z * z).sqrt();
+        self.report(
+            Diagnostic::new(Code::STRAY_PORT, place, "the pivot of the part is far from it")
+                .label(format!("{} from the middle; the part reaches {}", length(distance), length(reach)))
+                .help("`pivot` is in the frame of the part: `vector(0 mm, 0 mm, 0 mm)` is its middle"),
+        );
+    }
+}
+
+/// A length, rounded to hundredths of a millimetre.
+fn length(x: f64) -> String {
+    units::shown((x * 1e5).round() / 1e5, Dimension::LENGTH)
 }
 
 /// The usual values of a field of what is called so. A passive row has those of a driven one, and what all rows have is said

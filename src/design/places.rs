@@ -1,0 +1,62 @@
+//! Where parts and ports are in the body as it is attached, with every joint at 0, as expressions read it: in the frame of the core.
+
+use grammar_lang::ir::RuleSet;
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::port::ports;
+use super::{Body, Design, PartId};
+
+/// Places (m) and directions are rounded to this: what is on a plane is not a rounding error beside it.
+const GRID: f64 = 1e-9;
+
+impl Design {
+    /// The origin of a part's frame, m.
+    #[must_use]
+    pub fn place(&self, id: PartId) -> Option<[f64; 3]> {
+        Some(place(&self.parts.get(&id)?.pose))
+    }
+
+    /// Where the x axis of a part points, a unit vector.
+    #[must_use]
+    pub fn facing(&self, id: PartId) -> Option<[f64; 3]> {
+        Some(facing(&self.parts.get(&id)?.pose))
+    }
+
+    /// The place of a port, m.
+    #[must_use]
+    pub fn place_of_port(&self, id: PartId, port: u8) -> Option<[f64; 3]> {
+        Some(place(&self.pose_of_port(id, port)?))
+    }
+
+    /// Where a port points, a unit vector.
+    #[must_use]
+    pub fn facing_of_port(&self, id: PartId, port: u8) -> Option<[f64; 3]> {
+        Some(facing(&self.pose_of_port(id, port)?))
+    }
+
+    fn pose_of_port(&self, id: PartId, port: u8) -> Option<Isometry3<f64>> {
+        let part = self.parts.get(&id)?;
+        Some(part.pose * ports(part).get(port as usize)?.frame)
+    }
+
+    /// The height of the lowest point of a part as a motion begins, m: passive joints are then where their springs rest.
+    #[must_use]
+    pub fn lowest_point(&self, rules: &RuleSet, id: PartId) -> Option<f64> {
+        let body = Body::new(self, rules);
+        let elements = body.elements_of(id).filter_map(|i| body.assembly.elements.get(i));
+        elements.map(|element| element.shape.lowest(&element.pose)).reduce(f64::min).map(rounded)
+    }
+}
+
+fn rounded(x: f64) -> f64 {
+    // The sum takes the sign of a zero away.
+    libm::round(x / GRID) * GRID + 0.0
+}
+
+fn place(pose: &Isometry3<f64>) -> [f64; 3] {
+    Point3::from(pose.translation.vector).coords.map(rounded).into()
+}
+
+fn facing(pose: &Isometry3<f64>) -> [f64; 3] {
+    (pose.rotation * Vector3::x()).map(rounded).into()
+}

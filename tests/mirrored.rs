@@ -1,0 +1,226 @@
+//! Parts that look different in a mirror, joints whose axis is apart from the port, and where expressions see parts.
+
+use nalgebra::{Isometry3, Vector3};
+use sgc::derive::{Candidate, Derivation, Stream, check_start};
+use sgc::search::settings;
+use sgc::simulate::Settings;
+
+use crate::joints::{compiled, end_of_last, hanging, moved};
+
+/// A cube with a driven row at each side, an arm at the tip of each, and a lever on the arm.
+fn armed(arm: &str, held_by: &str, lever_on: &str, lever: &str) -> String {
+    format!(
+        "grammar armed
+        use std.blocks     {{ cube }}
+        use std.actuators  {{ twister }}
+        use std.models     {{ hinge_model }}
+        use std.objectives {{ travel }}
+        use std.search     {{ recommended }}
+        part arm {{
+          shape = box(3 cm, 1 cm, 2 cm)  density = 1 g/cm^3  friction = 0.8
+          {arm}
+        }}
+        part lever {{
+          shape = box(4 cm, 1 cm, 0.5 cm)  density = 1 g/cm^3  friction = 0.8
+          {lever}
+        }}
+        actuation beat for a : actuator {{
+          vary  most : Number in 0.5 .. 1.0 mutate 0.5 by normal(0, 0.1)
+          drive angle = most * 40 deg * sin(t / 1 s * 360 deg)
+        }}
+        symmetry mirror xy
+        begin {{
+          place core : cube
+          place row  : twister to core.left turned 30 deg
+          place held : arm to row.tip turned 20 deg {held_by}
+          place last : lever to held.{lever_on} turned 50 deg
+        }}
+        rule grow {{
+          match  p : block with free port q
+          attach lever to q
+        }}
+        require few : count(part) <= 12
+        actuate twister with beat
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search recommended"
+    )
+}
+
+/// Ports that a mirror would lead to where the kind has none.
+const HANDED: &str = "port root at vector(-1 cm, 0.2 cm, -1 cm) facing vector(0, 0, -1)
+                      port axle at vector(1 cm, 0.1 cm, 1 cm) facing vector(0.3, 0.2, 1)";
+const SPRING: &str = "stiffness = 0.002 N*m/rad^2  damping = 0.00005 N*m*s/rad^2";
+
+/// The image of a part whose ports are on one side has them on the other: it is held there, and what it holds hangs there. A
+/// part with ports on both sides is held by that of the other side.
+#[test]
+fn parts_on_one_side_have_mirror_images() {
+    let hinge = format!("joint = bend about vector(0.2, 1, 0.5) passive  bend = -40 deg .. 60 deg  {SPRING}");
+    let pivot = format!("{hinge}  pivot = vector(-1 cm, 2 mm, 3 mm)");
+    let one_sided = "port hub at vector(-1 cm, 0 cm, 0.25 cm) facing vector(0, 0, 1)";
+    let cases = [
+        (HANDED, "", "axle", ""),
+        (HANDED, "by axle", "root", ""),
+        (HANDED, "", "axle", one_sided),
+        (HANDED, "", "axle", &format!("{one_sided}  {hinge}")),
+        (HANDED, "", "axle", &format!("{one_sided}  {pivot}")),
+        ("", "by right", "front", ""),
+        ("", "by right", "left", &pivot),
+        ("", "by left", "top", one_sided),
+    ];
+    for (arm, held_by, lever_on, lever) in cases {
+        let text = armed(arm, held_by, lever_on, lever);
+        let rules = compiled(&text);
+        assert_eq!(check_start(&rules), None, "{text}");
+        let (motion, elements) = moved(&rules, "articulated", true);
+        let (originals, images) = elements.split_at(elements.len() / 2);
+        assert!(originals.len() == images.len() && originals.len() >= 4, "{elements:?}");
+        let mut way = 0.0_f64;
+        // Later, contacts make much of little differences.
+        for frame in (0..motion.frames()).filter(|frame| motion.time(*frame) <= 0.15) {
+            let pose = |element| -> Isometry3<f64> { motion.pose(element, motion.time(frame)).unwrap() };
+            for (&original, &image) in originals.iter().zip(images) {
+                let (a, b) = (pose(original), pose(image));
+                // A mirror keeps x and y of a frame, and turns z round.
+                for along in [Vector3::zeros(), Vector3::x(), Vector3::y()] {
+                    let place =
+                        |pose: Isometry3<f64>| pose.translation.vector + pose.rotation * (0.01 * along);
+                    let (a, b): (Vector3<f64>, Vector3<f64>) = (place(a), place(b));
+                    let off = (a.x - b.x).abs().max((a.y - b.y).abs()).max((a.z + b.z).abs());
+                    let limit = if frame == 0 { 1e-9 } else { 3e-4 };
+                    assert!(off < limit, "{arm} {held_by} {lever_on} {lever}, frame {frame}: {a} and {b}");
+                }
+                let begun = motion.pose(original, 0.0).unwrap();
+                way = way.max(begun.rotation.angle_to(&a.rotation));
+            }
+        }
+        assert!(way > 0.1, "turns by {way} rad only");
+    }
+}
+
+const GROWS: &str = "choose  turn in { 0 deg, 90 deg, 200 deg }
+                     choose  what in { lever, arm, cube }
+                     attach  what to q turned turn";
+
+/// Whatever a rule attaches there, and to the images of it: all parts have their image in the mirror, and its ports are those
+/// of the part in the mirror.
+#[test]
+fn random_growth_of_one_sided_parts_stays_symmetric() {
+    let text = armed(HANDED, "", "axle", HANDED)
+        .replace("shape = box(4 cm, 1 cm, 0.5 cm)", "shape = box(2 cm, 0.4 cm, 2 cm)")
+        .replace("attach lever to q", GROWS);
+    let rules = compiled(&text);
+    let mut random = Stream::named(5, "one-sided");
+    let mut parts = 0;
+    for _ in 0..20 {
+        let mut derivation = Derivation::begin(&rules);
+        for _ in 0..4 {
+            if let Some(next) = derivation.advance(&rules, &mut random, 1.0).result {
+                derivation = next;
+            }
+        }
+        let design = &derivation.design;
+        for (id, part) in &design.parts {
+            let twin = &design.parts[&design.twin(*id)];
+            let own = sgc::design::ports(part);
+            for (port, image) in own.iter().zip(sgc::design::ports(twin)) {
+                if part.kind == "cube" {
+                    continue;
+                }
+                let (a, b) = (part.pose * port.frame, twin.pose * image.frame);
+                let [a, b] = [a, b].map(|at| (at.translation.vector, at.rotation * Vector3::x()));
+                for (a, b) in [(a.0, b.0), (a.1, b.1)] {
+                    let off = (a.x - b.x).abs().max((a.y - b.y).abs()).max((a.z + b.z).abs());
+                    assert!(off < 1e-9, "{}.{}: {a} and {b}", part.kind, port.name);
+                }
+            }
+            parts += usize::from(part.image > 0);
+        }
+    }
+    assert!(parts > 60, "{parts} images");
+}
+
+/// A plate that hangs on its rim, and turns about the middle of itself: nothing pulls it down. About the rim it falls.
+#[test]
+fn a_part_turns_about_its_pivot() {
+    let text = |pivot: &str| {
+        format!(
+            "grammar signpost
+            use std.models     {{ hinge_model }}
+            use std.objectives {{ travel }}
+            use std.search     {{ gait_annealing }}
+            part stand {{ shape = box(10 cm, 60 cm, 10 cm)  mass = 20 kg  friction = 0.8 }}
+            part plate {{
+              shape = box(6 cm, 1 cm, 1 cm)  density = 1 g/cm^3  friction = 0.8
+              port rim at vector(-3 cm, 0 cm, 0 cm) facing vector(-1, 0, 0)
+              joint = bend about z passive  bend = -80 deg .. 80 deg  {pivot}
+              stiffness = 0 N*m/rad^2  damping = 0 N*m*s/rad^2
+            }}
+            begin {{
+              place core : stand
+              place sign : plate to core.front
+            }}
+            simulate hinge_model for 0.5 s
+            maximize travel in cm
+            search gait_annealing"
+        )
+    };
+    // A free end falls, at first, by 3/2 g: the middle of the bar by 3/4 g.
+    for (pivot, lever) in
+        [("", 0.03), ("pivot = vector(0 cm, 0 cm, 0 cm)", 0.0), ("pivot = vector(1 cm, 0 cm, 0 cm)", -0.01)]
+    {
+        let rules = compiled(&text(pivot));
+        let own = Settings { step: 1.0 / 4800.0, ..settings(&rules.first_task().unwrap().model) };
+        let motion = hanging(&rules, "articulated", &own).unwrap();
+        let element = motion.placements.len() - 1;
+        let rest = motion.pose(element, 0.0).unwrap();
+        let t = motion.time(2);
+        // Small angles: the angle grows as half of m g r / (I + m r^2) times the square of the time.
+        let moment = (0.06_f64.powi(2) + 0.01_f64.powi(2)) / 12.0 + lever * lever;
+        let angle = -0.5 * own.gravity * lever / moment * t * t;
+        let now = motion.pose(element, t).unwrap();
+        let forward = now.rotation * Vector3::x();
+        let turned = forward.y.atan2(forward.x);
+        assert!(
+            (turned - angle).abs() < 0.02 * angle.abs() + 1e-6,
+            "{pivot}: {turned} rad, {angle} expected"
+        );
+        let fallen = now.translation.vector.y - rest.translation.vector.y;
+        assert!((fallen - lever * turned.sin()).abs() < 1e-5, "{pivot}: fallen by {fallen} m");
+    }
+    // The motion of the free plate about its middle never begins.
+    let rules = compiled(&text("pivot = vector(0 cm, 0 cm, 0 cm)"));
+    let own = settings(&rules.first_task().unwrap().model);
+    let motion = hanging(&rules, "rapier", &own).unwrap();
+    assert!(end_of_last(&motion).rotation.angle() < 1e-3);
+}
+
+/// Requirements see where parts and ports are, and where they point, in the frame of the core; on the plane exactly 0.
+#[test]
+fn expressions_see_places() {
+    let text = armed(HANDED, "", "axle", "").replace(
+        "require few : count(part) <= 12",
+        "require few : count(part) <= 12
+        require sides : held.place.z < 0 mm and held.twin.place.z > 0 mm
+        require ports : held.axle.place.z == -held.twin.axle.place.z and held.axle.facing.z < 0
+        require heads : bearing(row.facing) == 90 deg and bearing(row.twin.facing) == -90 deg
+        require same  : last.lowest_point == last.twin.lowest_point
+        require whole : core.place.z == 0 mm and core.lowest_point == -12.5 mm and core.front.place.x == 12.5 mm
+        require rest  : length(core.top.place) == 12.5 mm and length(row.facing) == 1",
+    );
+    let rules = compiled(&text);
+    assert_eq!(check_start(&rules), None);
+    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
+    assert!(candidate.body.assembly.elements.len() > 4);
+    // A drive sees them, too: the two sides, which the same curve would move alike, go opposite ways.
+    let aside = |drive: &str| {
+        let rules = compiled(&text.replace("most * 40 deg", drive));
+        let (motion, elements) = moved(&rules, "articulated", true);
+        let at = |element: usize| motion.pose(element, 0.25).unwrap().translation.vector;
+        let (original, image) = (at(elements[elements.len() / 2 - 1]), at(elements[elements.len() - 1]));
+        (original.y - image.y).abs()
+    };
+    let (alike, opposite) = (aside("40 deg"), aside("(if a.place.z > 0 mm then -1 else 1) * 40 deg"));
+    assert!(alike < 1e-4 && opposite > 5e-3, "{alike} m and {opposite} m");
+}
