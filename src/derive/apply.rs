@@ -48,7 +48,7 @@ impl Blocked {
             Self::NoMatch => "no match".to_owned(),
             Self::Refused(Refusal::Gone) => "not there".to_owned(),
             Self::Refused(Refusal::PortTaken) => "port taken".to_owned(),
-            Self::Refused(Refusal::Asymmetric(_)) => "symmetry".to_owned(),
+            Self::Refused(Refusal::Asymmetric(kind)) => format!("symmetry of {kind}"),
             Self::Refused(Refusal::NoImage { kind, port }) => format!("no image of {kind}.{port}"),
             Self::Refused(Refusal::Askew(kind)) => format!("{kind} out of the mirror's plane"),
             Self::Refused(Refusal::BadParameter(name)) => format!("parameter {name}"),
