@@ -89,7 +89,7 @@ impl Export {
         let precision = self.precision.asked();
         let setup = replay::setup(&rules, &design, self.task.as_deref(), precision).map_err(fault)?;
         let assembly = &setup.body.assembly;
-        let names = names.all(&body.actuators);
+        let names = names.all(&setup.body.parts_of_elements);
         let text = match self.to {
             Format::Mjcf => export::mjcf(assembly, &setup.settings, &self.title(&design), &names),
             Format::Drive => export::drive(assembly, &setup.settings, &setup.targets, &names),

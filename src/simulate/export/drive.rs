@@ -9,7 +9,7 @@ use crate::simulate::{Settings, Targets, Unfit};
 
 /// The target of every joint that something drives after rate limiting, in rad, m or rad/s, as
 /// comma-separated values: a row for each step, with the time at which that step ends. Columns
-/// are the actuators of [`super::mjcf`], in its order; `names` are those of the actuators here.
+/// are the actuators of [`super::mjcf`], in its order; `names` are those of the parts that its elements belong to.
 ///
 /// # Errors
 ///

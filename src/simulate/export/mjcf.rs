@@ -28,7 +28,7 @@ const ABOUT: [&str; 4] = [
     "Contacts and limits are as stiff as the time step allows (solref); friction has a round cone (cone, impratio).",
 ];
 
-/// An assembly as a model of MuJoCo; `title` may be any text, `names` are those of the actuators.
+/// An assembly as a model of MuJoCo; `title` may be any text, `names` are those of the parts that its elements belong to.
 ///
 /// # Errors
 ///

@@ -19,17 +19,21 @@ pub use mjcf::mjcf;
 pub use motion::{NotMotion, motion, read_motion};
 
 /// What the joints of lowered bodies are called, in their order: `bender-1.hinge0`, counted from the end by which the
-/// actuator is held. Those that nothing drives are counted together.
-fn joint_names(lowered: &Lowered, actuators: &[String]) -> Vec<String> {
-    let mut counted: BTreeMap<Option<usize>, usize> = BTreeMap::new();
-    let dofs = lowered.bodies.iter().filter_map(|body| body.dof.as_ref());
-    let named = dofs.map(|dof| {
-        let number = counted.entry(dof.actuator()).or_default();
+/// part is held. `elements` are the names of the parts that the elements belong to.
+fn joint_names(lowered: &Lowered, elements: &[String]) -> Vec<String> {
+    let mut counted: BTreeMap<&str, usize> = BTreeMap::new();
+    // Between the degrees of freedom of a socket are bodies without elements: the part comes behind them.
+    let owner = |body: usize| {
+        let mut whole = lowered.bodies.iter().enumerate().skip(body).filter(|(_, body)| !body.is_massless());
+        let (whole, _) = whole.next()?;
+        let element = lowered.pieces.iter().position(|piece| piece.body == whole)?;
+        elements.get(element).map(String::as_str)
+    };
+    let dofs = lowered.bodies.iter().enumerate().filter_map(|(i, body)| Some((i, body.dof.as_ref()?)));
+    let named = dofs.map(|(body, dof)| {
+        let owner = owner(body).unwrap_or("part");
+        let number = counted.entry(owner).or_default();
         *number += 1;
-        let owner = match dof.actuator() {
-            Some(actuator) => actuators.get(actuator).map_or("actuator", String::as_str),
-            None => "passive",
-        };
         let what = match dof.travel {
             Travel::Turn => "hinge",
             Travel::Slide => "slide",
