@@ -61,7 +61,7 @@ impl Export {
         let path = design::file(&self.design);
         let Opened { design, rules, .. } = design::open(&path)?;
         let fault = |e| design::fault(&path, &e);
-        let Candidate { derivation, body, .. } = replay::candidate(&rules, &design).map_err(fault)?;
+        let Candidate { derivation, .. } = replay::candidate(&rules, &design).map_err(fault)?;
         let names = design.names(&rules, &derivation);
         let world = self.place.asked(&rules)?;
         if world.is_some() && !matches!(self.to, Format::Motion) {
