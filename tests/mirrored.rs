@@ -181,13 +181,13 @@ fn a_part_turns_about_its_pivot() {
         let angle = -0.5 * own.gravity * lever / moment * t * t;
         let now = motion.pose(element, t).unwrap();
         let forward = now.rotation * Vector3::x();
-        let turned = forward.y.atan2(forward.x);
+        let turned = libm::atan2(forward.y, forward.x);
         assert!(
             (turned - angle).abs() < 0.02 * angle.abs() + 1e-6,
             "{pivot}: {turned} rad, {angle} expected"
         );
         let fallen = now.translation.vector.y - rest.translation.vector.y;
-        assert!((fallen - lever * turned.sin()).abs() < 1e-5, "{pivot}: fallen by {fallen} m");
+        assert!((fallen - lever * libm::sin(turned)).abs() < 1e-5, "{pivot}: fallen by {fallen} m");
     }
     // The motion of the free plate about its middle never begins.
     let rules = compiled(&text("pivot = vector(0 cm, 0 cm, 0 cm)"));
