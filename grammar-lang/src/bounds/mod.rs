@@ -6,6 +6,7 @@
 //! follow may be anything.
 
 mod call;
+mod exclude;
 mod facts;
 mod interval;
 mod kinds;

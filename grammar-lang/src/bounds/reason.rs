@@ -294,6 +294,9 @@ impl<'f> Reasoning<'f> {
         if first != decided {
             self.never.truncate(before);
         }
+        if operator == Operator::And && first == Truth::Sometimes && self.exclude(a, b) {
+            return Abstract::Bool(Truth::Never);
+        }
         Abstract::Bool(if operator == Operator::And { first.and(second) } else { first.or(second) })
     }
 

@@ -1,8 +1,10 @@
 //! An objective that is the same for every design and every motion.
 
+use std::collections::BTreeSet;
+
 use crate::bounds::Reasoning;
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::ExprKind;
+use crate::ir::{Attribute, Expr, ExprKind, MotionWord, RuleSet, Word};
 use crate::units::shown;
 
 use super::known::Known;
@@ -13,10 +15,12 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let of_tasks = ruleset.tasks.values().map(|task| (&task.objective, facts_of(known, task)));
     let of_all = ruleset.objectives().map(|objective| (objective, known.facts.clone()));
     for (objective, facts) in of_tasks.chain(of_all) {
+        if findings.iter().any(|d| d.span() == objective.value.span) {
+            continue;
+        }
         let value = Reasoning::new(&facts, Vec::new()).numbers(&objective.value).single();
         if let ExprKind::If(_, a, b) = &objective.quantity().kind
             && [a, b].iter().all(|branch| known.numbers(branch).single().is_some())
-            && findings.iter().all(|d| d.span() != objective.value.span)
         {
             findings.push(
                 Diagnostic::new(
@@ -29,9 +33,19 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             );
             continue;
         }
-        let Some(value) = value.filter(|_| findings.iter().all(|d| d.span() != objective.value.span)) else {
+        if only_the_start(ruleset, &objective.value) {
+            findings.push(
+                Diagnostic::new(
+                    Code::CONSTANT_AIM,
+                    objective.value.span,
+                    "this objective reads the motion only where it begins",
+                )
+                .label("whatever the body does, it stays the same")
+                .help("read what changes, such as `e.position at end`"),
+            );
             continue;
-        };
+        }
+        let Some(value) = value else { continue };
         let dimension = objective.value.ty.dimension().unwrap_or_default();
         findings.push(
             Diagnostic::new(Code::CONSTANT_AIM, objective.value.span, "every design has the same value")
@@ -39,4 +53,32 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 .help("let the objective read the motion or the design, as in `maximize travel in cm`"),
         );
     }
+}
+
+/// Whether what an objective reads of the motion, it reads at its start.
+fn only_the_start(ruleset: &RuleSet, objective: &Expr) -> bool {
+    let (mut begins, mut moves) = (false, false);
+    let mut seen = BTreeSet::new();
+    let mut open = vec![objective];
+    while let Some(expr) = open.pop() {
+        match &expr.kind {
+            ExprKind::At(_, time) if time.kind == ExprKind::Word(Word::Motion(MotionWord::Start)) => {
+                begins = true;
+                continue;
+            }
+            ExprKind::At(..) | ExprKind::Task(_) | ExprKind::Shared(..) => moves = true,
+            ExprKind::Word(Word::Motion(MotionWord::Period)) => moves = true,
+            // What an element is, it is at all times.
+            ExprKind::Attribute(_, attribute) => {
+                let stays = matches!(attribute.text(), "part" | "cell" | "size");
+                moves |= attribute.is_of_motion() && !stays && !matches!(attribute, Attribute::Track(_));
+            }
+            ExprKind::Term(name) if seen.insert(name) => {
+                open.extend(ruleset.terms.get(name).map(|term| &term.value));
+            }
+            _ => {}
+        }
+        expr.each(&mut |inner| open.push(inner));
+    }
+    begins && !moves
 }

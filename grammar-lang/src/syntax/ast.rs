@@ -735,6 +735,19 @@ impl Operator {
         matches!(self, Self::Add | Self::Subtract | Self::Multiply | Self::Divide)
     }
 
+    /// The comparison with its sides changed: `a < b` is `b > a`.
+    #[must_use]
+    pub fn turned_round(self) -> Option<Self> {
+        Some(match self {
+            Self::Less => Self::Greater,
+            Self::LessEqual => Self::GreaterEqual,
+            Self::Greater => Self::Less,
+            Self::GreaterEqual => Self::LessEqual,
+            Self::Equal | Self::NotEqual => self,
+            _ => return None,
+        })
+    }
+
     /// How a text writes it.
     #[must_use]
     pub fn symbol(self) -> &'static str {

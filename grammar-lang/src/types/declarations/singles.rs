@@ -251,7 +251,12 @@ impl<'a> Declarations<'a> {
                     _ => None,
                 };
                 match normal {
-                    Some(normal) => return Some(ir::Symmetry::Mirror(normal)),
+                    Some(normal) => {
+                        if normal == 1 {
+                            self.upside_down(plane);
+                        }
+                        return Some(ir::Symmetry::Mirror(normal));
+                    }
                     None => (plane.span, format!("there is no plane `{}`", plane.text)),
                 }
             }

@@ -212,6 +212,15 @@ impl Declarations<'_> {
         );
     }
 
+    /// Warns of a body that is mirrored up and down, though only one half of it can stand on the ground.
+    pub(super) fn upside_down(&mut self, plane: &ast::Name) {
+        self.report(
+            Diagnostic::new(Code::UNUSUAL, plane.span, "this mirrors the body up and down")
+                .label("the plane of the ground")
+                .help("write `mirror xy` to mirror left and right, or `mirror yz` to mirror front and back"),
+        );
+    }
+
     /// Warns of a port that lies well outside of its part.
     pub(super) fn stray_port(&mut self, name: &str, place: Span, distance: f64, reach: f64) {
         self.report(
