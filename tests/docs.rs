@@ -45,6 +45,35 @@ fn the_table_of_usual_values_is_that_of_the_checker() {
     assert!(read("docs/usual.md").contains(&table), "docs/usual.md must hold\n{table}");
 }
 
+/// Each reserved word of the page is one, and every reserved word is on the page.
+#[test]
+fn the_reserved_words_are_those_of_the_parser() {
+    let page = read("docs/language.md");
+    let (_, section) = page.split_once("## Reserved words").unwrap();
+    let list = section.split("\n\n").nth(2).unwrap();
+    let listed: Vec<&str> = list.split('`').filter(|word| !word.trim().is_empty()).collect();
+    assert!(listed.len() > 60, "{listed:?}");
+    let is_name = |word: &str| {
+        let mut sources = grammar_lang::source::SourceMap::default();
+        let entry = sources.add("own.sgr", format!("let {word} = 1\n"));
+        let compiled = grammar_lang::compile(&sgc::loader::Files, &mut sources, entry, &[], None);
+        compiled.diagnostics.iter().all(|found| found.code.id != "E0103")
+    };
+    for word in &listed {
+        assert!(!is_name(word), "`{word}` is not reserved");
+    }
+    // Every word that the parser reads by itself, and that no declaration can be called by.
+    let parser = read("grammar-lang/src/syntax/grammar.pest");
+    let words =
+        parser.lines().filter_map(|line| line.split_once("= @{ \"")?.1.split_once("\" ~ !XID_CONTINUE }"));
+    let mut seen = 0;
+    for (word, _) in words {
+        seen += 1;
+        assert!(is_name(word) || listed.contains(&word), "`{word}` is reserved, and not on the page");
+    }
+    assert!(seen > 40, "{seen} words");
+}
+
 #[test]
 fn every_block_of_the_documentation_is_free_of_findings() {
     let mut pages: Vec<String> = std::fs::read_dir(root().join("docs"))
