@@ -224,3 +224,136 @@ fn expressions_see_places() {
     let (alike, opposite) = (aside("40 deg"), aside("(if a.place.z > 0 mm then -1 else 1) * 40 deg"));
     assert!(alike < 1e-4 && opposite > 5e-3, "{alike} m and {opposite} m");
 }
+
+/// What is attached alone has no image, nor has what hangs on it; the port in the mirror stays free, and everything else has its image.
+#[test]
+fn what_is_attached_alone_has_no_image() {
+    let text = armed(HANDED, "", "axle", "")
+        .replace(
+            "place last : lever to held.axle turned 50 deg",
+            "place last : lever to held.axle turned 50 deg
+             place camera : cube to core.top turned 30 deg alone
+             place cab : lever to camera.right",
+        )
+        .replace("attach lever to q", "attach lever to q alone as a attach cube to a.front")
+        .replace(
+            "require few : count(part) <= 12",
+            "rule pair {
+               match  p : cube with free port q where q is left and p is not core
+               attach cube to q
+             }
+             require few : count(part) <= 24
+             require one : camera.twin is camera and cab.twin is cab and not camera.own_image and camera.image == 0
+             require tilted : camera.upward.y < 0.1 and abs(camera.sideways.x) == 0.5 and cab.place.x != 0 mm",
+        );
+    let rules = compiled(&text);
+    assert_eq!(check_start(&rules), None);
+    let begun = Derivation::begin(&rules);
+    assert_eq!(begun.design.parts.len(), 1 + 2 * 3 + 2);
+    let mut random = Stream::named(7, "alone");
+    let (mut alone, mut pairs) = (0, 0);
+    for _ in 0..20 {
+        let mut derivation = begun.clone();
+        for _ in 0..4 {
+            if let Some(next) = derivation.advance(&rules, &mut random, 1.0).result {
+                derivation = next;
+            }
+        }
+        let design = &derivation.design;
+        for (id, part) in &design.parts {
+            let holder = part.held_by.and_then(|(holder, _)| design.parts.get(&holder));
+            // What hangs on something alone is alone, and has no image.
+            assert!(part.alone || !holder.is_some_and(|holder| holder.alone));
+            if part.alone {
+                assert_eq!((design.orbit(*id).len(), part.image), (1, 0));
+                alone += 1;
+            }
+            pairs += usize::from(part.image > 0);
+        }
+        // What was made of it is made again.
+        let again = Derivation::replay(&rules, &derivation.steps).unwrap();
+        assert_eq!(again.design.canonical_hash(), design.canonical_hash());
+    }
+    assert!(alone > 100 && pairs >= 60, "{alone} alone, {pairs} images");
+}
+
+/// One effect sets all parts of a kind; requirements see only what it comes to in the end.
+#[test]
+fn one_effect_sets_all_parts_of_a_kind() {
+    let rules = compiled(
+        "grammar wheels
+        use std.models     { hinge_model }
+        use std.objectives { travel }
+        use std.search     { recommended }
+        part axle { shape = box(2 cm, 1 cm, 4 cm)  density = 1 g/cm^3  friction = 0.8 }
+        part tyre {
+          param radius : Length in 5 mm .. 40 mm = 10 mm
+          shape = sphere(radius)  density = 1 g/cm^3  friction = 0.8
+        }
+        symmetry mirror xy
+        begin {
+          place core : axle
+          place u    : tyre to core.left
+          place rear : axle to core.back
+          place v    : tyre to rear.left
+        }
+        rule grow {
+          choose r in 10 mm .. 30 mm
+          match  a : axle
+          set    w.radius = r + 2 * a.depth * 1 mm for w in tyre
+        }
+        require level : forall w in tyre: w.radius == v.radius because \"it stands level\"
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search recommended",
+    );
+    let begun = Derivation::begin(&rules);
+    let grown = begun.advance(&rules, &mut Stream::named(1, "wheels"), 1.0).result.unwrap();
+    let radii: Vec<f64> = (grown.design.parts.values())
+        .filter(|part| part.kind == "tyre")
+        .map(|part| part.params["radius"].as_number().unwrap())
+        .collect();
+    assert!(radii.len() == 4 && radii[0] != 0.01 && radii.iter().all(|r| *r == radii[0]), "{radii:?}");
+}
+
+/// What a rule says by `let` follows from the design: where an earlier step is taken back, it is worked out again.
+#[test]
+fn a_let_follows_what_is_taken_back() {
+    let rules = compiled(
+        "grammar rods
+        use std.models     { hinge_model }
+        use std.objectives { travel }
+        use std.search     { recommended }
+        part hub { shape = box(2 cm, 2 cm, 2 cm)  density = 1 g/cm^3  friction = 0.8 }
+        part rod {
+          param size : Length in 1 cm .. 4 cm = 2 cm
+          shape = box(size, 1 cm, 1 cm)  density = 1 g/cm^3  friction = 0.8
+          port back at vector(-size / 2, 0 cm, 0 cm) facing vector(-1, 0, 0)
+        }
+        begin { place core : hub }
+        rule add {
+          match  h : hub with free port q
+          choose fresh in { 1 cm, 2 cm, 3 cm, 4 cm }
+          let    r = min over x in rod of x.size otherwise fresh
+          attach rod(size = r) to q
+        }
+        rule undo { match s : step where s adds part  revert s }
+        require few : count(part) <= 7
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search recommended",
+    );
+    let mut random = Stream::named(3, "rods");
+    let mut derivation = Derivation::begin(&rules);
+    let mut reverted = 0;
+    for _ in 0..200 {
+        let before = derivation.steps.len();
+        let Some(next) = derivation.advance(&rules, &mut random, 1.0).result else { continue };
+        reverted += usize::from(next.steps.len() < before);
+        derivation = next;
+        // The steps that are listed make this body, as a rule would make them now.
+        let followed = Derivation::follow_all(&rules, &derivation.steps).unwrap();
+        assert_eq!(followed.design.canonical_hash(), derivation.design.canonical_hash());
+    }
+    assert!(reverted > 20, "{reverted}");
+}

@@ -24,7 +24,8 @@ fn attach(design: &mut Design, rules: &RuleSet, kind: &str, level: f64, at: (usi
     let part = *design.parts.get_index(at.0).unwrap().0;
     let port = ports(&design.parts[&part]).iter().position(|port| port.name == at.1).unwrap() as u8;
     let params = vec![("level".to_owned(), Value::Number(level))];
-    let attachment = Attachment { kind: kind.to_owned(), params, part, port, turn: 0.0, by: None };
+    let attachment =
+        Attachment { kind: kind.to_owned(), params, part, port, turn: 0.0, by: None, alone: false };
     design.attach(rules, &attachment, step).unwrap();
 }
 

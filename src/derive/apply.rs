@@ -2,12 +2,14 @@
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate};
 use grammar_lang::ir::{
-    Binder, Cells, DesignWord, Effect, Expr, ExprKind, Holding, Painting, Rule, RuleSet, Word,
+    Cells, DesignWord, Effect, Expr, ExprKind, Holding, Match, Painting, Rule, RuleSet, Spread, Symmetry,
+    Word,
 };
 
+use super::choosing::domain_of;
 use super::record::{Recorded, Step};
 use super::scope::DesignScope;
-use super::{Derivation, Unrepeatable};
+use super::{Derivation, Unrepeatable, repeated};
 use crate::design::step_of;
 use crate::design::{Attachment, Design, PartId, Refusal};
 
@@ -47,7 +49,7 @@ impl Blocked {
         match self {
             Self::NoMatch => "no match".to_owned(),
             Self::Refused(Refusal::Gone) => "not there".to_owned(),
-            Self::Refused(Refusal::PortTaken) => "port taken".to_owned(),
+            Self::Refused(Refusal::PortTaken { .. }) => "port taken".to_owned(),
             Self::Refused(Refusal::Asymmetric(kind)) => format!("symmetry of {kind}"),
             Self::Refused(Refusal::NoImage { kind, port }) => format!("no image of {kind}.{port}"),
             Self::Refused(Refusal::Askew(kind)) => format!("{kind} out of the mirror's plane"),
@@ -74,7 +76,13 @@ impl Blocked {
         match self {
             Self::NoMatch => "the rule does not match there".to_owned(),
             Self::Refused(Refusal::Gone) => "what it names is not there (any more)".to_owned(),
-            Self::Refused(Refusal::PortTaken) => "the port is taken".to_owned(),
+            Self::Refused(Refusal::PortTaken { kind, port }) => {
+                let image = match rules.symmetry {
+                    Symmetry::None => "",
+                    _ => ", perhaps by the image of another part",
+                };
+                format!("the port `{port}` of `{kind}` is taken{image}")
+            }
             Self::Refused(Refusal::Asymmetric(kind)) => {
                 format!("the symmetry would be lost: there a `{kind}` is not its own image, and has no other")
             }
@@ -188,10 +196,13 @@ impl Derivation {
                     };
                     Some(next.design.replace(rules, id, &kind, between, step)?)
                 }
-                Effect::Set { part, attribute, value } => {
-                    let id = part_in(part, &scope, &mut locals)?;
-                    let value = evaluate(value, &scope, &mut locals)?;
-                    next.design.set(rules, id, attribute, &value)?;
+                Effect::Set { part, attribute, value, over } => {
+                    repeated::each::<Blocked>(over, &scope, &mut locals, &mut |locals| {
+                        let id = part_in(part, &scope, locals)?;
+                        let value = evaluate(value, &scope, locals)?;
+                        next.design.set(rules, id, attribute, &value)?;
+                        Ok(())
+                    })?;
                     None
                 }
                 Effect::Remove(part) => {
@@ -208,10 +219,10 @@ impl Derivation {
                     None
                 }
                 Effect::Cells(cells) => {
-                    let depth = locals.len();
                     let painter = Painter { rules, scope: &scope, cells, step };
-                    painter.paint(&mut next.design, &cells.over, &mut locals, MOST)?;
-                    locals.truncate(depth);
+                    repeated::each::<Blocked>(&cells.over, &scope, &mut locals, &mut |locals| {
+                        painter.paint(&mut next.design, locals)
+                    })?;
                     None
                 }
             };
@@ -249,14 +260,34 @@ impl Derivation {
         Ok(())
     }
 
+    /// Works out what a rule says by `let`: it follows from the design as it is now, and from the choices. What reads the temperature
+    /// stays as it was recorded.
+    fn let_anew(&self, rules: &RuleSet, rule: &Rule, locals: &mut [Value]) -> Result<(), EvalError> {
+        let scope = DesignScope::new(rules, self);
+        let matched: usize = rule.matches.iter().map(Match::slots).sum();
+        let mut cools = |e: &Expr| matches!(e.kind, ExprKind::Word(Word::Search(_)));
+        for (place, choice) in rule.choices.iter().enumerate() {
+            if choice.spread != Spread::Fixed || choice.domain.any(&mut cools) {
+                continue;
+            }
+            let mut before = locals.get(..matched + place).unwrap_or_default().to_vec();
+            let value = domain_of(evaluate(&choice.domain, &scope, &mut before)?).item(0);
+            if let (Some(value), Some(local)) = (value, locals.get_mut(matched + place)) {
+                *local = value;
+            }
+        }
+        Ok(())
+    }
+
     /// Repeats a recorded step with its own number.
     pub(super) fn repeat(&mut self, rules: &RuleSet, step: &Step) -> Result<(), Unrepeatable> {
         let rule = rules.rule(&step.rule);
         let rule = rule.ok_or_else(|| Unrepeatable::NoRule(step.rule.clone()))?;
-        let locals: Vec<Value> = step.locals.iter().map(Recorded::value).collect();
+        let mut locals: Vec<Value> = step.locals.iter().map(Recorded::value).collect();
         if locals.len() != rule.locals.len() {
             return Err(Unrepeatable::OtherLocals(rule.name.clone()));
         }
+        self.let_anew(rules, rule, &mut locals)?;
         if rule.effects.iter().any(|e| matches!(e, Effect::Revert(_))) {
             return Err(Unrepeatable::Reversion);
         }
@@ -274,14 +305,12 @@ impl Derivation {
             Blocked::NoValue(error) => Unrepeatable::NoValue(error),
             blocked => Unrepeatable::Refused(blocked.text(rules)),
         })?;
-        self.steps.push(step.clone());
+        let kept = locals.iter().map(Recorded::new).collect();
+        self.steps.push(Step { locals: kept, ..step.clone() });
         self.next = self.next.max(step.id + 1);
         Ok(())
     }
 }
-
-/// How often an effect may be repeated, all its binders together.
-const MOST: usize = 1000;
 
 /// Fills, paints or clears places.
 struct Painter<'a> {
@@ -292,34 +321,7 @@ struct Painter<'a> {
 }
 
 impl Painter<'_> {
-    /// Once for everything that it is repeated for: for `room` values at most.
-    fn paint(
-        &self,
-        design: &mut Design,
-        over: &[Binder],
-        locals: &mut Vec<Value>,
-        room: usize,
-    ) -> Result<(), Blocked> {
-        let Some((binder, rest)) = over.split_first() else { return self.paint_once(design, locals) };
-        let values: Vec<Value> = match evaluate(&binder.over, self.scope, locals)? {
-            Value::Domain(domain) if domain.count() > room => {
-                let reason = format!("an effect is repeated more than {MOST} times");
-                return Err(EvalError { span: binder.over.span, reason }.into());
-            }
-            Value::Domain(domain) => domain.items().collect(),
-            list => list.items().to_vec(),
-        };
-        let room = room / values.len().max(1);
-        for value in values {
-            locals.truncate(binder.slot);
-            locals.resize(binder.slot, Value::Bool(false));
-            locals.push(value);
-            self.paint(design, rest, locals, room)?;
-        }
-        Ok(())
-    }
-
-    fn paint_once(&self, design: &mut Design, locals: &mut Vec<Value>) -> Result<(), Blocked> {
+    fn paint(&self, design: &mut Design, locals: &mut Vec<Value>) -> Result<(), Blocked> {
         let Self { rules, scope, cells, step } = *self;
         let lattice = rules.lattice.as_ref().ok_or(Refusal::NoCell)?;
         let region = evaluate(&cells.region, scope, locals)?;
@@ -393,5 +395,6 @@ pub(super) fn attachment(
         port,
         turn,
         by: on.by.clone(),
+        alone: on.alone,
     })
 }

@@ -15,6 +15,7 @@ mod matching;
 pub mod random;
 mod record;
 mod refused;
+mod repeated;
 mod scope;
 mod start;
 mod unrepeatable;

@@ -84,7 +84,7 @@ fn always(rules: &RuleSet, rule: &Rule, begun: &Derivation) -> Option<Refusal> {
     for locals in &all.all {
         match begun.apply(rules, rule, locals) {
             Err(Blocked::Refused(
-                why @ (Refusal::PortTaken
+                why @ (Refusal::PortTaken { .. }
                 | Refusal::Asymmetric(_)
                 | Refusal::NoImage { .. }
                 | Refusal::Askew(_)),
@@ -99,7 +99,7 @@ fn always(rules: &RuleSet, rule: &Rule, begun: &Derivation) -> Option<Refusal> {
 
 fn report(rules: &RuleSet, rule: &Rule, why: &Refusal) -> Option<Diagnostic> {
     let help = match why {
-        Refusal::PortTaken => {
+        Refusal::PortTaken { .. } => {
             "something is there already, or comes there by the symmetry: attach one, and its images follow"
         }
         Refusal::Asymmetric(_) => {

@@ -87,7 +87,7 @@ impl<'a> DesignScope<'a> {
             PartAttribute::Image => Value::Number(f64::from(part.image)),
             PartAttribute::OwnImage => {
                 let mirror = matches!(self.rules.symmetry, Symmetry::Mirror(_));
-                Value::Bool(mirror && part.image == 0 && design.twin(id) == id)
+                Value::Bool(mirror && !part.alone && part.image == 0 && design.twin(id) == id)
             }
             PartAttribute::Depth => Value::Number(design.depth(id) as f64),
             PartAttribute::Mass => Value::Number(design.mass(self.rules, id)?),
@@ -100,7 +100,9 @@ impl<'a> DesignScope<'a> {
                 reference(Reference::Port(holder, port))
             }
             PartAttribute::Place => Value::Vector(design.place(id)?),
-            PartAttribute::Facing => Value::Vector(design.facing(id)?),
+            PartAttribute::Facing => Value::Vector(design.axis(id, 0)?),
+            PartAttribute::Upward => Value::Vector(design.axis(id, 1)?),
+            PartAttribute::Sideways => Value::Vector(design.axis(id, 2)?),
             PartAttribute::LowestPoint => Value::Number(design.lowest_point(self.rules, id)?),
             PartAttribute::Twin => reference(Reference::Part(design.twin(id))),
             PartAttribute::LeastBend => own().or_else(|| Some(Value::Number(range(false)?.0)))?,

@@ -135,7 +135,7 @@ pub fn check_start(rules: &RuleSet) -> Option<Diagnostic> {
                         "where the symmetry leads from a port there must be a port, too: give the part one there, or name another symmetry \
                          (`xy` is forward and up, between left and right)"
                     }
-                    "the port is taken" => {
+                    reason if reason.contains("is taken") => {
                         "something is held there already, or by its image under the symmetry: name another port"
                     }
                     reason if is_lost(reason) && matches!(rules.symmetry, Symmetry::Mirror(_)) => {

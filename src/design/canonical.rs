@@ -75,6 +75,7 @@ fn describe(part: &Part, order: Order) -> String {
         })
         .collect();
     let hand = match part.made.as_deref() {
+        _ if part.alone && order == Order::Turned => " alone",
         Some(Made::Block(block)) if block.mirrored => " mirrored",
         _ => "",
     };

@@ -18,8 +18,10 @@ impl Design {
     /// A [`Refusal`]; the design is then to be thrown away.
     pub fn attach(&mut self, rules: &RuleSet, attachment: &Attachment, step: u64) -> Result<PartId, Refusal> {
         let place = (attachment.part, attachment.port);
-        if !self.parts.contains_key(&place.0) {
-            return Err(Refusal::Gone);
+        let holder = self.parts.get(&place.0).ok_or(Refusal::Gone)?;
+        if attachment.alone || holder.alone {
+            let alone = Attachment { alone: true, ..attachment.clone() };
+            return self.add(rules, &alone, step, None);
         }
         let images = symmetry::images(rules.symmetry);
         let mut places = Vec::with_capacity(images.len());
@@ -57,7 +59,7 @@ impl Design {
         image_of: Option<(PartId, usize)>,
     ) -> Result<PartId, Refusal> {
         if !self.is_free(attachment.part, attachment.port) {
-            return Err(Refusal::PortTaken);
+            return Err(self.taken(attachment.part, attachment.port));
         }
         let id = self.next_id(step)?;
         let image = image_of.map_or(0, |(_, k)| k as u8);
@@ -71,6 +73,7 @@ impl Design {
             holding: ends(rules, &attachment.kind).0,
             image_of: image_of.map(|(original, _)| original),
             image,
+            alone: attachment.alone,
             step,
             pose: Isometry3::identity(),
         };
@@ -84,6 +87,13 @@ impl Design {
         self.parts.insert(id, part);
         self.place_all(rules)?;
         Ok(id)
+    }
+
+    /// The refusal of a port that holds something already.
+    fn taken(&self, part: PartId, port: u8) -> Refusal {
+        let Some(part) = self.parts.get(&part) else { return Refusal::Gone };
+        let port = ports(part).into_iter().nth(port as usize).map_or(String::new(), |p| p.name);
+        Refusal::PortTaken { kind: part.kind.clone(), port }
     }
 
     fn next_id(&self, step: u64) -> Result<PartId, Refusal> {
@@ -231,7 +241,8 @@ impl Design {
             };
             let to = to.ok_or_else(|| Refusal::NoPort(name.to_owned()))?;
             if taken.contains(&to) {
-                return Err(Refusal::PortTaken);
+                let port = new_ports.get(to as usize).map_or(String::new(), |p| p.name.clone());
+                return Err(Refusal::PortTaken { kind: with.name.clone(), port });
             }
             taken.push(to);
             if let Some(child) = self.parts.get_mut(&child) {
@@ -249,7 +260,7 @@ impl Design {
             return Ok(());
         }
         let is_sound = |(id, part): &(&PartId, &Part)| {
-            self.orbit(**id).len() > 1 || images.iter().all(|image| image.keeps(part))
+            part.alone || self.orbit(**id).len() > 1 || images.iter().all(|image| image.keeps(part))
         };
         match self.parts.iter().find(|part| !is_sound(part)) {
             Some((_, part)) => Err(Refusal::Asymmetric(part.kind.clone())),

@@ -121,6 +121,7 @@ impl Design {
                 holding: 0,
                 image_of: None,
                 image: 0,
+                alone: false,
                 step,
                 pose: pose(lattice, id),
             };

@@ -68,6 +68,8 @@ pub struct Part {
     pub image_of: Option<PartId>,
     /// Which image of the symmetry it is; 0 is the original.
     pub image: u8,
+    /// Whether it has no images, and need not be its own: it, or what holds it, was attached so.
+    pub alone: bool,
     /// The step that made it; 0 for the initial design.
     pub step: u64,
     /// Pose of its frame in the world: the centre of a block, the base of an actuator.
@@ -79,8 +81,13 @@ pub struct Part {
 pub enum Refusal {
     /// The part, port or step that is meant does not exist (any more).
     Gone,
-    /// Something is attached to the port already.
-    PortTaken,
+    /// Something is attached already to a port of a part of this kind.
+    PortTaken {
+        /// The kind of the part.
+        kind: String,
+        /// What the port is called.
+        port: String,
+    },
     /// The change would break the symmetry: a part of this kind would have no image, and not be its own.
     Asymmetric(String),
     /// The symmetry leads from a port of this kind of part to a place where its image has no port.
@@ -134,6 +141,8 @@ pub struct Attachment {
     pub turn: f64,
     /// The port of its own that it is held by, if one is named.
     pub by: Option<String>,
+    /// Whether it has no images.
+    pub alone: bool,
 }
 
 impl Design {
@@ -153,6 +162,7 @@ impl Design {
             holding: 0,
             image_of: None,
             image: 0,
+            alone: false,
             step: 0,
             pose: Isometry3::identity(),
         };

@@ -16,10 +16,11 @@ impl Design {
         Some(place(&self.parts.get(&id)?.pose))
     }
 
-    /// Where the x axis of a part points, a unit vector.
+    /// Where the x, y or z axis (0, 1, 2) of a part points, a unit vector.
     #[must_use]
-    pub fn facing(&self, id: PartId) -> Option<[f64; 3]> {
-        Some(facing(&self.parts.get(&id)?.pose))
+    pub fn axis(&self, id: PartId, axis: usize) -> Option<[f64; 3]> {
+        let own = [Vector3::x(), Vector3::y(), Vector3::z()];
+        Some(direction(&self.parts.get(&id)?.pose, own.get(axis)?))
     }
 
     /// The place of a port, m.
@@ -31,7 +32,7 @@ impl Design {
     /// Where a port points, a unit vector.
     #[must_use]
     pub fn facing_of_port(&self, id: PartId, port: u8) -> Option<[f64; 3]> {
-        Some(facing(&self.pose_of_port(id, port)?))
+        Some(direction(&self.pose_of_port(id, port)?, &Vector3::x()))
     }
 
     fn pose_of_port(&self, id: PartId, port: u8) -> Option<Isometry3<f64>> {
@@ -57,6 +58,6 @@ fn place(pose: &Isometry3<f64>) -> [f64; 3] {
     Point3::from(pose.translation.vector).coords.map(rounded).into()
 }
 
-fn facing(pose: &Isometry3<f64>) -> [f64; 3] {
-    (pose.rotation * Vector3::x()).map(rounded).into()
+fn direction(pose: &Isometry3<f64>, of: &Vector3<f64>) -> [f64; 3] {
+    (pose.rotation * of).map(rounded).into()
 }

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 
 use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
-use grammar_lang::ir::{RuleSet, Ty};
+use grammar_lang::ir::{RuleSet, Spread, Ty};
 use grammar_lang::source::SourceMap;
 use grammar_lang::units::{self, Dimension};
 use indexmap::IndexMap;
@@ -125,12 +125,15 @@ impl Named<'_> {
         pairs.map(|(name, local)| (name.clone(), self.value(local, item(name)))).collect()
     }
 
-    /// A step as one line: the rule and what it matched and chose.
+    /// A step as one line, as an example can say it: the rule and what it matched and chose. What follows from these by `let` is left out.
     #[must_use]
     pub fn step(self, step: &Step) -> String {
-        let choices = self.choices(step);
-        let values: Vec<String> =
-            choices.into_iter().map(|(name, value)| format!("{name} = {value}")).collect();
+        let rule = self.rules.rule(&step.rule);
+        let follows = |name: &String| {
+            rule.is_some_and(|r| r.choices.iter().any(|c| c.name == *name && c.spread == Spread::Fixed))
+        };
+        let choices = self.choices(step).into_iter().filter(|(name, _)| !follows(name));
+        let values: Vec<String> = choices.map(|(name, value)| format!("{name} = {value}")).collect();
         format!("{}({})", step.rule, values.join(", "))
     }
 

@@ -223,6 +223,8 @@ impl<'r> Facts<'r> {
             PartAttribute::OwnImage
             | PartAttribute::Place
             | PartAttribute::Facing
+            | PartAttribute::Upward
+            | PartAttribute::Sideways
             | PartAttribute::LowestPoint => Abstract::Any,
             PartAttribute::Holder => Abstract::Part(Kinds::all()),
             PartAttribute::Port => Abstract::Port(Kinds::all()),

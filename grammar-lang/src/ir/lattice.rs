@@ -111,16 +111,22 @@ impl Writer<'_> {
     }
 
     pub(super) fn cells(&self, cells: &Cells, names: &Names) -> String {
+        let (names, over) = self.repeated(&cells.over, names);
+        let with = cells.with.as_ref().map_or(String::new(), |w| format!(" with {}", self.expr(w, &names)));
+        format!("{} {}{with}{over}", cells.how.word(), self.expr(&cells.region, &names))
+    }
+
+    /// What an effect is repeated for, and the names of the locals inside.
+    pub(super) fn repeated(&self, over: &[Binder], names: &Names) -> (Names, String) {
         let mut names = names.clone();
-        let mut over = Vec::new();
-        for binder in &cells.over {
+        let mut text = Vec::new();
+        for binder in over {
             let what = self.expr(&binder.over, &names);
             names.resize(binder.slot, String::new());
             names.push(format!("x{}", binder.slot));
-            over.push(format!("x{} in {what}", binder.slot));
+            text.push(format!("x{} in {what}", binder.slot));
         }
-        let with = cells.with.as_ref().map_or(String::new(), |w| format!(" with {}", self.expr(w, &names)));
-        let over = if over.is_empty() { String::new() } else { format!(" for {}", over.join(", ")) };
-        format!("{} {}{with}{over}", cells.how.word(), self.expr(&cells.region, &names))
+        let text = if text.is_empty() { String::new() } else { format!(" for {}", text.join(", ")) };
+        (names, text)
     }
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer, group};
-use super::{Cells, Expr, Group, PartAttribute};
+use super::{Binder, Cells, Expr, Group, PartAttribute};
 use crate::source::Span;
 
 /// How rule applications are mirrored.
@@ -41,6 +41,9 @@ pub struct Holding {
     /// The port of its own that it is held by; if none is named, `back`, `base`
     /// or the first one that it has.
     pub by: Option<String>,
+    /// Whether it has no images, whatever the symmetry.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub alone: bool,
 }
 
 /// A rule of the grammar.
@@ -171,6 +174,9 @@ pub enum Effect {
         attribute: Settable,
         /// Its new value.
         value: Expr,
+        /// What this is repeated for.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        over: Vec<Binder>,
     },
     /// Takes back a step.
     Revert(Expr),
@@ -292,13 +298,10 @@ impl Writer<'_> {
                     text
                 }
                 Effect::Remove(part) => format!("remove {}", self.expr(part, &names)),
-                Effect::Set { part, attribute, value } => {
-                    format!(
-                        "set {}.{} = {}",
-                        self.expr(part, &names),
-                        attribute.text(),
-                        self.expr(value, &names)
-                    )
+                Effect::Set { part, attribute, value, over } => {
+                    let (names, over) = self.repeated(over, &names);
+                    let (part, value) = (self.expr(part, &names), self.expr(value, &names));
+                    format!("set {part}.{} = {value}{over}", attribute.text())
                 }
                 Effect::Revert(step) => format!("revert {}", self.expr(step, &names)),
                 Effect::Cells(cells) => self.cells(cells, &names),
@@ -315,7 +318,8 @@ impl Writer<'_> {
     pub(super) fn holding(&self, on: &Holding, names: &Names) -> String {
         let turned = on.turned.as_ref().map_or(String::new(), |t| format!(" turned {}", self.expr(t, names)));
         let by = on.by.as_ref().map_or(String::new(), |by| format!(" by {by}"));
-        format!(" to {}{turned}{by}", self.expr(&on.port, names))
+        let alone = if on.alone { " alone" } else { "" };
+        format!(" to {}{turned}{by}{alone}", self.expr(&on.port, names))
     }
 
     /// The initial design and its symmetry.

@@ -156,6 +156,8 @@ words! {
         Twin "twin" "Its first image, or itself.";
         Place "place" "Where its frame is in the body as it is attached: the centre of a block, the base of an actuator, from the centre of the core.";
         Facing "facing" "The direction in which its x axis points (of a block its front, of an actuator its tip), in the frame of the core.";
+        Upward "upward" "The direction in which its y axis points (its top), in the frame of the core.";
+        Sideways "sideways" "The direction in which its z axis points (its right), in the frame of the core.";
         LowestPoint "lowest_point" "The height of its lowest point as a motion begins, from the centre of the core.";
         LeastBend "least_bend" "Of an actuator that bends or twists: the low end of its range.";
         GreatestBend "greatest_bend" "Of an actuator that bends or twists: the high end of its range.";
@@ -355,7 +357,7 @@ impl PartAttribute {
             Self::Holder | Self::Twin => Ty::Part,
             Self::Port => Ty::Port,
             Self::Place => Ty::Vector(Dimension::LENGTH),
-            Self::Facing => Ty::Vector(Dimension::NUMBER),
+            Self::Facing | Self::Upward | Self::Sideways => Ty::Vector(Dimension::NUMBER),
             Self::LowestPoint => Ty::Quantity(Dimension::LENGTH),
             Self::Work => Ty::Quantity(Dimension::ENERGY),
         }

@@ -39,7 +39,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         false
                     });
                 }
-                Effect::Set { part, attribute: Settable::Param(name), value } => {
+                Effect::Set { part, attribute: Settable::Param(name), value, .. } => {
                     let Abstract::Part(kinds) = known.reasoning(&locals.narrowed).value(part) else {
                         continue;
                     };

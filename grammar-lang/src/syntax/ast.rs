@@ -429,6 +429,8 @@ pub struct Place {
     pub turned: Option<Expr>,
     /// The port of its own that it is held by.
     pub by: Option<Name>,
+    /// Whether it has no images.
+    pub alone: bool,
 }
 
 /// A clause of a rule with its place.
@@ -468,11 +470,20 @@ pub enum RuleClauseKind {
         turned: Option<Expr>,
         /// The port of its own that it is held by.
         by: Option<Name>,
+        /// Whether it has no images.
+        alone: bool,
         /// What later effects of the rule call it.
         product: Option<Name>,
     },
-    /// `set TARGET = VALUE`
-    Set(Expr, Expr),
+    /// `set TARGET = VALUE for p in GROUP`
+    Set {
+        /// What is set.
+        target: Expr,
+        /// To what.
+        value: Expr,
+        /// What this is repeated for.
+        over: Vec<Binder>,
+    },
     /// `remove PART`
     Remove(Expr),
     /// `replace PART with KIND from PART to PART`

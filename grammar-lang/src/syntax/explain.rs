@@ -143,8 +143,16 @@ fn no_name(wanted: &str, found: &str) -> Option<String> {
     } else if matches!(found, "part" | "actuator" | "cell") {
         Some(format!("give it a name first, as in `p : {found}`"))
     } else {
-        is_reserved(found).then(|| format!("`{found}` is a word of the language: choose another name"))
+        is_reserved(found).then(|| format!("`{found}`{WORD_AS_NAME}"))
     }
+}
+
+/// What is said of a name that is a word of the language.
+const WORD_AS_NAME: &str = " is a word of the language: choose another name";
+
+/// The word that a help says is no name.
+pub(super) fn word_as_name(help: &str) -> Option<&str> {
+    help.strip_prefix('`')?.strip_suffix(WORD_AS_NAME)?.strip_suffix('`')
 }
 
 /// What the whole declaration or clause looks like, where that helps: not in the middle of a value.

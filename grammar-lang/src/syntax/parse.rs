@@ -1,6 +1,7 @@
 //! Runs the grammar over a whole text and gathers items and errors.
 
 use std::borrow::Cow;
+use std::collections::BTreeSet;
 use std::rc::Rc;
 
 use pest::Parser;
@@ -11,7 +12,7 @@ use super::declarations::ITEM_WORDS;
 use super::lower::Lowering;
 use super::parser::{Found, Rule, SgrParser};
 use super::tokens::{Scan, Token, TokenKind, deeper};
-use super::{recover, strange};
+use super::{explain, recover, strange};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{FileId, Span};
 
@@ -50,7 +51,7 @@ pub(super) fn module(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
     };
     errors.retain(|e| !clean.is_echo(e));
     errors.extend(clean.errors);
-    (module, errors)
+    (module, once_for_each_word(errors))
 }
 
 /// Reads a clean text declaration by declaration.
@@ -194,4 +195,16 @@ fn begins_outside(tokens: &[Token<'_>], place: usize) -> bool {
     let is_named = at(place + 1).is_some_and(|space| space.is_silent() && !space.text.contains('\n'))
         && at(place + 2).is_some_and(|name| name.kind == TokenKind::Word);
     begins_line && is_named && at(place).is_some_and(|word| BLOCKS.contains(&word.text))
+}
+
+/// Without what follows from a name that is a word of the language: where it is declared, another name is asked for, and
+/// where it is read nothing new is wrong.
+fn once_for_each_word(errors: Vec<Diagnostic>) -> Vec<Diagnostic> {
+    let asked = |error: &Diagnostic| error.help.as_deref().and_then(explain::word_as_name).map(str::to_owned);
+    let words: BTreeSet<String> = errors.iter().filter_map(asked).collect();
+    let follows = |error: &Diagnostic| {
+        let found = error.message.rsplit_once("found `").and_then(|(_, found)| found.strip_suffix('`'));
+        asked(error).is_none() && found.is_some_and(|found| words.contains(found))
+    };
+    errors.into_iter().filter(|error| !follows(error)).collect()
 }

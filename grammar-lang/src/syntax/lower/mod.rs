@@ -272,7 +272,8 @@ impl<'a> Lowering<'a> {
         let mut out = Attachment::default();
         for node in nodes {
             let rule = node.as_rule();
-            let Some(inner) = parts(node).next() else { continue };
+            out.alone |= rule == Rule::alone_part;
+            let Some(inner) = parts(node).next().filter(|_| rule != Rule::alone_part) else { continue };
             match rule {
                 Rule::to_part => out.to = self.expr(inner),
                 Rule::turned_part => out.turned = self.expr(inner),
@@ -341,8 +342,8 @@ impl<'a> Lowering<'a> {
     pub(super) fn place(&mut self, node: Node<'a>) -> Option<Place> {
         let mut inner = parts(node);
         let (name, what) = (self.name(&inner.next()?), self.expr(inner.next()?)?);
-        let Attachment { to, turned, by, .. } = self.attachment(inner);
-        Some(Place { name, what, to, turned, by })
+        let Attachment { to, turned, by, alone, .. } = self.attachment(inner);
+        Some(Place { name, what, to, turned, by, alone })
     }
 
     /// `fill`, `paint` or `clear`.
@@ -394,8 +395,8 @@ impl<'a> Lowering<'a> {
             Rule::unless_clause => RuleClauseKind::Guard(false, self.expr(inner.next()?)?),
             Rule::attach_clause => {
                 let what = self.expr(inner.next()?)?;
-                let Attachment { to, turned, by, product } = self.attachment(inner);
-                RuleClauseKind::Attach { what, port: to?, turned, by, product }
+                let Attachment { to, turned, by, alone, product } = self.attachment(inner);
+                RuleClauseKind::Attach { what, port: to?, turned, by, alone, product }
             }
             Rule::remove_clause => RuleClauseKind::Remove(self.expr(inner.next()?)?),
             Rule::replace_clause => {
@@ -412,7 +413,13 @@ impl<'a> Lowering<'a> {
                 }
                 RuleClauseKind::Replace { part, with, between, product }
             }
-            Rule::set_clause => RuleClauseKind::Set(self.expr(inner.next()?)?, self.expr(inner.next()?)?),
+            Rule::set_clause => {
+                let (target, value) = (self.expr(inner.next()?)?, self.expr(inner.next()?)?);
+                let over =
+                    inner.next().and_then(|node| (node.as_rule() == Rule::for_part).then(|| parts(node)));
+                let over = over.into_iter().flatten().filter_map(|n| self.binder(n)).collect();
+                RuleClauseKind::Set { target, value, over }
+            }
             Rule::revert_clause => RuleClauseKind::Revert(self.expr(inner.next()?)?),
             Rule::fill_clause | Rule::paint_clause | Rule::clear_clause => return self.cells(node),
             _ => RuleClauseKind::Weight(self.expr(inner.next()?)?),
@@ -481,6 +488,7 @@ struct Attachment {
     to: Option<Expr>,
     turned: Option<Expr>,
     by: Option<Name>,
+    alone: bool,
     product: Option<Name>,
 }
 

@@ -228,7 +228,7 @@ impl Declarations<'_> {
         for clause in clauses {
             let of_parts = match &clause.kind {
                 RuleClauseKind::Attach { .. }
-                | RuleClauseKind::Set(..)
+                | RuleClauseKind::Set { .. }
                 | RuleClauseKind::Remove(_)
                 | RuleClauseKind::Replace { .. } => true,
                 RuleClauseKind::Match { links, .. } => links.len() > 1 || links.iter().any(asks_for_parts),

@@ -244,13 +244,20 @@ impl Declarations<'_> {
 
     fn effect(&mut self, clause: &RuleClauseKind, cx: &mut Context) -> Option<ir::Effect> {
         match clause {
-            RuleClauseKind::Attach { what, port, turned, by, product } => {
+            RuleClauseKind::Attach { what, port, turned, by, alone, product } => {
                 let what = self.expressions.expect(what, cx, &Ty::Kind, "what is attached");
                 let on = self.holding(&what, port, turned.as_ref(), by.as_ref(), cx);
+                let on = ir::Holding { alone: *alone, ..on };
                 self.product(product.as_ref(), &what, cx);
                 Some(ir::Effect::Attach { what, on })
             }
-            RuleClauseKind::Set(target, value) => self.set(target, value, cx),
+            RuleClauseKind::Set { target, value, over } => {
+                let depth = cx.locals.len();
+                let over = self.expressions.binders(over, cx);
+                let set = self.set(target, value, over, cx);
+                cx.locals.truncate(depth);
+                set
+            }
             RuleClauseKind::Remove(part) => {
                 let part = self.expressions.expect(part, cx, &Ty::Part, "what is removed");
                 self.check_removable(&part, "remove");
@@ -297,7 +304,7 @@ impl Declarations<'_> {
             self.check_own_port(what, name);
             Some(name.text.clone())
         });
-        ir::Holding { port, turned, by }
+        ir::Holding { port, turned, by, alone: false }
     }
 
     /// A part is held by one of its own ports.
@@ -358,7 +365,7 @@ impl Declarations<'_> {
         let mut seen: BTreeMap<(&str, String), Span> = BTreeMap::new();
         for clause in clauses {
             let (verb, target) = match &clause.kind {
-                RuleClauseKind::Set(target, _) => ("set", target),
+                RuleClauseKind::Set { target, .. } => ("set", target),
                 RuleClauseKind::Remove(part) => ("remove", part),
                 RuleClauseKind::Replace { part, .. } => ("replace", part),
                 RuleClauseKind::Revert(step) => ("revert", step),
@@ -520,7 +527,13 @@ impl Declarations<'_> {
         slot
     }
 
-    fn set(&mut self, target: &ast::Expr, value: &ast::Expr, cx: &mut Context) -> Option<ir::Effect> {
+    fn set(
+        &mut self,
+        target: &ast::Expr,
+        value: &ast::Expr,
+        over: Vec<ir::Binder>,
+        cx: &mut Context,
+    ) -> Option<ir::Effect> {
         let ast::ExprKind::Member(of, attribute) = &target.kind else {
             self.report(
                 Diagnostic::new(Code::WRONG_TYPE, target.span, "only an attribute of a part can be set")
@@ -553,7 +566,7 @@ impl Declarations<'_> {
         let part = self.expressions.infer(of, cx);
         let value = self.expressions.expect(value, cx, &whole.ty, &format!("`{}`", attribute.text));
         self.check_set_domain(of, &attribute.text, &value, cx);
-        Some(ir::Effect::Set { part, attribute: settable, value })
+        Some(ir::Effect::Set { part, attribute: settable, value, over })
     }
 
     /// Where it is known which kind a part is, what its parameter is set to must lie in the domain: where the kind was matched, or

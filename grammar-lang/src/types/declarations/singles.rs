@@ -194,7 +194,8 @@ impl<'a> Declarations<'a> {
             let on = place
                 .to
                 .as_ref()
-                .map(|port| self.holding(&what, port, place.turned.as_ref(), place.by.as_ref(), &mut cx));
+                .map(|port| self.holding(&what, port, place.turned.as_ref(), place.by.as_ref(), &mut cx))
+                .map(|on| ir::Holding { alone: place.alone, ..on });
             let how = place.turned.as_ref().map(|t| t.span).or(place.by.as_ref().map(|b| b.span));
             match (i, &on) {
                 (0, None) if how.is_some() => self.report(

@@ -187,7 +187,7 @@ impl Expressions<'_> {
                     name.text
                 ));
             }
-            if let Some(owner) = owner {
+            if let Some(owner) = owner.filter(|_| of.ty != Ty::Port) {
                 let a = if name.text.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" };
                 return Some(format!("it is {} that has {a} `{}`", article(owner), name.text));
             }
