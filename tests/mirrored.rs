@@ -1,7 +1,10 @@
 //! Parts that look different in a mirror, joints whose axis is apart from the port, and where expressions see parts.
 
+use grammar_lang::ir::RuleSet;
 use nalgebra::{Isometry3, Vector3};
 use sgc::derive::{Candidate, Derivation, Stream, check_start};
+use sgc::results::beginning::beginning;
+use sgc::results::names::Names;
 use sgc::search::settings;
 use sgc::simulate::Settings;
 
@@ -45,6 +48,17 @@ fn armed(arm: &str, held_by: &str, lever_on: &str, lever: &str) -> String {
         maximize travel in cm
         search recommended"
     )
+}
+
+/// A design as the `begin` of its grammar is the same body.
+fn begins_again(text: &str, rules: &RuleSet, derivation: &Derivation) {
+    let names = Names::through(rules, derivation);
+    let begin = beginning(rules, &names, &derivation.design);
+    let (from, to) = (text.find("begin {").unwrap(), text.find("rule grow").unwrap());
+    let again = compiled(&format!("{}{begin}{}", &text[..from], &text[to..]));
+    assert_eq!(check_start(&again), None, "{begin}");
+    let begun = Derivation::begin(&again).design;
+    assert_eq!(begun.canonical_hash(), derivation.design.canonical_hash(), "{begin}");
 }
 
 /// Ports that a mirror would lead to where the kind has none.
@@ -137,6 +151,7 @@ fn random_growth_of_one_sided_parts_stays_symmetric() {
             }
             parts += usize::from(part.image > 0);
         }
+        begins_again(&text, &rules, &derivation);
     }
     assert!(parts > 60, "{parts} images");
 }
@@ -273,6 +288,7 @@ fn what_is_attached_alone_has_no_image() {
         // What was made of it is made again.
         let again = Derivation::replay(&rules, &derivation.steps).unwrap();
         assert_eq!(again.design.canonical_hash(), design.canonical_hash());
+        begins_again(&text, &rules, &derivation);
     }
     assert!(alone > 100 && pairs >= 60, "{alone} alone, {pairs} images");
 }

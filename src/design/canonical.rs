@@ -74,12 +74,9 @@ fn describe(part: &Part, order: Order) -> String {
             other => format!("{name}={other:?}"),
         })
         .collect();
-    let hand = match part.made.as_deref() {
-        _ if part.alone && order == Order::Turned => " alone",
-        Some(Made::Block(block)) if block.mirrored => " mirrored",
-        _ => "",
-    };
-    format!("{} {:?} {turned} {params:?}{hand}", part.kind, [snap(p.x), snap(p.y), snap(p.z)])
+    let hand = if part.is_mirrored() { " mirrored" } else { "" };
+    let alone = if part.alone && order == Order::Turned { " alone" } else { "" };
+    format!("{} {:?} {turned} {params:?}{hand}{alone}", part.kind, [snap(p.x), snap(p.y), snap(p.z)])
 }
 
 /// The parts of a design, each with its place and with what holds it, in order: two designs

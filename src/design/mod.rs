@@ -145,6 +145,14 @@ pub struct Attachment {
     pub alone: bool,
 }
 
+impl Part {
+    /// Whether its ports are those of its kind in a mirror.
+    #[must_use]
+    pub fn is_mirrored(&self) -> bool {
+        matches!(self.made.as_deref(), Some(Made::Block(block)) if block.mirrored)
+    }
+}
+
 impl Design {
     /// A design of one part, its core.
     ///

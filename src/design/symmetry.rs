@@ -148,9 +148,7 @@ pub(super) fn image_port(
 /// The port by which the image of a part in the mirror is held, where the part itself is held by this one: the port on the other side of
 /// its frame. A part whose kind has no such port has mirrored ports, and is held by the same one.
 pub(super) fn mirrored_port(image: &Part, port: u8) -> u8 {
-    if let Some(Made::Block(block)) = image.made.as_deref()
-        && block.mirrored
-    {
+    if image.is_mirrored() {
         return port;
     }
     let frames = ports(image);

@@ -33,24 +33,29 @@ pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
     text + "}\n"
 }
 
-/// One part of each that the symmetry repeats, with its name, after what holds it. Which one is no matter: the
-/// part that a rule matched may have been an image.
+/// One part of each that the symmetry repeats, with its name, after what holds it. Which one is no matter, as the
+/// part that a rule matched may have been an image; but for one whose ports are mirrored, which no text can place.
 fn names(called: &Names, design: &Design) -> Vec<(PartId, String)> {
     let mut known: Vec<(PartId, String)> = Vec::new();
     let mut done: BTreeSet<PartId> = BTreeSet::new();
+    // At first what hangs on a part that has a name, then what hangs on the image of one.
+    let mut by_twin = false;
     loop {
         let before = known.len();
         for (id, part) in &design.parts {
             let original = part.image_of.unwrap_or(*id);
-            let is_held = part.held_by.is_none_or(|(holder, _)| known.iter().any(|(k, _)| *k == holder));
-            if !is_held || !done.insert(original) {
+            let is_held = part.held_by.is_none_or(|(holder, _)| {
+                known.iter().any(|(k, _)| *k == holder || by_twin && design.twin(*k) == holder)
+            });
+            if !is_held || part.is_mirrored() || !done.insert(original) {
                 continue;
             }
             known.push((*id, written(called.get(original).unwrap_or_default(), &part.kind, &known)));
         }
-        if known.len() == before {
+        if known.len() == before && by_twin {
             return known;
         }
+        by_twin = known.len() == before;
     }
 }
 
@@ -119,9 +124,12 @@ fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
         let _ = write!(text, "({})", params.join(", "));
     }
     let Some((holder, port)) = part.held_by else { return text };
-    let name = names.iter().find(|(id, _)| *id == holder).map_or("?", |(_, name)| name);
+    let name = names.iter().find(|(id, _)| *id == holder).map(|(_, name)| name.clone());
+    let of_twin = || names.iter().find(|(id, _)| design.twin(*id) == holder);
+    let name = name.or_else(|| of_twin().map(|(_, name)| format!("{name}.twin")));
     let Some(holder) = design.parts.get(&holder) else { return text };
-    let _ = write!(text, " to {name}.{}", port_name(holder, port).as_deref().unwrap_or("?"));
+    let port_of_it = port_name(holder, port);
+    let _ = write!(text, " to {}.{}", name.as_deref().unwrap_or("?"), port_of_it.as_deref().unwrap_or("?"));
     let turn = turn(holder, port, part);
     if turn != 0.0 {
         let _ = write!(text, " turned {}", units::exact(turn, Dimension::ANGLE));
@@ -130,6 +138,9 @@ fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
         && let Some(own) = port_name(part, part.holding)
     {
         let _ = write!(text, " by {own}");
+    }
+    if part.alone && !holder.alone {
+        text += " alone";
     }
     text
 }
