@@ -51,7 +51,10 @@ pub(super) fn explain(piece: Stretch<'_>, entry: Rule, file: FileId) -> Diagnost
     // A word of the language is no other one misspelt.
     let misspelt = if is_reserved(text) { "" } else { text };
     let (meant, respelt) = (did_you_mean(misspelt, words()), respell(span, misspelt, words()));
-    let help = habit(piece, place, text).or_else(|| no_name(&wanted, text)).or(meant);
+    let help = habit(piece, place, text)
+        .or_else(|| no_name(&wanted, text))
+        .or_else(|| out_of_order(piece, text))
+        .or(meant);
     let like = help.is_none().then(|| looks_like(entry, piece, place, &expected)).flatten();
     if in_expression && !expected.contains(&"an operator") {
         expected.push("an operator");
@@ -153,6 +156,20 @@ const WORD_AS_NAME: &str = " is a word of the language: choose another name";
 /// The word that a help says is no name.
 pub(super) fn word_as_name(help: &str) -> Option<&str> {
     help.strip_prefix('`')?.strip_suffix(WORD_AS_NAME)?.strip_suffix('`')
+}
+
+/// What to say where a part of `attach` or `place` stands behind one that comes after it.
+fn out_of_order(piece: Stretch<'_>, found: &str) -> Option<String> {
+    let name = match piece.first_word() {
+        "attach" => " as NAME",
+        "place" if found != "as" => "",
+        _ => return None,
+    };
+    matches!(found, "to" | "turned" | "by" | "alone" | "as").then(|| {
+        format!(
+            "write these in this order: `to PORT turned ANGLE by PORT alone{name}`; all but the first may be left out"
+        )
+    })
 }
 
 /// What the whole declaration or clause looks like, where that helps: not in the middle of a value.
