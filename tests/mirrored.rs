@@ -373,3 +373,46 @@ fn a_let_follows_what_is_taken_back() {
     }
     assert!(reverted > 20, "{reverted}");
 }
+
+/// At a tilted port the end of a part reaches into the face that holds it, and does not overlap; one that goes through its holder does.
+#[test]
+fn a_tilted_part_does_not_overlap_its_holder() {
+    let overlaps = |tilt: &str, at: &str, back: &str| {
+        let rules = compiled(&format!(
+            "grammar leaning
+            use std.models     {{ hinge_model }}
+            use std.objectives {{ travel }}
+            use std.search     {{ recommended }}
+            part base {{
+              shape = box(6 cm, 2 cm, 6 cm)  density = 1 g/cm^3  friction = 0.8
+              port slope at vector({at}, 1 cm, 0 cm) facing vector(sin({tilt}), cos({tilt}), 0)
+            }}
+            part mast {{
+              shape = box(8 cm, 1 cm, 1 cm)  density = 1 g/cm^3  friction = 0.8
+              port foot at vector({back}, 0 cm, 0 cm) facing vector(-1, 0, 0)
+            }}
+            begin {{
+              place core : base
+              place up   : mast to core.slope
+            }}
+            rule grow {{
+              match  p : base
+              set    p.turn = 90 deg
+            }}
+            simulate hinge_model for 2 s
+            maximize travel in cm
+            search recommended"
+        ));
+        let design = Derivation::begin(&rules).design;
+        assert_eq!(design.parts.len(), 2);
+        !design.no_overlap(&rules)
+    };
+    for tilt in ["0 deg", "20 deg", "45 deg", "59 deg"] {
+        assert!(!overlaps(tilt, "0 cm", "-4 cm"), "{tilt}");
+        // Held in its middle.
+        assert!(overlaps(tilt, "0 cm", "0 cm"), "{tilt}");
+    }
+    assert!(overlaps("80 deg", "0 cm", "-4 cm"));
+    // At the edge it leans away from the base.
+    assert!(!overlaps("70 deg", "3 cm", "-4 cm"));
+}

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 use grammar_lang::diagnostics::did_you_mean;
 use grammar_lang::diagnostics::render::{Format, render};
-use grammar_lang::ir::RuleSet;
+use grammar_lang::ir::{ExampleClause, RuleSet};
 use grammar_lang::source::SourceMap;
 
 use super::output::{self, Fault};
@@ -61,9 +61,25 @@ pub(super) fn start(rules: &RuleSet, sources: &SourceMap, from: Option<&str>) ->
 }
 
 impl Derive {
+    /// Prints what an example makes, though it is not what the example expects: there one sees why.
+    fn show_unexpected(&self, rules: &RuleSet, sources: &SourceMap) {
+        let mut bare = rules.clone();
+        let Some(example) = self.example.as_ref().and_then(|name| bare.examples.get_mut(name)) else {
+            return;
+        };
+        example.clauses.retain(|clause| matches!(clause, ExampleClause::Step { .. }));
+        if let Ok(first) = Derivation::start(&bare, self.example.as_deref()) {
+            let (text, _) = describe::derived(&bare, sources, first, self.seed, 0);
+            // The error is what counts.
+            let _ = output::data(&text);
+        }
+    }
+
     pub(super) fn run(self) -> Result<u8, Fault> {
         let (rules, sources) = load::grammar(&self.file, &self.params, self.variant.as_deref())?;
-        let first = start(&rules, &sources, self.example.as_deref())?;
+        let first = start(&rules, &sources, self.example.as_deref()).inspect_err(|_| {
+            self.show_unexpected(&rules, &sources);
+        })?;
         let steps = self.steps.unwrap_or(if self.example.is_some() { 0 } else { 20 });
         let (text, why_idle) = describe::derived(&rules, &sources, first, self.seed, steps);
         output::data(&text)?;

@@ -163,7 +163,15 @@ impl Declarations<'_> {
             let own = if form.stands { Point3::new(at.y, at.x, at.z) } else { at };
             if !shape.holds(&own, slack) && !told.contains(&port.name.as_str()) {
                 told.push(&port.name);
-                self.stray_port(&port.name, span, at.coords.norm(), shape.reach());
+                // How far the part reaches towards the port.
+                let mut surface = (0.0, 1.0);
+                for _ in 0..40 {
+                    let middle = 0.5 * (surface.0 + surface.1);
+                    let inside = shape.holds(&(own * middle), 0.0);
+                    surface = if inside { (middle, surface.1) } else { (surface.0, middle) };
+                }
+                let distance = at.coords.norm();
+                self.stray_port(&port.name, span, distance, distance * surface.0);
             }
             let outwards: f64 = (0..3).map(|k| facing[k] * at.coords[k]).sum();
             if outwards < -0.1 * at.coords.norm() && !told.contains(&port.name.as_str()) {

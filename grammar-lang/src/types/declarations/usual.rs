@@ -225,8 +225,12 @@ impl Declarations<'_> {
     pub(super) fn stray_port(&mut self, name: &str, place: Span, distance: f64, reach: f64) {
         self.report(
             Diagnostic::new(Code::STRAY_PORT, place, format!("the port `{name}` lies off its part"))
-                .label(format!("{} from the middle; the part reaches {}", length(distance), length(reach)))
-                .help("a port must lie on the surface: a part attached here would float in the air"),
+                .label(format!(
+                    "{} from the middle; in this direction the part reaches {}",
+                    length(distance),
+                    length(reach)
+                ))
+                .help("a port must lie on the surface, or up to 5 % of the part's length and 1 mm off it: a part attached here would float in the air"),
         );
     }
 

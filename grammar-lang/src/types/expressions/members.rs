@@ -37,8 +37,8 @@ impl Expressions<'_> {
             return value;
         }
         // A part that the rule of a step of an example names. A port or an attribute of that name is meant first.
-        let is_other =
-            self.environment.ports.contains(&name.text) || Attribute::of(&Ty::Part, &name.text).is_some();
+        // What a rule names, an example reads before any port of that name.
+        let is_other = Attribute::of(&Ty::Part, &name.text).is_some();
         if let ast::ExprKind::Name(head) = &of.kind
             && !is_other
         {
