@@ -113,6 +113,11 @@ fn images_move_as_mirror_images() {
         ("bend about z", bends.as_str(), angle),
         ("bend about y", &bends, angle),
         ("bend about vector(0, 1, -0.5)", &bends, angle),
+        (
+            "bend about vector(0, 1, 0.5)",
+            &bends.replace("-90 deg", "10 deg").replace("  bending", "  neutral = 25 deg  bending"),
+            angle,
+        ),
         ("twist", TURNS, angle),
         ("slide along x", SLIDES, distance),
         ("slide along vector(1, 2, -1)", SLIDES, distance),
@@ -270,12 +275,58 @@ fn passive_joints_begin_where_their_springs_rest() {
     assert!(sgc::derive::check_start(&rules).is_some());
 }
 
+/// A driven row that is made bent begins so. Driven to where it rests it does not move, driven to 0 it is straight; what is recorded counts
+/// from straight.
+#[test]
+fn a_driven_row_begins_where_it_rests() {
+    let row = "segments : Count in 2 .. 6 = 4";
+    let text = |drive: &str| {
+        winged("bend about z", "neutral = 40 deg  bend = 20 deg .. 90 deg  bending_speed = 90 deg/s  relaxing_speed = 90 deg/s  torque = 0.06 N*m/rad  stiffness = 0.3 N*m/rad^2  damping = 0.01 N*m*s/rad^2", drive)
+            .replace("segment = ", &format!("param {row}  segment = "))
+    };
+    for (drive, end) in [
+        ("angle = most * 0 deg + 40 deg", 40.0),
+        ("angle = 60 deg + most * 0 deg", 60.0),
+        ("angle = most * 0 deg", 20.0),
+    ] {
+        let rules = compiled(&text(drive));
+        for solver in ["articulated", "rapier"] {
+            let (motion, elements) = moved(&rules, solver, true);
+            let of = |frame: usize| motion.bends[frame * 2].to_degrees();
+            assert!((of(0) - 40.0).abs() < 1e-9, "{solver}: {} deg", of(0));
+            let last = motion.frames() - 1;
+            assert!((of(last) - end).abs() < 0.5, "{solver}, {drive}: {} deg", of(last));
+            // The lever at the tip is turned against the cube by as much, and by what the row is turned.
+            let lever = *elements.get(elements.len() / 2 - 1).unwrap();
+            let turned = |t: f64| {
+                let [core, tip] = [0, lever].map(|element| motion.pose(element, t).unwrap().rotation);
+                (core.inverse() * tip)
+                    .angle_to(
+                        &(motion.pose(0, 0.0).unwrap().rotation.inverse()
+                            * motion.pose(lever, 0.0).unwrap().rotation),
+                    )
+                    .to_degrees()
+            };
+            assert!(
+                (turned(2.0) - (end - 40.0_f64).abs()).abs() < 0.5,
+                "{solver}, {drive}: {} deg",
+                turned(2.0)
+            );
+            if end == 40.0 {
+                let work: f64 = motion.work.iter().sum();
+                assert!(work < 1e-6, "{solver}: {work} J to stay where it rests");
+            }
+        }
+    }
+}
+
 /// The two solvers agree on where levers go that nothing holds.
 #[test]
 fn solvers_agree_on_all_joints() {
     let turn = "angle = most * 60 deg * sin(t / 2 s * 360 deg)";
     let rows = [
         ("twist", TURNS, turn),
+        ("twist", &TURNS.replace("range", "neutral = 30 deg  range"), turn),
         ("slide along vector(1, 2, -1)", SLIDES, "distance = most * 8 mm * (1 + sin(t / 2 s * 360 deg))"),
         ("spin about vector(1, 0.5, 0.2)", SPINS, "speed = most * a.greatest_speed * sin(t / 2 s * 360 deg)"),
     ];

@@ -28,6 +28,10 @@ fn results(study: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut found = BTreeMap::new();
     for cell in std::fs::read_dir(study.join("runs")).unwrap() {
         for run in std::fs::read_dir(cell.unwrap().path()).unwrap() {
+            // A process that is killed as it makes a folder leaves one that no run is in.
+            if run.as_ref().unwrap().file_name().to_string_lossy().starts_with('.') {
+                continue;
+            }
             for name in ["best.design.json", "evals.csv", "result.json"] {
                 let file = run.as_ref().unwrap().path().join(name);
                 found.insert(file.strip_prefix(study).unwrap().to_owned(), std::fs::read(&file).unwrap());

@@ -121,6 +121,8 @@ pub enum Control {
         rate: f64,
         /// The same while it goes back towards zero.
         relaxing_rate: f64,
+        /// Where this joint stands at rest, as the drive counts it, rad or m: there its position is zero.
+        rest: f64,
     },
     /// A motor turns it as fast as the drive of its actuator says: the damping is what drives it.
     Speed {
@@ -141,8 +143,8 @@ impl Control {
     #[must_use]
     pub fn faster(self, by: f64) -> Self {
         match self {
-            Self::Position { actuator, rate, relaxing_rate } => {
-                Self::Position { actuator, rate: rate * by, relaxing_rate: relaxing_rate * by }
+            Self::Position { actuator, rate, relaxing_rate, rest } => {
+                Self::Position { actuator, rate: rate * by, relaxing_rate: relaxing_rate * by, rest }
             }
             Self::Speed { actuator, times } => Self::Speed { actuator, times: times * by },
             Self::Passive { .. } => self,

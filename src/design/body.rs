@@ -116,6 +116,7 @@ impl Body {
                 actuator: self.actuators.len(),
                 rate: motor.speed.most() / joints,
                 relaxing_rate: motor.relaxing_speed.most() / joints,
+                rest: actuator.joint.start() / joints,
             },
         };
         let moves = Moves {
@@ -234,7 +235,11 @@ impl Moves {
         rules: &RuleSet,
     ) -> (JointKind, Moved) {
         let (low, high) = own.range.unwrap_or((f64::NEG_INFINITY, f64::INFINITY));
-        let start = if let Control::Passive { .. } = self.control { own.start() * self.share } else { 0.0 };
+        let start = match self.control {
+            Control::Passive { .. } => own.start() * self.share,
+            Control::Position { rest, .. } => rest,
+            Control::Speed { .. } => 0.0,
+        };
         let control = match self.control {
             Control::Passive { neutral } => Control::Passive { neutral: neutral - start },
             driven => driven,

@@ -72,8 +72,8 @@ impl Image {
     fn keeps_start(&self, part: &Part) -> bool {
         let joint = match part.made.as_deref() {
             Some(Made::Block(block)) => block.joint.as_ref(),
-            Some(Made::Actuator(row)) if row.motor.is_none() => Some(&row.joint),
-            _ => None,
+            Some(Made::Actuator(row)) => Some(&row.joint),
+            None => None,
         };
         let Some(joint) = joint.filter(|joint| joint.start() != 0.0) else { return true };
         let axis = part.pose.rotation * Vector3::from(joint.axis);

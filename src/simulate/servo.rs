@@ -28,7 +28,7 @@ impl Servo {
     /// Of an actuator that is where it is asked to be.
     pub(super) fn free(actuator: usize) -> Self {
         let rate = f64::INFINITY;
-        let control = Control::Position { actuator, rate, relaxing_rate: rate };
+        let control = Control::Position { actuator, rate, relaxing_rate: rate, rest: 0.0 };
         Self { travel: Travel::Turn, control, share: 1.0, target: 0.0 }
     }
 
@@ -38,8 +38,8 @@ impl Servo {
     pub(super) fn follow(&mut self, drive: &Targets, t: f64, step: f64) -> bool {
         let asked = |actuator: usize| if actuator < drive.actuators { drive.at(actuator, t) } else { 0.0 };
         match self.control {
-            Control::Position { actuator, rate, relaxing_rate } => {
-                let wanted = asked(actuator) * self.share;
+            Control::Position { actuator, rate, relaxing_rate, rest } => {
+                let wanted = asked(actuator) * self.share - rest;
                 self.target = slew(self.target, wanted, rate, relaxing_rate, step);
                 wanted.is_finite()
             }
@@ -86,8 +86,8 @@ fn slew(from: f64, to: f64, away: f64, back: f64, time: f64) -> f64 {
 /// squares); for equal shares that add up to one it is the sum. Of motors these are speeds.
 #[derive(Clone, Debug)]
 pub(super) struct Bends {
-    /// Actuator and weight of each joint that something drives.
-    weights: Vec<Option<(usize, f64)>>,
+    /// Actuator and weight of each joint that something drives, and where the joint stands at rest.
+    weights: Vec<Option<(usize, f64, f64)>>,
     actuators: usize,
 }
 
@@ -103,14 +103,15 @@ impl Bends {
         let weight = |dof: &&Dof| {
             let actuator = dof.actuator()?;
             let square: f64 = squares[actuator];
-            Some((actuator, if square > 0.0 { dof.share / square } else { 1.0 }))
+            let rest = if let Control::Position { rest, .. } = dof.control { rest } else { 0.0 };
+            Some((actuator, if square > 0.0 { dof.share / square } else { 1.0 }, rest))
         };
         Self { weights: dofs.iter().map(weight).collect(), actuators }
     }
 
     /// For numbers that are the bends, one for each actuator.
     pub(super) fn themselves(actuators: usize) -> Self {
-        Self { weights: (0..actuators).map(|actuator| Some((actuator, 1.0))).collect(), actuators }
+        Self { weights: (0..actuators).map(|actuator| Some((actuator, 1.0, 0.0))).collect(), actuators }
     }
 
     /// Appends the bends that belong to the positions.
@@ -118,8 +119,8 @@ impl Bends {
         let start = bends.len();
         bends.resize(start + self.actuators, 0.0);
         for (weight, position) in self.weights.iter().zip(positions) {
-            if let &Some((actuator, weight)) = weight {
-                bends[start + actuator] += weight * position;
+            if let &Some((actuator, weight, rest)) = weight {
+                bends[start + actuator] += weight * (position + rest);
             }
         }
     }

@@ -293,15 +293,21 @@ impl From<'_> {
             Value::Domain(domain) => domain.ends(),
             _ => None,
         })?;
+        if driven && neutral != 0.0 && (neutral < low || neutral > high) {
+            let reason = format!("what is driven rests within its range, and not at {}", {
+                shown(neutral, kind.position())
+            });
+            return Err(Unmade { field: "neutral", reason });
+        }
         if low < high && (low <= 0.0 && high >= 0.0 || neutral != 0.0) {
             return Ok((low, high));
         }
         let shown = |x: f64| shown(x, kind.position());
         let (zero, others) =
             if kind == JointKind::Slide { ("0 mm", "distances") } else { ("0 deg", "angles") };
-        let rests = match driven || kind == JointKind::Socket {
+        let rests = match kind == JointKind::Socket {
             true => "",
-            false => ", unless `neutral` says that its spring rests elsewhere",
+            false => ", unless `neutral` says that it rests elsewhere",
         };
         let reason =
             format!("{} .. {} must contain {zero}, and other {others}, too{rests}", shown(low), shown(high));

@@ -20,12 +20,20 @@ pub struct Joint {
     pub stiffness: Field<f64>,
     /// Damping of each joint, N m s/rad or N s/m.
     pub damping: Field<f64>,
-    /// Where its springs pull it if nothing drives it, and where it begins, rad or m; of a row from base to tip. Beyond the range they press
-    /// on its end.
+    /// Where it rests, and begins, rad or m; of a row from base to tip: where its springs pull it if nothing drives it. Beyond the range these
+    /// press on its end.
     pub neutral: Field<f64>,
     /// Of a part: a point of the axis in the frame of the part, m. Without it, the port by which the part is held.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pivot: Option<Field<[f64; 3]>>,
+}
+
+impl Joint {
+    /// Whether it may rest elsewhere than where it is attached.
+    #[must_use]
+    pub fn rests_elsewhere(&self) -> bool {
+        self.neutral != Field::Fixed(0.0)
+    }
 }
 
 /// What a joint lets one segment do against the one before.

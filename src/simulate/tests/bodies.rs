@@ -35,7 +35,7 @@ pub(crate) fn hinge(anchor: Vector3<f64>, axis: Vector3<f64>, actuator: usize) -
 
 /// A servo whose target moves at a rate, rad/s.
 pub(crate) fn servo(actuator: usize, rate: f64) -> Control {
-    Control::Position { actuator, rate, relaxing_rate: rate }
+    Control::Position { actuator, rate, relaxing_rate: rate, rest: 0.0 }
 }
 
 /// Adds to an assembly; keeps track of elements and actuators.

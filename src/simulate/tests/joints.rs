@@ -235,7 +235,7 @@ fn a_stiff_motor_that_trembles_does_no_work() {
     let mass = 1.5e-3;
     let disc = Element { mass, ..disc };
     let speed = 0.03;
-    let control = Control::Position { actuator: 0, rate: speed, relaxing_rate: speed };
+    let control = Control::Position { actuator: 0, rate: speed, relaxing_rate: speed, rest: 0.0 };
     let dof = Dof {
         stiffness: 500.0,
         damping: 10.0,

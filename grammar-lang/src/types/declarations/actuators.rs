@@ -59,6 +59,19 @@ impl Declarations<'_> {
         {
             self.odd_lag(damping / stiffness, tree);
         }
+        if let (Some((_, tree)), Some(Some((away, back)))) = (from.values.get("neutral"), &speeds)
+            && [away, back].iter().any(|speed| matches!(speed, Field::Fixed(ir::Speed::ByBend(_))))
+        {
+            self.report(
+                Diagnostic::new(
+                    Code::OUT_OF_DOMAIN,
+                    tree.span,
+                    "a row whose speed is a table rests where it is attached",
+                )
+                .label("the table begins at a bend of 0")
+                .help("give it a speed that is one number, or leave `neutral` out"),
+            );
+        }
         let colour = self.colour(&from, &cx);
         self.check_segments(block, params.get("segments"), damaged);
         let motor = speeds?.zip(effort?);
@@ -140,8 +153,8 @@ impl Declarations<'_> {
             return Some(Field::Varies(expr));
         }
         let (low, high) = self.expressions.constant_range(&expr)?;
-        // A passive joint begins where its springs leave it.
-        let rests_elsewhere = row.passive && from.values.contains_key("neutral");
+        // A joint begins where it rests.
+        let rests_elsewhere = from.values.contains_key("neutral");
         if low >= high || (low > 0.0 || high < 0.0) && !rests_elsewhere {
             let (zero, others) = if kind == JointKind::Slide {
                 ("0 mm", "other distances")
@@ -161,7 +174,10 @@ impl Declarations<'_> {
                 )
                 .label(label)
                 .help(match row.passive && kind != JointKind::Socket && low < high {
-                    false => format!("write for example `{name} = {example}`"),
+                    false if row.passive || low >= high => format!("write for example `{name} = {example}`"),
+                    false => format!(
+                        "write for example `{name} = {example}`; if it is made bent, say so by `neutral`"
+                    ),
                     true => {
                         let ty = Ty::Quantity(kind.position());
                         let middle = crate::types::expressions::shown(0.5 * (low + high), &ty);

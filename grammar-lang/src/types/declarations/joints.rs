@@ -68,7 +68,7 @@ pub(super) fn own_fields(row: Row<'_>) -> Vec<&'static str> {
         fields.push("stiffness");
     }
     fields.push("damping");
-    if row.passive && !turns_on && kind != JointKind::Socket {
+    if !turns_on && kind != JointKind::Socket {
         fields.push("neutral");
     }
     if row.of == Owner::Part && kind != JointKind::Slide {
@@ -373,6 +373,17 @@ impl Declarations<'_> {
             true => self.varying(from, "neutral", (&ty, examples(kind).neutral), cx, |_, x, _| x.as_number()),
             false => Some(Field::Fixed(0.0)),
         };
+        if let (Some(Field::Fixed(neutral)), Some(Some(Field::Fixed((low, high))))) = (&neutral, &range)
+            && !row.passive
+            && (neutral < low || neutral > high)
+            && let Some((_, tree)) = from.values.get("neutral")
+        {
+            self.report(
+                Diagnostic::new(Code::OUT_OF_DOMAIN, tree.span, "what is driven rests within its range")
+                    .label(format!("outside `{}`", kind.range()))
+                    .help("only the spring of a passive joint can press on an end of the range"),
+            );
+        }
         let pivot = match from.values.contains_key("pivot") {
             true => {
                 let place = (&Ty::Vector(Dimension::LENGTH), "vector(0 mm, 0 mm, 0 mm)");
@@ -462,12 +473,6 @@ pub(super) fn belongs_elsewhere(field: &str, row: Row<'_>) -> Option<String> {
     let spin = kind == JointKind::Spin;
     Some(match field {
         "bend" | "range" if spin => "a spin goes on and on: it has no end".to_owned(),
-        "neutral" if !row.passive => {
-            format!(
-                "it goes where its drive says; only a passive row has `neutral`: `joint = {} passive`",
-                kind.example()
-            )
-        }
         "pivot" if row.of == Owner::Row => {
             "the joints of a row are in the middle between its segments: only a part that hangs on a joint has `pivot`".to_owned()
         }

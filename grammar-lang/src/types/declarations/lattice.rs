@@ -309,7 +309,8 @@ impl Declarations<'_> {
             ir::JointKind::Twist | ir::JointKind::Spin | ir::JointKind::Socket => false,
         };
         let jointed = parts.values().any(|part| part.joint.is_some());
-        let odd = actuators.iter().find(|(_, actuator)| !strains(&actuator.joint));
+        let bent = |joint: &ir::Joint| joint.rests_elsewhere();
+        let odd = actuators.iter().find(|(_, actuator)| !strains(&actuator.joint) || bent(&actuator.joint));
         let lattice = self.environment.has_lattice;
         let first = tasks.values().next().map(|(task, _)| task.model.method);
         for (task, _) in tasks.values() {
@@ -328,8 +329,8 @@ impl Declarations<'_> {
                     "simulate all of them with hinges, or all with the same balls",
                 ),
                 (false, ir::Method::Balls(Some(_))) if odd.is_some() => (
-                    "balls that are strained can bend a row or make it longer, and nothing else",
-                    "simulate twists, spins, sockets and slides across the row with a model of hinges, such as `hinge_model` of `std.models`",
+                    "balls that are strained can bend a row that rests straight or make it longer, and nothing else",
+                    "simulate twists, spins, sockets, slides across the row and rows that rest bent (`neutral`) with a model of hinges, such as `hinge_model` of `std.models`",
                 ),
                 (false, ir::Method::Balls(Some(_))) if jointed => (
                     "balls hold parts together without joints",

@@ -471,6 +471,19 @@ impl Declarations<'_> {
     fn check_moves(&mut self, target: &ir::Target, actuators: &IndexMap<String, ir::Actuator>) {
         let Some(actuator) = actuators.get(&target.kind) else { return };
         let joint = actuator.joint.kind;
+        if actuator.joint.rests_elsewhere() {
+            self.report(
+                Diagnostic::new(
+                    Code::TARGET_MISFIT,
+                    target.span,
+                    format!("a board begins with its actuators straight, but `{}` rests bent", target.kind),
+                )
+                .label("no board can begin there")
+                .also(actuator.span, "this actuator")
+                .help("take `neutral` out of the actuator, or the target out of the grammar"),
+            );
+            return;
+        }
         let (message, label) = match (&target.backend, joint) {
             (Backend::Tendon(_), ir::JointKind::Bend) => return,
             (Backend::Pneumatic(_), ir::JointKind::Spin) => {
@@ -539,6 +552,18 @@ impl Declarations<'_> {
                     continue;
                 }
                 let valves = actuation.drive.ty == Ty::Valves;
+                if valves && actuator.joint.rests_elsewhere() {
+                    self.report(
+                        Diagnostic::new(
+                            Code::TARGET_MISFIT,
+                            *place,
+                            format!("`{with}` drives valves, but `{kind}` rests bent"),
+                        )
+                        .label("without air an actuator is at 0")
+                        .also(actuator.span, "declared here")
+                        .help("take `neutral` out of the actuator, or drive its angle"),
+                    );
+                }
                 let joint = actuator.joint.kind;
                 // Where its range reads parameters, its least value must still be 0 for all of a kind.
                 let (least, most) = match &actuator.joint.range {
