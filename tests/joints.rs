@@ -268,11 +268,14 @@ fn passive_joints_begin_where_their_springs_rest() {
         }
     }
     // On the plane of the mirror a row that rests to one side is not its own image.
-    let aside = text(&about_y("-10 deg .. 20 deg", "10 deg"), &about_y("-30 deg .. 90 deg", "20 deg"));
-    let mut sources = SourceMap::default();
-    let entry = sources.add("own.sgr", aside.as_str());
-    let rules = grammar_lang::compile(&Files, &mut sources, entry, &[], None).ruleset.unwrap();
-    assert!(sgc::derive::check_start(&rules).is_some());
+    // The same of one that presses on where it is attached.
+    for row in [about_y("-30 deg .. 90 deg", "20 deg"), about_y("0 deg .. 40 deg", "-20 deg")] {
+        let aside = text(&about_y("-10 deg .. 20 deg", "10 deg"), &row);
+        let mut sources = SourceMap::default();
+        let entry = sources.add("own.sgr", aside.as_str());
+        let rules = grammar_lang::compile(&Files, &mut sources, entry, &[], None).ruleset.unwrap();
+        assert!(sgc::derive::check_start(&rules).is_some(), "{row}");
+    }
 }
 
 /// A driven row that is made bent begins so. Driven to where it rests it does not move, driven to 0 it is straight; what is recorded counts

@@ -211,6 +211,42 @@ fn a_part_turns_about_its_pivot() {
     assert!(end_of_last(&motion).rotation.angle() < 1e-3);
 }
 
+/// A flap that hangs in a socket on the ground: between the axes of the socket there is nothing that could sink.
+#[test]
+fn a_socket_may_be_at_the_ground() {
+    for (height, pivot) in [("-5 mm", ""), ("0 mm", ""), ("0 mm", "pivot = vector(-20 mm, -6 mm, 0 mm)")] {
+        let rules = compiled(&format!(
+            "grammar tile
+            use std.models     {{ hinge_model }}
+            use std.objectives {{ travel }}
+            use std.search     {{ gait_annealing }}
+            part slab {{
+              shape = box(40 mm, 10 mm, 30 mm)  density = 1 g/cm^3  friction = 0.8
+              port front at vector(20 mm, {height}, 0 mm) facing vector(1, 0, 0)
+            }}
+            part flap {{
+              shape = box(40 mm, 10 mm, 30 mm)  density = 1 g/cm^3  friction = 0.8
+              port back at vector(-20 mm, {height}, 0 mm) facing vector(-1, 0, 0)
+              joint = socket passive  range = -30 deg .. 30 deg  {pivot}
+              stiffness = 0.02 N*m/rad^2  damping = 0.0005 N*m*s/rad^2
+            }}
+            begin {{
+              place core : slab
+              place f    : flap to core.front
+            }}
+            simulate hinge_model for 2 s
+            maximize travel in cm
+            search gait_annealing"
+        ));
+        let own = settings(&rules.first_task().unwrap().model);
+        let motion = hanging(&rules, "articulated", &own).unwrap();
+        let last = motion.placements.len() - 1;
+        let off = motion.pose(last, 2.0).unwrap().translation.vector
+            - motion.pose(last, 0.0).unwrap().translation.vector;
+        assert!(off.norm() < 1e-3, "{height} {pivot}: moves by {off}");
+    }
+}
+
 /// Requirements see where parts and ports are, and where they point, in the frame of the core; on the plane exactly 0.
 #[test]
 fn expressions_see_places() {

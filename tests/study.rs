@@ -97,6 +97,46 @@ fn a_study_does_all_its_runs_and_says_what_matters() {
     assert!(said(&other).contains("is the folder of another study"), "{}", said(&other));
 }
 
+/// What others have put or changed in the folder of a study stays.
+#[test]
+fn what_is_somebodys_in_a_folder_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    begin(place, "grammar = \"quick.sgr\"\nevaluations = 20\n");
+    let write = |path: &str, text: &str| std::fs::write(place.join(path), text).unwrap();
+    let read = |path: &str| std::fs::read_to_string(place.join(path)).unwrap();
+    std::fs::create_dir(place.join("out")).unwrap();
+    write("out/study.toml", "mine");
+    for command in [
+        &["study", "legs.toml", "--out", "out"][..],
+        &["study", "submit", "legs.toml", "--to", "slurm", "--out", "out"],
+    ] {
+        let refused = sgc(place, command);
+        assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+        assert!(said(&refused).contains("out holds \"study.toml\" and no study"), "{}", said(&refused));
+        assert_eq!(read("out/study.toml"), "mine");
+    }
+    #[cfg(unix)]
+    {
+        std::fs::create_dir(place.join("linked")).unwrap();
+        write("precious", "mine");
+        std::os::unix::fs::symlink("../precious", place.join("linked/study.toml")).unwrap();
+        assert_eq!(sgc(place, &["study", "legs.toml", "--out", "linked"]).status.code(), Some(2));
+        assert_eq!(read("precious"), "mine");
+    }
+    ok(&sgc(place, &["study", "legs.toml", "--quiet"]));
+    let table = "studies/legs/report/runs.csv";
+    let whole = read(table);
+    write("studies/legs/report/notes.txt", "mine");
+    ok(&sgc(place, &["study", "gather", "studies/legs"]));
+    write(table, &format!("{whole}my row\n"));
+    let refused = sgc(place, &["study", "gather", "studies/legs"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert!(said(&refused).contains("runs.csv") && read(table).ends_with("my row\n"), "{}", said(&refused));
+    ok(&sgc(place, &["study", "gather", "studies/legs", "--force"]));
+    assert_eq!((read(table), read("studies/legs/report/notes.txt")), (whole, "mine".to_owned()));
+}
+
 #[test]
 fn several_processes_and_kills_change_nothing() {
     let folder = tempfile::tempdir().unwrap();

@@ -68,14 +68,14 @@ impl Image {
         Isometry3::from_parts((self.matrix * pose.translation.vector).into(), rotation)
     }
 
-    /// Whether a joint whose springs rest elsewhere than where the part is attached leaves it its own image.
+    /// Whether a joint that rests elsewhere than where the part is attached, or presses to one side there, leaves it its own image.
     fn keeps_start(&self, part: &Part) -> bool {
         let joint = match part.made.as_deref() {
             Some(Made::Block(block)) => block.joint.as_ref(),
             Some(Made::Actuator(row)) => Some(&row.joint),
             None => None,
         };
-        let Some(joint) = joint.filter(|joint| joint.start() != 0.0) else { return true };
+        let Some(joint) = joint.filter(|joint| joint.neutral != 0.0) else { return true };
         let axis = part.pose.rotation * Vector3::from(joint.axis);
         // A reflection turns turns round.
         let turns = joint.kind != JointKind::Slide;

@@ -100,7 +100,7 @@ pub fn write_whole(path: &Path, text: &str) -> Result<(), FileError> {
 /// # Errors
 ///
 /// A sentence with the path and the reason.
-pub(super) fn write_own(path: &Path, text: &str) -> Result<(), FileError> {
+pub(crate) fn write_own(path: &Path, text: &str) -> Result<(), FileError> {
     check_no_link(path)?;
     write_whole(path, text)
 }

@@ -17,7 +17,7 @@ use super::plan::Wanted;
 use crate::results::FileError;
 use crate::results::run_files::{self, Asked, Source, listed};
 use crate::results::saved::Grammar;
-use crate::results::whole::{entries, is_unfinished, read, write_whole};
+use crate::results::whole::{entries, is_unfinished, read, write_own, write_whole};
 
 /// The copy of the file.
 pub const STUDY: &str = "study.toml";
@@ -220,6 +220,14 @@ impl Study {
         {
             return Err(StudyError::Foreign { path: path.to_owned(), foreign });
         }
+        // The plan is written before it: without one, this is somebody's, or of a process that begins the same study.
+        let known = path.join(STUDY);
+        if before.is_none()
+            && fs::symlink_metadata(&known).is_ok()
+            && read(&known).ok().as_deref() != Some(text)
+        {
+            return Err(StudyError::Foreign { path: path.to_owned(), foreign: STUDY.to_owned() });
+        }
         let mut change = Change::default();
         if let Some(study) = &before {
             let known: BTreeMap<&str, &Cell> =
@@ -299,9 +307,9 @@ impl Study {
         }
         let file = self.path.join(PLAN);
         let json = serde_json::to_string_pretty(&self.plan).map_err(FileError::write(&file))? + "\n";
-        for (file, text) in [(self.path.join(STUDY), text), (file, json.as_str())] {
+        for (file, text) in [(file, json.as_str()), (self.path.join(STUDY), text)] {
             if read(&file).ok().as_deref() != Some(text) {
-                write_whole(&file, text)?;
+                write_own(&file, text)?;
             }
         }
         Ok(())

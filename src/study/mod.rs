@@ -19,8 +19,7 @@ use std::path::{Path, PathBuf};
 pub use error::StudyError;
 
 use crate::results::report::ReportError;
-use crate::results::report::written::{PAGE, Place};
-use crate::results::seal::is_as_written_by;
+use crate::results::report::written::Place;
 use tables::Gathered;
 
 /// What the folder of the page and the tables is called in the folder of a study.
@@ -41,25 +40,17 @@ pub fn shell_word(path: &Path) -> String {
 }
 
 /// Writes the page and the tables of a study into a folder, that of the study unless another is named; what was written there
-/// before is replaced.
+/// before, and is as it was written, is replaced.
 ///
 /// # Errors
 ///
 /// The folder holds something else (unless `force`), or cannot be written.
 pub fn write(gathered: &Gathered<'_>, out: Option<&Path>, force: bool) -> Result<PathBuf, ReportError> {
     let own = gathered.study.path().join(FOLDER);
-    let page = own.join(PAGE);
-    // Several processes may gather at once: what one has written, the page of another does not know.
-    let is_ours = out.is_none() && (!page.exists() || is_as_written_by(&page, COMMAND));
-    let force = force || is_ours;
+    let shared = out.is_none();
     let out = out.unwrap_or(&own);
     let tables =
         [("runs.csv", gathered.runs()), ("cells.csv", gathered.cells()), ("effects.csv", gathered.effects())];
-    Place {
-        folder: out,
-        command: COMMAND,
-        tables: tables.each_ref().map(|(name, _)| *name).to_vec(),
-        shared: true,
-    }
-    .write(|| page::page(gathered), &tables, force)
+    Place { folder: out, command: COMMAND, tables: tables.each_ref().map(|(name, _)| *name).to_vec(), shared }
+        .write(|| page::page(gathered), &tables, force)
 }

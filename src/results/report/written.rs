@@ -26,7 +26,7 @@ pub(crate) struct Place<'a> {
     pub(crate) command: &'static str,
     /// The names of all tables that it writes.
     pub(crate) tables: Vec<&'static str>,
-    /// Whether other processes may write here at the same time.
+    /// Whether other processes may write here at the same time, and people keep files of their own beside.
     pub(crate) shared: bool,
 }
 
@@ -43,6 +43,14 @@ impl Place<'_> {
         force: bool,
     ) -> Result<PathBuf, ReportError> {
         let out = self.folder;
+        if self.shared {
+            fs::create_dir_all(out).map_err(FileError::write(out))?;
+        }
+        // One after the other: what one has written, the page of the next one knows. Some file systems know no locks.
+        let turn = if self.shared { fs::File::open(out).ok() } else { None };
+        if let Some(folder) = &turn {
+            let _ = folder.lock();
+        }
         if !force {
             self.check()?;
         }
@@ -100,7 +108,10 @@ impl Place<'_> {
             };
             self.tables.contains(&name) && known.as_ref().is_none_or(is_known)
         };
-        let is_ours = |name: &str| has_page && (name == PAGE || is_table(name)) || is_unfinished(name);
+        let is_beside = |name: &str| self.shared && name != PAGE && !self.tables.contains(&name);
+        let is_ours = |name: &str| {
+            has_page && (name == PAGE || is_table(name)) || is_unfinished(name) || is_beside(name)
+        };
         Ok(entries(self.folder)?.into_iter().find(|name| !is_ours(name)))
     }
 }

@@ -572,7 +572,10 @@ impl<S: Scalar> Solver<S> {
             return Some(Invalid::TurnsTooFast);
         }
         let height = |frame: &Frame<S>| self.state.position[1].lane(lane) + frame.centre[1].lane(lane);
-        if self.ground.is_some() && self.frames.iter().any(|frame| height(frame) <= 0.0) {
+        // Between the axes of a socket are bodies without mass, which are but places.
+        let mut bodies =
+            self.frames.iter().zip(&self.tree.links).filter(|(_, link)| link.mass.lane(lane) > 0.0);
+        if self.ground.is_some() && bodies.any(|(frame, _)| height(frame) <= 0.0) {
             return Some(Invalid::Sunk);
         }
         (self.ledger.gained.lane(lane) > self.ledger.allowed.lane(lane)).then_some(Invalid::EnergyFromNowhere)
