@@ -496,6 +496,18 @@ fn a_page_is_not_written_over_a_device() {
     assert!(errors(&output).contains("not a regular file"), "{}", errors(&output));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_pipe_is_not_laid_out_in_its_place() {
+    let folder = tempfile::tempdir().unwrap();
+    let pipe = folder.path().join("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    // Nobody writes into it: it would wait for ever.
+    let output = sgc(&["fmt", &pipe.to_string_lossy()]);
+    assert_eq!(code(&output), 2);
+    assert!(errors(&output).contains("sgc fmt - <"), "{}", errors(&output));
+}
+
 #[test]
 fn a_grammar_that_can_do_nothing_says_so() {
     let folder = tempfile::tempdir().unwrap();

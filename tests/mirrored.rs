@@ -452,3 +452,57 @@ fn a_tilted_part_does_not_overlap_its_holder() {
     // At the edge it leans away from the base.
     assert!(!overlaps("70 deg", "3 cm", "-4 cm"));
 }
+
+/// What hangs on the plane of a mirror is its own image only if its joint is, too: about an axis in the plane or across it, through the plane.
+#[test]
+fn joints_on_the_mirror_are_their_own_images() {
+    let text = |lever: &str, row: &str| {
+        format!(
+            "grammar own
+            use std.blocks {{ cube }}
+            use std.models {{ hinge_model }}
+            use std.objectives {{ travel }}
+            use std.search {{ recommended }}
+            part lever {{ shape = box(4 cm, 1 cm, 1 cm)  density = 1 g/cm^3  friction = 0.8 {lever} }}
+            actuator neck {{
+              segment = cylinder(1 cm, 3 cm)  density = 0.4 g/cm^3  friction = 0.9
+              param segments : Count in 2 .. 4 = 3
+              {row}
+            }}
+            symmetry mirror xy
+            begin {{ place core : cube
+                     place row : neck to core.front
+                     place last : lever to row.tip }}
+            simulate hinge_model for 2 s
+            maximize travel in cm
+            search recommended"
+        )
+    };
+    let bend = |axis: &str| format!("joint = bend about {axis} passive  bend = -40 deg .. 40 deg  {SPRING}");
+    let slide = |axis: &str| {
+        format!(
+            "joint = slide along {axis} passive  range = -5 mm .. 5 mm  stiffness = 50 N/m  damping = 0.5 N*s/m"
+        )
+    };
+    let pivot = |at: &str| format!("{}  pivot = vector({at})", bend("y"));
+    let across = "bend about z passive  bend = -40 deg .. 40 deg";
+    let row = |joint: &str| format!("joint = {joint}  {SPRING}");
+    for (lever, joint, is_own) in [
+        (String::new(), across, true),
+        (bend("y"), across, true),
+        (bend("z"), across, true),
+        (bend("vector(1, 2, 0)"), across, true),
+        (bend("vector(0, 1, 1)"), across, false),
+        (pivot("1 cm, 2 mm, 0 mm"), across, true),
+        (pivot("1 cm, 2 mm, 3 mm"), across, false),
+        (bend("z") + "  pivot = vector(1 cm, 2 mm, 3 mm)", across, true),
+        (slide("x"), across, true),
+        (slide("z"), across, true),
+        (slide("vector(1, 0, 1)"), across, false),
+        (String::new(), "bend about y passive  bend = -40 deg .. 40 deg", true),
+        (String::new(), "bend about vector(0, 1, 1) passive  bend = -40 deg .. 40 deg", false),
+    ] {
+        let rules = compiled(&text(&lever, &row(joint)));
+        assert_eq!(check_start(&rules).is_none(), is_own, "{lever} {joint}");
+    }
+}

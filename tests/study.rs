@@ -138,6 +138,41 @@ fn what_is_somebodys_in_a_folder_stays() {
 }
 
 #[test]
+fn what_is_in_the_place_of_a_run_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path();
+    begin(place, "grammar = \"quick.sgr\"\nevaluations = 20\nseeds = 2\n");
+    ok(&sgc(place, &["study", "legs.toml", "--quiet"]));
+    let runs = sgc(place, &["study", "legs.toml", "--plan"]);
+    let runs = String::from_utf8(runs.stdout).unwrap();
+    let taken = place.join("studies/legs/runs").join(runs.lines().next().unwrap());
+    std::fs::remove_dir_all(&taken).unwrap();
+    std::fs::create_dir_all(&taken).unwrap();
+    std::fs::write(taken.join("notes.txt"), "mine").unwrap();
+    let refused = sgc(place, &["study", "legs.toml"]);
+    assert!(said(&refused).contains("\"notes.txt\" is there: move it elsewhere"), "{}", said(&refused));
+    assert!(!said(&refused).contains("under way"), "{}", said(&refused));
+    assert_ne!(refused.status.code(), Some(75));
+    assert_eq!(std::fs::read_to_string(taken.join("notes.txt")).unwrap(), "mine");
+    std::fs::remove_dir_all(&taken).unwrap();
+    ok(&sgc(place, &["study", "retry", "studies/legs"]));
+    ok(&sgc(place, &["study", "legs.toml", "--quiet"]));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_script_is_not_written_for_a_path_that_it_cannot_hold() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("two\nlines");
+    std::fs::create_dir(&place).unwrap();
+    begin(&place, "grammar = \"quick.sgr\"\nevaluations = 20\n");
+    let refused = sgc(&place, &["study", "submit", "legs.toml", "--to", "slurm"]);
+    assert_eq!(refused.status.code(), Some(2), "{}", said(&refused));
+    assert!(said(&refused).contains("move the study elsewhere"), "{}", said(&refused));
+    assert!(!place.join("studies/legs/submissions").exists());
+}
+
+#[test]
 fn several_processes_and_kills_change_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let place = folder.path();

@@ -48,6 +48,13 @@ impl Fmt {
     }
 
     fn file(&self, path: &Path) -> Result<Done, Fault> {
+        // Asked before it is read: what comes out of a pipe comes once.
+        if !self.check && path != Path::new("-") && path.exists() && !path.is_file() && !path.is_dir() {
+            let name = path.display();
+            return Err(Fault::usage(format!(
+                "cannot lay out {name}: it is no file that can be written; `sgc fmt - < {name}` writes to standard output"
+            )));
+        }
         let Text { name, text, .. } = load::read(path)?;
         let mut sources = SourceMap::default();
         let file = sources.add(name.clone(), text.clone());

@@ -68,19 +68,34 @@ impl Image {
         Isometry3::from_parts((self.matrix * pose.translation.vector).into(), rotation)
     }
 
-    /// Whether a joint that rests elsewhere than where the part is attached, or presses to one side there, leaves it its own image.
-    fn keeps_start(&self, part: &Part) -> bool {
-        let joint = match part.made.as_deref() {
-            Some(Made::Block(block)) => block.joint.as_ref(),
-            Some(Made::Actuator(row)) => Some(&row.joint),
-            None => None,
+    /// Whether what a part's joint moves is its own image: its axis lies where the axis of its image does, and where the image moves to
+    /// the other side, it neither begins there nor presses to there.
+    fn keeps_joint(&self, part: &Part) -> bool {
+        let (joint, anchor) = match part.made.as_deref() {
+            Some(Made::Block(block)) if part.held_by.is_some() => {
+                let Some(joint) = &block.joint else { return true };
+                let side = if self.reflects && part.image > 0 { -1.0 } else { 1.0 };
+                let pivot = joint.pivot.map(|[x, y, z]| part.pose * Point3::new(x, y, side * z));
+                (joint, pivot.unwrap_or_else(|| port::base(part, &part.pose)))
+            }
+            // Its joints lie on its x axis, which is compared with the rest of its frame.
+            Some(Made::Actuator(row)) => (&row.joint, Point3::from(part.pose.translation.vector)),
+            Some(Made::Block(_)) | None => return true,
         };
-        let Some(joint) = joint.filter(|joint| joint.neutral != 0.0) else { return true };
         let axis = part.pose.rotation * Vector3::from(joint.axis);
         // A reflection turns turns round.
-        let turns = joint.kind != JointKind::Slide;
-        let image = self.matrix * axis * if turns && self.reflects { -1.0 } else { 1.0 };
-        (image - axis).norm() < 1e-6
+        let hand = if joint.kind != JointKind::Slide && self.reflects { -1.0 } else { 1.0 };
+        let image = self.matrix * axis * hand;
+        let is_same = |other: Vector3<f64>| (other - axis).norm() < 1e-6;
+        let is_kept = is_same(image) || is_same(-image) && joint.neutral == 0.0;
+        let moved = self.point(&anchor) - anchor;
+        match joint.kind {
+            JointKind::Socket => moved.norm() < SAME,
+            JointKind::Slide => is_kept,
+            JointKind::Bend | JointKind::Twist | JointKind::Spin => {
+                is_kept && (moved - axis * axis.dot(&moved)).norm() < SAME
+            }
+        }
     }
 
     /// Whether a part is its own image.
@@ -89,7 +104,7 @@ impl Image {
         if (image.translation.vector - part.pose.translation.vector).norm() > SAME {
             return false;
         }
-        if !self.keeps_start(part) {
+        if !self.keeps_joint(part) {
             return false;
         }
         let have = part.pose.rotation.to_rotation_matrix();

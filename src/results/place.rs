@@ -95,6 +95,16 @@ fn foreign_within(path: &Path) -> Option<String> {
     })
 }
 
+/// Something in a folder, or in the place of one, that no run writes.
+#[must_use]
+pub fn foreign_in(path: &Path) -> Option<String> {
+    match entries(path) {
+        Ok(entries) => entries.into_iter().find(|name| !is_own(path, name)),
+        Err(_) if path.exists() => Some(path.file_name().unwrap_or_default().to_string_lossy().into_owned()),
+        Err(_) => None,
+    }
+}
+
 /// Whether what has this name in a folder was written by a run, or of it.
 fn is_own(path: &Path, name: &str) -> bool {
     let of_run = [RUN, SOURCES, EVALS, CHECKPOINT, BEST, RESULT, PROCESSES, processes::BEFORE];

@@ -95,6 +95,14 @@ pub enum StudyError {
         /// Something in it.
         foreign: String,
     },
+    /// Its path cannot be written into a script.
+    #[error(
+        "{path:?}: a script's options cannot hold a path with a quote, a line break or another control character; move the study elsewhere"
+    )]
+    NoScript {
+        /// The folder.
+        path: PathBuf,
+    },
     /// Two cells that are the same, under two names.
     #[error("{}: `{one}` and `{other}` are the same; leave one of their values out", path.display())]
     Alike {

@@ -127,6 +127,9 @@ impl Submission {
             return Ok(None);
         }
         let all = fs::canonicalize(study.path()).map_err(FileError::read(study.path()))?;
+        if all.to_string_lossy().contains(|c: char| c.is_control() || c == '"') {
+            return Err(StudyError::NoScript { path: all });
+        }
         let tasks = runs.len().div_ceil(self.runs_per_task.max(1));
         let list: String = runs.iter().map(|run| study.name(*run) + "\n").collect();
         let (number, folder) = next(&all)?;

@@ -1,5 +1,7 @@
 //! Habits of other languages: what people write who know Python, C, Matlab, YAML or OpenSCAD, and what `sgc` writes instead.
 
+use std::ops::Range;
+
 use super::{Code, Diagnostic};
 use crate::source::SourceMap;
 
@@ -245,8 +247,7 @@ pub(crate) fn with_habits(findings: &mut [Diagnostic], sources: &SourceMap) {
     for finding in findings.iter_mut().filter(|finding| may_be(finding.code)) {
         let span = finding.span();
         let Some(source) = sources.get(span.file) else { continue };
-        let (start, end) = (span.start as usize, span.end as usize);
-        let text = source.text.as_str();
+        let (text, start, end) = around(&source.text, span.range());
         if let Some(help) = number(text, start).filter(|_| finding.code != Code::UNKNOWN_UNIT) {
             finding.help = Some(help);
             continue;
@@ -304,6 +305,21 @@ pub(crate) fn with_habits(findings: &mut [Diagnostic], sources: &SourceMap) {
             finding.fix = None;
         }
     }
+}
+
+/// How far around a finding a habit is looked for, in bytes.
+const AROUND: usize = 2000;
+
+/// The text around a finding, and where the finding begins and ends in it, so that the costs of a finding do not grow
+/// with the text.
+fn around(text: &str, finding: Range<usize>) -> (&str, usize, usize) {
+    let cut = |place: usize| {
+        let place = place.min(text.len());
+        (place..=text.len()).find(|place| text.is_char_boundary(*place)).unwrap_or(text.len())
+    };
+    let from = cut(finding.start.saturating_sub(AROUND));
+    let to = cut(finding.end.min(finding.start + AROUND) + AROUND);
+    (text.get(from..to).unwrap_or(""), finding.start - from, finding.end - from)
 }
 
 /// Declarations that give a name to something.

@@ -11,7 +11,7 @@ use super::ast::Module;
 use super::declarations::ITEM_WORDS;
 use super::lower::Lowering;
 use super::parser::{Found, Rule, SgrParser};
-use super::tokens::{Scan, Token, TokenKind, deeper};
+use super::tokens::{Scan, Token, TokenKind, deeper, tokens};
 use super::{explain, recover, strange};
 use crate::diagnostics::{Code, Diagnostic};
 use crate::source::{FileId, Span};
@@ -38,6 +38,9 @@ const BLOCKS: &[&str] = &[
 
 /// The longest text that is read, in bytes: spans are 32 bits wide.
 const LONGEST: usize = 64 << 20;
+
+/// The most tokens of a text that is read: each takes about 300 bytes of memory before the grammar is checked.
+const MOST_TOKENS: usize = 4_000_000;
 
 pub(super) fn module(text: &str, file: FileId) -> (Module, Vec<Diagnostic>) {
     let scan = match scanned(text, file) {
@@ -106,6 +109,19 @@ fn scanned(text: &str, file: FileId) -> Result<Scan<'_>, Box<Diagnostic>> {
             refuse(Code::NOT_TEXT, place, place + length, "this file is not text")
                 .label("the first byte that no text has")
                 .help("a grammar is a plain text file in UTF-8: save it again with that encoding"),
+        ));
+    }
+    if text.len() > MOST_TOKENS
+        && let Some(over) = tokens(text).nth(MOST_TOKENS)
+    {
+        return Err(Box::new(
+            refuse(
+                Code::NOT_TEXT,
+                over.start,
+                over.end(),
+                "this file has more than 4 million words and signs",
+            )
+            .help("a grammar has a few thousand; is this the right file?"),
         ));
     }
     let scan = Scan::new(text);
@@ -207,4 +223,33 @@ fn once_for_each_word(errors: Vec<Diagnostic>) -> Vec<Diagnostic> {
         asked(error).is_none() && found.is_some_and(|found| words.contains(found))
     };
     errors.into_iter().filter(|error| !follows(error)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn errors(text: &str) -> Vec<Diagnostic> {
+        module(text, FileId(0)).1
+    }
+
+    #[test]
+    fn after_a_thousand_errors_the_rest_is_not_looked_at() {
+        for (head, line, tail) in [("grammar g\n", "x\n", ""), ("rule r {\n", "match x y\n", "}\n")] {
+            let text = |lines: usize| format!("{head}{}{tail}", line.repeat(lines));
+            assert_eq!(errors(&text(900)).len(), 900);
+            let found = errors(&text(3000));
+            assert_eq!(found.len(), 1001, "{line}");
+            let last = found.last().unwrap();
+            assert!(last.message.contains("the rest is not looked at"), "{}", last.message);
+            assert_eq!(last.span().range().start, head.len() + 1000 * line.len());
+        }
+    }
+
+    #[test]
+    fn a_text_of_millions_of_tokens_is_not_read() {
+        let found = errors(&"x\n".repeat(MOST_TOKENS / 2 + 1));
+        assert_eq!(found.len(), 1);
+        assert_eq!(found.first().unwrap().code.id, "E0101");
+    }
 }

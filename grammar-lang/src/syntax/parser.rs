@@ -3,7 +3,8 @@
 use pest_derive::Parser;
 
 use super::ast::Module;
-use crate::diagnostics::Diagnostic;
+use crate::diagnostics::{Code, Diagnostic};
+use crate::source::Span;
 
 /// The parser that pest derives.
 #[derive(Parser)]
@@ -15,4 +16,24 @@ pub(super) struct SgrParser;
 pub(super) struct Found {
     pub(super) module: Module,
     pub(super) errors: Vec<Diagnostic>,
+    /// Whether so much is wrong that the rest is not looked at.
+    is_given_up: bool,
+}
+
+/// How many errors of syntax are reported of one text: with more, it is no grammar.
+const MOST_ERRORS: usize = 1000;
+
+impl Found {
+    /// Whether so much is wrong that the text is not looked at from a place on; an error says so.
+    pub(super) fn gives_up(&mut self, rest: Span) -> bool {
+        if self.errors.len() >= MOST_ERRORS && !self.is_given_up {
+            self.is_given_up = true;
+            // What the rest declares is not known.
+            self.module.headless = true;
+            let message = format!("{MOST_ERRORS} errors precede this: the rest is not looked at");
+            let error = Diagnostic::new(Code::SYNTAX, Span { end: rest.start, ..rest }, message);
+            self.errors.push(error.help("is this a grammar?"));
+        }
+        self.is_given_up
+    }
 }

@@ -44,6 +44,9 @@ pub(super) fn junk(scan: &Scan<'_>, junk: Stretch<'_>, file: FileId, found: &mut
     }
     let ends = starts.iter().skip(1).copied().chain([junk.end]).collect::<Vec<_>>();
     for (start, end) in starts.into_iter().zip(ends) {
+        if found.gives_up(Span::new(file, start, end)) {
+            return;
+        }
         chunk(scan, junk.part(start, end), file, found);
     }
 }
@@ -183,6 +186,7 @@ fn by_clause(scan: &Scan<'_>, piece: Stretch<'_>, file: FileId, found: &mut Foun
             }
             // It only lacks the brace that has been reported.
             Err(_) if close.is_none() && clause.end == inside.end => {}
+            Err(_) if found.gives_up(Span::new(file, clause.start, clause.end)) => break,
             Err(_) => {
                 // What it declares is known by its name even where the rest cannot be read.
                 found.module.broken.extend(declared_in(clause, words).map(str::to_owned));

@@ -3,6 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
 
 use grammar_lang::diagnostics::Diagnostic;
 use grammar_lang::diagnostics::render::{Format, render};
@@ -25,6 +26,9 @@ use crate::study::standing::{Standing, standing};
 
 /// Where the studies are whose folder is not named.
 const STUDIES: &str = "studies";
+
+/// How often a line tells how many cells are checked.
+const EVERY: Duration = Duration::from_secs(5);
 
 /// A study with all that its folder needs.
 pub(super) struct Planned {
@@ -90,7 +94,12 @@ fn check_all(asked: &StudyFile, wanted: &[Wanted], base: &Path) -> Result<Vec<(C
     let loader = Folder { path: base.to_owned() };
     let (mut told, mut wrong) = (BTreeSet::new(), 0);
     let mut found = Vec::with_capacity(wanted.len());
-    for one in wanted {
+    let mut last = Instant::now();
+    for (checked, one) in wanted.iter().enumerate() {
+        if last.elapsed() > EVERY {
+            last = Instant::now();
+            output::note(&format!("checked {checked} of {} cells", wanted.len()));
+        }
         let path = base.join(&one.grammar);
         if !texts.iter().any(|text| text.path == path) {
             texts.push(load::read(&path)?);

@@ -12,6 +12,7 @@ use crate::cli::side_by_side::side_by_side;
 use crate::cli::work::Work;
 use crate::cli::{derive, exit};
 use crate::results::folder::{Reopened, RunFolder};
+use crate::results::place::foreign_in;
 use crate::results::run_files::{has_result, is_run};
 use crate::results::saved::Grammar;
 use crate::results::whole::write_whole;
@@ -141,9 +142,17 @@ impl Going<'_> {
         let opened = if is_run(&folder) { RunFolder::reopen(&folder) } else { self.create(run, kept)? };
         let run = match opened {
             Ok(run) => run,
-            Err(FileError::UnderWay { .. } | FileError::Unfit { why: Unfit::Exists, .. }) => {
-                return Ok(Ended::Elsewhere);
-            }
+            Err(FileError::UnderWay { .. }) => return Ok(Ended::Elsewhere),
+            // Another process begins it at this moment, or somebody put something of theirs into its place.
+            Err(FileError::Unfit { why: Unfit::Exists, .. }) => match foreign_in(&folder) {
+                None => return Ok(Ended::Elsewhere),
+                Some(foreign) => {
+                    return Err(Fault::usage(format!(
+                        "{} is to become the folder of a run, but \"{foreign}\" is there: move it elsewhere",
+                        folder.display()
+                    )));
+                }
+            },
             Err(FileError::Complete { .. }) => return Ok(Ended::Elsewhere),
             Err(other) => return Err(Fault::usage(other)),
         };

@@ -1,5 +1,7 @@
 //! The fields of a block of named values: which there are, which are missing, and their values.
 
+use std::collections::BTreeSet;
+
 use indexmap::IndexMap;
 
 use super::Declarations;
@@ -74,13 +76,12 @@ impl Declarations<'_> {
         let mut values: IndexMap<&str, (&Name, &ast::Expr)> = IndexMap::new();
         let mut groups: IndexMap<&str, &Block> = IndexMap::new();
         let mut misspelt = Vec::new();
-        let given = |name: &str| {
-            block.fields.iter().any(|f| match f {
-                Field::Value(n, _) => n.text == name,
-                Field::Group(group) => group.name.text == name,
-                Field::Param(_) | Field::Port(_) | Field::Joint(_) => false,
-            })
-        };
+        let given = block.fields.iter().filter_map(|f| match f {
+            Field::Value(name, _) => Some(name.text.as_str()),
+            Field::Group(group) => Some(group.name.text.as_str()),
+            Field::Param(_) | Field::Port(_) | Field::Joint(_) => None,
+        });
+        let given: BTreeSet<&str> = given.collect();
         for field in fields {
             let name = match field {
                 Field::Value(name, _) => name,
@@ -93,7 +94,7 @@ impl Declarations<'_> {
             let text = name.text.as_str();
             let is_group = allowed.blocks.contains(&text);
             if !allowed.all.contains(&text) || matches!(field, Field::Group(_)) != is_group {
-                let open: Vec<&str> = allowed.all.iter().copied().filter(|a| !given(a)).collect();
+                let open: Vec<&str> = allowed.all.iter().copied().filter(|a| !given.contains(a)).collect();
                 let is_block = matches!(field, Field::Group(_));
                 self.not_a_field(name, what, (allowed, is_block), &open);
                 misspelt.extend(nearest(text, open).map(str::to_owned));

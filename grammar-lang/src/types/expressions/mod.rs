@@ -193,7 +193,7 @@ impl<'a> Expressions<'a> {
         let all = self.environment.program.known_at(place).saturating_mul(each);
         let left = self.guesses.get().checked_sub(all);
         self.guesses.set(left.unwrap_or(self.guesses.get()));
-        self.environment.program.scope_at(place).filter(move |_| left.is_some())
+        left.into_iter().flat_map(move |_| self.environment.program.scope_at(place))
     }
 
     /// The value of an expression that must be known before anything runs.
