@@ -561,3 +561,62 @@ fn what_squeezes_itself_stands_still() {
     let (few, many) = (worked(own.iterations, own.tolerance), worked(1000, 1e-6));
     assert!(few < 1.5 * many, "{few} J, and {many} J with a thousand sweeps");
 }
+
+/// A variant gives a row another joint, whichever way either is written: the same as the text with that joint.
+#[test]
+fn a_variant_sets_a_joint() {
+    let text = |joint: &str, rest: &str| {
+        format!(
+            "grammar base
+            use std.blocks     {{ cube }}
+            use std.models     {{ hinge_model }}
+            use std.objectives {{ travel }}
+            use std.search     {{ gait_annealing }}
+            actuator finger {{
+              param segments : Count in 2 .. 12 = 5
+              segment = cylinder(9 mm, 2 cm)  density = 1 g/cm^3  friction = 0.8
+              bend = -40 deg .. 40 deg  {joint}
+              stiffness = 0.002 N*m/rad^2  damping = 0.00005 N*m*s/rad^2
+            }}
+            begin {{
+              place core : cube
+              place arm  : finger to core.front
+            }}
+            simulate hinge_model for 2 s
+            maximize travel in cm
+            search   gait_annealing
+            {rest}"
+        )
+    };
+    let written = ["joint = bend about y passive", "joint = bend about vector(0, 1, 1) passive"];
+    for from in written {
+        for to in written {
+            let text = text(from, &format!("variant other of base {{ set finger.{to} }}"));
+            let mut sources = SourceMap::default();
+            let entry = sources.add("set.sgr", text.as_str());
+            let found = grammar_lang::compile(&Files, &mut sources, entry, &[], Some("other"));
+            let other = found.ruleset.unwrap_or_else(|| panic!("{:?}", found.diagnostics));
+            let want = compiled(&text_with(&text, from, to));
+            assert_eq!(other.actuators["finger"].joint.kind, want.actuators["finger"].joint.kind);
+            let axis = |rules: &grammar_lang::ir::RuleSet| {
+                let candidate = Candidate::new(rules, Derivation::begin(rules).into());
+                candidate
+                    .body
+                    .assembly
+                    .joints
+                    .iter()
+                    .flat_map(|j| j.kind.dofs())
+                    .map(|dof| dof.axis)
+                    .collect::<Vec<_>>()
+            };
+            assert_eq!(axis(&other), axis(&want), "{from}, {to}");
+            assert_ne!(axis(&want).len(), 0);
+        }
+    }
+}
+
+/// The base of a text with a variant, with another joint in place of its own.
+fn text_with(text: &str, from: &str, to: &str) -> String {
+    let base = text.split("variant").next().unwrap_or("");
+    base.replacen(from, to, 1)
+}

@@ -506,3 +506,29 @@ fn joints_on_the_mirror_are_their_own_images() {
         assert_eq!(check_start(&rules).is_none(), is_own, "{lever} {joint}");
     }
 }
+
+/// What hangs on a part, and where its centre of mass is: those of its elements, with every joint at 0.
+#[test]
+fn bodies_know_what_hangs_on_a_part_and_where_its_mass_is() {
+    let text = armed("", "", "front", "");
+    let text = text.replace("            require few", "            require sums : (sum over p in hanging_on(core) of p.mass) + core.mass == (sum over p in part of p.mass)
+            require none : forall p in part: forall c in hanging_on(p): not (exists h in hanging_on(c): h is arm)
+            require mine : forall a in twister: count(hanging_on(a)) == 2 and count(hanging_on(first(hanging_on(a)))) == 1
+            require few");
+    let rules = compiled(&text);
+    assert_eq!(check_start(&rules), None);
+    let candidate = Candidate::new(&rules, Derivation::begin(&rules).into());
+    let design = candidate.design();
+    let elements = &candidate.body.assembly.elements;
+    for id in design.parts.keys() {
+        let own = candidate.body.elements_of(*id).map(|i| &elements[i]);
+        let (mut sum, mut mass) = (Vector3::zeros(), 0.0);
+        for element in own {
+            sum += element.pose.translation.vector * element.mass;
+            mass += element.mass;
+        }
+        let centre = Vector3::from(design.centre(*id).unwrap());
+        assert!((sum / mass - centre).norm() < 2e-9, "{centre}");
+        assert!((design.mass(&rules, *id).unwrap() - mass).abs() < 1e-12);
+    }
+}

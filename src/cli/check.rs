@@ -137,18 +137,22 @@ fn errors(checked: &Checked) -> usize {
 
 /// What the check of a file comes down to.
 fn summary(checked: &[Checked]) -> String {
-    let errors: usize = checked.iter().map(errors).sum();
-    let warnings = checked.iter().map(|c| c.diagnostics.len()).sum::<usize>() - errors;
+    let all: usize = checked.iter().map(errors).sum();
+    let warnings = checked.iter().map(|c| c.diagnostics.len()).sum::<usize>() - all;
     // Whose errors they are, where that is not plain.
     let wrong: Vec<&str> = checked.iter().filter(|c| !c.sound).filter_map(|c| c.wanted.as_deref()).collect();
     let whose = match wrong.len() {
         0 => String::new(),
         _ if checked.len() < 2 => String::new(),
-        all if all == checked.len() => " in each".to_owned(),
+        several if several > 1 => {
+            let of = |one: &Checked| Some(format!("{} in {}", errors(one), one.wanted.as_deref()?));
+            let each: Vec<String> = checked.iter().filter(|one| errors(one) > 0).filter_map(of).collect();
+            format!(" ({})", each.join(", "))
+        }
         _ => format!(" in {}", wrong.join(", ")),
     };
     let plural = |n: usize, word: &str| format!("{n} {word}{}", if n == 1 { "" } else { "s" });
-    let found = match (errors, warnings) {
+    let found = match (all, warnings) {
         (0, 0) => "no errors".to_owned(),
         (0, warnings) => format!("no errors, {}", plural(warnings, "warning")),
         (errors, 0) => plural(errors, "error") + &whose,
@@ -161,7 +165,7 @@ fn summary(checked: &[Checked]) -> String {
             plural(rules.rules.len(), "rule"),
             plural(rules.requirements.len(), "requirement")
         ),
-        [one] if !one.is_grammar && errors == 0 => format!("a module, {found}"),
+        [one] if !one.is_grammar && all == 0 => format!("a module, {found}"),
         [_] => found,
         several => format!("{} grammars and variants, {found}", several.len()),
     }

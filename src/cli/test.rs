@@ -54,7 +54,10 @@ impl Test {
         if self.only.is_some() && passed + failed == 0 && there > 0 {
             code = code.max(exit::INPUT);
         }
-        output::note(&format!("{passed} passed, {failed} failed"));
+        // What has errors was not tested, and that has been told.
+        if code == exit::DONE || passed + failed > 0 {
+            output::note(&format!("{passed} passed, {failed} failed"));
+        }
         Ok(if failed > 0 { code.max(exit::INPUT) } else { code })
     }
 

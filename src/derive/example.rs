@@ -170,6 +170,22 @@ fn apply(
     })
 }
 
+/// Says of which name of a rule no match is left, with the names before it as they are given.
+fn unmatched(all: &[Vec<Value>], locals: &[Value], rule: &Rule, application: &Application) -> Undone {
+    let fits = |known: usize| all.iter().any(|one| one.get(..known) == locals.get(..known));
+    let first = (1..=locals.len()).find(|known| !fits(*known)).unwrap_or(locals.len()) - 1;
+    let place = application.values.get(first).and_then(|given| given.as_ref()).map(|given| given.span);
+    match rule.locals.get(first).filter(|name| !all.is_empty() && locals.len() > 1 && !name.is_empty()) {
+        Some(name) => {
+            let reason = format!(
+                "the rule does not match there: no match has this `{name}` with what is given before it"
+            );
+            Undone::unfit(reason, place)
+        }
+        None => Undone::unfit("the rule does not match there", None),
+    }
+}
+
 /// The values of all locals of a rule, if the rule could have drawn them.
 fn values(
     rules: &RuleSet,
@@ -217,8 +233,11 @@ fn values(
             }
         }
         locals.push(value);
-        if slot + 1 == matched && !derivation.matches(rules, rule)?.contains(&locals) {
-            return Err(Undone::unfit("the rule does not match there", None));
+        if slot + 1 == matched {
+            let all = derivation.matches(rules, rule)?;
+            if !all.contains(&locals) {
+                return Err(unmatched(&all, &locals, rule, application));
+            }
         }
     }
     if matched == 0 && derivation.matches(rules, rule)?.is_empty() {

@@ -100,6 +100,7 @@ impl<'a> DesignScope<'a> {
                 reference(Reference::Port(holder, port))
             }
             PartAttribute::Place => Value::Vector(design.place(id)?),
+            PartAttribute::Centre => Value::Vector(design.centre(id)?),
             PartAttribute::Facing => Value::Vector(design.axis(id, 0)?),
             PartAttribute::Upward => Value::Vector(design.axis(id, 1)?),
             PartAttribute::Sideways => Value::Vector(design.axis(id, 2)?),
@@ -170,7 +171,7 @@ impl DesignScope<'_> {
                 let joined = self.design().joined(lattice, part(arguments.first()?)?);
                 Some(Value::List(joined.into_iter().map(cell).collect()))
             }
-            DesignFunction::Images => None,
+            DesignFunction::Images | DesignFunction::HangingOn => None,
         }
     }
 }
@@ -302,7 +303,8 @@ impl Scope for DesignScope<'_> {
         let parts = match function {
             DesignFunction::Neighbours => design.neighbours(id),
             DesignFunction::Images => design.orbit(id).into_iter().filter(|other| *other != id).collect(),
-            _ => return None,
+            DesignFunction::HangingOn => design.hanging_on(id),
+            DesignFunction::Cell | DesignFunction::Region => return None,
         };
         Some(Value::List(parts.into_iter().map(|id| reference(Reference::Part(id))).collect()))
     }

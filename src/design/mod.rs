@@ -16,7 +16,7 @@ mod port;
 mod row;
 mod symmetry;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 pub use grammar_lang::eval::PartId;
@@ -291,6 +291,23 @@ impl Design {
         let held =
             self.parts.iter().filter(|(_, p)| p.held_by.is_some_and(|(h, _)| h == id)).map(|(i, _)| *i);
         holder.into_iter().chain(held).collect()
+    }
+
+    /// The parts that a part holds, directly or through others, in the order in which they were made.
+    #[must_use]
+    pub fn hanging_on(&self, id: PartId) -> Vec<PartId> {
+        let mut found = BTreeSet::from([id]);
+        // A part that was inserted is younger than what it holds.
+        loop {
+            let known = found.len();
+            let held = |p: &Part| p.held_by.is_some_and(|(holder, _)| found.contains(&holder));
+            let more: Vec<PartId> = self.parts.iter().filter(|(_, p)| held(p)).map(|(i, _)| *i).collect();
+            found.extend(more);
+            if found.len() == known {
+                break;
+            }
+        }
+        self.parts.keys().copied().filter(|other| *other != id && found.contains(other)).collect()
     }
 
     /// Whether every part is joined to the core.

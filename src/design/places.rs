@@ -1,7 +1,8 @@
 //! Where parts and ports are in the body as it is attached, with every joint at 0, as expressions read it: in the frame of the core.
 
+use grammar_lang::eval::Made;
 use grammar_lang::ir::RuleSet;
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Point3, Translation3, Vector3};
 
 use super::port::ports;
 use super::{Body, Design, PartId};
@@ -14,6 +15,21 @@ impl Design {
     #[must_use]
     pub fn place(&self, id: PartId) -> Option<[f64; 3]> {
         Some(place(&self.parts.get(&id)?.pose))
+    }
+
+    /// The centre of mass of a part, m: of a block the middle of its shape, of a row the middle between base and tip.
+    #[must_use]
+    pub fn centre(&self, id: PartId) -> Option<[f64; 3]> {
+        let part = self.parts.get(&id)?;
+        let middle = match part.made.as_deref() {
+            Some(Made::Actuator(_)) => {
+                let ends = ports(part);
+                let sum: Vector3<f64> = ends.iter().map(|end| end.frame.translation.vector).sum();
+                sum / ends.len() as f64
+            }
+            _ => Vector3::zeros(),
+        };
+        Some(place(&(part.pose * Translation3::from(middle))))
     }
 
     /// Where the x, y or z axis (0, 1, 2) of a part points, a unit vector.

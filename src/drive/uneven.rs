@@ -77,7 +77,7 @@ impl<'r> Drive<'r> {
         };
         self.actuators.iter().enumerate().filter_map(move |(column, driven)| {
             let part = derivation.design.parts.get(&driven.id)?;
-            let is_own = part.image == 0 && derivation.design.twin(driven.id) == driven.id;
+            let is_own = part.image == 0 && !part.alone && derivation.design.twin(driven.id) == driven.id;
             let mut dofs = body.assembly.joints.iter().flat_map(|joint| joint.kind.dofs());
             (is_own && !self.has_valves(driven) && dofs.any(|dof| crosses(column, dof))).then_some(driven)
         })

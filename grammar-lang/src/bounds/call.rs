@@ -58,7 +58,7 @@ impl Reasoning<'_> {
                 return self.fails(expr, "an empty list has no such item");
             }
             F::First | F::Last => return first.item(),
-            F::Design(DesignFunction::Neighbours) => {
+            F::Design(DesignFunction::Neighbours | DesignFunction::HangingOn) => {
                 let parts = Abstract::Part(Kinds::all());
                 return Abstract::Many(Box::new(parts), Interval::NOT_NEGATIVE);
             }

@@ -222,6 +222,7 @@ impl<'r> Facts<'r> {
             PartAttribute::Depth | PartAttribute::Mass => Abstract::Number(Interval::NOT_NEGATIVE),
             PartAttribute::OwnImage
             | PartAttribute::Place
+            | PartAttribute::Centre
             | PartAttribute::Facing
             | PartAttribute::Upward
             | PartAttribute::Sideways

@@ -128,7 +128,7 @@ words! {
         Gain "gain" "gain(n): what the best value gained in the last n iterations.";
     }
     /// A function that asks the design.
-    Design(DesignFunction) { Cell Region Neighbours Images }
+    Design(DesignFunction) { Cell Region Neighbours Images HangingOn }
     /// A function that makes shapes.
     Solid(Solid) { Box Sphere Cylinder Disk Capsule }
 }
@@ -140,6 +140,7 @@ words! {
         Region "region" "region(c, x, y, z): the places whose offsets from a cell are these numbers or ranges, as far as the lattice reaches.";
         Neighbours "neighbours" "The parts that are joined to a part, or the cells to a cell: up to 18.";
         Images "images" "The images of a part under the symmetry, without itself.";
+        HangingOn "hanging_on" "The parts that hang on a part, directly or through others.";
     }
 }
 
@@ -158,6 +159,7 @@ words! {
         Facing "facing" "The direction in which its x axis points (of a block its front, of an actuator its tip), in the frame of the core.";
         Upward "upward" "The direction in which its y axis points (its top), in the frame of the core.";
         Sideways "sideways" "The direction in which its z axis points (its right), in the frame of the core.";
+        Centre "centre" "Its centre of mass in the frame of the core.";
         LowestPoint "lowest_point" "The height of its lowest point as a motion begins, from the centre of the core.";
         LeastBend "least_bend" "Of an actuator that bends or twists: the low end of its range.";
         GreatestBend "greatest_bend" "Of an actuator that bends or twists: the high end of its range.";
@@ -356,7 +358,7 @@ impl PartAttribute {
             Self::Mass => Ty::Quantity(Dimension::MASS),
             Self::Holder | Self::Twin => Ty::Part,
             Self::Port => Ty::Port,
-            Self::Place => Ty::Vector(Dimension::LENGTH),
+            Self::Place | Self::Centre => Ty::Vector(Dimension::LENGTH),
             Self::Facing | Self::Upward | Self::Sideways => Ty::Vector(Dimension::NUMBER),
             Self::LowestPoint => Ty::Quantity(Dimension::LENGTH),
             Self::Work => Ty::Quantity(Dimension::ENERGY),

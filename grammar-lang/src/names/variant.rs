@@ -312,6 +312,7 @@ fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
         note(loading, module, variant, edit, span);
         match &edit.kind {
             EditKind::Set(path, value) => values::change(loading, module, path, Change::Set(value)),
+            EditKind::SetJoint(path, joint) => values::set_joint(loading, module, path, joint),
             EditKind::Narrow(path, value) => values::change(loading, module, path, Change::Narrow(value)),
             EditKind::Drop(path) => dropped.extend(drop_path(loading, module, path)),
             EditKind::DropObserved(names) => observe::drop(loading, names),
@@ -329,9 +330,11 @@ fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
 
 /// Keeps what an edit changes, so that findings about it can say so.
 fn note(loading: &mut Loading<'_>, module: usize, variant: &Variant, edit: &Edit, place: Span) {
-    let is_edit = matches!(edit.kind, EditKind::Set(..) | EditKind::Narrow(..));
+    let is_edit = matches!(edit.kind, EditKind::Set(..) | EditKind::SetJoint(..) | EditKind::Narrow(..));
     let path: Vec<String> = match &edit.kind {
-        EditKind::Set(path, _) | EditKind::Narrow(path, _) => path.iter().map(|n| n.text.clone()).collect(),
+        EditKind::Set(path, _) | EditKind::SetJoint(path, _) | EditKind::Narrow(path, _) => {
+            path.iter().map(|n| n.text.clone()).collect()
+        }
         EditKind::Replace(item) => declared(item).map(|n| n.text.clone()).into_iter().collect(),
         EditKind::Drop(_) | EditKind::DropObserved(_) | EditKind::Allow(_) | EditKind::Add(_) => return,
     };
@@ -360,7 +363,9 @@ fn target_of(edit: &Edit) -> (String, Span) {
         (text.join("."), span)
     };
     match &edit.kind {
-        EditKind::Set(p, _) | EditKind::Narrow(p, _) | EditKind::Drop(p) => path(p),
+        EditKind::Set(p, _) | EditKind::SetJoint(p, _) | EditKind::Narrow(p, _) | EditKind::Drop(p) => {
+            path(p)
+        }
         EditKind::DropObserved(_) | EditKind::Allow(_) => (format!("at {}", edit.span.start), edit.span),
         EditKind::Replace(item) | EditKind::Add(item) => match (declared(item), &item.kind) {
             (Some(name), _) => (name.text.clone(), name.span),

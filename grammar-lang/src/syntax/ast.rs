@@ -316,6 +316,8 @@ pub struct Edit {
 pub enum EditKind {
     /// `set PATH = EXPR`
     Set(Vec<Name>, Expr),
+    /// `set KIND.joint = KIND about AXIS passive`
+    SetJoint(Vec<Name>, Box<Joint>),
     /// `narrow PATH in EXPR`
     Narrow(Vec<Name>, Expr),
     /// `drop PATH`

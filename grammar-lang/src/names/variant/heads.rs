@@ -23,10 +23,12 @@ impl<'v> Heads<'v> {
                 [head, ..] => (&head.text, Some(span), None),
                 [] => return None,
             },
-            EditKind::Set(path, _) | EditKind::Narrow(path, _) => match path.as_slice() {
-                [head, _, ..] => (&head.text, Some(span), None),
-                _ => return None,
-            },
+            EditKind::Set(path, _) | EditKind::SetJoint(path, _) | EditKind::Narrow(path, _) => {
+                match path.as_slice() {
+                    [head, _, ..] => (&head.text, Some(span), None),
+                    _ => return None,
+                }
+            }
             EditKind::Replace(item) => (&declared(item)?.text, None, Some((span, "replaced"))),
             EditKind::DropObserved(_) | EditKind::Allow(_) | EditKind::Add(_) => return None,
         };

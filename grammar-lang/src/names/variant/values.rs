@@ -6,7 +6,7 @@ use super::{find, scenarios};
 use crate::diagnostics::{Code, Diagnostic, Fix, did_you_mean};
 use crate::source::Span;
 use crate::syntax::ast::{
-    Block, Expr, ExprKind, Field, Item, ItemKind, Name, NoveltyClause, RuleClause, RuleClauseKind,
+    Block, Expr, ExprKind, Field, Item, ItemKind, Joint, Name, NoveltyClause, RuleClause, RuleClauseKind,
 };
 use crate::syntax::declarations::BlockKind;
 use crate::syntax::earlier;
@@ -64,6 +64,38 @@ pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], ch
             .label("not there")
             .help(help),
         );
+    }
+}
+
+/// Gives the rows of an actuator, or a part, another joint.
+pub(super) fn set_joint(loading: &mut Loading<'_>, module: usize, path: &[Name], joint: &Joint) {
+    let Some(head) = path.first() else { return };
+    let Some(declaration) = find(loading, module, head) else { return };
+    let Some(item) = loading.program.item_mut(declaration) else { return };
+    if !matches!(item.kind, ItemKind::Block(BlockKind::Part | BlockKind::Actuator, _)) {
+        loading.errors.push(
+            Diagnostic::new(Code::NOTHING_TO_CHANGE, joint.word, format!("`{}` has no joint", head.text))
+                .label("not there")
+                .also(item.span, "declared here")
+                .help("an actuator has one, and a part that hangs on what holds it with a joint"),
+        );
+        return;
+    }
+    if let Some(block) = item.kind.block_mut() {
+        replace_joint(block, Field::Joint(Box::new(joint.clone())));
+    }
+}
+
+/// A block's joint, whichever way it is written, is another one.
+fn replace_joint(block: &mut Block, joint: Field) {
+    let is_joint = |field: &Field| match field {
+        Field::Value(name, _) => name.text == JOINT,
+        Field::Joint(_) => true,
+        _ => false,
+    };
+    match block.fields.iter().position(is_joint) {
+        Some(place) => block.fields[place] = joint,
+        None => block.fields.push(joint),
     }
 }
 
@@ -222,6 +254,9 @@ fn change_rule(clauses: &mut Vec<RuleClause>, field: &Name, change: &Change<'_>)
     Err(choices_of(clauses))
 }
 
+/// The field that may be written as more than a value.
+const JOINT: &str = "joint";
+
 /// Fields that need not be there to be set. In which blocks they mean something, the checker knows.
 const MAY_BE_LEFT_OUT: &[&str] = &[
     "colour",
@@ -261,6 +296,10 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
             _ => {}
         }
     }
+    if let (JOINT, Change::Set(value), []) = (field.text.as_str(), change, rest) {
+        replace_joint(block, Field::Value(field.clone(), (*value).clone()));
+        return Ok(());
+    }
     // Of mass and density each stands for the other.
     let other = match field.text.as_str() {
         "mass" => Some("density"),
@@ -292,7 +331,7 @@ fn fields_of(block: &Block) -> Vec<String> {
             Field::Group(group) => group.name.text.clone(),
             Field::Param(param) => param.name.text.clone(),
             Field::Port(port) => port.name.text.clone(),
-            Field::Joint(_) => "joint".to_owned(),
+            Field::Joint(_) => JOINT.to_owned(),
         })
         .collect()
 }

@@ -227,6 +227,11 @@ impl<'a> Lowering<'a> {
         let first = inner.next()?;
         let kind = match rule {
             Rule::set_edit => EditKind::Set(self.path(first), self.expr(inner.next()?)?),
+            Rule::set_joint_edit => {
+                let part = self.name(&first);
+                let joint = self.joint(inner.find(|node| node.as_rule() == Rule::joint_clause)?)?;
+                EditKind::SetJoint(vec![part, joint.named()], Box::new(joint))
+            }
             Rule::narrow_edit => EditKind::Narrow(self.path(first), self.expr(inner.next()?)?),
             Rule::drop_edit if first.as_rule() == Rule::observe_item => {
                 EditKind::DropObserved(self.path(first))

@@ -194,7 +194,9 @@ fn parameters(function: Function) -> Vec<Ty> {
             Ty::NUMBER,
         ],
         F::Gain => vec![Ty::Count],
-        F::Design(DesignFunction::Neighbours | DesignFunction::Images) => vec![Ty::Part],
+        F::Design(DesignFunction::Neighbours | DesignFunction::Images | DesignFunction::HangingOn) => {
+            vec![Ty::Part]
+        }
         F::Solid(solid) => vec![Ty::Quantity(Dimension::LENGTH); solid.lengths()],
         F::Design(DesignFunction::Cell) => vec![Ty::Count; 3],
         F::Design(DesignFunction::Region) => vec![Ty::Cell],
@@ -242,7 +244,9 @@ fn result(function: Function, tys: &[Ty]) -> Option<Ty> {
         F::Solid(_) => Some(Ty::Shape),
         F::Normal | F::Uniform => first.dimension().map(Ty::Distribution),
         F::Design(DesignFunction::Neighbours) if first == Ty::Cell => Some(Ty::List(Box::new(Ty::Cell))),
-        F::Design(DesignFunction::Neighbours | DesignFunction::Images) => Some(Ty::List(Box::new(Ty::Part))),
+        F::Design(DesignFunction::Neighbours | DesignFunction::Images | DesignFunction::HangingOn) => {
+            Some(Ty::List(Box::new(Ty::Part)))
+        }
         F::Design(DesignFunction::Cell) => Some(Ty::Cell),
         F::Design(DesignFunction::Region) => Some(Ty::List(Box::new(Ty::Cell))),
     }

@@ -178,13 +178,15 @@ impl Expressions<'_> {
     fn no_member(&mut self, of: &Expr, name: &Name, candidates: &[String], span: Span) -> Expr {
         let has = |ty: &&Ty| Attribute::of(ty, &name.text).is_some_and(|(a, _)| !a.is_of_motion());
         let owner = OWNERS.iter().find(has);
+        let of_part = if of.ty == Ty::Kind { self.members_of(&Ty::Part, Stage::Score) } else { Vec::new() };
         let help = did_you_mean(&name.text, candidates.iter().map(String::as_str)).or_else(|| {
             if of.ty == Ty::Kind {
                 let kind = self.environment.sources.slice(of.span);
+                let is_known = of_part.contains(&name.text);
+                let and_write = if is_known { format!(", and write `s.{}`", name.text) } else { String::new() };
                 return Some(format!(
-                    "there may be many of a kind: name one, as `s` in `match s : {kind}` or \
-                     `attach {kind} to q as s`, and write `s.{}`",
-                    name.text
+                    "there may be many of a kind: name one, as `s` in `match s : {kind}`, `attach {kind} to q as s` or \
+                     `forall s in {kind}: ...`{and_write}"
                 ));
             }
             if let Some(owner) = owner.filter(|_| of.ty != Ty::Port) {
@@ -196,7 +198,15 @@ impl Expressions<'_> {
                     "its ports are `base` and `tip`; what a rule attached is named by its `as`, and its parameters by `param`".to_owned(),
                 );
             }
-            (!candidates.is_empty()).then(|| format!("{} has: {}", article(&of.ty), candidates.join(", ")))
+            let built_in = Attribute::all_of(&of.ty);
+            let is_built_in = |name: &str| built_in.iter().any(|(attribute, _)| attribute.text() == name);
+            let (all, own): (Vec<&str>, Vec<&str>) =
+                candidates.iter().map(String::as_str).partition(|c| of.ty != Ty::Part || is_built_in(c));
+            let own = match own.is_empty() {
+                true => String::new(),
+                false => format!("; if its kind declares them as ports or parameters, {}", own.join(", ")),
+            };
+            (!candidates.is_empty()).then(|| format!("{} has: {}{own}", article(&of.ty), all.join(", ")))
         });
         self.report(
             Diagnostic::new(

@@ -119,6 +119,16 @@ impl Expressions<'_> {
                 }
                 return make(ExprKind::Scenarios(name.to_owned()), Ty::List(Box::new(Ty::World)));
             }
+            ItemKind::Shared(_) if cx.stage == Stage::Drive => {
+                self.report(
+                    Diagnostic::new(Code::WRONG_STAGE, span, format!("a function cannot read `{name}`"))
+                        .label("a variable of the actuations")
+                        .help(format!(
+                            "give it as an argument: only the actuations themselves read `{name}`"
+                        )),
+                );
+                return unknown(span);
+            }
             ItemKind::Shared(_) => {
                 return self.stage_error(
                     span,

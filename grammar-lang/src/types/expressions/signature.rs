@@ -81,5 +81,6 @@ pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusi
         F::Design(DesignFunction::Region) => ("region(c, x, y, z)", 4..=4),
         F::Design(DesignFunction::Neighbours) => ("neighbours(part)", 1..=1),
         F::Design(DesignFunction::Images) => ("images(part)", 1..=1),
+        F::Design(DesignFunction::HangingOn) => ("hanging_on(part)", 1..=1),
     }
 }

@@ -65,6 +65,7 @@ impl Stage {
             Function::Design(
                 DesignFunction::Neighbours
                 | DesignFunction::Images
+                | DesignFunction::HangingOn
                 | DesignFunction::Cell
                 | DesignFunction::Region,
             ) => self.sees_design(),

@@ -260,9 +260,31 @@ fn said(group: &Group) -> Vec<String> {
     said
 }
 
+/// The objective of a group as its grammar writes it.
+fn objective(group: &Group) -> Option<String> {
+    let (rules, sources) = &**group.rules.as_ref().ok()?;
+    let written = |objective: &Objective| {
+        sources.slice(objective.value.span).split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    Some(rules.first_task()?.objectives().map(written).collect::<Vec<_>>().join(", "))
+}
+
 /// What is seen of groups side by side, in words.
 fn compared(groups: &[Group]) -> Vec<String> {
     let mut said = Vec::new();
+    let wanted: Vec<String> = groups.iter().filter_map(objective).collect();
+    if let Some((first, others)) = wanted.split_first()
+        && others.iter().any(|other| other != first)
+    {
+        let each = groups
+            .iter()
+            .zip(&wanted)
+            .map(|(group, text)| format!("{}: <code>{}</code>", escape(&group.name), escape(text)));
+        said.push(format!(
+            "The objectives differ ({}), so that the values are not of the same thing.",
+            each.collect::<Vec<_>>().join("; ")
+        ));
+    }
     for (i, one) in groups.iter().enumerate() {
         for other in groups.iter().skip(i + 1) {
             let Some(Pairs { better, even }) = pairs(one, other) else { continue };
