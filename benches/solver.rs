@@ -82,7 +82,7 @@ fn in_worlds(bodies: &[Measured], rounds: usize) {
                 let worlds: Vec<World> = (0..count).map(world).collect();
                 let start = Instant::now();
                 for drive in &drives[..4] {
-                    let cases: Vec<Case<'_>> = worlds.iter().map(|world| Case { drive, world }).collect();
+                    let cases: Vec<Case<'_>> = worlds.iter().map(|world| Case::new(drive, world)).collect();
                     let motions = own.run_cases(Stop::NEVER, &cases).unwrap();
                     assert!(motions.iter().all(Result::is_ok));
                 }

@@ -260,7 +260,7 @@ impl<'r> Driven<'r> {
             })
             .collect();
         let driven = driven?;
-        let cases: Vec<Case<'_>> = driven.iter().map(|(drive, world)| Case { drive, world }).collect();
+        let cases: Vec<Case<'_>> = driven.iter().map(|(drive, world)| Case::new(drive, world)).collect();
         let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
         let mut first = model.prepare(&body.assembly, &self.settings)?;
         let lanes = first.lanes();

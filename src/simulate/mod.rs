@@ -10,6 +10,7 @@ pub mod articulated;
 pub mod balls;
 mod check;
 pub mod export;
+mod feedback;
 mod lattice;
 mod lowering;
 pub mod motion;
@@ -28,6 +29,7 @@ mod world;
 use serde::{Deserialize, Serialize};
 
 use crate::design::assembly::Assembly;
+pub use feedback::{ControlLoop, Controller, Measured};
 pub use motion::{Motion, Targets};
 pub use sliding::Sliding;
 pub use stop::Stop;
@@ -122,6 +124,8 @@ pub enum Invalid {
     EnergyFromNowhere,
     /// The solver could not hold joints within their limits.
     BeyondLimits,
+    /// What its feedback asks for has no value.
+    NoCommand,
     /// The observer stopped it: the motion is not known.
     GivenUp,
     /// The solver cannot simulate the body in this world, though it can in the nominal one.
@@ -137,6 +141,7 @@ impl Invalid {
             Self::TooFast => "too fast",
             Self::TurnsTooFast => "turning too fast for its steps",
             Self::TooFar => "too far in its time",
+            Self::NoCommand => "feedback without a value",
             Self::GivenUp => "given up",
             Self::Unfit => "not to be simulated there",
             Self::Sunk => "through the ground",
@@ -223,17 +228,25 @@ impl Watch for Unwatched {
 /// A motion to make.
 #[derive(Clone, Copy, Debug)]
 pub struct Case<'a> {
-    /// What drives the body.
+    /// What the actuators are asked for, as far as it is known ahead.
     pub drive: &'a Targets,
+    /// What commands the others, if there are any.
+    pub controller: Option<&'a dyn Controller>,
     /// Where it moves.
     pub world: &'a World,
 }
 
 impl<'a> Case<'a> {
-    /// In the nominal world.
+    /// A drive without feedback.
+    #[must_use]
+    pub const fn new(drive: &'a Targets, world: &'a World) -> Self {
+        Self { drive, controller: None, world }
+    }
+
+    /// The same in the nominal world.
     #[must_use]
     pub const fn nominal(drive: &'a Targets) -> Self {
-        Self { drive, world: &World::NOMINAL }
+        Self::new(drive, &World::NOMINAL)
     }
 }
 

@@ -54,6 +54,12 @@ impl Targets {
         let of = |sample: usize| self.angles.get(sample * self.actuators + actuator).copied().unwrap_or(0.0);
         of(low) + (of(high) - of(low)) * part
     }
+
+    /// The same, and 0 for an actuator that there is no target of.
+    #[must_use]
+    pub(super) fn asked(&self, actuator: usize, t: f64) -> f64 {
+        if actuator < self.actuators { self.at(actuator, t) } else { 0.0 }
+    }
 }
 
 /// Where an element sits, fixed to one body of the solver, and its shape.

@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
+use super::feedback::{ControlLoop, Controller, Measured};
 use super::motion::Placement;
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
-use super::{Invalid, LAST_STRETCH, Motion, Settings, Stop, Targets, Watch, World};
+use super::{Case, Invalid, LAST_STRETCH, Motion, Settings, Stop, Targets, Watch, World};
 use crate::design::assembly::Dof;
 
 /// A solver that advances one body step by step, in one or several runs at
@@ -85,13 +86,13 @@ impl Driven {
 
 /// One body in a row of worlds, ready to run: a solver with one lane for each.
 pub(super) trait Row: Send {
-    /// Simulates as many drives as there are lanes, or fewer, each in the world of its lane, the first of which has this
+    /// Simulates as many cases as there are lanes, or fewer, each in the world of its lane, the first of which has this
     /// number for the watch. None if it was asked to stop.
     fn together(
         &mut self,
         stop: Stop<'_>,
         first: usize,
-        drives: &[&Targets],
+        cases: &[Case<'_>],
         watch: &dyn Watch,
     ) -> Option<Vec<Result<Motion, Invalid>>>;
 }
@@ -110,9 +111,40 @@ pub(super) struct Run<S> {
 /// One run under way.
 struct Lane<'a> {
     drive: &'a Targets,
+    feedback: Option<Feedback<'a>>,
     servos: Vec<Servo>,
     motion: Motion,
     failure: Option<Invalid>,
+}
+
+/// A controller at work in a lane.
+struct Feedback<'a> {
+    controller: &'a dyn Controller,
+    own: Box<dyn ControlLoop + 'a>,
+    /// What it last asked each actuator for.
+    commands: Vec<f64>,
+    /// How often it was asked.
+    moments: usize,
+}
+
+impl Feedback<'_> {
+    /// Whether a control moment has come at a time, s.
+    fn is_due(&self, time: f64) -> bool {
+        let moment = self.moments as f64 * self.controller.interval();
+        time >= moment - 1e-9 * moment.max(1.0)
+    }
+}
+
+impl Lane<'_> {
+    /// What an actuator is asked for at a time.
+    fn asked(drive: &Targets, feedback: Option<&Feedback<'_>>, actuator: usize, t: f64) -> f64 {
+        match feedback {
+            Some(feedback) if feedback.controller.commands(actuator) => {
+                feedback.commands.get(actuator).copied().unwrap_or(0.0)
+            }
+            _ => drive.asked(actuator, t),
+        }
+    }
 }
 
 /// What is recorded of a lane at one time: the pose of every body, and the position of every joint.
@@ -143,7 +175,7 @@ impl<S: Stepper> Run<S> {
         Self { stepper, driven, speeds, schedule: Schedule::new(settings), pace_limit: settings.pace_limit }
     }
 
-    fn lane<'a>(&self, number: usize, drive: &'a Targets) -> Lane<'a> {
+    fn lane<'a>(&self, number: usize, case: &Case<'a>) -> Lane<'a> {
         let Schedule { interval, duration, frames, .. } = self.schedule;
         let Driven { bodies, actuators, ref placements, ref servos, .. } = self.driven;
         let motion = Motion {
@@ -157,7 +189,13 @@ impl<S: Stepper> Run<S> {
         };
         let speed = self.speeds.get(number).copied().unwrap_or(1.0);
         let servos = servos.iter().map(|servo| servo.faster(speed)).collect();
-        Lane { drive, servos, motion, failure: None }
+        let feedback = case.controller.map(|controller| Feedback {
+            controller,
+            own: controller.begin(),
+            commands: vec![0.0; actuators],
+            moments: 0,
+        });
+        Lane { drive: case.drive, feedback, servos, motion, failure: None }
     }
 
     /// Shows the watch what has been recorded, once in a second of the motion.
@@ -174,12 +212,32 @@ impl<S: Stepper> Run<S> {
         }
     }
 
+    /// Asks the controllers whose moment has come, before a step from this time on.
+    fn control(&self, lanes: &mut [Lane], time: f64) {
+        for (number, lane) in lanes.iter_mut().enumerate() {
+            let Some(feedback) = lane.feedback.as_mut().filter(|own| own.is_due(time)) else { continue };
+            feedback.moments += 1;
+            if lane.failure.is_some() {
+                continue;
+            }
+            let State { poses, positions } = self.state(number);
+            let mut along = Vec::with_capacity(self.driven.actuators);
+            self.driven.bends.append(positions.into_iter(), &mut along);
+            let placements = &self.driven.placements;
+            let measured = Measured { time, poses: &poses, placements, positions: &along };
+            lane.failure = feedback.own.answer(&measured, &mut feedback.commands).err();
+        }
+    }
+
     fn step(&mut self, lanes: &mut [Lane], t: f64) {
+        self.control(lanes, t - self.schedule.step);
         let last = lanes.len() - 1;
         for (number, lane) in lanes.iter_mut().enumerate() {
             let end = if number == last { S::LANES } else { number + 1 };
+            let (drive, feedback) = (lane.drive, lane.feedback.as_ref());
             for (place, servo) in lane.servos.iter_mut().enumerate() {
-                if !servo.follow(lane.drive, t, self.schedule.step) {
+                let asked = |actuator| Lane::asked(drive, feedback, actuator, t);
+                if !servo.follow(asked, self.schedule.step) {
                     lane.failure = lane.failure.or(Some(Invalid::NotFinite));
                     servo.target = 0.0;
                 }
@@ -225,11 +283,11 @@ impl<S: Stepper> Row for Run<S> {
         &mut self,
         stop: Stop<'_>,
         first: usize,
-        drives: &[&Targets],
+        cases: &[Case<'_>],
         watch: &dyn Watch,
     ) -> Option<Vec<Result<Motion, Invalid>>> {
         let mut lanes: Vec<Lane> =
-            drives.iter().enumerate().map(|(number, drive)| self.lane(number, drive)).collect();
+            cases.iter().enumerate().map(|(number, case)| self.lane(number, case)).collect();
         self.stepper.reset();
         let mut frame = 0;
         for now in 0..=self.schedule.steps {
@@ -277,5 +335,5 @@ impl<S: Stepper> Row for Run<S> {
 /// The motion of one drive, in the world of the first lane.
 #[cfg(test)]
 pub(super) fn alone(row: &mut dyn Row, drive: &Targets) -> Result<Motion, Invalid> {
-    row.together(Stop::NEVER, 0, &[drive], &super::Unwatched).unwrap().remove(0)
+    row.together(Stop::NEVER, 0, &[Case::nominal(drive)], &super::Unwatched).unwrap().remove(0)
 }

@@ -1,6 +1,5 @@
 //! What a servo wants: its rate-limited target, the same for all solvers.
 
-use super::motion::Targets;
 use crate::design::assembly::{Control, Dof, Travel};
 
 /// The moving target of one degree of freedom: an angle in rad or a distance in m, or the speed of a motor in rad/s.
@@ -32,11 +31,9 @@ impl Servo {
         Self { travel: Travel::Turn, control, share: 1.0, target: 0.0 }
     }
 
-    /// Moves the target for `step` seconds towards what the drive asks for at
-    /// time `t`. False if the drive asks for no number at all.
+    /// Moves the target for `step` seconds towards what its actuator is asked for. False if that is no number at all.
     #[inline]
-    pub(super) fn follow(&mut self, drive: &Targets, t: f64, step: f64) -> bool {
-        let asked = |actuator: usize| if actuator < drive.actuators { drive.at(actuator, t) } else { 0.0 };
+    pub(super) fn follow(&mut self, asked: impl Fn(usize) -> f64, step: f64) -> bool {
         match self.control {
             Control::Position { actuator, rate, relaxing_rate, rest } => {
                 let wanted = asked(actuator) * self.share - rest;

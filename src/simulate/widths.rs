@@ -1,7 +1,7 @@
 //! One body in any worlds: solvers with as many lanes as are needed, made when they are first used.
 
 use super::run::Row;
-use super::{Case, Invalid, Motion, Settings, Simulation, Stop, Targets, Unfit, Watch, World};
+use super::{Case, Invalid, Motion, Settings, Simulation, Stop, Unfit, Watch, World};
 use crate::design::assembly::Assembly;
 
 /// More rows of worlds than this are not kept.
@@ -92,10 +92,9 @@ impl Simulation for Widths {
         let widest = self.lanes();
         let mut outcomes = Vec::with_capacity(cases.len());
         for (number, chunk) in cases.chunks(widest).enumerate() {
-            let drives: Vec<&Targets> = chunk.iter().map(|case| case.drive).collect();
             match self.row(chunk) {
                 Ok(Some(ready)) => {
-                    outcomes.extend(ready.row.together(stop, number * widest, &drives, watch)?)
+                    outcomes.extend(ready.row.together(stop, number * widest, chunk, watch)?)
                 }
                 Ok(None) | Err(_) => outcomes.extend(chunk.iter().map(|_| Err(Invalid::Unfit))),
             }

@@ -192,7 +192,7 @@ impl Evaluator<'_> {
         driven: &[(Targets, World)],
         is_fine: bool,
     ) -> Option<Vec<Result<Motion, Invalid>>> {
-        let cases: Vec<Case<'_>> = driven.iter().map(|(drive, world)| Case { drive, world }).collect();
+        let cases: Vec<Case<'_>> = driven.iter().map(|(drive, world)| Case::new(drive, world)).collect();
         if is_fine {
             return self.fine.run_cases(stop, &cases);
         }

@@ -552,7 +552,7 @@ fn most_gained(body: &Assembly, drive: &crate::simulate::Targets, settings: &Set
     let mut most = 0.0_f64;
     for step in 1..=(settings.duration / settings.step) as usize {
         for (place, servo) in servos.iter_mut().enumerate() {
-            servo.follow(drive, step as f64 * settings.step, settings.step);
+            servo.follow(|actuator| drive.asked(actuator, step as f64 * settings.step), settings.step);
             solver.targets[place] = servo.target as f32;
         }
         solver.advance();

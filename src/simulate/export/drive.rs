@@ -38,7 +38,7 @@ pub fn drive(
         let time = now as f64 * step;
         out.push_str(&number(time));
         for servo in &mut servos {
-            if !servo.follow(targets, time, step) {
+            if !servo.follow(|actuator| targets.asked(actuator, time), step) {
                 return Err(Unfit { reason: format!("the drive asks for no number at {time} s") });
             }
             out.push(',');

@@ -1,6 +1,7 @@
 //! What all solvers must get right, and the bodies to try them on.
 
 pub(crate) mod bodies;
+mod feedback;
 mod joints;
 mod keeps;
 pub(crate) mod lattices;

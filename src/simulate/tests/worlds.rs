@@ -17,19 +17,19 @@ pub(super) fn in_worlds(
     drive: &Targets,
     worlds: &[World],
 ) -> Vec<Motion> {
-    let cases: Vec<Case<'_>> = worlds.iter().map(|world| Case { drive, world }).collect();
+    let cases: Vec<Case<'_>> = worlds.iter().map(|world| Case::new(drive, world)).collect();
     let mut simulation = model(name).unwrap().prepare(body, settings).unwrap();
     let motions = simulation.run_cases(Stop::NEVER, &cases).unwrap();
     motions.into_iter().map(Result::unwrap).collect()
 }
 
-fn bits(motion: &Motion) -> Vec<u64> {
+pub(super) fn bits(motion: &Motion) -> Vec<u64> {
     let numbers = motion.poses.iter().flat_map(|pose| pose.to_matrix().iter().copied().collect::<Vec<_>>());
     numbers.chain(motion.bends.clone()).chain(motion.work.clone()).map(f64::to_bits).collect()
 }
 
 /// Worlds that differ in everything.
-fn several(count: usize) -> Vec<World> {
+pub(super) fn several(count: usize) -> Vec<World> {
     let spread = |number: usize, step: usize| ((number * step) % 11) as f64 / 5.0 - 1.0;
     let world = |number| World {
         friction: 1.0 + 0.25 * spread(number, 3),

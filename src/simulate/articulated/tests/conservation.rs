@@ -42,7 +42,7 @@ fn drive<S: Scalar<Kit = ()>>(
     look(0, &solver);
     for step in 1..=(settings.duration / settings.step).round() as usize {
         for (place, servo) in servos.iter_mut().enumerate() {
-            servo.follow(drive, step as f64 * settings.step, settings.step);
+            servo.follow(|actuator| drive.asked(actuator, step as f64 * settings.step), settings.step);
             solver.targets[place].set_lane(0, servo.target);
         }
         solver.advance();
