@@ -523,6 +523,45 @@ fn a_grammar_that_can_do_nothing_says_so() {
     assert!(errors(&output).contains("no rule could ever be applied"), "{}", errors(&output));
 }
 
+/// A population that begins anew again and again, although no rule can ever be applied, comes to its end.
+#[test]
+fn a_population_that_can_do_nothing_ends() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = folder.path().join("hub.sgr");
+    let text = "grammar hub
+        use std.blocks     { cube }
+        use std.actuators  { bender }
+        use std.actuation  { bezier_pac }
+        use std.models     { hinge_model }
+        use std.objectives { travel }
+        use std.search     { recommended }
+        part hub {
+          shape = disk(3 cm, 2 cm)  density = 1 g/cm^3  friction = 0.8
+          port rim[i in 0 .. 11] at vector(3 cm * cos(i * 30 deg), 0 cm, 3 cm * sin(i * 30 deg)) facing vector(cos(i * 30 deg), 0, sin(i * 30 deg))
+        }
+        symmetry radial 12 about y
+        begin { place core : hub }
+        rule add_block {
+          match  p : hub with free port q
+          attach cube to q
+        }
+        rule add_actuator {
+          match  p : hub with free port q
+          attach bender(segments = 3) to q
+        }
+        param most : Count in 4 .. 20 = 10
+        require few : count(part) <= most
+        actuate bender with bezier_pac
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search recommended";
+    std::fs::write(&grammar, text).unwrap();
+    let out = folder.path().join("run").to_string_lossy().into_owned();
+    let output = sgc(&["run", &grammar.to_string_lossy(), "--max-evals", "200", "--out", &out]);
+    assert!(errors(&output).contains("no rule could"), "{}", errors(&output));
+    assert_ne!(code(&output), 75);
+}
+
 #[test]
 fn doc_writes_a_page_where_it_is_told() {
     let folder = tempfile::tempdir().unwrap();

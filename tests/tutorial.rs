@@ -11,7 +11,7 @@ use grammar_lang::source::SourceMap;
 use sgc::derive::{check_start, run_example};
 use sgc::loader::Frozen;
 
-use crate::support::read;
+use crate::support::{read, root};
 
 /// Declarations of which a file has one: they have no name.
 const SINGLE: &[&str] = &["grammar", "begin", "symmetry", "simulate", "maximize"];
@@ -175,13 +175,29 @@ fn the_program_answers_what_the_tutorial_shows() {
                 files.clone_from(&now);
             }
         }
+        let text_of = |pieces: &Vec<Piece>| pieces.iter().map(|(_, text)| text.as_str()).collect::<String>();
+        if command.starts_with("run walker.sgr") {
+            // What a seed finds depends on the order of the rules, so the whole file is there to compare with.
+            let heading = page
+                .lines()
+                .take(line)
+                .filter_map(|line| line.strip_prefix("## "))
+                .filter(|line| line.starts_with(|c: char| c.is_ascii_digit()))
+                .last();
+            let step = heading.and_then(|heading| heading.split_once('.')).unwrap().0;
+            let file = format!("docs/walker/step-{step}.sgr");
+            let whole = text_of(&now["walker.sgr"]).trim_end().to_owned() + "\n";
+            if std::env::var("INSTA_UPDATE").is_ok_and(|how| how == "always") {
+                std::fs::write(root().join(&file), &whole).unwrap();
+            }
+            assert_eq!(read(&file), whole, "{file}: INSTA_UPDATE=always writes it");
+        }
         if !["check", "derive", "test"].iter().any(|known| command.starts_with(known)) {
             continue;
         }
         let folder = tempfile::tempdir().unwrap();
         for (name, pieces) in &now {
-            let text: String = pieces.iter().map(|(_, text)| text.as_str()).collect();
-            std::fs::write(folder.path().join(name), text).unwrap();
+            std::fs::write(folder.path().join(name), text_of(pieces)).unwrap();
         }
         // As on a terminal, both streams in one.
         let both = format!("{} {command} 2>&1", env!("CARGO_BIN_EXE_sgc"));

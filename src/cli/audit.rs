@@ -43,13 +43,13 @@ pub(super) struct Audit {
     /// The temperature that weights and choices read
     #[arg(long, value_name = "T", default_value_t = 0.0, value_parser = temperature)]
     temperature: f64,
-    /// How many rule applications to try to count the designs, and again for each body from --design or --example
+    /// The greatest number of rule applications to try: to count the designs, and again for each body from --design or --example
     #[arg(long, value_name = "N", default_value_t = 100_000)]
     budget: usize,
     /// Report whether the grammar can make this saved design, or the best design of this run folder
     #[arg(long = "design", value_name = "PATH")]
     designs: Vec<PathBuf>,
-    /// Report whether the grammar can make this one of its own examples
+    /// Report whether the rules can make the body of this example of the grammar
     #[arg(long = "example", value_name = "NAME")]
     examples: Vec<String>,
     /// How the report is written

@@ -42,7 +42,7 @@ pub(super) struct Eval {
     /// Simulate the design in every world of this set of scenarios: NAME in its grammar, or FILE:NAME in another file
     #[arg(long = "in", value_name = "SCENARIOS", conflicts_with = "motion")]
     scenarios: Option<String>,
-    /// The variant of that grammar
+    /// The variant of the grammar that --grammar names
     #[arg(long, value_name = "NAME", requires = "grammar")]
     variant: Option<String>,
     /// Set a parameter of that grammar

@@ -57,7 +57,7 @@ pub(super) fn told(
     let all = evaluations.map_or(String::new(), |all| {
         let seconds = one.as_secs_f64() * all as f64;
         format!(
-            "; {all} like it take {} on one thread, and more where fewer go on at once",
+            "; {all} of them take {} on one thread, and longer if fewer run side by side",
             span(Duration::from_secs_f64(seconds.min(1e9)))
         )
     });
@@ -67,7 +67,7 @@ pub(super) fn told(
         if bytes > MUCH { format!("; its motions fill {:.1} GB", bytes / 1e9) } else { String::new() };
     let beside = if lanes > 1 { format!(", {lanes} side by side") } else { String::new() };
     Some(format!(
-        "a body of {elements} elements, tried out: an evaluation takes {more} {}{beside}{all}{memory}",
+        "measured on a body of {elements} elements: an evaluation takes {more} {}{beside}{all}{memory}",
         short(one)
     ))
 }

@@ -192,7 +192,10 @@ fn account(outcome: &Outcome, before: u64, took: Duration, sources: &SourceMap) 
     if tally.unstable > 0 {
         let many = tally.unstable;
         output::note(&format!(
-            "{many} would-be best gaits lost their value in a finer simulation and were refused"
+            "{} looked like a new best, lost {} value in a finer simulation, and {} refused",
+            output::counted(many as usize, "gait"),
+            if many == 1 { "its" } else { "their" },
+            if many == 1 { "was" } else { "were" },
         ));
     }
 }

@@ -84,15 +84,20 @@ impl Blocked {
                 format!("the port `{port}` of `{kind}` is taken{image}")
             }
             Self::Refused(Refusal::Asymmetric(kind)) => {
-                format!("the symmetry would be lost: there a `{kind}` is not its own image, and has no other")
+                format!(
+                    "the symmetry would be lost: there {} `{kind}` is not its own image, and has no other",
+                    article(kind)
+                )
             }
             Self::Refused(Refusal::Askew(kind)) => {
                 format!(
-                    "on the plane of the mirror, a `{kind}` that is turned out of the plane, or whose springs rest to one side, is not its own image"
+                    "on the plane of the mirror, {} `{kind}` that is turned out of the plane, or whose springs rest to one side, is not its own image",
+                    article(kind)
                 )
             }
             Self::Refused(Refusal::NoImage { kind, port }) => format!(
-                "the symmetry would be lost: it leads from the port `{port}` of a `{kind}` to a place where that has no port"
+                "the symmetry would be lost: it leads from the port `{port}` of {} `{kind}` to a place where that has no port (`alone` attaches it without an image)",
+                article(kind)
             ),
             Self::Refused(Refusal::BadParameter(name)) => format!("`{name}` is outside its domain"),
             Self::Refused(Refusal::NoSuchPart(unmade)) => {
@@ -397,4 +402,9 @@ pub(super) fn attachment(
         by: on.by.clone(),
         alone: on.alone,
     })
+}
+
+/// The article before the name of a kind.
+fn article(kind: &str) -> &'static str {
+    if kind.starts_with(['a', 'e', 'i', 'o']) { "an" } else { "a" }
 }

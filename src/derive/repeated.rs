@@ -1,6 +1,6 @@
 //! Effects that are repeated: `for i in 0 .. 3`, `for w in wheel`.
 
-use grammar_lang::eval::{EvalError, Value, evaluate};
+use grammar_lang::eval::{EvalError, Reference, Value, evaluate};
 use grammar_lang::ir::Binder;
 
 use super::DesignScope;
@@ -36,7 +36,7 @@ fn within<E: From<EvalError>>(
             return Err(EvalError { span: binder.over.span, reason }.into());
         }
         Value::Domain(domain) => domain.items().collect(),
-        list => list.items().to_vec(),
+        list => originals(list.items(), scope),
     };
     let room = room / values.len().max(1);
     for value in values {
@@ -46,4 +46,15 @@ fn within<E: From<EvalError>>(
         within(rest, scope, locals, room, act)?;
     }
     Ok(())
+}
+
+/// Without the images of parts that are among them, too: what is done to a part is done to its images.
+fn originals(values: &[Value], scope: &DesignScope<'_>) -> Vec<Value> {
+    let part = |value: &Value| match value {
+        Value::Reference(Reference::Part(id)) => Some(*id),
+        _ => None,
+    };
+    let original = |value: &Value| scope.design().parts.get(&part(value)?)?.image_of;
+    let is_there = |id| values.iter().any(|other| part(other) == Some(id));
+    values.iter().filter(|value| !original(value).is_some_and(is_there)).cloned().collect()
 }

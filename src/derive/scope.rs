@@ -39,7 +39,7 @@ impl<'a> DesignScope<'a> {
         self
     }
 
-    fn design(&self) -> &Design {
+    pub(super) fn design(&self) -> &Design {
         &self.derivation.design
     }
 

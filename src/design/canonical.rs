@@ -74,7 +74,7 @@ fn describe(part: &Part, order: Order) -> String {
             other => format!("{name}={other:?}"),
         })
         .collect();
-    let hand = if part.is_mirrored() { " mirrored" } else { "" };
+    let hand = if part.is_seen_in_mirror() { " mirrored" } else { "" };
     let alone = if part.alone && order == Order::Turned { " alone" } else { "" };
     format!("{} {:?} {turned} {params:?}{hand}{alone}", part.kind, [snap(p.x), snap(p.y), snap(p.z)])
 }

@@ -153,6 +153,20 @@ impl Part {
     }
 }
 
+impl Part {
+    /// Whether it is another part than one of its kind in the same place would be: its ports, or how its joint moves, are those of
+    /// the kind in a mirror.
+    #[must_use]
+    pub fn is_seen_in_mirror(&self) -> bool {
+        let joint = match self.made.as_deref() {
+            Some(Made::Block(block)) => block.joint.as_ref(),
+            Some(Made::Actuator(row)) => Some(&row.joint),
+            None => None,
+        };
+        self.is_mirrored() || joint.is_some_and(|joint| joint.mirrored)
+    }
+}
+
 impl Design {
     /// A design of one part, its core.
     ///

@@ -1,6 +1,5 @@
 //! A design as the `begin` of a grammar, so that what was found can be edited, kept and started from.
 
-use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
 use grammar_lang::eval::evaluate;
@@ -13,7 +12,7 @@ use crate::derive::Recorded;
 use crate::design::{Design, Part, PartId, ends, pose_at};
 
 /// The lines `begin { place ... }` that make a design. Images of a symmetry are left out: `begin` makes
-/// them again. Parts keep their names, written as a grammar can write them: `bender_1` is what is `bender-1` elsewhere.
+/// them again, from the same originals. Parts keep their names, written as a grammar can write them: `bender_1` is what is `bender-1` elsewhere.
 #[must_use]
 pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
     let names = names(called, design);
@@ -21,42 +20,43 @@ pub fn beginning(rules: &RuleSet, called: &Names, design: &Design) -> String {
     let mut text = String::from("begin {\n");
     for (id, name) in &names {
         if let Some(part) = design.parts.get(id) {
-            // What tells an original from its images, a phase for example, is the other way round here.
-            let side = if part.image == 0 || !rules.is_actuator(&part.kind) {
-                String::new()
-            } else {
-                format!("   # was {}, an image", called.get(*id).unwrap_or_default())
-            };
-            let _ = writeln!(text, "  place {name} : {}{side}", placed(named, &names, part));
+            let _ = writeln!(text, "  place {name} : {}", placed(named, &names, part));
         }
     }
     text + "}\n"
 }
 
-/// One part of each that the symmetry repeats, with its name, after what holds it. Which one is no matter, as the
-/// part that a rule matched may have been an image; but for one whose ports are mirrored, which no text can place.
+/// The original of each part, with its name, after what holds it: so its images are those that it has, and move as they do.
 fn names(called: &Names, design: &Design) -> Vec<(PartId, String)> {
     let mut known: Vec<(PartId, String)> = Vec::new();
-    let mut done: BTreeSet<PartId> = BTreeSet::new();
-    // At first what hangs on a part that has a name, then what hangs on the image of one.
-    let mut by_twin = false;
     loop {
         let before = known.len();
-        for (id, part) in &design.parts {
-            let original = part.image_of.unwrap_or(*id);
-            let is_held = part.held_by.is_none_or(|(holder, _)| {
-                known.iter().any(|(k, _)| *k == holder || by_twin && design.twin(*k) == holder)
-            });
-            if !is_held || part.is_mirrored() || !done.insert(original) {
-                continue;
+        for (id, part) in design.parts.iter().filter(|(_, part)| part.image_of.is_none()) {
+            let is_known = |id: PartId| known.iter().any(|(other, _)| *other == id);
+            let is_held = part.held_by.is_none_or(|(holder, _)| is_known(original(design, holder)));
+            if is_held && !is_known(*id) {
+                known.push((*id, written(called.get(*id).unwrap_or_default(), &part.kind, &known)));
             }
-            known.push((*id, written(called.get(original).unwrap_or_default(), &part.kind, &known)));
         }
-        if known.len() == before && by_twin {
+        if known.len() == before {
             return known;
         }
-        by_twin = known.len() == before;
     }
+}
+
+/// The part of which another is the image; a part that is no image is its own.
+fn original(design: &Design, id: PartId) -> PartId {
+    design.parts.get(&id).and_then(|part| part.image_of).unwrap_or(id)
+}
+
+/// A part as a text names it: `arm`, its first image `arm.twin`, another one `images(arm)[1]`.
+fn path(design: &Design, names: &[(PartId, String)], id: PartId) -> Option<String> {
+    let (own, name) = names.iter().find(|(known, _)| *known == original(design, id))?;
+    Some(match design.orbit(*own).iter().position(|one| *one == id)? {
+        0 => name.clone(),
+        1 => format!("{name}.twin"),
+        image => format!("images({name})[{}]", image - 1),
+    })
 }
 
 /// A name as a grammar can write it: letters, digits and `_`, and no other part's.
@@ -124,9 +124,7 @@ fn placed(named: Named<'_>, names: &[(PartId, String)], part: &Part) -> String {
         let _ = write!(text, "({})", params.join(", "));
     }
     let Some((holder, port)) = part.held_by else { return text };
-    let name = names.iter().find(|(id, _)| *id == holder).map(|(_, name)| name.clone());
-    let of_twin = || names.iter().find(|(id, _)| design.twin(*id) == holder);
-    let name = name.or_else(|| of_twin().map(|(_, name)| format!("{name}.twin")));
+    let name = path(design, names, holder);
     let Some(holder) = design.parts.get(&holder) else { return text };
     let port_of_it = port_name(holder, port);
     let _ = write!(text, " to {}.{}", name.as_deref().unwrap_or("?"), port_of_it.as_deref().unwrap_or("?"));

@@ -15,7 +15,7 @@ use crate::derive::{Blocked, Derivation, Recorded, Step};
 use crate::design::{Design, Part, PartId, lattice, ports};
 
 /// What people call a port: its name, with its number where several share it.
-pub(super) fn port_name(part: &Part, port: u8) -> Option<String> {
+pub fn port_name(part: &Part, port: u8) -> Option<String> {
     let frames = ports(part);
     let own = frames.get(port as usize)?;
     let several = frames.iter().filter(|p| p.name == own.name).count() > 1;

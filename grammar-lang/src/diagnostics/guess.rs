@@ -53,11 +53,31 @@ fn begun<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
     those.all(|c| c == only).then_some(only)
 }
 
+/// How the ends of ranges are called elsewhere, and here.
+const ENDS: [(&str, &str); 4] =
+    [("max_", "greatest_"), ("maximum_", "greatest_"), ("min_", "least_"), ("minimum_", "least_")];
+
+/// The candidate that a word means in other words: `greatest_distance` for `max_distance`.
+fn renamed<'a>(word: &str, candidates: &[&'a str]) -> Option<&'a str> {
+    let own = |(theirs, ours): &(&str, &str)| Some(format!("{ours}{}", word.strip_prefix(theirs)?));
+    let own = ENDS.iter().find_map(own)?;
+    candidates.iter().copied().find(|c| *c == own)
+}
+
+/// Whether one is about the upper end of a range, and the other about the lower.
+fn are_opposite(a: &str, b: &str) -> bool {
+    let begins = |word: &str, with: [&str; 2]| with.iter().any(|start| word.starts_with(start));
+    let (upper, lower) = (["max", "greatest"], ["min", "least"]);
+    begins(a, upper) && begins(b, lower) || begins(a, lower) && begins(b, upper)
+}
+
 /// "did you mean `x`?" for the nearest candidate, or the only one that begins with the word.
 #[must_use]
 pub fn did_you_mean<'a>(word: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<String> {
     let candidates: Vec<&str> = candidates.into_iter().collect();
-    let meant = nearest(word, candidates.iter().copied()).or_else(|| begun(word, &candidates));
+    let meant = renamed(word, &candidates)
+        .or_else(|| nearest(word, candidates.iter().copied()).filter(|c| !are_opposite(word, c)))
+        .or_else(|| begun(word, &candidates));
     meant.filter(|c| *c != word).map(|c| format!("did you mean `{c}`?"))
 }
 

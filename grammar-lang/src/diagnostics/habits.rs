@@ -109,6 +109,10 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("any", FUNCTION, "write `exists p in part: CONDITION`"),
     ("all", FUNCTION, "write `forall p in part: CONDITION`"),
     ("pow", FUNCTION, "there is no power function: write `x * x`, or `exp(n * ln(x))`"),
+    ("asin", FUNCTION, NO_INVERSE),
+    ("acos", FUNCTION, NO_INVERSE),
+    ("atan", FUNCTION, NO_INVERSE),
+    ("atan2", FUNCTION, NO_INVERSE),
     ("log", FUNCTION, "write `ln(x)` for the natural logarithm"),
     ("gaussian", FUNCTION, "write `normal(mean, deviation)`"),
     ("gauss", FUNCTION, "write `normal(mean, deviation)`"),
@@ -228,6 +232,8 @@ const HABITS: &[(&str, Told, &str)] = &[
     ("rev", UNIT, "a full turn is `360 deg`"),
     ("rps", UNIT, "1 turn a second is `360 deg/s`"),
 ];
+
+const NO_INVERSE: &str = "there are no inverse functions: `bearing(v)` is the direction of a vector along the ground, `angle(a, b)` that from one rotation to another";
 
 /// What findings can be about a habit: names, words, units and text that cannot be read.
 fn may_be(code: &Code) -> bool {
@@ -374,6 +380,11 @@ fn form(text: &str, place: usize) -> Option<String> {
             "write single values as a set, `{ 0 deg, 90 deg, 180 deg }`, and a range as `0 deg .. 180 deg`"
                 .to_owned(),
         );
+    }
+    if after.starts_with("for ") && matches!(first, "attach" | "place" | "remove" | "replace") {
+        return Some(format!(
+            "`{first}` does not repeat: write one for each, or let the rule be applied again"
+        ));
     }
     let open = |sign: char| before.rsplit('\n').next().is_some_and(|line| line.contains(sign));
     if after.starts_with("for ") && (open('(') || open('[')) {

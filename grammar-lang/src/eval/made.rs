@@ -54,9 +54,32 @@ pub struct MadeJoint {
     pub range: Option<(f64, f64)>,
     /// Where its springs pull it if nothing drives it, rad or m; of a row from base to tip. Beyond the range they press on its end.
     pub neutral: f64,
+    /// Whether it is that of a part seen in a mirror, where that is another joint than the kind's own.
+    pub mirrored: bool,
 }
 
 impl MadeJoint {
+    /// Whether the joint looks different in a mirror that turns the z axis of the frame round: with a range to one side, a spring
+    /// that rests there, an axis that is oblique to the mirror, or a pivot beside it.
+    fn is_handed(&self) -> bool {
+        let [x, y, z] = self.axis;
+        let pivot = self.pivot.map_or(0.0, |[_, _, z]| z);
+        // The mirror turns turns round, too.
+        let seen = if self.kind == JointKind::Slide { [x, y, -z] } else { [-x, -y, z] };
+        let is = |sign: f64| seen.iter().zip(self.axis).all(|(seen, own)| (seen - sign * own).abs() < SAME);
+        let even = self.neutral == 0.0 && self.range.is_none_or(|(low, high)| (low + high).abs() < SAME);
+        let same_axis = is(1.0) || is(-1.0) && even;
+        match self.kind {
+            JointKind::Slide => !same_axis,
+            // It turns about every axis.
+            JointKind::Socket => pivot.abs() > SAME,
+            JointKind::Bend | JointKind::Twist | JointKind::Spin => {
+                // A pivot may move along the axis.
+                !same_axis || pivot.abs() > SAME && libm::hypot(x, y) > SAME
+            }
+        }
+    }
+
     /// Where it stands as a motion begins, rad or m; of a row from base to tip: where its springs leave it.
     #[must_use]
     pub fn start(&self) -> f64 {
@@ -165,7 +188,7 @@ impl Made {
     }
 
     /// The same as it looks in a mirror. A mirror turns the z axis of a part's frame round. Where the kind has a port for
-    /// each port in the mirror, the part is the same; otherwise its ports have the other sign of z.
+    /// each port in the mirror, the part is the same; otherwise its ports have the other sign of z. A joint keeps its numbers, and says whether it is another one.
     #[must_use]
     pub fn in_mirror(mut self) -> Self {
         if let Self::Block(block) = &mut self
@@ -175,6 +198,13 @@ impl Made {
                 *port = mirrored(port);
             }
             block.mirrored = !block.mirrored;
+        }
+        let joint = match &mut self {
+            Self::Block(block) => block.joint.as_mut(),
+            Self::Actuator(actuator) => Some(&mut actuator.joint),
+        };
+        if let Some(joint) = joint.filter(|joint| joint.is_handed()) {
+            joint.mirrored = !joint.mirrored;
         }
         self
     }
@@ -276,6 +306,7 @@ impl From<'_> {
             pivot: joint.pivot.as_ref().map(|pivot| self.value("pivot", pivot, as_vector)).transpose()?,
             range,
             neutral,
+            mirrored: false,
             stiffness: self.number("stiffness", &joint.stiffness, needs(!spins))?,
             damping: self.number("damping", &joint.damping, needs(spins))?,
         })

@@ -98,7 +98,8 @@ impl<'k, 'r> Reach<'k, 'r> {
     fn begin(&mut self) {
         let begin = &self.known.ruleset.begin;
         let mut held: BTreeMap<String, usize> = BTreeMap::new();
-        for on in begin.iter().filter_map(|p| p.on.as_ref()) {
+        // What is alone takes a port of one image.
+        for on in begin.iter().filter_map(|p| p.on.as_ref()).filter(|on| !on.alone) {
             let mut holders = BTreeSet::new();
             on.port.any(&mut |e| {
                 if let ExprKind::Placed(name) = &e.kind {

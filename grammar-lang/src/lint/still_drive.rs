@@ -23,7 +23,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     format!("`{name}` moves its actuators to one position and keeps them there"),
                 )
                 .label("does not read the time")
-                .help("let it read `t`, as in `swing * sin(t / period * 360 deg)`"),
+                .help("let it read `t`, as in `swing * sin(t / period * 360 deg)`; if the position is meant to be fixed, say `allow W0738 because \"...\"` in the actuation"),
             );
         }
     }

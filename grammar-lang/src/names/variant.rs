@@ -16,7 +16,7 @@ use std::rc::Rc;
 
 use self::change::Change;
 use self::heads::Heads;
-use super::{Declaration, Loading, declared};
+use super::{Declaration, LoadedModule, Loading, declared};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::source::Span;
 use crate::syntax::ast::{Edit, EditKind, Item, ItemKind, Name, Variant};
@@ -429,10 +429,23 @@ fn find(loading: &mut Loading<'_>, module: usize, name: &Name) -> Option<Declara
                 format!("the base has no `{}` to change", name.text),
             )
             .label("not declared there")
-            .help(help.unwrap_or_else(|| "a variant changes what its base declares or imports".to_owned())),
+            .help(help.unwrap_or_else(|| declares(loaded))),
         );
     }
     None
+}
+
+/// What a base declares, where that is not too much to be listed.
+fn declares(base: &LoadedModule) -> String {
+    const MOST: usize = 24;
+    let own = base.tree.items.iter().filter_map(|item| declared(item)).map(|name| name.text.as_str());
+    let own: Vec<&str> = own.take(MOST + 1).collect();
+    match own.len() {
+        1..=MOST => {
+            format!("a variant changes what its base declares or imports; it declares: {}", own.join(", "))
+        }
+        _ => "a variant changes what its base declares or imports".to_owned(),
+    }
 }
 
 /// Drops a declaration; gives which one that is.

@@ -226,11 +226,21 @@ impl Stop<'_> {
         Some((help.to_owned(), fix))
     }
 
+    /// Whether a colour without quotes precedes the stop: the parser has taken it for a comment.
+    fn is_colour(&self) -> bool {
+        let after = self.before().rsplit_once('=').map_or("", |(_, after)| after.trim_start());
+        let hex = after.strip_prefix('#').map_or("", |hex| hex);
+        hex.chars().take_while(char::is_ascii_hexdigit).count() >= 3
+    }
+
     /// A value after another in a list.
     fn between(&self) -> Option<(String, Option<Fix>)> {
         let is = |rule| SgrParser::parse(rule, self.found).is_ok();
         let is_value = is(Rule::only_expr) && !is(Rule::keyword);
-        let is_list = self.expects("`,`") && ["`]`", "`}`"].iter().any(|close| self.expects(close));
+        // In round brackets what follows may lie behind them, if it is no number.
+        let in_round = self.expects("`)`") && self.found.starts_with(|c: char| c.is_ascii_digit());
+        let is_list =
+            self.expects("`,`") && (in_round || ["`]`", "`}`"].iter().any(|close| self.expects(close)));
         let last = self.read().tokens().next_back().filter(|_| is_value && is_list)?;
         let is_operand = matches!(last.kind, TokenKind::Word | TokenKind::Number);
         let help = format!("put a comma before `{}`", self.found);
@@ -357,6 +367,22 @@ impl Stop<'_> {
             }
             _ if self.expects("`with`") && self.piece.first_word() == "actuate" => {
                 "say which kind follows which actuation: `actuate bender with two_sided_pac`"
+            }
+            _ if self.expects("a value") && last == "=" && self.is_colour() => {
+                "a `#` begins a comment; a colour stands in quotes: `\"#a0522d\"`"
+            }
+            _ if self.expects("`else`")
+                && self.expected.iter().all(|e| ["`else`", "an operator"].contains(e)) =>
+            {
+                "say what it is otherwise: `if a > b then 1 else 0`"
+            }
+            _ if self.expects("`then`") && !matches!(last, "elif" | "elseif") => {
+                "a condition is followed by `then`: `if a > b then 1 else 0`"
+            }
+            _ if ["sum", "mean", "min", "max"].contains(&last)
+                && self.unread(self.found.len()).rest_of_line().starts_with("in ") =>
+            {
+                "write `over`: `sum over p in part of p.mass`"
             }
             _ if matches!(last, "elif" | "elseif") => "write `else if`",
             _ if last == "passive" && self.piece.first_word() == "joint" => {

@@ -20,7 +20,7 @@ use super::work::{Work, duration};
 use super::{exit, interrupt};
 use crate::study::folder;
 
-/// Do all runs of a study: grammars, variants and parameters that are combined, with several seeds each
+/// Do all runs of a study: every combination of its grammars, variants and parameters, with several seeds
 ///
 /// FILE is a TOML file; docs/studies.md says what is in it. All of it is checked before anything runs. Given
 /// again, the command goes on with what is not complete. At the end, and by `sgc study gather`, it writes a page
@@ -38,7 +38,7 @@ pub(super) struct Study {
     /// Check the study and print its runs; run nothing, and write nothing
     #[arg(long)]
     plan: bool,
-    /// Stop after this time, such as 90s, 30m or 2h, in the same way as Ctrl-C; the same command goes on
+    /// Stop after this time, such as 90s, 30m or 2h, in the same way as Ctrl-C; the same command continues the study
     #[arg(long, value_name = "TIME", value_parser = duration)]
     time: Option<(String, Duration)>,
     #[command(flatten)]
@@ -48,7 +48,7 @@ pub(super) struct Study {
 /// Where the folder of a study is.
 #[derive(Args, Clone, Debug)]
 struct Place {
-    /// The folder of the study [default: studies/NAME, of FILE's name]
+    /// The folder of the study [default: studies/NAME, where NAME is the name of FILE without .toml]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
 }

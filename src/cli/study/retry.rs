@@ -12,7 +12,7 @@ use crate::results::run_files::CHECKPOINT;
 use crate::study::folder::{Run, Study};
 use crate::study::standing::{Standing, standing};
 
-/// Have the runs of a study that failed tried again, once the cause is mended
+/// Try the failed runs of a study again, after you have removed the cause
 #[derive(Args)]
 pub(super) struct Retry {
     /// The folder of the study
@@ -21,7 +21,7 @@ pub(super) struct Retry {
     /// Begin them anew, and remove what they have so far [default: go on from their checkpoints, where they have one]
     #[arg(long)]
     anew: bool,
-    /// Begin this run anew, whatever its standing, such as a complete one whose files are damaged; may be given several times
+    /// Begin this run anew, whatever its state, such as a complete one whose files are damaged; may be given several times
     #[arg(long, value_name = "NAME", requires = "anew")]
     run: Vec<String>,
 }

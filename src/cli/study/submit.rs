@@ -15,7 +15,7 @@ use crate::study::submit::{Engine, Submission, earlier, to_do};
 /// So many tasks at most, unless it is said how many runs each does: Slurm's own limit is 1001.
 const MOST_TASKS: usize = 1000;
 
-/// Write a script that has Slurm or HyperQueue do what is not complete, and show it; with --go, submit it
+/// Write a script with which Slurm or HyperQueue does the runs that are not complete, and show it; with --go, submit it
 ///
 /// All that the tasks share is the folder of the study: it must be on a file system that every node sees. After a
 /// task was killed or its time was over, submit again: only what is not complete is done.

@@ -56,7 +56,6 @@ impl Bodies<'_> {
         if plan.restarts(population.restart.as_ref())? {
             *members = Members::none(direction);
             self.state.earlier.clear();
-            self.state.idle_moves = 0;
         }
         Ok(())
     }

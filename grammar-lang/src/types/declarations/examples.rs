@@ -80,6 +80,11 @@ impl Declarations<'_> {
                 ExampleClause::Refuse(application, by) => {
                     if let Some(by) = by
                         && !reasons.contains(&by.text)
+                        && !self.expressions.report_dropped_with(
+                            by.span,
+                            &by.text,
+                            "drop or replace this example, too",
+                        )
                     {
                         let help = did_you_mean(&by.text, reasons.iter().map(String::as_str));
                         self.report(

@@ -257,7 +257,7 @@ impl Expressions<'_> {
                 let help = did_you_mean(&key.text, params.iter().map(|(n, _)| n.as_str())).or_else(|| {
                     let names: Vec<&str> = params.iter().map(|(n, _)| n.as_str()).collect();
                     Some(if names.is_empty() && items.len() > 1 {
-                        "its possible kinds have no parameter in common: choose among kinds that do"
+                        "its possible kinds have no parameter in common: choose among kinds that do, or leave the parameter out"
                             .to_owned()
                     } else if names.is_empty() {
                         format!("it has no parameters: write `{name}` alone")

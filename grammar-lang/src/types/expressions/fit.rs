@@ -79,7 +79,7 @@ impl Expressions<'_> {
                 Diagnostic::new(
                     Code::MISSING_UNIT,
                     number.span,
-                    format!("this number needs a unit: {what} joins it with {}", article(&other.ty)),
+                    format!("this number needs a unit: {} {what} is {}", other_of(what), article(&other.ty)),
                 )
                 .label("without a unit")
                 .also(other.span, article(&other.ty))
@@ -291,6 +291,8 @@ fn mismatch(expr: &Expr, wanted: &Ty, what: &str) -> Diagnostic {
         format!(
             "give one of its numbers a unit of {want}, such as {unit}, or multiply it by `1 {unit}`{turn}"
         )
+    } else if weighs(have, want) {
+        "a data sheet means the weight of a kilogram: 1 kg*cm is `0.0981 N*m/rad`, and the force of 1 kg is `9.81 N`".to_owned()
     } else if !want.is_number() && !per_angle && !literal {
         if what == "this term" {
             format!("declare it as `: {have}`, or change what it is calculated from")
@@ -324,4 +326,20 @@ fn unlike(a: &Ty, b: &Ty) -> &'static str {
         (Ty::Bool, _) | (_, Ty::Bool) => "use `if CONDITION then a else b` to turn a Bool into a number",
         _ => "both must be of the same kind",
     }
+}
+
+/// What another value that something joins is called: of a list, a `match` or an operator.
+fn other_of(what: &str) -> &'static str {
+    match what {
+        "`match`" => "another case of",
+        operator if operator.starts_with('`') => "the other side of",
+        _ => "another value of",
+    }
+}
+
+/// Whether a quantity lacks no more than an acceleration, and an angle, to be what is wanted: a mass that stands for its weight.
+fn weighs(have: Dimension, want: Dimension) -> bool {
+    let lacks = want.over(have);
+    let acceleration = Dimension::LENGTH.over(Dimension::TIME).and_then(|speed| speed.over(Dimension::TIME));
+    lacks.is_some() && (lacks == acceleration || lacks == acceleration.and_then(|a| a.over(Dimension::ANGLE)))
 }

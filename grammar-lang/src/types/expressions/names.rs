@@ -315,6 +315,24 @@ impl Expressions<'_> {
                     _ => None,
                 });
                 let shared: Vec<&ast::Variable> = shared.collect();
+                let is_varied = clauses.iter().any(
+                    |c| matches!(c, ast::ActuationClause::Variable(v) if !v.shared && v.name.text == name.text),
+                );
+                if is_varied {
+                    self.report(
+                        Diagnostic::new(
+                            Code::UNKNOWN_NAME,
+                            name.span,
+                            format!("each actuator has a `{}` of its own", name.text),
+                        )
+                        .label("not one value")
+                        .help(format!(
+                            "only `shared {}`, of which there is one, can be read here",
+                            name.text
+                        )),
+                    );
+                    return Some(unknown(of.span));
+                }
                 if let Some(variable) = shared.iter().find(|v| v.name.text == name.text) {
                     let ty = self.type_named(&variable.ty);
                     let ty = if variable.size.is_some() { Ty::List(Box::new(ty)) } else { ty };
