@@ -620,3 +620,63 @@ fn text_with(text: &str, from: &str, to: &str) -> String {
     let base = text.split("variant").next().unwrap_or("");
     base.replacen(from, to, 1)
 }
+
+/// A flat strip is a row of boxes: as heavy as its segments, cut where a row of cylinders is, and both solvers move it alike.
+#[test]
+fn segments_may_be_boxes() {
+    let text = |segment: &str| {
+        format!(
+            "grammar flat
+            use std.blocks     {{ cube }}
+            use std.models     {{ hinge_model }}
+            use std.objectives {{ travel }}
+            use std.search     {{ recommended }}
+            actuator strip {{
+              param segments : Count in 2 .. 8 = 4
+              segment = {segment}  density = 1 g/cm^3  friction = 0.8
+              bend = -60 deg .. 60 deg  bending_speed = 90 deg/s  relaxing_speed = 90 deg/s
+              torque = 0.06 N*m/rad  stiffness = 0.3 N*m/rad^2  damping = 0.01 N*m*s/rad^2
+            }}
+            actuation beat for a : strip {{
+              vary  most : Number in 0.5 .. 1.0 mutate 0.5 by normal(0, 0.1)
+              drive angle = most * 50 deg * sin(t / 1 s * 360 deg)
+            }}
+            symmetry mirror xy
+            begin {{
+              place core : cube
+              place left : strip to core.left turned 30 deg
+            }}
+            actuate strip with beat
+            simulate hinge_model for 2 s
+            maximize travel in cm
+            search recommended"
+        )
+    };
+    let flat = compiled(&text("box(20 mm, 4 mm, 24 mm)"));
+    let round = compiled(&text("cylinder(6 mm, 20 mm)"));
+    let elements = |rules: &RuleSet| {
+        let candidate = Candidate::new(rules, Derivation::begin(rules).into());
+        candidate.body.assembly.elements.clone()
+    };
+    let (boxes, cylinders) = (elements(&flat), elements(&round));
+    assert_eq!(boxes.len(), cylinders.len());
+    let mut mass = 0.0;
+    for (one, other) in boxes.iter().zip(&cylinders).skip(1) {
+        assert!((one.pose.translation.vector - other.pose.translation.vector).norm() < 1e-12);
+        let half = one.shape.half_extents();
+        assert!((half.x - other.shape.half_extents().x).abs() < 1e-12);
+        assert!((half.y - 2e-3).abs() < 1e-12 && (half.z - 12e-3).abs() < 1e-12);
+        mass += one.mass;
+    }
+    // Two rows of four segments of 1.92 g.
+    assert!((mass - 8.0 * 1.92e-3).abs() < 1e-9, "{mass} kg");
+    let (own, all) = moved(&flat, "articulated", true);
+    let (other, _) = moved(&flat, "rapier", true);
+    for element in all {
+        for t in [0.25, 0.5, 1.0] {
+            let apart = own.pose(element, t).unwrap().translation.vector
+                - other.pose(element, t).unwrap().translation.vector;
+            assert!(apart.norm() < 3e-3, "element {element} is {} m away at {t} s", apart.norm());
+        }
+    }
+}

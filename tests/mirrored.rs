@@ -528,7 +528,16 @@ fn bodies_know_what_hangs_on_a_part_and_where_its_mass_is() {
             sum += element.pose.translation.vector * element.mass;
             mass += element.mass;
         }
+        let [least, greatest] = design.corners(&rules, *id).unwrap().map(Vector3::from);
+        assert!((greatest - least).min() > 5e-3);
+        for element in candidate.body.elements_of(*id).map(|i| &elements[i]) {
+            let below = element.shape.lowest(&element.pose);
+            assert!(below > least.y - 2e-9 && element.pose.translation.vector.y < greatest.y);
+        }
+        let lowest = design.lowest_point(&rules, *id).unwrap();
+        assert!((lowest - least.y).abs() < 2e-9);
         let centre = Vector3::from(design.centre(*id).unwrap());
+        assert!((centre - least).min() > 0.0 && (greatest - centre).min() > 0.0);
         assert!((sum / mass - centre).norm() < 2e-9, "{centre}");
         assert!((design.mass(&rules, *id).unwrap() - mass).abs() < 1e-12);
     }

@@ -93,15 +93,20 @@ impl Shape {
     #[must_use]
     pub fn lowest(&self, pose: &Isometry3<f64>) -> f64 {
         let up = pose.rotation.inverse() * Vector3::y();
-        let reach = match *self {
-            Self::Box { half } => half.dot(&up.abs()),
+        pose.translation.vector.y - self.extent(&up)
+    }
+
+    /// How far it goes from its centre along a unit vector of its own frame, m.
+    #[must_use]
+    pub fn extent(&self, along: &Vector3<f64>) -> f64 {
+        match *self {
+            Self::Box { half } => half.dot(&along.abs()),
             Self::Ball { radius } => radius,
             Self::Cylinder { radius, half_length } => {
-                half_length * up.x.abs() + radius * (1.0 - up.x * up.x).max(0.0).sqrt()
+                half_length * along.x.abs() + radius * (1.0 - along.x * along.x).max(0.0).sqrt()
             }
-            Self::Capsule { radius, half_straight } => half_straight * up.x.abs() + radius,
-        };
-        pose.translation.vector.y - reach
+            Self::Capsule { radius, half_straight } => half_straight * along.x.abs() + radius,
+        }
     }
 
     /// Whether a point of its own frame is within it, or no farther outside than this along one of its sizes, m.

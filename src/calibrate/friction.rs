@@ -45,7 +45,7 @@ pub(super) fn fit(section: &Section, rules: &RuleSet) -> Result<Vec<Finding>, Ve
             )),
             Ok(_) if !(coefficient.is_finite() && *coefficient > 0.0) => problems.push(Problem::contradiction(
                 section.place(row),
-                "this is no coefficient of friction: tilts lie between 0 and 90 deg, forces above 0",
+                "this is no coefficient of friction: tilts lie between 0 and 89 deg, forces above 0",
             )),
             Ok(_) => slips.entry(name).or_default().push(*coefficient),
         }

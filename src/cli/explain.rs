@@ -9,8 +9,8 @@ use super::output::{self, Fault};
 /// Explain a finding: what it means, an example, and how to avoid it
 #[derive(Args)]
 pub(super) struct Explain {
-    /// The finding's code or name, such as E0301 or wrong-dimension
-    #[arg(value_name = "CODE|NAME", required_unless_present = "list")]
+    /// The finding's code or name, such as E0301 or wrong-dimension; without one, all are listed
+    #[arg(value_name = "CODE|NAME")]
     finding: Option<String>,
     /// List all findings
     #[arg(long, conflicts_with = "finding")]

@@ -101,6 +101,8 @@ impl<'a> DesignScope<'a> {
             }
             PartAttribute::Place => Value::Vector(design.place(id)?),
             PartAttribute::Centre => Value::Vector(design.centre(id)?),
+            PartAttribute::LeastCorner => Value::Vector(design.corners(self.rules, id)?[0]),
+            PartAttribute::GreatestCorner => Value::Vector(design.corners(self.rules, id)?[1]),
             PartAttribute::Facing => Value::Vector(design.axis(id, 0)?),
             PartAttribute::Upward => Value::Vector(design.axis(id, 1)?),
             PartAttribute::Sideways => Value::Vector(design.axis(id, 2)?),

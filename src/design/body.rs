@@ -96,8 +96,7 @@ impl Body {
             None => return (whole, whole),
         };
         let Some(alike) = rules.actuators.get(&part.kind) else { return (whole, whole) };
-        let Shape::Cylinder { radius, half_length } = actuator.segment.shape else { return (whole, whole) };
-        let length = 2.0 * half_length;
+        let length = 2.0 * actuator.segment.half_extents().x;
         let count = segments(part);
         let places = cuts(length, count);
         let starts = || std::iter::once(0.0).chain(places.iter().copied());
@@ -136,7 +135,7 @@ impl Body {
             }
             let (start, end) = spans[segment(i)];
             let centre = Isometry3::translation((start + end) / 2.0, 0.0, 0.0);
-            let shape = Shape::Cylinder { radius, half_length: (end - start) / 2.0 };
+            let shape = cut(actuator.segment.shape, (end - start) / 2.0);
             let mass = actuator.mass * (end - start) / length;
             push(shape, moved.pose(part.pose * centre), mass, actuator.friction);
         }
@@ -145,6 +144,16 @@ impl Body {
         }
         let last = End { element: first + count.saturating_sub(1), moved };
         if by_tip { (last, whole) } else { (whole, last) }
+    }
+}
+
+/// A segment of another half length.
+fn cut(segment: Shape, half_length: f64) -> Shape {
+    match segment {
+        Shape::Cylinder { radius, .. } => Shape::Cylinder { radius, half_length },
+        Shape::Box { half } => Shape::Box { half: Vector3::new(half_length, half.y, half.z) },
+        // The checker refuses them.
+        Shape::Ball { .. } | Shape::Capsule { .. } => segment,
     }
 }
 

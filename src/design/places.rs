@@ -63,6 +63,21 @@ impl Design {
         let elements = body.elements_of(id).filter_map(|i| body.assembly.elements.get(i));
         elements.map(|element| element.shape.lowest(&element.pose)).reduce(f64::min).map(rounded)
     }
+
+    /// The corners of the bounding box of a part as a motion begins, m: with the least coordinates, and with the greatest.
+    #[must_use]
+    pub fn corners(&self, rules: &RuleSet, id: PartId) -> Option<[[f64; 3]; 2]> {
+        let body = Body::new(self, rules);
+        let mut corners = [Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY)];
+        for element in body.elements_of(id).filter_map(|i| body.assembly.elements.get(i)) {
+            let at = element.pose.translation.vector;
+            let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
+            let own = axes.map(|axis| element.shape.extent(&(element.pose.rotation.inverse() * axis)));
+            let reach = Vector3::from(own);
+            corners = [corners[0].inf(&(at - reach)), corners[1].sup(&(at + reach))];
+        }
+        corners[0].x.is_finite().then_some(corners.map(|corner| corner.map(rounded).into()))
+    }
 }
 
 fn rounded(x: f64) -> f64 {

@@ -44,6 +44,7 @@ impl Reasoning<'_> {
             F::Arc => number(0).times(number(1)),
             F::Length | F::Horizontal => Interval::NOT_NEGATIVE,
             F::Angle => Interval::new(0.0, 2.0 * pi),
+            F::Inclination => Interval::new(0.0, pi).widened(),
             F::Heading | F::Bearing | F::Wrap => Interval::new(-pi, pi).widened(),
             F::Count => first.length(),
             F::Each => {

@@ -223,6 +223,8 @@ impl<'r> Facts<'r> {
             PartAttribute::OwnImage
             | PartAttribute::Place
             | PartAttribute::Centre
+            | PartAttribute::LeastCorner
+            | PartAttribute::GreatestCorner
             | PartAttribute::Facing
             | PartAttribute::Upward
             | PartAttribute::Sideways

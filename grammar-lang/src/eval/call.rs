@@ -110,9 +110,14 @@ impl Evaluation<'_> {
         let list = |i: usize| values.get(i).map(Value::items).ok_or_else(|| missing(expr));
         let times = |i: usize| number(i).map(|n| n.clamp(0.0, 1e15) as usize);
         Ok(match function {
-            F::Length | F::Horizontal | F::Height | F::Vector | F::Heading | F::Bearing | F::Angle => {
-                geometric(function, &values).ok_or_else(|| missing(expr))?
-            }
+            F::Length
+            | F::Horizontal
+            | F::Height
+            | F::Vector
+            | F::Heading
+            | F::Bearing
+            | F::Inclination
+            | F::Angle => geometric(function, &values).ok_or_else(|| missing(expr))?,
             F::Count => Value::Number(list(0)?.len() as f64),
             F::Each => {
                 let n = times(1)?;
@@ -190,6 +195,10 @@ fn geometric(function: Function, values: &[Value]) -> Option<Value> {
             // The rotated x axis; left of forward is towards -z.
             let (ahead, right) = (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * z - w * y));
             Value::Number(libm::atan2(-right, ahead))
+        }
+        // The height of the rotated y axis.
+        (F::Inclination, [Value::Rotation([_, x, _, z])]) => {
+            Value::Number(libm::acos((1.0 - 2.0 * (x * x + z * z)).clamp(-1.0, 1.0)))
         }
         (F::Bearing, [Value::Vector([x, _, z])]) => Value::Number(libm::atan2(-z, *x)),
         (F::Angle, [Value::Rotation(a), Value::Rotation(b)]) => {

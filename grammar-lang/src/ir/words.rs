@@ -115,6 +115,7 @@ words! {
         Angle "angle" "angle(a, b): the angle of the rotation from a to b.";
         Heading "heading" "heading(rotation): where x points along the ground, seen from above; left of forward is positive.";
         Bearing "bearing" "bearing(vector): where a vector points along the ground, seen from above; left of forward is positive.";
+        Inclination "inclination" "inclination(rotation): how far the y axis leans from the vertical, 0 deg to 180 deg.";
         Wrap "wrap" "wrap(angle): the same direction within -180 deg .. 180 deg.";
         Count "count" "How many parts of a kind, or items of a list, there are.";
         Each "each" "each(list, n): every item n times in a row.";
@@ -160,6 +161,8 @@ words! {
         Upward "upward" "The direction in which its y axis points (its top), in the frame of the core.";
         Sideways "sideways" "The direction in which its z axis points (its right), in the frame of the core.";
         Centre "centre" "Its centre of mass in the frame of the core.";
+        LeastCorner "least_corner" "The corner of its bounding box with the least coordinates as a motion begins, in the frame of the core.";
+        GreatestCorner "greatest_corner" "The corner of its bounding box with the greatest coordinates as a motion begins, in the frame of the core.";
         LowestPoint "lowest_point" "The height of its lowest point as a motion begins, from the centre of the core.";
         LeastBend "least_bend" "Of an actuator that bends or twists: the low end of its range.";
         GreatestBend "greatest_bend" "Of an actuator that bends or twists: the high end of its range.";
@@ -358,7 +361,9 @@ impl PartAttribute {
             Self::Mass => Ty::Quantity(Dimension::MASS),
             Self::Holder | Self::Twin => Ty::Part,
             Self::Port => Ty::Port,
-            Self::Place | Self::Centre => Ty::Vector(Dimension::LENGTH),
+            Self::Place | Self::Centre | Self::LeastCorner | Self::GreatestCorner => {
+                Ty::Vector(Dimension::LENGTH)
+            }
             Self::Facing | Self::Upward | Self::Sideways => Ty::Vector(Dimension::NUMBER),
             Self::LowestPoint => Ty::Quantity(Dimension::LENGTH),
             Self::Work => Ty::Quantity(Dimension::ENERGY),

@@ -351,13 +351,21 @@ impl Declarations<'_> {
         self.right_solid(solid, name == "segment", span)
     }
 
-    /// Whether a segment is a cylinder, and a passive part something else.
+    /// Whether a segment is a cylinder or a box, and a passive part no cylinder.
     fn right_solid(&mut self, solid: Solid, segment: bool, span: Span) -> bool {
-        if segment == (solid == Solid::Cylinder) {
+        let is_right = match solid {
+            Solid::Box => true,
+            Solid::Cylinder => segment,
+            Solid::Sphere | Solid::Disk | Solid::Capsule => !segment,
+        };
+        if is_right {
             return true;
         }
         let (message, help) = if segment {
-            ("a segment is a cylinder", "write `segment = cylinder(radius, length)`")
+            (
+                "a segment is a cylinder or a box",
+                "write `segment = cylinder(radius, length)`, or `box(length, thickness, width)` for a flat strip",
+            )
         } else {
             (
                 "a passive part is a box, a sphere, a disk or a capsule",

@@ -185,7 +185,7 @@ fn parameters(function: Function) -> Vec<Ty> {
         F::Floor | F::Ceil | F::Round | F::Fraction | F::Exp | F::Ln => vec![Ty::NUMBER],
         F::Sin | F::Cos | F::Tan => vec![Ty::Quantity(Dimension::ANGLE)],
         F::Angle => vec![Ty::Rotation, Ty::Rotation],
-        F::Heading => vec![Ty::Rotation],
+        F::Heading | F::Inclination => vec![Ty::Rotation],
         F::Wrap => vec![Ty::Quantity(Dimension::ANGLE)],
         F::Cycle => vec![
             Ty::Quantity(Dimension::TIME),
@@ -221,7 +221,7 @@ fn result(function: Function, tys: &[Ty]) -> Option<Ty> {
             Ty::Vector(d) => Some(Ty::Quantity(*d)),
             _ => None,
         },
-        F::Angle | F::Heading | F::Wrap => Some(Ty::Quantity(Dimension::ANGLE)),
+        F::Angle | F::Heading | F::Inclination | F::Wrap => Some(Ty::Quantity(Dimension::ANGLE)),
         F::Bearing => match &first {
             Ty::Vector(_) => Some(Ty::Quantity(Dimension::ANGLE)),
             _ => None,

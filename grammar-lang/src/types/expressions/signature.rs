@@ -65,6 +65,7 @@ pub(super) fn usage(function: Function) -> (&'static str, std::ops::RangeInclusi
         F::Angle => ("angle(rotation, rotation)", 2..=2),
         F::Heading => ("heading(rotation)", 1..=1),
         F::Bearing => ("bearing(vector)", 1..=1),
+        F::Inclination => ("inclination(rotation)", 1..=1),
         F::Wrap => ("wrap(angle)", 1..=1),
         F::Count => ("count(kind)", 1..=1),
         F::Each => ("each(list, n)", 2..=2),

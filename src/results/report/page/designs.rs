@@ -1,7 +1,7 @@
 //! The best designs, side by side.
 
 use super::solid::{picture, scale};
-use super::words::{or_dash, value};
+use super::words::{counted, or_dash, value};
 use super::{Link, heading, label};
 use crate::markup::escape;
 use crate::results::report::gather::bodies::{Piece, pieces};
@@ -42,7 +42,9 @@ fn card(
 ) -> String {
     let name = label(groups, group, run);
     let best = or_dash(run.value().map(|best| value(best, &group.unit)));
-    let size = run.found().map_or(String::new(), |m| format!("{} parts, {} actuators", m.parts, m.actuators));
+    let size = run.found().map_or(String::new(), |m| {
+        format!("{}, {}", counted(m.parts, "part"), counted(m.actuators, "actuator"))
+    });
     let drawn = match pieces {
         Ok(pieces) => picture(pieces, scale, &format!("the best design of {name}")),
         Err(why) => format!(
