@@ -213,6 +213,16 @@ pub(super) fn grammar(
     overrides: &[(String, String)],
     wanted: Option<&str>,
 ) -> Result<(RuleSet, SourceMap), Fault> {
+    grammar_or(path, overrides, wanted, ", so there is nothing to run")
+}
+
+/// The same, with what is said of a module, which is no grammar.
+pub(super) fn grammar_or(
+    path: &Path,
+    overrides: &[(String, String)],
+    wanted: Option<&str>,
+    of_module: &str,
+) -> Result<(RuleSet, SourceMap), Fault> {
     let text = read(path)?;
     let checked = check(&Files, &text.name, &text.text, overrides, wanted);
     if !checked.diagnostics.is_empty() {
@@ -225,7 +235,7 @@ pub(super) fn grammar(
             Err(Fault { code: exit::INPUT, message: String::new() })
         }
         None => Err(Fault::input(format!(
-            "{} is a module for other grammars to use: it has no `grammar NAME` line, so there is nothing to run",
+            "{} is a module for other grammars to use: it has no `grammar NAME` line{of_module}",
             path.display()
         ))),
     }

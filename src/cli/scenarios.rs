@@ -66,7 +66,9 @@ fn set(wanted: &str, rules: &RuleSet) -> Result<(String, Scenarios), Fault> {
     }
     let other = match file {
         Some(file) => {
-            Some(load::grammar(Path::new(file), &[], None).map_err(|fault| of_grammar(fault, name))?.0)
+            let help =
+                format!("\nhelp: name a grammar that imports `{name}` from it: `--in GRAMMAR.sgr:{name}`");
+            Some(load::grammar_or(Path::new(file), &[], None, &help)?.0)
         }
         None => None,
     };
@@ -81,19 +83,6 @@ fn set(wanted: &str, rules: &RuleSet) -> Result<(String, Scenarios), Fault> {
         false => format!("it has: {}", there.keys().map(String::as_str).collect::<Vec<_>>().join(", ")),
     });
     Err(Fault::usage(format!("{whose} has no scenarios `{name}`\nhelp: {help}")))
-}
-
-/// What is wrong with a file that scenarios are taken from.
-fn of_grammar(fault: Fault, name: &str) -> Fault {
-    match fault.message.split_once(", so there is nothing to run") {
-        Some((file, _)) => Fault {
-            message: format!(
-                "{file}\nhelp: name a grammar that imports `{name}` from it: `--in GRAMMAR.sgr:{name}`"
-            ),
-            ..fault
-        },
-        None => fault,
-    }
 }
 
 /// Simulates a design in every world of a set, and prints what it comes to.

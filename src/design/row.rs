@@ -21,19 +21,9 @@ pub(super) fn axes_of(kind: JointKind, axis: [f64; 3], part: &Part, rules: &Rule
     axes.into_iter().map(|axis| seen(kind, axis, part, rules)).collect()
 }
 
-/// An axis as the image of a part has it.
-fn seen(kind: JointKind, mut axis: Vector3<f64>, part: &Part, rules: &RuleSet) -> Vector3<f64> {
-    // The frame of a mirror image has the opposite of the mirrored z axis. A turn there is the mirror image of this one if it
-    // goes the same way about z and the other way about x and y; a slide, if it goes the same way along x and y.
-    if symmetry::is_reflected(rules, part.image) {
-        axis = match kind {
-            JointKind::Slide => Vector3::new(axis.x, axis.y, -axis.z),
-            JointKind::Bend | JointKind::Twist | JointKind::Spin | JointKind::Socket => {
-                Vector3::new(-axis.x, -axis.y, axis.z)
-            }
-        };
-    }
-    axis
+/// An axis as the image of a part has it: the frame of a mirror image has the opposite of the mirrored z axis.
+fn seen(kind: JointKind, axis: Vector3<f64>, part: &Part, rules: &RuleSet) -> Vector3<f64> {
+    if symmetry::is_reflected(rules, part.image) { kind.axis_in_mirror(axis.into()).into() } else { axis }
 }
 
 /// Where an actuator of so many segments, of a length in the mean, has its joints: distances from its base.

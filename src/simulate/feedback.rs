@@ -2,8 +2,8 @@
 //!
 //! A [`Controller`] is asked at control moments, at equal intervals from time zero on. What it answers holds until the next
 //! moment, as a digital controller's output does; the targets of actuators that it leaves alone are known ahead
-//! ([`Targets`](super::Targets)). Control moments depend on no step of a solver: at half the step a controller is asked at the same times. One that falls
-//! within a step is asked where that step ends.
+//! ([`Targets`](super::Targets)). At half the step of a solver a controller is asked at the same times, as
+//! long as control moments fall on steps; at a moment within a step it is asked where that step ends.
 
 use std::fmt::Debug;
 

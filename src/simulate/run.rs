@@ -216,7 +216,10 @@ impl<S: Stepper> Run<S> {
     fn control(&self, lanes: &mut [Lane], time: f64) {
         for (number, lane) in lanes.iter_mut().enumerate() {
             let Some(feedback) = lane.feedback.as_mut().filter(|own| own.is_due(time)) else { continue };
-            feedback.moments += 1;
+            // A step that is longer than the interval passes several moments at once.
+            while feedback.is_due(time) {
+                feedback.moments += 1;
+            }
             if lane.failure.is_some() {
                 continue;
             }

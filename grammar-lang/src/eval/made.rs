@@ -62,10 +62,9 @@ impl MadeJoint {
     /// Whether the joint looks different in a mirror that turns the z axis of the frame round: with a range to one side, a spring
     /// that rests there, an axis that is oblique to the mirror, or a pivot beside it.
     fn is_handed(&self) -> bool {
-        let [x, y, z] = self.axis;
+        let [x, y, _] = self.axis;
         let pivot = self.pivot.map_or(0.0, |[_, _, z]| z);
-        // The mirror turns turns round, too.
-        let seen = if self.kind == JointKind::Slide { [x, y, -z] } else { [-x, -y, z] };
+        let seen = self.kind.axis_in_mirror(self.axis);
         let is = |sign: f64| seen.iter().zip(self.axis).all(|(seen, own)| (seen - sign * own).abs() < SAME);
         let even = self.neutral == 0.0 && self.range.is_none_or(|(low, high)| (low + high).abs() < SAME);
         let same_axis = is(1.0) || is(-1.0) && even;

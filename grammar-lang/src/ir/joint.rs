@@ -60,6 +60,16 @@ impl JointKind {
     /// Every one, in the order of the reference.
     pub const ALL: [Self; 5] = [Self::Bend, Self::Twist, Self::Slide, Self::Spin, Self::Socket];
 
+    /// The axis of the joint in a mirror that turns the z axis of its frame round: a turn goes the same way about z and the other way
+    /// about x and y, a slide the same way along x and y.
+    #[must_use]
+    pub fn axis_in_mirror(self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        match self {
+            Self::Slide => [x, y, -z],
+            Self::Bend | Self::Twist | Self::Spin | Self::Socket => [-x, -y, z],
+        }
+    }
+
     /// How a grammar writes it.
     #[must_use]
     pub fn text(self) -> &'static str {

@@ -77,6 +77,12 @@ impl<'r> Known<'r> {
         self.allowance.evaluate(expr, scope, &mut Vec::new())
     }
 
+    /// What an expression is, whatever the parameters are set to; none if it reads one.
+    pub(super) fn fixed(&self, expr: &Expr) -> Option<Value> {
+        let reads = expr.any(&mut |e| matches!(e.kind, ExprKind::Param(_)));
+        if reads { None } else { self.value(expr).ok() }
+    }
+
     /// The error of the value that was too much, if one was.
     pub(super) fn spent(&self) -> Option<EvalError> {
         self.allowance.spent()

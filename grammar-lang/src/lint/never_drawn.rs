@@ -49,11 +49,8 @@ fn value_never_drawn(known: &Known<'_>, choice: &Choice) -> Option<Diagnostic> {
         return None;
     };
     let ExprKind::List(weights) = &weights.kind else { return None };
-    let is_zero = |weight: &&Expr| {
-        let reads = weight.any(&mut |e| matches!(e.kind, ExprKind::Param(_)));
-        !reads && known.value(weight).ok().and_then(|value| value.as_number()).is_some_and(|x| x <= 0.0)
-    };
-    let place = weights.iter().position(|weight| is_zero(&weight))?;
+    let number = |weight: &Expr| known.fixed(weight)?.as_number();
+    let place = weights.iter().position(|weight| number(weight).is_some_and(|x| x <= 0.0))?;
     let (weight, item) = (weights.get(place)?, items.get(place)?);
     Some(
         Diagnostic::new(

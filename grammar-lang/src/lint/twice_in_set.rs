@@ -17,7 +17,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         let mut numbers: BTreeMap<u64, &Expr> = BTreeMap::new();
         let mut others: Vec<(Value, &Expr)> = Vec::new();
         for item in items {
-            let first = match fixed(known, item) {
+            let first = match known.fixed(item) {
                 None => continue,
                 // No minus before a zero, and no full turns.
                 Some(Value::Number(x)) => match numbers.entry((within_a_turn(item, x) + 0.0).to_bits()) {
@@ -60,10 +60,4 @@ fn within_a_turn(item: &Expr, x: f64) -> f64 {
     }
     let degrees = (x.to_degrees() * 1e6).round() / 1e6;
     degrees.rem_euclid(360.0)
-}
-
-/// What an item is, whatever the parameters are set to.
-fn fixed(known: &Known<'_>, item: &Expr) -> Option<Value> {
-    let reads = item.any(&mut |e| matches!(e.kind, ExprKind::Param(_)));
-    if reads { None } else { known.value(item).ok() }
 }
