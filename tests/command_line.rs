@@ -770,6 +770,15 @@ fn a_search_begins_with_a_saved_design() {
     let same = sgc(&["eval", &small, "--grammar", &grammar, "-p", "max_parts=3"]);
     assert_eq!(code(&same), 0, "{}", errors(&same));
     assert!(!errors(&same).contains("was made with"), "{}", errors(&same));
+    // The same steps with parts that are declared otherwise.
+    let heavier = folder.path().join("heavier.sgr");
+    let own = "use std.blocks { ball }\npart cube { shape = box(2.5 cm, 2.5 cm, 2.5 cm) density = 1.1 g/cm^3 friction = 0.8 }";
+    let heavy = text.replacen("use std.blocks     { cube, ball }", own, 1);
+    assert_ne!(heavy, text);
+    std::fs::write(&heavier, heavy).unwrap();
+    let judged = sgc(&["eval", &small, "--grammar", &heavier.to_string_lossy(), "-p", "max_parts=3"]);
+    assert!(errors(&judged).contains("declares the parts of"), "{}", errors(&judged));
+    assert!(!errors(&same).contains("declares the parts of"), "{}", errors(&same));
     let less = sgc(&["eval", &small, "--grammar", &grammar]);
     assert!(errors(&less).contains("was made with max_parts = 3"), "{}", errors(&less));
     let shorter =

@@ -13,6 +13,7 @@ use super::exit;
 use super::load;
 use super::output::{self, Fault};
 use crate::derive::Derivation;
+use crate::design::Body;
 use crate::results::DesignError;
 use crate::results::genuine;
 use crate::results::replay::{Precision, replay};
@@ -152,13 +153,25 @@ fn kept_enumerations(rules: &RuleSet) -> BTreeSet<&str> {
 /// Tells where the rules make another body of a design's steps than the one that was saved.
 pub(super) fn tell_other_body(path: &Path, design: &SavedDesign, rules: &RuleSet) {
     let Ok(now) = Derivation::replay(rules, &design.derivation) else { return };
+    let theirs = design.grammar.compile(&design.sgc).ok();
+    let before = theirs.and_then(|theirs| {
+        let made = Derivation::replay(&theirs, &design.derivation).ok()?;
+        let assembly = Body::new(&made.design, &theirs).assembly;
+        Some((kinds(&made), assembly))
+    });
     if now.design.is_body(&design.body) {
+        // The same parts in the same places, which may be made otherwise.
+        if before.is_some_and(|(_, before)| Body::new(&now.design, rules).assembly != before) {
+            output::note(&format!(
+                "`{}` declares the parts of {} otherwise than the grammar that made it (sizes, masses, friction or joints): what follows is of parts as `{}` declares them",
+                rules.name,
+                path.display(),
+                rules.name
+            ));
+        }
         return;
     }
-    let before = design.grammar.compile(&design.sgc).map(|theirs| {
-        Derivation::replay(&theirs, &design.derivation).map(|made| kinds(&made)).unwrap_or_default()
-    });
-    let (now, before) = (kinds(&now), before.unwrap_or_default());
+    let (now, before) = (kinds(&now), before.map(|(kinds, _)| kinds).unwrap_or_default());
     let how = if now.len() != before.len() {
         format!("of {} parts instead of {}", now.len(), before.len())
     } else if now != before {

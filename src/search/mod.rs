@@ -177,6 +177,12 @@ impl<'a> Bounds<'a> {
         self.stopped()
     }
 
+    /// How many evaluations may still be spent.
+    fn left(&self, spent: u64) -> usize {
+        let left = self.max_evaluations.map(|max| max.saturating_sub(spent));
+        left.and_then(|left| usize::try_from(left).ok()).unwrap_or(usize::MAX)
+    }
+
     /// Which share that is of the evaluations that may be spent; zero where nothing bounds them.
     fn share(&self, spent: u64) -> f64 {
         self.max_evaluations.map_or(0.0, |max| (spent as f64 / max.max(1) as f64).min(1.0))

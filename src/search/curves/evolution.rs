@@ -6,9 +6,9 @@
 use grammar_lang::ir::{CmaEs, Schedule};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
-use super::super::Failure;
 use super::super::schedule::{Course, Iteration, Plan, Stand};
 use super::super::state::{Distribution, Tuning};
+use super::super::{End, Failure};
 use super::judging::{Counted, When};
 use super::{Progress, Tuner, best};
 use crate::derive::Candidate;
@@ -51,15 +51,18 @@ impl Tuner<'_> {
         };
         let mut random = self.stream(&format!("generation {}", state.course.iteration));
         let points = state.sample(moves.clamp(FEWEST, MOST), &mut || random.normal(0.0, 1.0));
-        let (candidates, points): (Vec<Parameters>, Vec<Vec<f64>>) =
+        let (mut candidates, points): (Vec<Parameters>, Vec<Vec<f64>>) =
             points.iter().map(|point| self.evaluator.drive.at_shares(point, &mut random)).unzip();
+        // Nothing is simulated that could not be counted.
+        candidates.truncate(self.bounds.left(*spent));
         let Some(values) = self.evaluator.evaluate(self.bounds.stop, &candidates) else {
             return self.stopped();
         };
         self.prepare_checks(tuning, &candidates, &values);
         // A generation is made whole or not at all.
         let (mut now, mut counted) = (tuning.clone(), *spent);
-        let mut samples = Vec::with_capacity(points.len());
+        let drawn = points.len();
+        let mut samples = Vec::with_capacity(drawn);
         for ((candidate, shares), evaluated) in candidates.iter().zip(points).zip(values) {
             if let Some(end) = self.bounds.exhausted(counted) {
                 if !end.is_early() {
@@ -76,6 +79,10 @@ impl Tuner<'_> {
                 self.offer(&mut now, candidate, fitness, &each);
             }
             samples.push(Sample { shares, fitness: fitness.unwrap_or(f64::NEG_INFINITY) });
+        }
+        if samples.len() < drawn {
+            (*tuning, *spent) = (now, counted);
+            return Ok(Progress::Cut(End::Budget));
         }
         if !self.judge_offered(&mut now, &mut counted, When::Underway)? {
             return self.stopped();
