@@ -75,6 +75,7 @@ impl Scenario {
             speed: self.factor(Difference::Speed),
             pressure: self.factor(Difference::Pressure),
             late,
+            world: self.name.clone(),
         }
     }
 

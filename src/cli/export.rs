@@ -92,7 +92,15 @@ impl Export {
         let names = names.all(&setup.body.parts_of_elements);
         let text = match self.to {
             Format::Mjcf => export::mjcf(assembly, &setup.settings, &self.title(&design), &names),
-            Format::Drive => export::drive(assembly, &setup.settings, &setup.targets, &names),
+            Format::Drive if setup.law.is_closed_loop() => {
+                let motion = setup.motion(&design.solver).map_err(fault)?;
+                output::note(
+                    "this design reacts to what it feels: these are the commands of its motion in the nominal world",
+                );
+                let commands = motion.commands.unwrap_or_else(|| setup.law.targets.clone());
+                export::drive(assembly, &setup.settings, &commands, &names)
+            }
+            Format::Drive => export::drive(assembly, &setup.settings, &setup.law.targets, &names),
             // Written already.
             Format::Begin => Ok(String::new()),
             Format::Motion => {

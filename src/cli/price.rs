@@ -11,7 +11,7 @@ use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation};
 use crate::drive::Drive;
 use crate::search::settings;
-use crate::simulate::{Model, Stop};
+use crate::simulate::{Model, Stop, World};
 
 /// So many random moves make a body that is tried out.
 const MOVES: usize = 30;
@@ -47,9 +47,11 @@ pub(super) fn told(
     let mut simulation = model.prepare(&candidate.body.assembly, &settings).ok()?;
     // As many gaits as the search has side by side at best: two of them never cost twice as much as one.
     let lanes = simulation.lanes();
-    let targets: Result<Vec<_>, _> = (0..lanes).map(|_| drive.targets(&drive.draw(&mut random))).collect();
+    let laws: Result<Vec<_>, _> = (0..lanes).map(|_| drive.control_law(&drive.draw(&mut random))).collect();
+    let laws = laws.ok()?;
+    let cases: Vec<_> = laws.iter().map(|law| law.case(&World::NOMINAL)).collect();
     let begun = Instant::now();
-    let done = simulation.run_until(Stop::new(flag, Some(begun + LONGEST)), &targets.ok()?).is_some();
+    let done = simulation.run_cases(Stop::new(flag, Some(begun + LONGEST)), &cases).is_some();
     let tasks = rules.tasks.len() as f64;
     let one = begun.elapsed().mul_f64(tasks * whole / settings.duration / lanes as f64);
     let elements = candidate.body.assembly.elements.len();

@@ -4,9 +4,11 @@ use std::sync::Arc;
 
 use grammar_lang::eval::Unmade;
 use grammar_lang::ir::RuleSet;
+use nalgebra::UnitQuaternion;
 
 use super::Derivation;
-use crate::design::{Body, Design};
+use crate::design::assembly::Shape;
+use crate::design::{Body, Design, Part};
 
 /// A design with the rules that made it, how they made it, and the body that it is. Copies share all of it.
 #[derive(Clone, Debug)]
@@ -36,6 +38,15 @@ impl<'r> Candidate<'r> {
         let mut derivation = Derivation::clone(&self.derivation);
         derivation.design.remake(rules)?;
         Ok(Candidate { rules, derivation: derivation.into(), body: Arc::clone(&self.body) })
+    }
+
+    /// How an element lies in the frame of its part. Balls that fill a part have none of their own.
+    #[must_use]
+    pub fn lies(&self, element: usize) -> Option<UnitQuaternion<f64>> {
+        let is_filled = matches!(self.body.assembly.elements.get(element)?.shape, Shape::Ball { .. });
+        let part = self.body.parts_of_elements.get(element)?;
+        let part = self.design().parts.get(part).filter(|_| !is_filled);
+        Some(part.map_or_else(UnitQuaternion::identity, Part::rotation_of_element))
     }
 
     /// The design.

@@ -222,7 +222,12 @@ impl Scope for DesignScope<'_> {
                 (DesignWord::NoOverlap, None) => Value::Bool(self.design().no_overlap(self.rules)),
             }),
             Word::Search(SearchWord::Temperature) => self.temperature.map(Value::Number),
-            Word::Search(_) | Word::Motion(_) | Word::Time | Word::Cycle => None,
+            Word::Search(_)
+            | Word::Motion(_)
+            | Word::Time
+            | Word::Now
+            | Word::ControlInterval
+            | Word::Cycle => None,
             // These mean the same everywhere.
             Word::Pi | Word::Closed | Word::Inflate | Word::Vent => None,
         }

@@ -79,11 +79,11 @@ impl Drive<'_> {
     fn has_values(&self, parameters: &[f64]) -> Result<(), EvalError> {
         let duration = self.task.model.duration;
         for driven in &self.actuators {
-            if self.valves(driven, parameters)?.is_none() {
+            if !self.reacts(driven) && self.valves(driven, parameters)?.is_none() {
                 let times = (0..=MOMENTS).map(|moment| duration * moment as f64 / MOMENTS as f64);
                 self.bends(driven, parameters, times)?;
             }
         }
-        Ok(())
+        self.control_law(parameters)?.fails_at_rest(MOMENTS).map_or(Ok(()), Err)
     }
 }

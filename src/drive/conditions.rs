@@ -10,11 +10,13 @@ pub struct Conditions {
     /// How much later than it should each actuator does what it is asked for, s, in the order of the body. Those
     /// after the last are not late.
     pub late: Vec<f64>,
+    /// The world, by whose name the noise of sensors is drawn.
+    pub world: String,
 }
 
 impl Conditions {
     /// What the grammar says.
-    pub const NOMINAL: Self = Self { speed: 1.0, pressure: 1.0, late: Vec::new() };
+    pub const NOMINAL: Self = Self { speed: 1.0, pressure: 1.0, late: Vec::new(), world: String::new() };
 
     /// How late an actuator is, s.
     pub(super) fn late(&self, actuator: usize) -> f64 {

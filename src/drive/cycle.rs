@@ -2,7 +2,7 @@
 
 use grammar_lang::eval::{EvalError, Valves, evaluate, evaluate_number, evaluate_over};
 
-use super::{Drive, DriveScope, Driven};
+use super::{Drive, Driven};
 use crate::design::PartId;
 
 /// What the actuators of one kind are asked for over a period that repeats.
@@ -70,7 +70,7 @@ impl Drive<'_> {
         times: impl Iterator<Item = f64>,
     ) -> Result<Vec<f64>, EvalError> {
         let Some((_, actuation)) = self.actuations.get(driven.actuation) else { return Ok(Vec::new()) };
-        let mut scope = DriveScope::new(self.candidate.rules, &self.candidate.derivation);
+        let mut scope = self.scope();
         let mut locals = self.lets(driven, parameters)?;
         let fixed = locals.len();
         let (low, high) = self.driven_range(driven);

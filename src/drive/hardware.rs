@@ -69,6 +69,18 @@ impl Drive<'_> {
         }
     }
 
+    /// What the hardware of an actuator makes of what it is asked for at moments of so many s, as fast as it is by a factor.
+    pub(super) fn limit(&self, driven: &Driven, faster: f64, interval: f64) -> Limit<'_> {
+        let wound = self.threads(driven).map(|threads| Wound::new(threads, faster, interval));
+        let motor = self.made(driven).and_then(|made| made.motor.as_ref());
+        let followed = motor.and_then(|motor| {
+            let speeds = [&motor.speed, &motor.relaxing_speed];
+            let varies = speeds.iter().any(|speed| matches!(speed, Speed::ByBend(_)));
+            varies.then(|| Followed::new(speeds, faster, interval))
+        });
+        Limit { wound, followed }
+    }
+
     /// Puts in what valves come to, and keeps the rest to what the hardware can do.
     pub(super) fn on_hardware(
         &self,
@@ -104,13 +116,11 @@ impl Drive<'_> {
                 }
                 continue;
             }
-            if let Some(threads) = self.threads(driven) {
-                wind(threads, conditions.speed, targets, column);
+            if self.reacts(driven) {
+                continue;
             }
-            let by_bend = [&motor.speed, &motor.relaxing_speed];
-            if by_bend.iter().any(|speed| matches!(speed, Speed::ByBend(_))) {
-                follow(by_bend, conditions.speed, targets, column);
-            }
+            let mut limit = self.limit(driven, conditions.speed, targets.interval);
+            over(targets, column, |bend| limit.reach(bend));
         }
         for (supply, actuators) in groups {
             let (columns, inflated): (Vec<_>, Vec<_>) = actuators.into_iter().unzip();
@@ -120,36 +130,92 @@ impl Drive<'_> {
     }
 }
 
-/// What a servo reaches, and how fast: its turn and its speed hold where the thread is wound.
-fn wind(threads: &Tendon, faster: f64, targets: &mut Targets, column: usize) {
-    let most = threads.speed * faster * targets.interval;
-    let mut turned: f64 = threads.turned(0.0);
+/// Keeps a bend to speeds that may change with it: away from zero at the first, back at the second.
+pub(super) fn follow(speeds: [&Speed; 2], faster: f64, targets: &mut Targets, column: usize) {
+    let mut followed = Followed::new(speeds, faster, targets.interval);
+    over(targets, column, |bend| followed.next(bend));
+}
+
+/// Changes the targets of an actuator, in the order of time.
+fn over(targets: &mut Targets, column: usize, mut next: impl FnMut(f64) -> f64) {
     for sample in 0..targets.samples() {
-        let Some(bend) = targets.cell(sample, column) else { return };
-        // At rest before it begins.
-        let wanted = threads.turned(*bend);
-        if sample > 0 {
-            turned += (wanted - turned).max(-most).min(most);
+        if let Some(bend) = targets.cell(sample, column) {
+            *bend = next(*bend);
         }
-        *bend = threads.bend(turned);
     }
 }
 
-/// Keeps a bend to speeds that may change with it: away from zero at the first, back at the second.
-pub(super) fn follow([bending, relaxing]: [&Speed; 2], faster: f64, targets: &mut Targets, column: usize) {
-    let steps = libm::ceil(targets.interval / FINE).max(1.0);
-    let step = targets.interval / steps;
-    let mut bend = 0.0;
-    for sample in 0..targets.samples() {
-        let Some(cell) = targets.cell(sample, column) else { return };
-        if sample > 0 {
-            for _ in 0..steps as usize {
-                let back = *cell * bend < 0.0 || cell.abs() < f64::abs(bend);
-                let speed = if back { relaxing } else { bending }.at(bend) * faster;
-                bend += (*cell - bend).max(-speed * step).min(speed * step);
+/// What hardware makes of what an actuator is asked for, moment by moment: what its servo reaches and how fast, and speeds that
+/// change with the bend.
+#[derive(Debug)]
+pub(super) struct Limit<'a> {
+    wound: Option<Wound<'a>>,
+    followed: Option<Followed<'a>>,
+}
+
+impl Limit<'_> {
+    /// The next bend, where so much is asked for. The first is that at rest.
+    pub(super) fn reach(&mut self, asked: f64) -> f64 {
+        let reached = self.wound.as_mut().map_or(asked, |wound| wound.next(asked));
+        self.followed.as_mut().map_or(reached, |followed| followed.next(reached))
+    }
+}
+
+/// What a servo reaches, and how fast: its turn and its speed hold where the thread is wound.
+#[derive(Debug)]
+struct Wound<'a> {
+    threads: &'a Tendon,
+    /// How far it turns between two moments at most, rad.
+    most: f64,
+    turned: f64,
+    is_begun: bool,
+}
+
+impl<'a> Wound<'a> {
+    fn new(threads: &'a Tendon, faster: f64, interval: f64) -> Self {
+        let most = threads.speed * faster * interval;
+        Self { threads, most, turned: threads.turned(0.0), is_begun: false }
+    }
+
+    fn next(&mut self, bend: f64) -> f64 {
+        // At rest before it begins.
+        let wanted = self.threads.turned(bend);
+        if std::mem::replace(&mut self.is_begun, true) {
+            self.turned += (wanted - self.turned).max(-self.most).min(self.most);
+        }
+        self.threads.bend(self.turned)
+    }
+}
+
+/// A bend that is kept to speeds that may change with it: away from zero at the first, back at the second.
+#[derive(Debug)]
+struct Followed<'a> {
+    bending: &'a Speed,
+    relaxing: &'a Speed,
+    faster: f64,
+    /// How many steps there are between two moments, and how long each lasts, s.
+    steps: usize,
+    step: f64,
+    bend: f64,
+    is_begun: bool,
+}
+
+impl<'a> Followed<'a> {
+    fn new([bending, relaxing]: [&'a Speed; 2], faster: f64, interval: f64) -> Self {
+        let steps = libm::ceil(interval / FINE).max(1.0);
+        let step = interval / steps;
+        Self { bending, relaxing, faster, steps: steps as usize, step, bend: 0.0, is_begun: false }
+    }
+
+    fn next(&mut self, asked: f64) -> f64 {
+        if std::mem::replace(&mut self.is_begun, true) {
+            for _ in 0..self.steps {
+                let back = asked * self.bend < 0.0 || asked.abs() < f64::abs(self.bend);
+                let speed = if back { self.relaxing } else { self.bending }.at(self.bend) * self.faster;
+                self.bend += (asked - self.bend).max(-speed * self.step).min(speed * self.step);
             }
         }
-        *cell = bend;
+        self.bend
     }
 }
 
@@ -237,6 +303,11 @@ mod tests {
     use grammar_lang::ir::Table;
 
     use super::*;
+
+    fn wind(threads: &Tendon, faster: f64, targets: &mut Targets, column: usize) {
+        let mut wound = Wound::new(threads, faster, targets.interval);
+        over(targets, column, |bend| wound.next(bend));
+    }
 
     fn valves(period: f64, shares: &[f64]) -> Valves {
         let states = [Valve::Closed, Valve::Inflate, Valve::Closed, Valve::Vent];
@@ -370,7 +441,7 @@ mod tests {
         let supply = Supply { pressure: 1.5e5, full: 1e5, line: 3.0, valve: 1.0 };
         let bend = |supply: Option<&Supply>, speed, pressure| {
             let mut targets = rest(1.0, 0.1, 1);
-            let conditions = Conditions { speed, pressure, late: Vec::new() };
+            let conditions = Conditions { speed, pressure, ..Conditions::NOMINAL };
             inflate(&[slow()], supply, &conditions, &mut targets, &[0]);
             targets.at(0, 0.1)
         };

@@ -8,6 +8,7 @@ mod begun;
 mod bends;
 mod conditions;
 mod cycle;
+mod feedback;
 mod hardware;
 mod mutate;
 mod scope;
@@ -25,6 +26,7 @@ pub use begun::check_designs;
 pub use bends::Bends;
 pub use conditions::Conditions;
 pub use cycle::{Asked, Cycle};
+pub use feedback::ControlLaw;
 use scope::DriveScope;
 
 /// Values of all varied quantities of a body, in SI units; a Bool is 0 or 1.
@@ -322,18 +324,38 @@ impl<'r> Drive<'r> {
                 .find(|a| self.actuations.get(a.actuation).is_some_and(|(n, _)| n == name));
             let Some(driven) = driven else { continue };
             let locals = self.lets(driven, parameters)?;
-            let slot = 1 + actuation.variables.len() + place;
+            let slot = actuation.first_let() + place;
             return Ok(locals.get(slot).and_then(Value::as_number).unwrap_or(self.task.model.duration));
         }
         Ok(self.task.model.duration)
     }
 
-    /// The locals of an actuator's actuation that do not depend on time.
+    /// What an actuation can read before anything moves.
+    fn scope(&self) -> DriveScope<'_> {
+        let Candidate { rules, derivation, .. } = &self.candidate;
+        DriveScope::new(rules, derivation, self.task.model.control)
+    }
+
+    /// Whether the actuation of an actuator reacts to what is measured, or remembers something.
+    fn reacts(&self, driven: &Driven) -> bool {
+        self.actuations.get(driven.actuation).is_some_and(|(_, actuation)| actuation.is_closed_loop())
+    }
+
+    /// Whether an actuation of a kind of actuators reacts.
+    #[must_use]
+    pub fn reacts_with(&self, kind: &str) -> bool {
+        self.actuators.iter().any(|driven| self.kind_of(driven) == Some(kind) && self.reacts(driven))
+    }
+
+    /// The locals of an actuator's actuation that do not depend on time; states as they begin.
     fn lets(&self, driven: &Driven, parameters: &[f64]) -> Result<Vec<Value>, EvalError> {
-        let scope = DriveScope::new(self.candidate.rules, &self.candidate.derivation);
+        let scope = self.scope();
         let mut locals = vec![Value::Reference(Reference::Part(driven.id))];
         locals.extend(driven.fields.iter().filter_map(|f| self.value(*f, parameters)));
         if let Some((_, actuation)) = self.actuations.get(driven.actuation) {
+            let begun = actuation.states.iter().map(|state| evaluate(&state.from, &scope, &mut locals));
+            let begun: Vec<Value> = begun.collect::<Result<_, _>>()?;
+            locals.extend(begun);
             for (_, value) in &actuation.lets {
                 let value = evaluate(value, &scope, &mut locals)?;
                 locals.push(value);
@@ -342,7 +364,25 @@ impl<'r> Drive<'r> {
         Ok(locals)
     }
 
-    /// The target angles of every actuator over the whole motion.
+    /// What drives the body in the nominal world.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when an expression of the actuation has no value.
+    pub fn control_law(&self, parameters: &[f64]) -> Result<ControlLaw<'r>, EvalError> {
+        self.control_law_under(parameters, &Conditions { world: "nominal".to_owned(), ..Conditions::NOMINAL })
+    }
+
+    /// The same with hardware that differs from what the grammar says.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when an expression of the actuation has no value.
+    pub fn control_law_under(&self, parameters: &[f64], conditions: &Conditions) -> Result<ControlLaw<'r>, EvalError> {
+        ControlLaw::new(self, parameters, conditions)
+    }
+
+    /// The targets of every actuator over the whole motion, as far as they are known ahead: zero where the actuation reacts.
     ///
     /// # Errors
     ///
@@ -372,7 +412,7 @@ impl<'r> Drive<'r> {
         let mut angles = vec![0.0; samples * count];
         for (column, driven) in self.actuators.iter().enumerate() {
             let drives = self.actuations.get(driven.actuation).map(|(_, actuation)| &actuation.drive.ty);
-            if drives == Some(&Ty::Valves) {
+            if drives == Some(&Ty::Valves) || self.reacts(driven) {
                 continue;
             }
             let late = conditions.late(column);
@@ -408,7 +448,7 @@ impl<'r> Drive<'r> {
         if actuation.drive.ty != Ty::Valves {
             return Ok(None);
         }
-        let scope = DriveScope::new(self.candidate.rules, &self.candidate.derivation);
+        let scope = self.scope();
         let mut locals = self.lets(driven, parameters)?;
         match evaluate(&actuation.drive, &scope, &mut locals)? {
             Value::Valves(valves) => Ok(Some(Valves::clone(&valves))),

@@ -3,7 +3,6 @@
 use grammar_lang::eval::{EvalError, evaluate};
 use grammar_lang::ir::{Bound, Expr, Kernel, Ty};
 
-use super::scope::DriveScope;
 use super::{Drive, Parameters};
 use crate::derive::random::Stream;
 
@@ -27,7 +26,7 @@ impl Drive<'_> {
         iteration: usize,
         random: &mut Stream,
     ) -> Result<Parameters, EvalError> {
-        let mut scope = DriveScope::new(self.candidate.rules, &self.candidate.derivation);
+        let mut scope = self.scope();
         scope.temperature = temperature;
         scope.iteration = iteration as f64;
         let number = |e: &Expr| evaluate(e, &scope, &mut Vec::new()).map(|v| v.as_number().unwrap_or(0.0));

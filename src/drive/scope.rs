@@ -1,21 +1,33 @@
 //! What the expressions of an actuation can read.
 
-use grammar_lang::eval::{Scope, Value};
+use grammar_lang::eval::{Reference, Scope, Value};
 use grammar_lang::ir::{RuleSet, SearchWord, Word};
 
 use crate::derive::{Derivation, DesignScope};
+use crate::design::PartId;
 
-/// The design, the time, and where a mutation stands in the annealing.
+/// The design, the time, what sensors give, and where a mutation stands in the annealing.
 pub(super) struct DriveScope<'a> {
     design: DesignScope<'a>,
     pub(super) time: f64,
     pub(super) temperature: f64,
     pub(super) iteration: f64,
+    /// Time between two control moments, s.
+    control_interval: f64,
+    /// What sensors give, by the sensor and the part that has it.
+    pub(super) felt: Vec<(&'a str, Option<PartId>, Value)>,
 }
 
 impl<'a> DriveScope<'a> {
-    pub(super) fn new(rules: &'a RuleSet, derivation: &'a Derivation) -> Self {
-        Self { design: DesignScope::new(rules, derivation), time: 0.0, temperature: 0.0, iteration: 0.0 }
+    pub(super) fn new(rules: &'a RuleSet, derivation: &'a Derivation, control_interval: f64) -> Self {
+        Self {
+            design: DesignScope::new(rules, derivation),
+            time: 0.0,
+            temperature: 0.0,
+            iteration: 0.0,
+            control_interval,
+            felt: Vec::new(),
+        }
     }
 }
 
@@ -27,9 +39,20 @@ impl Scope for DriveScope<'_> {
     fn word(&self, word: Word) -> Option<Value> {
         match word {
             Word::Time => Some(Value::Number(self.time)),
+            Word::ControlInterval => Some(Value::Number(self.control_interval)),
             Word::Search(SearchWord::Temperature) => Some(Value::Number(self.temperature)),
             Word::Search(SearchWord::Iteration) => Some(Value::Number(self.iteration)),
             _ => self.design.word(word),
         }
+    }
+
+    fn sensed(&self, sensor: &str, of: Option<&Value>) -> Option<Value> {
+        let part = match of {
+            None => None,
+            Some(Value::Reference(Reference::Part(part))) => Some(*part),
+            Some(_) => return None,
+        };
+        let found = self.felt.iter().find(|(name, of, _)| *name == sensor && *of == part);
+        found.map(|(_, _, reading)| reading.clone())
     }
 }

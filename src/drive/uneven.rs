@@ -41,7 +41,8 @@ impl<'r> Drive<'r> {
     /// An actuator that breaks the symmetry of a motion which has it otherwise: its kind, and what drives it.
     pub(super) fn uneven_swing(&self) -> Result<Option<(String, &'r Actuation)>, EvalError> {
         let swinging: Vec<_> = self.across_the_mirror().collect();
-        if swinging.is_empty() {
+        // What reacts has no motion that is known ahead.
+        if swinging.is_empty() || self.actuators.iter().any(|driven| self.reacts(driven)) {
             return Ok(None);
         }
         let mut uneven = None;

@@ -71,6 +71,15 @@ pub enum NoGait {
          a `period`, and let it read the time as `t / period` only"
     )]
     NoPeriod,
+    /// It reacts.
+    #[error(
+        "what drives `{kind}` reads sensors or has a `state`, and a board of sgc plays a period that is known ahead: a robot that \
+         reacts needs a controller of its own (`sgc export --to drive` writes the commands of the simulated motion)"
+    )]
+    Reacts {
+        /// The kind.
+        kind: String,
+    },
     /// No actuator is of the kind that the target drives.
     #[error("the design has no `{kind}` for the target `{target}` to drive")]
     NothingToDrive {
@@ -124,6 +133,9 @@ pub fn gait(
     let Some(target) = played.targets.get(&name) else {
         return Err(no_target(rules, &name));
     };
+    if drive.reacts_with(&target.kind) {
+        return Err(NoGait::Reacts { kind: target.kind.clone() });
+    }
     let cycle = drive.cycle(&target.kind, &parameters, POINTS)?;
     let cycle = cycle.ok_or(NoGait::NoPeriod)?;
     if cycle.actuators.is_empty() {

@@ -11,7 +11,7 @@ use super::DesignError;
 use super::saved::{SavedDesign, SavedTask};
 use crate::derive::{Candidate, Derivation};
 use crate::design::Body;
-use crate::drive::Drive;
+use crate::drive::{ControlLaw, Drive};
 use crate::scenarios::{self, Scenario};
 use crate::score::{self, Observed, Recording, Score, score};
 use crate::search::settings;
@@ -228,9 +228,9 @@ impl<'r> Driven<'r> {
         Ok(Self { drive, parameters, settings })
     }
 
-    /// What the actuators are asked for in the nominal world.
-    fn targets(&self) -> Result<simulate::Targets, DesignError> {
-        Ok(self.drive.targets(&self.parameters)?)
+    /// What drives the body in the nominal world.
+    fn control_law(&self) -> Result<ControlLaw<'r>, DesignError> {
+        Ok(self.drive.control_law(&self.parameters)?)
     }
 
     /// The worlds that the value of the task depends on, the nominal one first.
@@ -252,15 +252,15 @@ impl<'r> Driven<'r> {
     ) -> Result<Vec<Result<Motion, Invalid>>, DesignError> {
         let body = &self.drive.candidate().body;
         let count = body.actuators.len();
-        let driven: Result<Vec<(simulate::Targets, World)>, EvalError> = scenarios
+        let driven: Result<Vec<(ControlLaw<'_>, World)>, EvalError> = scenarios
             .iter()
             .map(|one| {
-                let targets = self.drive.targets_under(&self.parameters, &one.conditions(count))?;
-                Ok((targets, one.world()))
+                let law = self.drive.control_law_under(&self.parameters, &one.conditions(count))?;
+                Ok((law, one.world()))
             })
             .collect();
         let driven = driven?;
-        let cases: Vec<Case<'_>> = driven.iter().map(|(drive, world)| Case::new(drive, world)).collect();
+        let cases: Vec<Case<'_>> = driven.iter().map(|(law, world)| law.case(world)).collect();
         let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
         let mut first = model.prepare(&body.assembly, &self.settings)?;
         let lanes = first.lanes();
@@ -349,21 +349,23 @@ pub(super) fn replay_task(
         }
         speed = driven.speed(motion)?;
     }
-    let (name, targets) = (saved.name.clone(), driven.targets()?);
+    // What reacts was asked for what its motion says.
+    let commands = motion.as_ref().ok().and_then(|motion| motion.commands.clone());
+    let (name, targets) = (saved.name.clone(), commands.map_or_else(|| Ok(driven.control_law()?.targets), Ok::<_, DesignError>)?);
     Ok(ReplayedTask { name, motion, targets, score: scored, each, nominal, lost, speed })
 }
 
 /// What is simulated when a design does a task.
-pub struct Setup {
+pub struct Setup<'r> {
     /// Elements and joints.
     pub body: Arc<Body>,
     /// The numbers of the simulation.
     pub settings: simulate::Settings,
-    /// The targets of its actuators.
-    pub targets: simulate::Targets,
+    /// What drives its actuators.
+    pub law: ControlLaw<'r>,
 }
 
-impl Setup {
+impl Setup<'_> {
     /// The motion that a solver makes of it.
     ///
     /// # Errors
@@ -372,7 +374,7 @@ impl Setup {
     pub fn motion(&self, solver: &str) -> Result<Motion, DesignError> {
         let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
         let mut simulation = model.prepare(&self.body.assembly, &self.settings)?;
-        let motions = simulation.run(std::slice::from_ref(&self.targets));
+        let motions = simulation.run_cases(Stop::NEVER, &[self.law.case(&World::NOMINAL)]).unwrap_or_default();
         Ok(motions.into_iter().next().unwrap_or(Err(Invalid::NotFinite))?)
     }
 }
@@ -382,16 +384,16 @@ impl Setup {
 /// # Errors
 ///
 /// A sentence that says what does not fit.
-pub fn setup(
-    rules: &RuleSet,
+pub fn setup<'r>(
+    rules: &'r RuleSet,
     design: &SavedDesign,
     task: Option<&str>,
     precision: Precision,
-) -> Result<Setup, DesignError> {
+) -> Result<Setup<'r>, DesignError> {
     let candidate = candidate(rules, design)?;
     let driven = Driven::new(&candidate, design.task(task)?, precision)?;
-    let targets = driven.targets()?;
-    Ok(Setup { body: candidate.body, settings: driven.settings, targets })
+    let law = driven.control_law()?;
+    Ok(Setup { body: candidate.body, settings: driven.settings, law })
 }
 
 /// The motion of a saved design in a world, in a task (the first, if none is named), or why it is not valid.

@@ -12,12 +12,10 @@ use grammar_lang::ir::{
     Track, Word, builds_on,
 };
 
-use nalgebra::UnitQuaternion;
 pub use observed::{Observed, observe};
 
 use crate::derive::{Candidate, Derivation, DesignScope};
-use crate::design::assembly::Shape;
-use crate::design::{Body, Part};
+use crate::design::Body;
 use crate::drive::Drive;
 use crate::scenarios::Scenario;
 use crate::simulate::{Motion, Sliding};
@@ -196,14 +194,6 @@ impl<'a> MotionScope<'a> {
         &self.recording.drive.candidate().body
     }
 
-    /// How an element lies in the frame of its part. Balls that fill a part have none of their own.
-    fn lies(&self, element: usize) -> Option<UnitQuaternion<f64>> {
-        let is_filled = matches!(self.recording.motion.placements.get(element)?.shape, Shape::Ball { .. });
-        let part = self.body().parts_of_elements.get(element)?;
-        let part = self.recording.drive.candidate().design().parts.get(part).filter(|_| !is_filled);
-        Some(part.map_or_else(UnitQuaternion::identity, Part::rotation_of_element))
-    }
-
     /// The element that stands for a thing: itself, or the first one of a part.
     fn element(&self, of: Reference) -> Option<usize> {
         match of {
@@ -305,9 +295,18 @@ impl Scope for MotionScope<'_> {
                 Value::Vector([p.x, p.y, p.z])
             }
             Track::Rotation => {
-                let r = (motion.pose(element, time)?.rotation * self.lies(element)?.inverse()).into_inner();
+                let r = (motion.pose(element, time)?.rotation * self.recording.drive.candidate().lies(element)?.inverse()).into_inner();
                 Value::Rotation([r.w, r.i, r.j, r.k])
             }
+            // Only sensors read these.
+            Track::Velocity
+            | Track::AngularVelocity
+            | Track::Load
+            | Track::Angle
+            | Track::AngleRate
+            | Track::Distance
+            | Track::DistanceRate
+            | Track::Speed => return None,
         })
     }
 }

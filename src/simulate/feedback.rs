@@ -7,10 +7,11 @@
 
 use std::fmt::Debug;
 
-use nalgebra::Isometry3;
+use nalgebra::{Isometry3, Vector3};
 
 use super::Invalid;
 use super::motion::Placement;
+use crate::design::assembly::{Assembly, Element};
 
 /// A feedback controller: the law, of which any number of runs may be under way.
 pub trait Controller: Debug + Sync {
@@ -35,14 +36,80 @@ pub trait ControlLoop {
     fn answer(&mut self, measured: &Measured<'_>, commands: &mut [f64]) -> Result<(), Invalid>;
 }
 
+/// What a solver knows of one run at one moment.
+pub(super) trait Known {
+    /// The pose of a body in the world, m.
+    fn pose(&self, body: usize) -> Isometry3<f64>;
+    /// The velocity of a body's origin, m/s, and its angular velocity, rad/s, in the axes of the world.
+    fn velocity(&self, body: usize) -> Option<(Vector3<f64>, Vector3<f64>)>;
+    /// The position of each actuator from base to tip, rad or m; of a motor its speed, rad/s.
+    fn positions(&self) -> &[f64];
+    /// How fast each position changes, rad/s or m/s; of a motor its speed.
+    fn rates(&self) -> &[f64];
+    /// The force with which the ground carries an element, N.
+    fn load(&self, element: usize) -> Option<f64>;
+}
+
+/// A body at rest as its assembly says, before anything moves.
+#[derive(Clone, Debug)]
+pub struct AtRest {
+    poses: Vec<Isometry3<f64>>,
+    placements: Vec<Placement>,
+    still: Vec<f64>,
+}
+
+impl AtRest {
+    /// At rest, each element a body of its own.
+    #[must_use]
+    pub fn of(assembly: &Assembly) -> Self {
+        let placement = |(body, element): (usize, &Element)| Placement {
+            body,
+            local: Isometry3::identity(),
+            shape: element.shape,
+        };
+        Self {
+            poses: assembly.elements.iter().map(|element| element.pose).collect(),
+            placements: assembly.elements.iter().enumerate().map(placement).collect(),
+            still: vec![0.0; assembly.actuators],
+        }
+    }
+
+    /// What is measured of it.
+    #[must_use]
+    pub fn measured(&self) -> Measured<'_> {
+        Measured { time: 0.0, known: self, placements: &self.placements }
+    }
+}
+
+impl Known for AtRest {
+    fn pose(&self, body: usize) -> Isometry3<f64> {
+        self.poses.get(body).copied().unwrap_or_else(Isometry3::identity)
+    }
+
+    fn velocity(&self, _: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        Some((Vector3::zeros(), Vector3::zeros()))
+    }
+
+    fn positions(&self) -> &[f64] {
+        &self.still
+    }
+
+    fn rates(&self) -> &[f64] {
+        &self.still
+    }
+
+    fn load(&self, _: usize) -> Option<f64> {
+        Some(0.0)
+    }
+}
+
 /// What can be measured of a body at one moment, without noise or delay.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy)]
 pub struct Measured<'a> {
     /// When, s.
     pub time: f64,
-    pub(super) poses: &'a [Isometry3<f64>],
+    pub(super) known: &'a dyn Known,
     pub(super) placements: &'a [Placement],
-    pub(super) positions: &'a [f64],
 }
 
 impl Measured<'_> {
@@ -50,7 +117,17 @@ impl Measured<'_> {
     #[must_use]
     pub fn pose(&self, element: usize) -> Option<Isometry3<f64>> {
         let placement = self.placements.get(element)?;
-        Some(self.poses.get(placement.body)? * placement.local)
+        Some(self.known.pose(placement.body) * placement.local)
+    }
+
+    /// The velocity of the centre of an element, m/s, and its angular velocity, rad/s, in the axes of the world. None where the
+    /// solver does not know it.
+    #[must_use]
+    pub fn velocity(&self, element: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let placement = self.placements.get(element)?;
+        let (velocity, spin) = self.known.velocity(placement.body)?;
+        let arm = self.known.pose(placement.body).rotation * placement.local.translation.vector;
+        Some((velocity + spin.cross(&arm), spin))
     }
 
     /// The height of the lowest point of an element, m.
@@ -60,9 +137,29 @@ impl Measured<'_> {
         Some(shape.lowest(&self.pose(element)?))
     }
 
+    /// The greatest extent of an element, m.
+    #[must_use]
+    pub fn size(&self, element: usize) -> Option<f64> {
+        Some(self.placements.get(element)?.shape.longest())
+    }
+
+    /// The force with which the ground carries an element, N: the normal force in the mean over the last step. Of elements that
+    /// are joined rigidly, those have it whose corners are corners of the whole. None where the solver does not know it.
+    #[must_use]
+    pub fn load(&self, element: usize) -> Option<f64> {
+        self.placements.get(element)?;
+        self.known.load(element)
+    }
+
     /// The position of an actuator from base to tip, rad or m; of a motor its speed, rad/s.
     #[must_use]
     pub fn position(&self, actuator: usize) -> Option<f64> {
-        self.positions.get(actuator).copied()
+        self.known.positions().get(actuator).copied()
+    }
+
+    /// How fast the position of an actuator changes, rad/s or m/s.
+    #[must_use]
+    pub fn rate(&self, actuator: usize) -> Option<f64> {
+        self.known.rates().get(actuator).copied()
     }
 }

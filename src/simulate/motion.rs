@@ -93,6 +93,8 @@ pub struct Motion {
     /// positive. A servo that is bent back gets nothing for it: an actuator that
     /// yields does not fill its battery again.
     pub work: Vec<f64>,
+    /// What actuators were asked for where a controller commands some of them, at its moments; else none.
+    pub commands: Option<Targets>,
     /// Where each element of the assembly sits.
     pub placements: Arc<[Placement]>,
 }

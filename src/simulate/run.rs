@@ -2,9 +2,11 @@
 
 use std::sync::Arc;
 
-use nalgebra::Isometry3;
+use std::cell::OnceCell;
 
-use super::feedback::{ControlLoop, Controller, Measured};
+use nalgebra::{Isometry3, Vector3};
+
+use super::feedback::{ControlLoop, Controller, Known, Measured};
 use super::motion::Placement;
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
@@ -34,6 +36,21 @@ pub(super) trait Stepper: Send {
     /// the torque that acted times the turn of the joint (or the force times its way), step by step, where
     /// that is positive.
     fn work(&self, lane: usize, joint: usize) -> f64;
+    /// How fast a joint moves, rad/s or m/s. None where that is not known.
+    fn rate(&self, lane: usize, joint: usize) -> Option<f64> {
+        let _ = (lane, joint);
+        None
+    }
+    /// The velocity of a body's origin, m/s, and its angular velocity, rad/s, in the axes of the world. None where that is not known.
+    fn velocity(&self, lane: usize, body: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let _ = (lane, body);
+        None
+    }
+    /// The force with which the ground carries an element, N, in the mean over the last step. None where that is not known.
+    fn load(&self, lane: usize, element: usize) -> Option<f64> {
+        let _ = (lane, element);
+        None
+    }
 }
 
 /// So many steps between two looks at whether to stop: milliseconds at most.
@@ -147,6 +164,46 @@ impl Lane<'_> {
     }
 }
 
+/// What is known of a lane between two steps.
+struct Now<'a, S> {
+    stepper: &'a S,
+    driven: &'a Driven,
+    lane: usize,
+    positions: OnceCell<Vec<f64>>,
+    rates: OnceCell<Vec<f64>>,
+}
+
+impl<S: Stepper> Known for Now<'_, S> {
+    fn pose(&self, body: usize) -> Isometry3<f64> {
+        self.stepper.pose(self.lane, body)
+    }
+
+    fn velocity(&self, body: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        self.stepper.velocity(self.lane, body)
+    }
+
+    fn positions(&self) -> &[f64] {
+        self.positions.get_or_init(|| {
+            let mut along = Vec::with_capacity(self.driven.actuators);
+            let joints = 0..self.driven.joints.len();
+            self.driven.bends.append(joints.map(|joint| self.stepper.position(self.lane, joint)), &mut along);
+            along
+        })
+    }
+
+    fn rates(&self) -> &[f64] {
+        self.rates.get_or_init(|| {
+            let joints = 0..self.driven.joints.len();
+            let rates: Option<Vec<f64>> = joints.map(|joint| self.stepper.rate(self.lane, joint)).collect();
+            rates.map_or_else(Vec::new, |rates| self.driven.bends.rates(rates.into_iter()))
+        })
+    }
+
+    fn load(&self, element: usize) -> Option<f64> {
+        self.stepper.load(self.lane, element)
+    }
+}
+
 /// What is recorded of a lane at one time: the pose of every body, and the position of every joint.
 struct State {
     poses: Vec<Isometry3<f64>>,
@@ -185,6 +242,11 @@ impl<S: Stepper> Run<S> {
             poses: Vec::with_capacity(frames * bodies),
             bends: Vec::with_capacity(frames * actuators),
             work: vec![0.0; actuators],
+            commands: case.controller.map(|controller| Targets {
+                interval: controller.interval(),
+                actuators,
+                angles: Vec::new(),
+            }),
             placements: Arc::clone(placements),
         };
         let speed = self.speeds.get(number).copied().unwrap_or(1.0);
@@ -223,12 +285,22 @@ impl<S: Stepper> Run<S> {
             if lane.failure.is_some() {
                 continue;
             }
-            let State { poses, positions } = self.state(number);
-            let mut along = Vec::with_capacity(self.driven.actuators);
-            self.driven.bends.append(positions.into_iter(), &mut along);
-            let placements = &self.driven.placements;
-            let measured = Measured { time, poses: &poses, placements, positions: &along };
+            let known = Now {
+                stepper: &self.stepper,
+                driven: &self.driven,
+                lane: number,
+                positions: OnceCell::new(),
+                rates: OnceCell::new(),
+            };
+            let measured = Measured { time, known: &known, placements: &self.driven.placements };
             lane.failure = feedback.own.answer(&measured, &mut feedback.commands).err();
+            if let Some(told) = &mut lane.motion.commands {
+                let asked = |(actuator, command): (usize, &f64)| match feedback.controller.commands(actuator) {
+                    true => *command,
+                    false => lane.drive.asked(actuator, time),
+                };
+                told.angles.extend(feedback.commands.iter().enumerate().map(asked));
+            }
         }
     }
 

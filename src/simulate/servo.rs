@@ -111,6 +111,17 @@ impl Bends {
         Self { weights: (0..actuators).map(|actuator| Some((actuator, 1.0, 0.0))).collect(), actuators }
     }
 
+    /// How fast the bends change, by how fast the joints move.
+    pub(super) fn rates(&self, joints: impl Iterator<Item = f64>) -> Vec<f64> {
+        let mut rates = vec![0.0; self.actuators];
+        for (weight, rate) in self.weights.iter().zip(joints) {
+            if let &Some((actuator, weight, _)) = weight {
+                rates[actuator] += weight * rate;
+            }
+        }
+        rates
+    }
+
     /// Appends the bends that belong to the positions.
     pub(super) fn append(&self, positions: impl Iterator<Item = f64>, bends: &mut Vec<f64>) {
         let start = bends.len();

@@ -177,6 +177,8 @@ impl<'r> Facts<'r> {
             Word::Cycle | Word::Search(SearchWord::Spent) => Abstract::Number(Interval::new(0.0, 1.0)),
             Word::Motion(MotionWord::Start) => Abstract::Number(Interval::point(0.0)),
             Word::Time
+            | Word::Now
+            | Word::ControlInterval
             | Word::Motion(MotionWord::End | MotionWord::Duration | MotionWord::FrameInterval)
             | Word::Search(
                 SearchWord::Temperature

@@ -64,6 +64,12 @@ pub fn actuation_locals(facts: &Facts<'_>, actuation: &Actuation) -> Vec<Abstrac
             None => one,
         });
     }
+    for state in &actuation.states {
+        reasoning.locals.push(match state.ty {
+            Ty::Bool => Abstract::Bool(Truth::Sometimes),
+            _ => Abstract::Any,
+        });
+    }
     for (_, value) in actuation.lets.iter().chain(&actuation.moving) {
         let value = reasoning.value(value);
         reasoning.locals.push(value);

@@ -133,6 +133,13 @@ impl<'f> Reasoning<'f> {
                 let quotients = self.numbers(x).over(Interval::point(*factor));
                 Abstract::Number(quotients.unwrap_or(Interval::ALL))
             }
+            ExprKind::Sensor(_, of) => {
+                of.iter().for_each(|of| drop(self.value(of)));
+                match expr.ty {
+                    Ty::Bool => Abstract::Bool(Truth::Sometimes),
+                    _ => Abstract::Any,
+                }
+            }
             ExprKind::Text(_)
             | ExprKind::Pattern(_)
             | ExprKind::Table(_)

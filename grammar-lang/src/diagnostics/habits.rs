@@ -353,6 +353,8 @@ const NAMED: &[&str] = &[
     "observe",
     "shared",
     "vary",
+    "sense",
+    "state",
 ];
 
 /// What helps where the parts of a line are there, but in another form or order: `rule add-leg`, `0:90:270 deg`,

@@ -249,6 +249,14 @@ impl Evaluation<'_> {
             ExprKind::Term(name) => self.term(expr, name)?,
             ExprKind::Task(name) => known(self.scope.task(name))?,
             ExprKind::Shared(actuation, variable) => known(self.scope.shared(actuation, variable))?,
+            ExprKind::Sensor(name, of) => {
+                let of = of.as_ref().map(|of| self.value(of)).transpose()?;
+                match self.scope.sensed(name, of.as_ref()) {
+                    Some(reading) => reading,
+                    None if of.is_some() => return fail(expr, format!("this part has no sensor `{name}`")),
+                    None => return Err(missing(expr)),
+                }
+            }
             ExprKind::PortName(_) => return Err(missing(expr)),
             ExprKind::Port(of, name, number) => {
                 let part = self.value(of)?;

@@ -67,6 +67,10 @@ pub trait Scope {
     fn shared(&self, actuation: &str, variable: &str) -> Option<Value> {
         self.outer()?.shared(actuation, variable)
     }
+    /// What a sensor reads, of a part where parts have one each.
+    fn sensed(&self, sensor: &str, of: Option<&Value>) -> Option<Value> {
+        self.outer()?.sensed(sensor, of)
+    }
     /// A function that asks the design.
     fn call(&self, function: DesignFunction, arguments: &[Value]) -> Option<Value> {
         self.outer()?.call(function, arguments)

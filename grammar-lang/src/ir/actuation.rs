@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer, range};
-use super::{DRIVEN, Expr, Ty};
+use super::{DRIVEN, Expr, ExprKind, Ty};
 use crate::source::Span;
 
 /// A parameterised curve for actuators.
@@ -11,15 +11,31 @@ use crate::source::Span;
 pub struct Actuation {
     /// What the search varies.
     pub variables: Vec<Variable>,
-    /// Values that do not depend on time, in order. Locals: the actuator is 0,
-    /// then the variables, then these.
+    /// What each actuator remembers from one control moment to the next.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub states: Vec<State>,
+    /// Values that neither change in time nor are measured, in order. Locals: the actuator is 0,
+    /// then the variables, then the states, then these.
     pub lets: Vec<(String, Expr)>,
-    /// Values that depend on time, in order, with the next local slots.
+    /// Values that change in time, are measured or remembered, in order, with the next local slots.
     pub moving: Vec<(String, Expr)>,
     /// Where the tip is to stand against the base, how fast it is to turn, or the states of valves: its type says which.
     pub drive: Expr,
     /// Where it is declared.
     pub span: Span,
+}
+
+/// What an actuator remembers from one control moment to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// Its name.
+    pub name: String,
+    /// Its type.
+    pub ty: Ty,
+    /// What it is at the first control moment. May read the actuator and the variables.
+    pub from: Expr,
+    /// What it will be at the next one. May read everything.
+    pub next: Expr,
 }
 
 /// A quantity that the search varies.
@@ -95,6 +111,26 @@ pub enum Bound {
     Resample,
 }
 
+impl Actuation {
+    /// Its values and what it drives, without where states begin.
+    pub fn values(&self) -> impl Iterator<Item = &Expr> {
+        let values = self.lets.iter().chain(&self.moving).map(|(_, value)| value);
+        values.chain(self.states.iter().map(|state| &state.next)).chain([&self.drive])
+    }
+
+    /// Whether it reacts to what is measured, or remembers something: what it asks for is not known ahead.
+    #[must_use]
+    pub fn is_closed_loop(&self) -> bool {
+        !self.states.is_empty() || self.values().any(|value| value.any(&mut |e| matches!(e.kind, ExprKind::Sensor(..))))
+    }
+
+    /// The first slot of its values.
+    #[must_use]
+    pub fn first_let(&self) -> usize {
+        1 + self.variables.len() + self.states.len()
+    }
+}
+
 impl Variable {
     /// Whether all actuators that an actuation drives have one together.
     #[must_use]
@@ -151,6 +187,15 @@ impl Writer<'_> {
             );
         }
         names.extend(actuation.variables.iter().map(|v| v.name.clone()));
+        let states: Names = actuation.states.iter().map(|state| state.name.clone()).collect();
+        let starts: Vec<String> = actuation.states.iter().map(|s| self.expr(&s.from, &names)).collect();
+        names.extend(states);
+        let mut all = names.clone();
+        all.extend(actuation.lets.iter().chain(&actuation.moving).map(|(name, _)| name.clone()));
+        for (state, from) in actuation.states.iter().zip(starts) {
+            let next = self.expr(&state.next, &all);
+            self.line(1, format!("state {} : {} from {from} next {next}", state.name, state.ty));
+        }
         for (name, value) in actuation.lets.iter().chain(&actuation.moving) {
             self.line(1, format!("let {name} = {}", self.expr(value, &names)));
             names.push(name.clone());

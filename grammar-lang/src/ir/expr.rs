@@ -78,6 +78,8 @@ pub enum ExprKind {
     Task(String),
     /// The value of a shared variable of an actuation.
     Shared(String, String),
+    /// What a sensor reads, by its name, and of which part where parts have one each.
+    Sensor(String, Option<Box<Expr>>),
     /// A port by name, and by number where several share the name: to compare with.
     PortName(String),
     /// A port of a part, by name and by number.
@@ -146,6 +148,7 @@ impl Expr {
                 visit(a);
                 b.iter().for_each(|b| visit(b));
             }
+            ExprKind::Sensor(_, of) => of.iter().for_each(|of| visit(of)),
             ExprKind::Bind { value, body, .. } => [value, body].into_iter().for_each(|e| visit(e)),
             ExprKind::At(a, b)
             | ExprKind::Binary(a, _, b)
@@ -179,6 +182,7 @@ impl Expr {
                 a.any(test)
             }
             ExprKind::Port(a, _, b) => a.any(test) || b.as_ref().is_some_and(|b| b.any(test)),
+            ExprKind::Sensor(_, of) => of.as_ref().is_some_and(|of| of.any(test)),
             ExprKind::Bind { value, body, .. } => value.any(test) || body.any(test),
             ExprKind::At(a, b)
             | ExprKind::Binary(a, _, b)

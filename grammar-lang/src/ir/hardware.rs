@@ -22,6 +22,9 @@ pub struct Target {
     /// How fast a robot is, m/s: what is compared with prototypes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub speed: Option<Expr>,
+    /// What the hardware measures: names of sensors.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sensors: Vec<String>,
     /// Where it is declared.
     pub span: Span,
 }

@@ -13,6 +13,7 @@ mod parts;
 mod rules;
 mod scenarios;
 mod search;
+mod sensors;
 mod spans;
 mod table;
 mod tasks;
@@ -37,6 +38,7 @@ pub use parts::*;
 pub use rules::*;
 pub use scenarios::*;
 pub use search::*;
+pub use sensors::*;
 pub use spans::*;
 pub use table::*;
 pub use tasks::*;
@@ -88,6 +90,9 @@ pub struct RuleSet {
     pub preferences: Vec<Preference>,
     /// Hand-picked derivations.
     pub examples: IndexMap<String, Example>,
+    /// What the robot measures of itself.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub sensors: IndexMap<String, Sensor>,
     /// Actuations by name.
     pub actuations: IndexMap<String, Actuation>,
     /// What one body is asked to do. A grammar that names no tasks has one,
@@ -208,6 +213,7 @@ impl Writer<'_> {
         rules.rules.iter().for_each(|rule| self.rule(rule));
         self.gap();
         self.required();
+        rules.sensors.iter().for_each(|(name, sensor)| self.sensor(name, sensor));
         rules.actuations.iter().for_each(|(name, actuation)| self.actuation(name, actuation));
         self.gap();
         rules.terms.iter().for_each(|(name, term)| self.term(name, term));

@@ -86,6 +86,10 @@ impl Writer<'_> {
             ExprKind::Task(name) if *name == RuleSet::ONLY_TASK => "the value of the task".to_owned(),
             ExprKind::Task(name) => format!("{name}.value"),
             ExprKind::Shared(actuation, variable) => format!("{actuation}.{variable}"),
+            ExprKind::Sensor(name, of) => match of {
+                Some(of) => format!("{name}({})", show(of)),
+                None => name.clone(),
+            },
             ExprKind::Local(slot) => match names.get(*slot) {
                 Some(name) if !name.is_empty() => name.clone(),
                 _ => format!("x{slot}"),

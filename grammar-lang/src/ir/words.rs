@@ -4,7 +4,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Difference, Solid, Ty};
+use super::{Difference, JointKind, Solid, Ty};
 use crate::units::Dimension;
 
 macro_rules! words {
@@ -42,6 +42,8 @@ words! {
         Closed "closed" "Both valves of an actuator are closed: it keeps its air.";
         Inflate "inflate" "An actuator's valve lets air in.";
         Vent "vent" "An actuator's valve lets air out.";
+        Now "now" "The control moment at which a sensor reads.";
+        ControlInterval "control_interval" "The time between two control moments.";
     }
     /// Of a motion.
     Motion(MotionWord) { Period Start End Duration FrameInterval Elements }
@@ -231,6 +233,14 @@ words! {
         Position "position" "Where its centre is.";
         Rotation "rotation" "How it is turned.";
         Lowest "lowest" "How high its lowest point is.";
+        Velocity "velocity" "In a sensor: how fast its centre moves.";
+        AngularVelocity "angular_velocity" "In a sensor: how fast it turns, as a vector along the axis of the turn.";
+        Load "load" "In a sensor: the force with which the ground carries it, of a part that of all its elements together.";
+        Angle "angle" "In a sensor: how far an actuator is bent or twisted, from base to tip.";
+        AngleRate "angle_rate" "In a sensor: how fast that angle grows.";
+        Distance "distance" "In a sensor: how far an actuator that slides has slid.";
+        DistanceRate "distance_rate" "In a sensor: how fast that distance grows.";
+        Speed "speed" "In a sensor: how fast an actuator spins.";
     }
 }
 
@@ -293,6 +303,12 @@ impl Attribute {
         matches!(self, Self::Element(_) | Self::Track(_) | Self::Part(PartAttribute::Work))
     }
 
+    /// Whether only sensors read it.
+    #[must_use]
+    pub fn is_felt(&self) -> bool {
+        matches!(self, Self::Track(track) if track.is_felt())
+    }
+
     /// The built-in attributes of things of a type, with their types: first those of the design, then
     /// those of a motion.
     #[must_use]
@@ -300,15 +316,18 @@ impl Attribute {
         let part = |a: &PartAttribute| (Self::Part(*a), a.ty());
         let track = |t: &Track| (Self::Track(*t), t.ty());
         let moving = [Track::Position, Track::Rotation];
+        let felt = |of_actuators: bool| {
+            Track::ALL.iter().filter(move |t| t.is_felt() && (of_actuators || !t.is_of_actuators())).map(track)
+        };
         match thing {
             Ty::Part => {
                 let all = PartAttribute::ALL.iter().filter(|a| !a.is_of_actuators());
-                all.map(part).chain(moving.iter().map(track)).collect()
+                all.map(part).chain(moving.iter().map(track)).chain(felt(false)).collect()
             }
             Ty::Actuator => {
                 let (of_motion, of_design): (Vec<_>, Vec<_>) =
                     PartAttribute::ALL.iter().map(part).partition(|(a, _)| a.is_of_motion());
-                of_design.into_iter().chain(moving.iter().map(track)).chain(of_motion).collect()
+                of_design.into_iter().chain(moving.iter().map(track)).chain(of_motion).chain(felt(true)).collect()
             }
             Ty::Cell => {
                 let all = CellAttribute::ALL.iter().map(|a| (Self::Cell(*a), a.ty()));
@@ -319,7 +338,7 @@ impl Attribute {
             Ty::Step => StepAttribute::ALL.iter().map(|a| (Self::Step(*a), a.ty())).collect(),
             Ty::Element => {
                 let all = ElementAttribute::ALL.iter().map(|a| (Self::Element(*a), a.ty()));
-                Track::ALL.iter().map(track).chain(all).collect()
+                Track::ALL.iter().filter(|t| !t.is_of_actuators()).map(track).chain(all).collect()
             }
             Ty::Vector(dimension) => {
                 Axis::ALL.iter().map(|a| (Self::Axis(*a), Ty::Quantity(*dimension))).collect()
@@ -423,11 +442,45 @@ impl ElementAttribute {
 }
 
 impl Track {
+    /// Whether only a sensor knows it: no motion records it.
+    #[must_use]
+    pub fn is_felt(self) -> bool {
+        !matches!(self, Self::Position | Self::Rotation | Self::Lowest)
+    }
+
+    /// Whether only actuators have it.
+    #[must_use]
+    pub fn is_of_actuators(self) -> bool {
+        matches!(
+            self,
+            Self::Angle | Self::AngleRate | Self::Distance | Self::DistanceRate | Self::Speed
+        )
+    }
+
+    /// Whether an actuator with this joint has it.
+    #[must_use]
+    pub fn is_of(self, joint: JointKind) -> bool {
+        match self {
+            Self::Angle | Self::AngleRate => {
+                matches!(joint, JointKind::Bend | JointKind::Twist | JointKind::Socket)
+            }
+            Self::Distance | Self::DistanceRate => joint == JointKind::Slide,
+            Self::Speed => joint == JointKind::Spin,
+            _ => true,
+        }
+    }
+
     fn ty(self) -> Ty {
         Ty::Track(Box::new(match self {
             Self::Position => Ty::Vector(Dimension::LENGTH),
             Self::Rotation => Ty::Rotation,
-            Self::Lowest => Ty::Quantity(Dimension::LENGTH),
+            Self::Lowest | Self::Distance => Ty::Quantity(Dimension::LENGTH),
+            Self::Velocity => Ty::Vector(Dimension::VELOCITY),
+            Self::AngularVelocity => Ty::Vector(Dimension::ANGULAR_VELOCITY),
+            Self::Load => Ty::Quantity(Dimension::FORCE),
+            Self::Angle => Ty::Quantity(Dimension::ANGLE),
+            Self::AngleRate | Self::Speed => Ty::Quantity(Dimension::ANGULAR_VELOCITY),
+            Self::DistanceRate => Ty::Quantity(Dimension::VELOCITY),
         }))
     }
 }

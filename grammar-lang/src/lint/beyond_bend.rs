@@ -63,6 +63,10 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for actuated in known.actuated() {
         let Actuated { kind, actuator, actuation, .. } = actuated;
         let joint = actuator.joint.kind;
+        // What a closed loop asks for depends on what happens to the body.
+        if actuation.is_closed_loop() {
+            continue;
+        }
         if actuation.drive.ty != Ty::Quantity(joint.driven()) {
             continue;
         }

@@ -8,8 +8,7 @@ use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for actuation in known.ruleset.actuations.values() {
-        let lets = actuation.lets.iter().chain(&actuation.moving).map(|(_, value)| value);
-        for expr in lets.chain([&actuation.drive]) {
+        for expr in actuation.values() {
             visit(actuation, expr, findings);
         }
     }

@@ -10,8 +10,7 @@ use super::known::{Actuated, Known};
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let mut told = BTreeSet::new();
     for Actuated { kind, actuator, actuation, .. } in known.actuated() {
-        let values = actuation.lets.iter().chain(&actuation.moving).map(|(_, value)| value);
-        for value in values.chain([&actuation.drive]) {
+        for value in actuation.values() {
             value.any(&mut |asked| {
                 if let Some(help) = lacks(asked, actuator.joint.kind)
                     && !actuator.params.contains_key(attribute(asked).map_or("", PartAttribute::text))

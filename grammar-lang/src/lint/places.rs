@@ -29,8 +29,7 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
     add(ruleset.requirements.iter().map(|r| &r.condition).collect(), Vec::new());
     add(ruleset.preferences.iter().flat_map(|p| [&p.condition, &p.weight]).collect(), Vec::new());
     for actuation in ruleset.actuations.values() {
-        let values = actuation.lets.iter().chain(&actuation.moving).map(|(_, e)| e);
-        add(values.chain([&actuation.drive]).collect(), actuation_locals(&known.facts, actuation));
+        add(actuation.values().collect(), actuation_locals(&known.facts, actuation));
         for mutation in actuation.variables.iter().map(|v| &v.mutation) {
             let kernel = match &mutation.kernel {
                 Kernel::Normal(a, b) | Kernel::Uniform(a, b) => vec![a, b],
@@ -39,6 +38,7 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
             add([vec![&mutation.probability], kernel].concat(), Vec::new());
         }
     }
+    add(ruleset.sensors.values().map(|sensor| &sensor.value).collect(), Vec::new());
     add(ruleset.terms.values().map(|term| &term.value).collect(), Vec::new());
     let of_tasks = ruleset.tasks.values().flat_map(|task| task.objectives());
     add(of_tasks.chain(ruleset.objectives()).map(|objective| &objective.value).collect(), Vec::new());

@@ -29,8 +29,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
     for actuation in known.ruleset.actuations.values().filter(|actuation| actuation.drive.ty == Ty::Valves) {
         let inflates = |expr: &Expr| expr.any(&mut |e| e.kind == ExprKind::Word(Word::Inflate));
-        let values = actuation.lets.iter().chain(&actuation.moving).map(|(_, value)| value);
-        if !values.chain([&actuation.drive]).any(inflates) {
+        if !actuation.values().any(inflates) {
             findings.push(
                 Diagnostic::new(Code::STILL_DRIVE, actuation.drive.span, "no valve ever lets air in")
                     .label("without `inflate` nothing bends")
@@ -61,11 +60,11 @@ fn hardly_moves(known: &Known<'_>, actuated: &Actuated<'_>) -> Option<Diagnostic
     })
 }
 
-/// Whether what an actuation drives to depends on the time.
+/// Whether what an actuation drives to depends on the time, or on what is measured or remembered.
 fn changes(actuation: &Actuation) -> bool {
     // A cycle of valves says when each of them switches, and what turns at a steady speed moves.
     let speed = Ty::Quantity(Dimension::ANGULAR_VELOCITY);
-    if actuation.drive.ty == Ty::Valves || actuation.drive.ty == speed {
+    if actuation.drive.ty == Ty::Valves || actuation.drive.ty == speed || actuation.is_closed_loop() {
         return true;
     }
     let reads_time =

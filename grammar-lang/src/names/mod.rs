@@ -158,6 +158,7 @@ pub fn declared(item: &Item) -> Option<&Name> {
     match &item.kind {
         ItemKind::Param(p) => Some(&p.name),
         ItemKind::Table(t) => Some(&t.name),
+        ItemKind::Sense(sense) => Some(&sense.name),
         ItemKind::Shared(variable) => Some(&variable.name),
         ItemKind::Rule(n, _)
         | ItemKind::Pattern(n, _)

@@ -147,6 +147,8 @@ pub enum ItemKind {
     Novelty(Name, Vec<NoveltyClause>),
     /// `term NAME : TYPE = EXPR`
     Term(Name, Name, Expr),
+    /// `sense NAME(a : KIND) : TYPE = EXPR noise EXPR delay EXPR`
+    Sense(Box<Sense>),
     /// `maximize EXPR`, `minimize EXPR`
     Objective {
         /// What is better.
@@ -206,6 +208,7 @@ impl ItemKind {
             Self::Observe(_) => "observe",
             Self::Novelty(..) => "novelty",
             Self::Term(..) => "term",
+            Self::Sense(_) => "sense",
             Self::Objective { direction: Direction::Maximize, .. } => "maximize",
             Self::Objective { direction: Direction::Minimize, .. } => "minimize",
             Self::Let(..) => "let",
@@ -240,6 +243,23 @@ impl ItemKind {
             _ => None,
         }
     }
+}
+
+/// `sense NAME(a : KIND) : TYPE = EXPR noise EXPR delay EXPR`
+#[derive(Clone, Debug)]
+pub struct Sense {
+    /// Its name.
+    pub name: Name,
+    /// What the part is called that has such a sensor, and its kind; none where the robot has one.
+    pub of: Option<(Name, Name)>,
+    /// The type of what it reads.
+    pub ty: Name,
+    /// What it reads.
+    pub value: Expr,
+    /// The standard deviation of its noise, or how likely it is wrong.
+    pub noise: Option<Expr>,
+    /// How old what it reads is at least.
+    pub delay: Option<Expr>,
 }
 
 /// A clause of a novelty set.
@@ -534,10 +554,25 @@ pub struct Link {
 pub enum ActuationClause {
     /// `shared ...` or `vary ...`
     Variable(Box<Variable>),
+    /// `state NAME : TYPE from EXPR next EXPR`
+    State(Box<State>),
     /// `let NAME = EXPR`
     Let(Name, Expr),
     /// `drive angle = EXPR`
     Drive(Name, Expr),
+}
+
+/// What an actuator remembers from one control moment to the next.
+#[derive(Clone, Debug)]
+pub struct State {
+    /// Its name.
+    pub name: Name,
+    /// Its type.
+    pub ty: Name,
+    /// What it is at the first control moment.
+    pub from: Expr,
+    /// What it will be at the next one.
+    pub next: Expr,
 }
 
 /// A quantity that the search varies.

@@ -241,6 +241,14 @@ pub const KINDS: &[Kind] = &[
         counts: Counts::Everywhere,
     },
     Kind {
+        word: "sense",
+        form: "sense lean : Angle = inclination(core.rotation at now) noise 1 deg delay 10 ms",
+        several: "Sensors",
+        what: "a sensor",
+        clauses: Clauses::None,
+        counts: Counts::WhereUsed,
+    },
+    Kind {
         word: "term",
         form: "term far : Length = max over e in elements of height(e.position at end)",
         several: "Terms",

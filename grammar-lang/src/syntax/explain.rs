@@ -116,7 +116,7 @@ fn habit(piece: Stretch<'_>, place: usize, found: &str) -> Option<String> {
         "drop"
             if matches!(
                 found,
-                "rule" | "require" | "prefer" | "term" | "part" | "actuator" | "target" | "example"
+                "rule" | "require" | "prefer" | "term" | "sense" | "part" | "actuator" | "target" | "example"
             ) =>
         {
             Some(format!("write `drop NAME`, without `{found}`"))

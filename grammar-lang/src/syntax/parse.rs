@@ -30,6 +30,7 @@ const BLOCKS: &[&str] = &[
     "record",
     "pattern",
     "term",
+    "sense",
     "require",
     "prefer",
     "example",

@@ -337,6 +337,7 @@ impl<'a> Assembly<'a> {
         self.declarations.check_models(&tasks, &singles, &used.parts, &used.actuators);
         let (targets, prototypes) = hardware?;
         self.declarations.check_targets(&tasks, &targets, &used.actuators, &used.actuations);
+        self.declarations.check_closed_loops(&tasks, &used.actuations);
         self.declarations.check_periods(&tasks, &used.actuations, &used.terms, &observed);
         let novelties = novelties?;
         if !is_sound {

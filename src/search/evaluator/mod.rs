@@ -16,11 +16,12 @@ use super::cache::{self, Cache, Key, Subject};
 use super::crew::Crew;
 use super::tally::Missing;
 use crate::derive::Candidate;
-use crate::drive::{Drive, Parameters};
+use crate::drive::{Drive, Parameters, ControlLaw};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Observed, Recording};
 use crate::simulate::{
     self, Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Unfit, Watch,
+    World,
 };
 use worlds::Worlds;
 pub(super) use worlds::WorstCase;
@@ -270,11 +271,11 @@ impl<'r> Evaluator<'r> {
     ) -> Option<Result<Vec<f64>, Missing>> {
         let Self { drive, workers, .. } = self;
         let worker = workers.first_mut()?;
-        let targets = match drive.targets(parameters) {
-            Ok(targets) => targets,
+        let law = match drive.control_law(parameters) {
+            Ok(law) => law,
             Err(error) => return Some(Err(Missing::Expression(error))),
         };
-        let motion = worker.run_until(stop, std::slice::from_ref(&targets))?.into_iter().next()?;
+        let motion = worker.run_cases(stop, &[law.case(&World::NOMINAL)])?.into_iter().next()?;
         Some(motion.map_err(Missing::Motion).and_then(|motion| {
             let recording = Recording::nominal(drive, parameters, &motion);
             score::quantities(recording, described).map_err(Missing::Expression)
@@ -309,26 +310,23 @@ impl Judging<'_> {
         simulation: &mut dyn Simulation,
         batch: &[(Parameters, f64)],
     ) -> Option<Vec<Evaluated>> {
-        let targets: Vec<_> = batch.iter().map(|(parameters, _)| self.drive.targets(parameters)).collect();
-        let driven: Vec<_> = targets.iter().zip(batch).filter(|(targets, _)| targets.is_ok()).collect();
-        let drives: Vec<_> =
-            driven.iter().filter_map(|(targets, _)| targets.as_ref().ok().cloned()).collect();
+        let laws: Vec<_> = batch.iter().map(|(parameters, _)| self.drive.control_law(parameters)).collect();
+        let driven: Vec<(&ControlLaw<'_>, &(Parameters, f64))> =
+            laws.iter().zip(batch).filter_map(|(law, one)| Some((law.as_ref().ok()?, one))).collect();
+        let cases: Vec<Case<'_>> = driven.iter().map(|(law, _)| law.case(&World::NOMINAL)).collect();
         let watch = Ceilings {
             judging: self,
             batch: driven.iter().map(|(_, one)| *one).collect(),
-            least: drives.iter().map(|_| Mutex::new(f64::INFINITY)).collect(),
+            least: driven.iter().map(|_| Mutex::new(f64::INFINITY)).collect(),
         };
         let motions = match self.drive.task().model.pace_limit {
-            Some(_) => {
-                let cases: Vec<Case<'_>> = drives.iter().map(Case::nominal).collect();
-                simulation.run_watched(stop, &cases, &watch)?
-            }
-            None => simulation.run_until(stop, &drives)?,
+            Some(_) => simulation.run_watched(stop, &cases, &watch)?,
+            None => simulation.run_cases(stop, &cases)?,
         };
         let mut motions = motions.into_iter().zip(watch.least);
-        let mut value = |(targets, (parameters, _)): (Result<_, EvalError>, &(Parameters, f64))| {
-            if let Err(error) = targets {
-                return Evaluated::of(Err(Missing::Expression(error)));
+        let mut value = |(law, (parameters, _)): (&Result<_, EvalError>, &(Parameters, f64))| {
+            if let Err(error) = law {
+                return Evaluated::of(Err(Missing::Expression(error.clone())));
             }
             let (motion, least) =
                 motions.next().unwrap_or((Err(Invalid::NotFinite), Mutex::new(f64::INFINITY)));
@@ -342,7 +340,7 @@ impl Judging<'_> {
                 self.is_observed(&value).then(|| score::observe(self.recording(&motion, parameters)));
             Evaluated { value, ceiling, observed, each }
         };
-        Some(targets.into_iter().zip(batch).map(&mut value).collect())
+        Some(laws.iter().zip(batch).map(&mut value).collect())
     }
 
     /// What the value of a motion under way can come to at most, where more is better.

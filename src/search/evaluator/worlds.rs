@@ -8,10 +8,10 @@ use super::super::evaluated::{Evaluated, Valued};
 use super::super::tally::Missing;
 use super::{Evaluator, valued};
 use crate::derive::Candidate;
-use crate::drive::Parameters;
+use crate::drive::{Parameters, ControlLaw};
 use crate::scenarios::{self, Scenario};
 use crate::score::{self, Recording};
-use crate::simulate::{Case, Invalid, Motion, Stop, Targets, World};
+use crate::simulate::{Case, Invalid, Motion, Stop, World};
 use grammar_lang::ir::Task;
 
 /// The worlds of a task, where its value depends on them.
@@ -70,15 +70,15 @@ impl Evaluator<'_> {
             return Some(known);
         }
         let actuators = self.drive.candidate().body.actuators.len();
-        let targets: Result<Vec<(Targets, World)>, _> = worlds
+        let laws: Result<Vec<(ControlLaw<'_>, World)>, _> = worlds
             .scenarios
             .iter()
             .map(|one| {
-                let targets = self.drive.targets_under(parameters, &one.conditions(actuators))?;
-                Ok((targets, one.world()))
+                let law = self.drive.control_law_under(parameters, &one.conditions(actuators))?;
+                Ok((law, one.world()))
             })
             .collect();
-        let evaluated = match targets {
+        let evaluated = match laws {
             Err(error) => without(Missing::Expression(error)),
             Ok(driven) => {
                 let motions = self.everywhere(stop, &driven, is_fine)?;
@@ -150,11 +150,11 @@ impl Evaluator<'_> {
         let mut values: Vec<Option<Valued>> = keys.iter().map(known).collect();
         let open: Vec<usize> = (0..values.len()).filter(|place| values[*place].is_none()).collect();
         let actuators = self.drive.candidate().body.actuators.len();
-        let driven: Result<Vec<(Targets, World)>, _> = open
+        let driven: Result<Vec<(ControlLaw<'_>, World)>, _> = open
             .iter()
             .map(|place| {
                 let one = &scenarios[*place];
-                Ok((self.drive.targets_under(parameters, &one.conditions(actuators))?, one.world()))
+                Ok((self.drive.control_law_under(parameters, &one.conditions(actuators))?, one.world()))
             })
             .collect();
         let driven = match driven {
@@ -189,10 +189,10 @@ impl Evaluator<'_> {
     fn everywhere(
         &mut self,
         stop: Stop<'_>,
-        driven: &[(Targets, World)],
+        driven: &[(ControlLaw<'_>, World)],
         is_fine: bool,
     ) -> Option<Vec<Result<Motion, Invalid>>> {
-        let cases: Vec<Case<'_>> = driven.iter().map(|(drive, world)| Case::new(drive, world)).collect();
+        let cases: Vec<Case<'_>> = driven.iter().map(|(law, world)| law.case(world)).collect();
         if is_fine {
             return self.fine.run_cases(stop, &cases);
         }

@@ -71,13 +71,15 @@ pub(super) struct Ground<S> {
     feet: Vec<Foot<S>>,
     /// How many slots they need.
     pub(super) slots: usize,
+    /// The first slot of each element.
+    first: Vec<usize>,
 }
 
 impl<S: Scalar> Ground<S> {
     /// From elements in SI units, in the world of each lane.
     pub(super) fn new(kit: S::Kit, lowered: &Lowered, settings: &Settings, worlds: &[World]) -> Self {
         let hulls = Hulls::new(lowered);
-        let (mut feet, mut slots) = (Vec::new(), 0);
+        let (mut feet, mut slots, mut first) = (Vec::new(), 0, Vec::new());
         for (index, piece) in lowered.pieces.iter().enumerate() {
             let local = &piece.local;
             let reach = piece.shape.reach();
@@ -104,10 +106,17 @@ impl<S: Scalar> Ground<S> {
                 slot: slots,
                 sole,
             });
+            first.push(slots);
             slots += count;
         }
         feet.retain(|foot| !matches!(&foot.sole, Sole::Corners(corners) if corners.is_empty()));
-        Self { feet, slots }
+        Self { feet, slots, first }
+    }
+
+    /// The slots of the points of an element.
+    pub(super) fn slots_of(&self, element: usize) -> std::ops::Range<usize> {
+        let first = |element: usize| self.first.get(element).copied().unwrap_or(self.slots);
+        first(element)..first(element + 1)
     }
 
     /// Hands over every point that is lower than the margin of its body.

@@ -37,12 +37,13 @@ mod tree;
 mod vector;
 mod widths;
 
-use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion};
+use nalgebra::{Isometry3, Matrix3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 pub(super) use self::collide::colliding;
 use self::scalar::Scalar;
 use self::solver::Solver;
-use self::tree::{LENGTH, TORQUE, dof_of, scales};
+use self::tree::{LENGTH, MASS, TORQUE, dof_of, scales};
+use self::vector::V3;
 use super::lowering::Lowered;
 use super::run::Stepper;
 use super::widths::Widths;
@@ -103,5 +104,23 @@ impl<S: Scalar> Stepper for Solver<S> {
 
     fn work(&self, lane: usize, joint: usize) -> f64 {
         self.joints.work(joint + 1).lane(lane) / TORQUE + 0.0
+    }
+
+    fn rate(&self, lane: usize, joint: usize) -> Option<f64> {
+        let body = joint + 1;
+        let rate = self.state.speeds[dof_of(body)].lane(lane);
+        Some(rate / scales(self.tree.travels[body]).0 + 0.0)
+    }
+
+    fn velocity(&self, lane: usize, body: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let frame = &self.frames[body];
+        let along = |vector: &V3<S>, scale: f64| {
+            Vector3::from_fn(|axis, _| vector[axis].lane(lane) / scale + 0.0)
+        };
+        Some((along(&frame.velocity, LENGTH), along(&frame.spin, 1.0)))
+    }
+
+    fn load(&self, lane: usize, element: usize) -> Option<f64> {
+        Some(self.carried_by(lane, element) / (MASS * LENGTH) + 0.0)
     }
 }

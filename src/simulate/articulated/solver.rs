@@ -533,6 +533,13 @@ impl<S: Scalar> Solver<S> {
         }
     }
 
+    /// The force with which the ground carried an element in the last step, g cm/s^2: the impulses of its points.
+    pub(super) fn carried_by(&self, lane: usize, element: usize) -> f64 {
+        let slots = self.ground.as_ref().map_or(0..0, |ground| ground.slots_of(element));
+        let impulses = self.memory[slots].iter().map(|impulse| impulse[0].lane(lane));
+        impulses.sum::<f64>() / self.step.lane(lane)
+    }
+
     /// Kinetic and potential energy in the middle of the last step, erg.
     #[inline(always)]
     pub(super) fn energy(&self) -> S {

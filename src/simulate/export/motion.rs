@@ -183,6 +183,7 @@ pub fn read_motion(text: &str, assembly: &Assembly, settings: &Settings) -> Resu
         poses,
         bends: Vec::new(),
         work: Vec::new(),
+        commands: None,
         placements: assembly.elements.iter().enumerate().map(placement).collect::<Arc<[_]>>(),
     })
 }

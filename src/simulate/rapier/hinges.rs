@@ -71,6 +71,8 @@ pub(super) struct Hinges {
     world: PhysicsWorld,
     bodies: Vec<RigidBodyHandle>,
     joints: Vec<ImpulseJointHandle>,
+    /// The ground, then each element.
+    colliders: Vec<ColliderHandle>,
     /// Where each joint stands, rad or m, without jumps at half a turn.
     positions: Vec<f64>,
     /// Work done at each joint so far, J.
@@ -94,6 +96,7 @@ impl Hinges {
             world: PhysicsWorld::new(),
             bodies: Vec::new(),
             joints: Vec::new(),
+            colliders: Vec::new(),
             positions: Vec::new(),
             work: Vec::new(),
             open: Vec::new(),
@@ -108,13 +111,15 @@ impl Hinges {
         self.world = PhysicsWorld::new();
         self.world.gravity = vector(self.gravity * LENGTH);
         self.world.integration_parameters = parameters(&self.settings, self.substeps);
-        self.world.colliders.insert(ground(&self.settings));
+        self.colliders = vec![self.world.colliders.insert(ground(&self.settings))];
         let Hinges { world, lowered, .. } = self;
         let bodies = (0..lowered.bodies.len()).map(|body| rigid_body(&with_mass(lowered, body)));
         self.bodies = bodies.map(|body| world.bodies.insert(body)).collect();
         for (number, piece) in lowered.pieces.iter().enumerate() {
             let collider = collider(number, piece, self.settings.self_collision);
-            world.colliders.insert_with_parent(collider, self.bodies[piece.body], &mut world.bodies);
+            let handle =
+                world.colliders.insert_with_parent(collider, self.bodies[piece.body], &mut world.bodies);
+            self.colliders.push(handle);
         }
         self.joints.clear();
         for (index, body) in lowered.bodies.iter().enumerate().skip(1) {
@@ -283,6 +288,24 @@ impl Stepper for Hinges {
 
     fn work(&self, _: usize, joint: usize) -> f64 {
         self.work[joint] + self.open[joint].work()
+    }
+
+    fn rate(&self, _: usize, joint: usize) -> Option<f64> {
+        Some(self.speed(joint))
+    }
+
+    fn velocity(&self, _: usize, body: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let body = self.body(body);
+        let vector = |v: Vector| Vector3::new(f64::from(v.x), f64::from(v.y), f64::from(v.z));
+        Some((vector(body.linvel()) / LENGTH, vector(body.angvel())))
+    }
+
+    fn load(&self, _: usize, element: usize) -> Option<f64> {
+        let ground = *self.colliders.first()?;
+        let pair = self.world.contact_pair(ground, *self.colliders.get(element + 1)?);
+        // rapier tells the impulse of the last substep only.
+        let impulse = pair.map_or(0.0, |pair| f64::from(pair.total_impulse_magnitude()));
+        Some(impulse * self.substeps as f64 / self.settings.step / (MASS * LENGTH))
     }
 }
 

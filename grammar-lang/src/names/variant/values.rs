@@ -142,6 +142,22 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
             *value = change.make(value);
             Ok(())
         }
+        (ItemKind::Sense(sense), []) => {
+            sense.value = change.make(&sense.value);
+            Ok(())
+        }
+        (ItemKind::Sense(sense), [field]) => {
+            let field = match field.text.as_str() {
+                "noise" => &mut sense.noise,
+                "delay" => &mut sense.delay,
+                _ => return Err(vec!["noise".to_owned(), "delay".to_owned()]),
+            };
+            *field = Some(match field.as_ref() {
+                Some(old) => change.make(old),
+                None => change.expr().clone(),
+            });
+            Ok(())
+        }
         (ItemKind::Shared(variable), []) => {
             variable.domain = Some(match &variable.domain {
                 Some(old) => change.make(old),
@@ -181,7 +197,8 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
                         }
                         names.push(name.text.clone());
                     }
-                    crate::syntax::ast::ActuationClause::Drive(..) => {}
+                    crate::syntax::ast::ActuationClause::State(_)
+                    | crate::syntax::ast::ActuationClause::Drive(..) => {}
                 }
             }
             Err(names)

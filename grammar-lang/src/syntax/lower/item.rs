@@ -1,7 +1,7 @@
 //! Lowers declarations to the syntax tree.
 
 use super::super::Direction;
-use super::super::ast::{Block, Expr, Item, ItemKind, Name, Table, Variant};
+use super::super::ast::{Block, Expr, Item, ItemKind, Name, Sense, Table, Variant};
 use super::super::declarations::BlockKind;
 use super::super::parser::Rule;
 use super::{Lowering, Node, children, parts, unquote};
@@ -100,6 +100,7 @@ impl<'a> Lowering<'a> {
                 ItemKind::Simulate { model, duration, on, scenarios }
             }
             Rule::observe_item => ItemKind::Observe(inner.map(|n| self.name(&n)).collect()),
+            Rule::sense_item => ItemKind::Sense(Box::new(self.sense(inner)?)),
             Rule::term_item => ItemKind::Term(
                 self.name(&inner.next()?),
                 self.name(&inner.next()?),
@@ -107,6 +108,26 @@ impl<'a> Lowering<'a> {
             ),
             _ => return None,
         })
+    }
+
+    /// A sensor.
+    fn sense(&mut self, mut inner: impl Iterator<Item = Node<'a>>) -> Option<Sense> {
+        let name = self.name(&inner.next()?);
+        let mut next = inner.next()?;
+        let mut of = None;
+        if next.as_rule() == Rule::sensed_part {
+            let mut part = parts(next);
+            of = Some((self.name(&part.next()?), self.name(&part.next()?)));
+            next = inner.next()?;
+        }
+        let (ty, value) = (self.name(&next), self.expr(inner.next()?)?);
+        let (mut noise, mut delay) = (None, None);
+        for part in inner {
+            let is_noise = part.as_rule() == Rule::noise_part;
+            let said = parts(part).next().and_then(|expr| self.expr(expr));
+            if is_noise { noise = said } else { delay = said }
+        }
+        Some(Sense { name, of, ty, value, noise, delay })
     }
 
     /// A declaration with a name and a block of clauses.

@@ -10,7 +10,7 @@ use pest::iterators::Pair;
 use super::ast::{
     ActuationClause, Allow, Application, Block, Edit, EditKind, ExampleClause, Expr, ExprKind, Field,
     ItemKind, Joint, Link, Name, NoveltyClause, Painting, Param, Place, Port, RuleClause, RuleClauseKind,
-    Typed, Variable,
+    State, Typed, Variable,
 };
 use super::parser::Rule;
 use crate::diagnostics::{Code, Diagnostic};
@@ -440,6 +440,12 @@ impl<'a> Lowering<'a> {
             Rule::shared_clause | Rule::vary_clause => ActuationClause::Variable(Box::new(
                 self.variable(rule == Rule::shared_clause, inner.next()?)?,
             )),
+            Rule::state_clause => ActuationClause::State(Box::new(State {
+                name: self.name(&inner.next()?),
+                ty: self.name(&inner.next()?),
+                from: self.expr(inner.next()?)?,
+                next: self.expr(inner.next()?)?,
+            })),
             Rule::let_item => match self.definition(node)? {
                 ItemKind::Let(name, None, value) => ActuationClause::Let(name, value),
                 ItemKind::Let(name, ..) => {

@@ -106,7 +106,10 @@ impl Declarations<'_> {
             self.expressions.bind(&variable.name, ty, &mut cx);
             variables.extend(checked);
         }
-        let complete = variables.len() + 1 == cx.locals.len();
+        let states = self.states(clauses, &mut cx);
+        let complete = variables.len() + states.len() + 1 == cx.locals.len();
+        let first_state = 1 + variables.len();
+        let remembered = first_state..first_state + states.len();
         // Values without the time come first, so that they are found once for a motion.
         let mut lets: Vec<(String, Expr)> = Vec::new();
         let mut moving: Vec<(String, Expr)> = Vec::new();
@@ -115,7 +118,11 @@ impl Declarations<'_> {
             match clause {
                 ActuationClause::Let(name, value) => {
                     let value = self.expressions.infer(value, &mut cx);
-                    let timed = value.any(&mut |e| matches!(e.kind, ExprKind::Word(ir::Word::Time)));
+                    let timed = value.any(&mut |e| match e.kind {
+                        ExprKind::Word(ir::Word::Time) | ExprKind::Sensor(..) => true,
+                        ExprKind::Local(slot) => remembered.contains(&slot),
+                        _ => false,
+                    });
                     self.expressions.bind(name, value.ty.clone(), &mut cx);
                     // Slots are in the order of the text: once one value moves, those after it do too.
                     if timed || !moving.is_empty() {
@@ -135,9 +142,10 @@ impl Declarations<'_> {
                         );
                     }
                 }
-                ActuationClause::Variable(_) => {}
+                ActuationClause::Variable(_) | ActuationClause::State(_) => {}
             }
         }
+        let states = self.state_changes(clauses, states, &mut cx);
         if drive.is_none() && !damaged {
             self.report(
                 Diagnostic::new(
@@ -155,7 +163,54 @@ impl Declarations<'_> {
         if !complete {
             return None;
         }
-        Some(ir::Actuation { variables, lets, moving, drive: drive?, span: name.span })
+        Some(ir::Actuation { variables, states: states?, lets, moving, drive: drive?, span: name.span })
+    }
+
+    /// Where the states of an actuation begin; each has a slot from here on.
+    fn states(&mut self, clauses: &[ActuationClause], cx: &mut Context) -> Vec<(Ty, Expr)> {
+        let known = cx.locals.len();
+        let mut states = Vec::new();
+        for clause in clauses {
+            let ActuationClause::State(state) = clause else { continue };
+            let ty = self.expressions.type_named(&state.ty);
+            if !matches!(ty, Ty::Quantity(_) | Ty::Count | Ty::Bool | Ty::Unknown) {
+                self.report(
+                    Diagnostic::new(Code::WRONG_TYPE, state.ty.span, "a state is a quantity, a Count or a Bool")
+                        .label("not one of these")
+                        .help("declare one for each number that is to be remembered"),
+                );
+            }
+            // The actuator and the variables are known; what is measured is not yet.
+            let mut before = Context { stage: Stage::Derivation, ..cx.clone() };
+            before.locals.truncate(known);
+            let what = format!("where `{}` begins", state.name.text);
+            let from = self.expressions.expect(&state.from, &mut before, &ty, &what);
+            self.expressions.bind(&state.name, ty.clone(), cx);
+            states.push((ty, from));
+        }
+        states
+    }
+
+    /// What states will be at the next control moment, where all values are known.
+    fn state_changes(
+        &mut self,
+        clauses: &[ActuationClause],
+        begun: Vec<(Ty, Expr)>,
+        cx: &mut Context,
+    ) -> Option<Vec<ir::State>> {
+        let states = clauses.iter().filter_map(|clause| match clause {
+            ActuationClause::State(state) => Some(state),
+            _ => None,
+        });
+        let mut sound = true;
+        let mut all = Vec::new();
+        for (state, (ty, from)) in states.zip(begun) {
+            let what = format!("the next `{}`", state.name.text);
+            let next = self.expressions.expect(&state.next, cx, &ty, &what);
+            sound &= ![&ty, &from.ty, &next.ty].contains(&&Ty::Unknown);
+            all.push(ir::State { name: state.name.text.clone(), ty, from, next });
+        }
+        sound.then_some(all)
     }
 
     /// The type of what an actuation is for.
@@ -276,14 +331,15 @@ impl Declarations<'_> {
         }
         let mut time = None;
         valves.any(&mut |e| {
-            if matches!(e.kind, ExprKind::Word(ir::Word::Time)) {
+            if matches!(e.kind, ExprKind::Word(ir::Word::Time | ir::Word::ControlInterval) | ExprKind::Sensor(..)) {
                 time = Some(e.span);
             }
             false
         });
         if let Some(span) = time {
+            let what = self.environment.sources.slice(span).to_owned();
             self.report(
-                Diagnostic::new(Code::WRONG_STAGE, span, "`t` cannot be read in a schedule of valves")
+                Diagnostic::new(Code::WRONG_STAGE, span, format!("`{what}` cannot be read in a schedule of valves"))
                     .label("the same cycle repeats")
                     .help("use the period, the shares and the phase to say when valves open"),
             );
@@ -556,6 +612,7 @@ fn varied_by(clause: &ActuationClause) -> Option<&Name> {
     match clause {
         ActuationClause::Variable(variable) if !variable.shared => Some(&variable.name),
         ActuationClause::Let(name, _) if name.text != "period" => Some(name),
+        ActuationClause::State(state) => Some(&state.name),
         _ => None,
     }
 }
@@ -565,6 +622,7 @@ fn named_by(clause: &ActuationClause) -> Option<&Name> {
     match clause {
         ActuationClause::Variable(variable) => Some(&variable.name),
         ActuationClause::Let(name, _) => Some(name),
+        ActuationClause::State(state) => Some(&state.name),
         ActuationClause::Drive(..) => None,
     }
 }

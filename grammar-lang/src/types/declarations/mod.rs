@@ -16,6 +16,7 @@ mod parts;
 mod rules;
 mod scenarios;
 mod searches;
+mod sensors;
 pub(super) mod singles;
 mod targets;
 pub(super) mod tasks;
@@ -40,6 +41,7 @@ pub(super) struct Named {
     pub(super) parts: IndexMap<String, ir::Part>,
     pub(super) actuators: IndexMap<String, ir::Actuator>,
     pub(super) actuations: IndexMap<String, ir::Actuation>,
+    pub(super) sensors: IndexMap<String, ir::Sensor>,
     scenarios: IndexMap<String, ir::Scenarios>,
 }
 
@@ -62,6 +64,7 @@ impl Named {
             requirements: Vec::new(),
             preferences: Vec::new(),
             examples: IndexMap::new(),
+            sensors: self.sensors,
             actuations: self.actuations,
             tasks: IndexMap::new(),
             targets: IndexMap::new(),
@@ -139,6 +142,7 @@ impl<'a> Declarations<'a> {
                 let actuation = self.actuation(name, binder, kind, clauses, damaged);
                 keep(&mut found.actuations, own, actuation)
             }
+            ItemKind::Sense(sense) => keep(&mut found.sensors, own, self.sensor(sense, damaged)),
             ItemKind::Pattern(_, value) => {
                 keep(&mut found.patterns, own, Some(self.fixed_pattern(value, damaged)))
             }

@@ -17,7 +17,7 @@ use crate::types::expressions::stage::Stage;
 use crate::units::{self, Dimension};
 
 const PNEUMATIC: Fields<'static> =
-    Fields { all: &["inflate", "vent", "shortest", "safe", "supply", "speed"], blocks: &["supply"] };
+    Fields { all: &["inflate", "vent", "shortest", "safe", "supply", "speed", "sensors"], blocks: &["supply"] };
 const SUPPLY: Fields<'static> = Fields::values(&["pressure", "full", "line", "valve"]);
 const TENDON: Fields<'static> = Fields::values(&[
     "servo",
@@ -29,6 +29,7 @@ const TENDON: Fields<'static> = Fields::values(&[
     "pulse",
     "safe",
     "speed",
+    "sensors",
 ]);
 const PROTOTYPE: Fields<'static> = Fields::values(&["simulated", "measured", "length"]);
 
@@ -315,8 +316,10 @@ impl Declarations<'_> {
             let velocity = Ty::Quantity(Dimension::VELOCITY);
             self.expressions.expect(tree, &mut cx, &velocity, "`speed`")
         });
+        let sensors = self.measured_by(&from);
         let backend = read(self, &from, &cx)?;
-        Some(ir::Target { backend, kind: known.then(|| kind.text.clone())?, speed, span: block.name.span })
+        let kind = known.then(|| kind.text.clone())?;
+        Some(ir::Target { backend, kind, speed, sensors: sensors?, span: block.name.span })
     }
 
     fn pneumatic(&mut self, from: &Values<'_>, cx: &Context) -> Option<Backend> {
@@ -599,7 +602,8 @@ impl Declarations<'_> {
                     );
                 }
                 let mut on = task.on.iter().filter_map(|name| Some((name, targets.get(name)?)));
-                let Some((_, target)) = on.find(|(_, target)| target.kind == *kind) else { continue };
+                let Some((name, target)) = on.find(|(_, target)| target.kind == *kind) else { continue };
+                self.check_measured((name, target), (with, actuation), *place);
                 let air = matches!(target.backend, Backend::Pneumatic(_));
                 if air != valves {
                     let (drives, wants, example) = if air {

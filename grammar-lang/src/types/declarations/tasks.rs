@@ -478,8 +478,7 @@ impl<'a> Declarations<'a> {
             ir::Owner::Group(expr) => Some(expr),
             _ => None,
         });
-        let exprs = actuation.lets.iter().chain(&actuation.moving).map(|(_, e)| e);
-        for expr in exprs.chain([&actuation.drive]).chain(groups) {
+        for expr in actuation.values().chain(groups) {
             expr.any(&mut |e| {
                 if let ExprKind::Attribute(of, Attribute::Param(name)) = &e.kind {
                     let own = matches!(of.kind, ExprKind::Local(0));
@@ -683,15 +682,17 @@ fn one_by_one(names: &[&str]) -> String {
 /// Whether a value of an actuation may be another for each actuator: it reads the actuator itself, what is not shared, or a
 /// value that does.
 fn differs(value: &Expr, actuation: &ir::Actuation) -> bool {
-    let shared = actuation.variables.len();
+    let (shared, first) = (actuation.variables.len(), actuation.first_let());
     value.any(&mut |e| match e.kind {
         ExprKind::Local(0) => true,
         ExprKind::Local(slot) if slot <= shared => {
             actuation.variables.get(slot - 1).is_some_and(|v| !v.is_shared())
         }
+        // What is remembered, each actuator remembers.
+        ExprKind::Local(slot) if slot < first => true,
         ExprKind::Local(slot) => actuation
             .lets
-            .get(slot - 1 - shared)
+            .get(slot - first)
             .is_some_and(|(_, earlier)| !std::ptr::eq(earlier, value) && differs(earlier, actuation)),
         _ => false,
     })

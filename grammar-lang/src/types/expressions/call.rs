@@ -2,6 +2,7 @@
 
 use super::Expressions;
 use super::context::Context;
+use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean, nearest, respell};
 use crate::ir::{Attribute, Expr, ExprKind, Function, PartAttribute, Ty, Word};
 use crate::names::Declaration;
@@ -60,6 +61,10 @@ impl Expressions<'_> {
                             let function = Declared { declaration, name, parameters, body };
                             return self.own_function(&function, arguments, span, cx);
                         }
+                        ItemKind::Sense(sense) => {
+                            self.touched.insert(declaration);
+                            return self.sensed(sense, arguments, span, cx);
+                        }
                         ItemKind::Record(name, _) => {
                             return self.record(name, callee.span, arguments, span, cx);
                         }
@@ -94,6 +99,46 @@ impl Expressions<'_> {
             }
         }
         self.applied(callee, arguments, span, cx)
+    }
+
+    /// What a sensor reads, of a part where parts have one each.
+    pub(super) fn sensed(
+        &mut self,
+        sense: &ast::Sense,
+        arguments: &[ast::Argument],
+        span: Span,
+        cx: &mut Context,
+    ) -> Expr {
+        let unknown = Expr { kind: ExprKind::Bool(false), ty: Ty::Unknown, span };
+        let name = &sense.name.text;
+        if cx.stage != Stage::Drive {
+            return self.stage_error(span, name, cx.stage, "actuations, as a sensor");
+        }
+        let ty = self.type_named(&sense.ty);
+        let usage = match &sense.of {
+            Some((binder, _)) => format!("{name}({})", binder.text),
+            None => name.clone(),
+        };
+        let wanted = usize::from(sense.of.is_some());
+        if arguments.len() != wanted || arguments.iter().any(|a| a.name.is_some()) {
+            self.report(
+                Diagnostic::new(Code::WRONG_ARGUMENTS, span, format!("the sensor `{name}` is read as `{usage}`"))
+                    .label(given(arguments))
+                    .also(sense.name.span, "declared here")
+                    .help(match wanted {
+                        0 => "the robot has one of it: write its name alone",
+                        _ => "each part of its kind has one: say of which part, as in `(a)`",
+                    }),
+            );
+            return unknown;
+        }
+        let of = arguments.first().map(|argument| {
+            self.expect(&argument.value, cx, &Ty::Part, &format!("whose `{name}` is read"))
+        });
+        if of.as_ref().is_some_and(|of| of.ty == Ty::Unknown) || ty == Ty::Unknown {
+            return unknown;
+        }
+        Expr { kind: ExprKind::Sensor(name.clone(), of.map(Box::new)), ty, span }
     }
 
     /// A curve, pattern or table that is asked for a value.

@@ -3,9 +3,10 @@
 use super::Expressions;
 use super::context::{Context, as_group, unknown};
 use super::fit::{article, is_zero, other_unit};
+use super::stage::Stage;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::eval::Value;
-use crate::ir::{Binder, Expr, ExprKind, Gather, Operator, Ty};
+use crate::ir::{Binder, Expr, ExprKind, Gather, Operator, Ty, Word};
 use crate::source::Span;
 use crate::syntax::ast;
 use crate::units::{self, Dimension};
@@ -139,6 +140,19 @@ impl Expressions<'_> {
         let value = self.infer(value, cx);
         let time = self.expect(time, cx, &Ty::Quantity(Dimension::TIME), "what follows `at`");
         match value.ty.clone() {
+            // A sensor remembers nothing: what it read before, a `state` of an actuation can keep.
+            Ty::Track(_)
+                if cx.stage == Stage::Sense
+                    && time.ty != Ty::Unknown
+                    && time.kind != ExprKind::Word(Word::Now) =>
+            {
+                self.report(
+                    Diagnostic::new(Code::WRONG_STAGE, time.span, "a sensor reads only what is so now")
+                        .label("another time")
+                        .help("write `at now`; for a reading that is late, add `delay 20 ms` at the end"),
+                );
+                unknown(span)
+            }
             Ty::Track(ty) => Expr { kind: ExprKind::At(Box::new(value), Box::new(time)), ty: *ty, span },
             Ty::Unknown => unknown(span),
             other => self.wrong(

@@ -27,6 +27,7 @@ impl Expressions<'_> {
             Stage::Derivation,
             Stage::Objective,
             Stage::Drive,
+            Stage::Sense,
             Stage::Schedule,
             Stage::Weight,
         ] {

@@ -38,7 +38,7 @@ impl Expressions<'_> {
         }
         // A part that the rule of a step of an example names. A port or an attribute of that name is meant first.
         // What a rule names, an example reads before any port of that name.
-        let is_other = Attribute::of(&Ty::Part, &name.text).is_some();
+        let is_other = Attribute::of(&Ty::Part, &name.text).is_some_and(|(a, _)| !a.is_felt());
         if let ast::ExprKind::Name(head) = &of.kind
             && !is_other
         {
@@ -104,8 +104,10 @@ impl Expressions<'_> {
         let make =
             |of: Expr, attribute, ty| Expr { kind: ExprKind::Attribute(Box::new(of), attribute), ty, span };
         let param = || Attribute::Param(name.text.clone());
-        if let Some((attribute, ty)) = Attribute::of(ty, &name.text) {
-            if !attribute.is_of_motion() || stage.sees_motion() {
+        let built_in = Attribute::of(ty, &name.text);
+        // What only sensors read may be the name of a port or a parameter.
+        if let Some((attribute, ty)) = built_in.clone().filter(|(attribute, _)| !attribute.is_felt()) {
+            if stage.sees_attribute(&attribute) {
                 return make(of, attribute, ty);
             }
             let example = "terms, as in `e.position at end` for `e in elements`";
@@ -129,7 +131,7 @@ impl Expressions<'_> {
                 }
                 let is_actuator = *ty == Ty::Actuator;
                 let known = self.instance_params();
-                if is_actuator && known.of_actuators.is_empty() {
+                if is_actuator && known.of_actuators.is_empty() && built_in.is_none() {
                     return unknown(span);
                 }
                 let of_actuators = known.of_actuators.get(&name.text);
@@ -142,11 +144,19 @@ impl Expressions<'_> {
                 match own.cloned() {
                     Some(Some(ty)) => return make(of, param(), ty),
                     Some(None) => return self.of_several_types(name),
+                    None if built_in.is_some() => {}
                     None if self.is_lost(name.span, &name.text) => return unknown(span),
                     None => {}
                 }
             }
             _ => {}
+        }
+        if let Some((attribute, ty)) = built_in {
+            if stage.sees_attribute(&attribute) {
+                return make(of, attribute, ty);
+            }
+            let example = format!("sensors, as in `sense {0}(a : actuator) : TYPE = a.{0} at now`", name.text);
+            return self.stage_error(name.span, &name.text, stage, &example);
         }
         let candidates = self.members_of(ty, stage);
         self.no_member(&of, name, &candidates, span)
@@ -157,7 +167,7 @@ impl Expressions<'_> {
         let of_part = matches!(ty, Ty::Part | Ty::Actuator);
         let cells = if *ty == Ty::Cell { self.cell_params() } else { Vec::new() };
         let built_in = Attribute::all_of(ty).into_iter().map(|(attribute, _)| attribute);
-        let built_in = built_in.filter(|a| !a.is_of_motion() || stage.sees_motion());
+        let built_in = built_in.filter(|a| stage.sees_attribute(a));
         let built_in = built_in.map(|attribute| attribute.text().to_owned());
         let ports = self.environment.ports.iter().filter(|_| of_part).cloned();
         let known = self.instance_params.iter().flat_map(|known| match ty {
@@ -199,7 +209,8 @@ impl Expressions<'_> {
                 );
             }
             let built_in = Attribute::all_of(&of.ty);
-            let is_built_in = |name: &str| built_in.iter().any(|(attribute, _)| attribute.text() == name);
+            let is_built_in =
+                |name: &str| built_in.iter().any(|(a, _)| a.text() == name && !a.is_felt());
             let (all, own): (Vec<&str>, Vec<&str>) =
                 candidates.iter().map(String::as_str).partition(|c| of.ty != Ty::Part || is_built_in(c));
             let own = match own.is_empty() {

@@ -74,7 +74,7 @@ impl Expressions<'_> {
         declaration: Declaration,
         item: &Item,
         span: Span,
-        cx: &Context,
+        cx: &mut Context,
     ) -> Expr {
         let make = |kind, ty| Expr { kind, ty, span };
         let what = match &item.kind {
@@ -97,6 +97,7 @@ impl Expressions<'_> {
                 let ty = self.type_named(ty);
                 return make(ExprKind::Term(name.to_owned()), ty);
             }
+            ItemKind::Sense(sense) => return self.sensed(sense, &[], span, cx),
             ItemKind::Let(_, None, value) => {
                 let value = self.inline(declaration, value);
                 return Expr { span, ..value };

@@ -17,6 +17,8 @@ pub(super) fn word(word: Word) -> Ty {
             | SearchWord::Spent,
         ) => Ty::NUMBER,
         Word::Time
+        | Word::Now
+        | Word::ControlInterval
         | Word::Motion(
             MotionWord::Start
             | MotionWord::End

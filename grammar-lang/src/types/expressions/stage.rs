@@ -1,6 +1,8 @@
 //! Stages: when an expression is evaluated, and so what it may read.
 
-use crate::ir::{DesignFunction, DesignWord, Function, MotionWord, SearchWord, Word};
+use crate::ir::{
+    Attribute, DesignFunction, DesignWord, ElementAttribute, Function, MotionWord, PartAttribute, SearchWord, Word,
+};
 
 /// When an expression is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,6 +19,8 @@ pub(in crate::types) enum Stage {
     Weight,
     /// For an actuator at a time.
     Drive,
+    /// When a sensor reads, at a control moment.
+    Sense,
     /// When a curve is mutated.
     Mutation,
     /// When the search decides how to go on.
@@ -39,6 +43,7 @@ impl Stage {
             Self::Choice => "a choice of a rule",
             Self::Weight => "a rule's weight",
             Self::Drive => "an actuation",
+            Self::Sense => "a sensor",
             Self::Mutation => "a mutation",
             Self::Schedule => "a search schedule",
             Self::Score => "a term",
@@ -78,7 +83,7 @@ impl Stage {
     pub(super) fn shares_word(self, word: Word) -> bool {
         let others: &[Self] = match self {
             Self::Derivation => &[Self::Choice, Self::Weight],
-            Self::Drive => &[Self::Mutation],
+            Self::Drive => &[Self::Mutation, Self::Sense],
             _ => &[],
         };
         self.sees_word(word) || others.iter().any(|other| other.sees_word(word))
@@ -95,7 +100,8 @@ impl Stage {
             }
             Self::Schedule if name == "t" => "; a schedule reads `iteration`",
             Self::Pattern if name == "t" => "; a pattern reads `cycle`, which goes from 0 to 1",
-            Self::Drive => "; a drive reads `t`, its actuator, and what the actuation varies",
+            Self::Drive => "; a drive reads `t`, its actuator, what the actuation varies, and sensors (`sense`)",
+            Self::Sense if name == "t" || is_of_motion => "; a sensor reads what is so now, as in `core.rotation at now`",
             Self::Declaration if is_of_design => {
                 "; the fields of a part cannot read the design: for a number that may differ, declare a `param` of the grammar or of the part"
             }
@@ -109,6 +115,17 @@ impl Stage {
     /// Whether elements have positions and rotations.
     pub(super) fn sees_motion(self) -> bool {
         matches!(self, Self::Score | Self::Objective)
+    }
+
+    /// Whether an attribute of what moves has a value: a sensor knows what is so now, terms know the whole motion.
+    pub(super) fn sees_attribute(self, attribute: &Attribute) -> bool {
+        if self == Self::Sense {
+            return match attribute {
+                Attribute::Element(of) => matches!(of, ElementAttribute::Size | ElementAttribute::Part),
+                attribute => *attribute != Attribute::Part(PartAttribute::Work),
+            };
+        }
+        !attribute.is_felt() && (!attribute.is_of_motion() || self.sees_motion())
     }
 
     /// Whether there are worlds to run over.
@@ -129,9 +146,11 @@ pub(super) fn stages_of(word: Word) -> Option<&'static [Stage]> {
             | MotionWord::End
             | MotionWord::Duration
             | MotionWord::FrameInterval
-            | MotionWord::Elements
             | MotionWord::Period,
         ) => &[S::Score, S::Objective],
+        Word::Motion(MotionWord::Elements) => &[S::Score, S::Objective, S::Sense],
+        Word::Now => &[S::Sense],
+        Word::ControlInterval => &[S::Drive],
         Word::Search(SearchWord::Temperature) => &[S::Choice, S::Weight, S::Mutation, S::Schedule],
         Word::Search(SearchWord::Iteration) => &[S::Schedule, S::Mutation],
         Word::Search(

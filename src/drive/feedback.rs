@@ -1,0 +1,370 @@
+//! Actuations that react: what actuators are asked for as the body moves, from what sensors read and states remember.
+//!
+//! At each control moment all sensors are read first, then each actuator's values and what it is asked for are found from the readings
+//! and from its states; then the states move on. The readings of a moment are kept: a late sensor gives an earlier one.
+
+use std::collections::BTreeSet;
+
+use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate, evaluate_number};
+use grammar_lang::ir::{Attribute, ElementAttribute, ExprKind, Group, MotionWord, Sensor, Track, Ty, Word};
+
+use super::conditions::Conditions;
+use super::hardware::Limit;
+use super::Drive;
+use crate::derive::random::Stream;
+use crate::derive::{Candidate, DesignScope};
+use crate::design::PartId;
+use crate::simulate::{AtRest, Case, ControlLoop, Controller, Invalid, Measured, Targets, World};
+
+/// What drives a body: targets as far as they are known ahead, and what commands the other actuators.
+#[derive(Clone, Debug)]
+pub struct ControlLaw<'r> {
+    /// What the actuators are asked for; zero for those whose actuation reacts.
+    pub targets: Targets,
+    feedback: Option<Feedback<'r>>,
+}
+
+impl<'r> ControlLaw<'r> {
+    /// What drives a body with these values under these conditions.
+    ///
+    /// # Errors
+    ///
+    /// [`EvalError`] when an expression of the actuation has no value.
+    pub(super) fn new(
+        drive: &Drive<'r>,
+        parameters: &[f64],
+        conditions: &Conditions,
+    ) -> Result<Self, EvalError> {
+        let targets = drive.targets_under(parameters, conditions)?;
+        let reacts = drive.actuators.iter().any(|driven| drive.reacts(driven));
+        let feedback = reacts.then(|| Feedback::new(drive, parameters, conditions)).transpose()?;
+        Ok(Self { targets, feedback })
+    }
+
+    /// The motion that it makes in a world.
+    #[must_use]
+    pub fn case<'a>(&'a self, world: &'a World) -> Case<'a> {
+        let controller = self.feedback.as_ref().map(|feedback| feedback as &dyn Controller);
+        Case { controller, ..Case::new(&self.targets, world) }
+    }
+
+    /// Why what reacts has no value while the body is at rest, in so many control moments, if it has none.
+    pub(super) fn fails_at_rest(&self, moments: usize) -> Option<EvalError> {
+        let feedback = self.feedback.as_ref()?;
+        let rest = AtRest::of(&feedback.drive.candidate.body.assembly);
+        let mut running = feedback.run();
+        (0..moments).find_map(|_| running.moment(&rest.measured()).err())
+    }
+
+    /// Whether an actuation reacts, so that what actuators are asked for is not known before the motion is.
+    #[must_use]
+    pub fn is_closed_loop(&self) -> bool {
+        self.feedback.is_some()
+    }
+}
+
+/// A sensor of the robot, or of one of its parts.
+#[derive(Clone, Debug)]
+struct Fitted<'r> {
+    name: &'r str,
+    sensor: &'r Sensor,
+    /// Whose it is.
+    of: Option<PartId>,
+}
+
+/// The feedback controller of a body.
+#[derive(Clone, Debug)]
+struct Feedback<'r> {
+    drive: Drive<'r>,
+    conditions: Conditions,
+    sensors: Vec<Fitted<'r>>,
+    /// By actuator: its locals with the states as they begin, where its actuation reacts.
+    begun: Vec<Option<Vec<Value>>>,
+}
+
+impl<'r> Feedback<'r> {
+    fn new(drive: &Drive<'r>, parameters: &[f64], conditions: &Conditions) -> Result<Self, EvalError> {
+        let begun = drive.actuators.iter().map(|driven| {
+            drive.reacts(driven).then(|| drive.lets(driven, parameters)).transpose()
+        });
+        Ok(Self {
+            begun: begun.collect::<Result<_, _>>()?,
+            sensors: fitted(drive),
+            conditions: conditions.clone(),
+            drive: drive.clone(),
+        })
+    }
+}
+
+/// The sensors that the actuations of a body read, in the order of the grammar and of the parts of the body.
+fn fitted<'r>(drive: &Drive<'r>) -> Vec<Fitted<'r>> {
+    let rules = drive.candidate.rules;
+    let mut read: BTreeSet<String> = BTreeSet::new();
+    for (_, actuation) in &drive.actuations {
+        for value in actuation.values() {
+            value.any(&mut |e| {
+                if let ExprKind::Sensor(name, _) = &e.kind {
+                    read.insert(name.clone());
+                }
+                false
+            });
+        }
+    }
+    let mut all = Vec::new();
+    for (name, sensor) in rules.sensors.iter().filter(|(name, _)| read.contains(name.as_str())) {
+        match &sensor.of {
+            None => all.push(Fitted { name, sensor, of: None }),
+            Some(group) => {
+                let parts = parts_of(drive, group);
+                all.extend(parts.into_iter().map(|part| Fitted { name, sensor, of: Some(part) }));
+            }
+        }
+    }
+    all
+}
+
+/// The parts of a group, in the order of the body.
+fn parts_of(drive: &Drive<'_>, group: &Group) -> Vec<PartId> {
+    let Candidate { rules, derivation, body } = &drive.candidate;
+    let scope = DesignScope::new(rules, derivation);
+    let mut parts: Vec<PartId> = Vec::new();
+    for part in &body.parts_of_elements {
+        let is_one = scope.belongs(&Value::Reference(Reference::Part(*part)), group) == Some(true);
+        if is_one && !parts.contains(part) {
+            parts.push(*part);
+        }
+    }
+    parts
+}
+
+impl Controller for Feedback<'_> {
+    fn interval(&self) -> f64 {
+        self.drive.task.model.control
+    }
+
+    fn commands(&self, actuator: usize) -> bool {
+        self.begun.get(actuator).is_some_and(Option::is_some)
+    }
+
+    fn begin(&self) -> Box<dyn ControlLoop + '_> {
+        Box::new(self.run())
+    }
+}
+
+impl Feedback<'_> {
+    /// A run from rest.
+    fn run(&self) -> Running<'_> {
+        // Named by what they are of, so that all candidates hear the same noise in a world.
+        let world = &self.conditions.world;
+        let noise = |(place, fitted): (usize, &Fitted<'_>)| {
+            let before = self.sensors.iter().take(place).filter(|other| other.name == fitted.name).count();
+            Stream::named(0, &format!("noise of {} {before} in {world}", fitted.name))
+        };
+        let limit = |driven| self.drive.limit(driven, self.conditions.speed, self.interval());
+        Running {
+            feedback: self,
+            noise: self.sensors.iter().enumerate().map(noise).collect(),
+            readings: vec![Vec::new(); self.sensors.len()],
+            locals: self.begun.clone(),
+            limits: self.drive.actuators.iter().map(limit).collect(),
+            commands: vec![Vec::new(); self.drive.actuators.len()],
+            moment: 0,
+        }
+    }
+}
+
+/// The controller in one run.
+struct Running<'a> {
+    feedback: &'a Feedback<'a>,
+    /// By sensor.
+    noise: Vec<Stream>,
+    /// By sensor, what it measured at each control moment so far.
+    readings: Vec<Vec<Value>>,
+    /// By actuator: the locals of the moment, up to the values that do not change.
+    locals: Vec<Option<Vec<Value>>>,
+    /// By actuator, what its hardware makes of what it is asked for.
+    limits: Vec<Limit<'a>>,
+    /// By actuator, what it was asked for at each control moment so far.
+    commands: Vec<Vec<f64>>,
+    /// How many control moments there were.
+    moment: usize,
+}
+
+impl Running<'_> {
+    /// So many control moments take at least so long, s.
+    fn moments(&self, time: f64) -> usize {
+        libm::ceil(time / self.feedback.interval() - 1e-9).max(0.0) as usize
+    }
+
+    /// Reads all sensors.
+    fn measure(&mut self, measured: &Measured<'_>) -> Result<(), EvalError> {
+        let drive = &self.feedback.drive;
+        let scope = FeltScope {
+            design: DesignScope::new(drive.candidate.rules, &drive.candidate.derivation),
+            drive,
+            measured,
+        };
+        for ((fitted, noise), readings) in
+            self.feedback.sensors.iter().zip(&mut self.noise).zip(&mut self.readings)
+        {
+            let part = fitted.of.map(|part| Value::Reference(Reference::Part(part)));
+            let exact = evaluate(&fitted.sensor.value, &scope, &mut part.into_iter().collect())?;
+            let scatter = fitted.sensor.noise;
+            readings.push(match exact {
+                Value::Bool(yes) if fitted.sensor.ty == Ty::Bool => Value::Bool(yes != (noise.unit() < scatter)),
+                Value::Number(x) if scatter > 0.0 => Value::Number(noise.normal(x, scatter)),
+                exact => exact,
+            });
+        }
+        Ok(())
+    }
+
+    /// Reads all sensors, and finds what each actuator is asked for.
+    fn moment(&mut self, measured: &Measured<'_>) -> Result<(), EvalError> {
+        self.measure(measured)?;
+        self.decide()?;
+        self.moment += 1;
+        Ok(())
+    }
+
+    /// Finds what each actuator is asked for, and moves its states on.
+    fn decide(&mut self) -> Result<(), EvalError> {
+        let feedback = self.feedback;
+        let drive = &feedback.drive;
+        let felt = feedback
+            .sensors
+            .iter()
+            .zip(&self.readings)
+            .filter_map(|(fitted, readings)| {
+                let now = readings.len().checked_sub(1)?;
+                let late = self.moments(fitted.sensor.delay);
+                Some((fitted.name, fitted.of, readings.get(now.saturating_sub(late))?.clone()))
+            })
+            .collect();
+        let mut scope = drive.scope();
+        scope.time = self.moment as f64 * feedback.interval();
+        scope.felt = felt;
+        for (place, driven) in drive.actuators.iter().enumerate() {
+            let Some(locals) = self.locals.get_mut(place).and_then(Option::as_mut) else { continue };
+            let Some((_, actuation)) = drive.actuations.get(driven.actuation) else { continue };
+            let fixed = locals.len();
+            for (_, value) in &actuation.moving {
+                let value = evaluate(value, &scope, locals)?;
+                locals.push(value);
+            }
+            let (low, high) = drive.driven_range(driven);
+            let asked = evaluate_number(&actuation.drive, &scope, locals)?.max(low).min(high);
+            let next: Result<Vec<Value>, _> =
+                actuation.states.iter().map(|state| evaluate(&state.next, &scope, locals)).collect();
+            locals.truncate(fixed);
+            let first = 1 + actuation.variables.len();
+            for (slot, value) in locals.iter_mut().skip(first).zip(next?) {
+                *slot = value;
+            }
+            if let (Some(limit), Some(commands)) = (self.limits.get_mut(place), self.commands.get_mut(place)) {
+                commands.push(limit.reach(asked));
+            }
+        }
+        Ok(())
+    }
+}
+
+impl ControlLoop for Running<'_> {
+    fn answer(&mut self, measured: &Measured<'_>, commands: &mut [f64]) -> Result<(), Invalid> {
+        self.moment(measured).map_err(|_| Invalid::NoCommand)?;
+        for (actuator, (command, own)) in commands.iter_mut().zip(&self.commands).enumerate() {
+            // A late actuator begins with what it is asked for first, and does the rest later.
+            let late = self.moments(self.feedback.conditions.late(actuator));
+            if let Some(now) = own.len().checked_sub(1) {
+                *command = own.get(now.saturating_sub(late)).copied().unwrap_or(0.0);
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a sensor reads: the design, and what is so now.
+struct FeltScope<'a> {
+    design: DesignScope<'a>,
+    drive: &'a Drive<'a>,
+    measured: &'a Measured<'a>,
+}
+
+impl FeltScope<'_> {
+    /// The element that stands for a thing: itself, or the first one of a part.
+    fn element(&self, of: Reference) -> Option<usize> {
+        match of {
+            Reference::Element(element) => Some(element as usize),
+            Reference::Part(part) => self.drive.candidate.body.elements_of(part).next(),
+            _ => None,
+        }
+    }
+
+    /// The number of an actuator of a kind of joint that has this dimension.
+    fn actuator(&self, of: Reference, track: Track) -> Option<usize> {
+        let Reference::Part(part) = of else { return None };
+        let place = self.drive.actuators.iter().position(|driven| driven.id == part)?;
+        let joint = self.drive.made(self.drive.actuators.get(place)?)?.joint.kind;
+        track.is_of(joint).then_some(place)
+    }
+}
+
+impl Scope for FeltScope<'_> {
+    fn outer(&self) -> Option<&dyn Scope> {
+        Some(&self.design)
+    }
+
+    fn word(&self, word: Word) -> Option<Value> {
+        match word {
+            Word::Now => Some(Value::Number(self.measured.time)),
+            Word::Motion(MotionWord::Elements) => {
+                let count = self.drive.candidate.body.assembly.elements.len() as u32;
+                Some(Value::List((0..count).map(|i| Value::Reference(Reference::Element(i))).collect()))
+            }
+            _ => self.design.word(word),
+        }
+    }
+
+    fn attribute(&self, of: Reference, attribute: &Attribute) -> Option<Value> {
+        match (attribute, of) {
+            (Attribute::Element(ElementAttribute::Part), Reference::Element(element)) => {
+                let part = self.drive.candidate.body.parts_of_elements.get(element as usize)?;
+                Some(Value::Reference(Reference::Part(*part)))
+            }
+            (Attribute::Element(ElementAttribute::Size), Reference::Element(element)) => {
+                self.measured.size(element as usize).map(Value::Number)
+            }
+            _ => self.design.attribute(of, attribute),
+        }
+    }
+
+    fn track(&self, of: Reference, track: Track, _: f64) -> Option<Value> {
+        let measured = self.measured;
+        let vector = |v: nalgebra::Vector3<f64>| Value::Vector([v.x, v.y, v.z]);
+        let number = |x: f64| Value::Number(x);
+        match track {
+            Track::Position => Some(vector(measured.pose(self.element(of)?)?.translation.vector)),
+            Track::Rotation => {
+                let element = self.element(of)?;
+                let rest = self.drive.candidate.lies(element)?;
+                let r = (measured.pose(element)?.rotation * rest.inverse()).into_inner();
+                Some(Value::Rotation([r.w, r.i, r.j, r.k]))
+            }
+            Track::Lowest => measured.lowest(self.element(of)?).map(number),
+            Track::Velocity => measured.velocity(self.element(of)?).map(|(velocity, _)| vector(velocity)),
+            Track::AngularVelocity => measured.velocity(self.element(of)?).map(|(_, spin)| vector(spin)),
+            Track::Load => match of {
+                Reference::Part(part) => {
+                    let elements = self.drive.candidate.body.elements_of(part);
+                    let loads: Option<Vec<f64>> = elements.map(|element| measured.load(element)).collect();
+                    loads.map(|loads| Value::Number(loads.iter().sum()))
+                }
+                of => measured.load(self.element(of)?).map(number),
+            },
+            Track::Angle | Track::Distance | Track::Speed => {
+                measured.position(self.actuator(of, track)?).map(number)
+            }
+            Track::AngleRate | Track::DistanceRate => measured.rate(self.actuator(of, track)?).map(number),
+        }
+    }
+}
