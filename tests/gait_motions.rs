@@ -111,6 +111,7 @@ impl Kept {
             poses,
             bends: Vec::new(),
             work: Vec::new(),
+            commands: None,
             placements: self.placements.iter().map(placement).collect(),
         }
     }

@@ -55,6 +55,7 @@ fn seen(rules: &RuleSet, way: Way, (along, across): (usize, usize), is_ball: boo
         poses: poses.collect(),
         bends: Vec::new(),
         work: Vec::new(),
+        commands: None,
         placements: (0..elements).map(placement).collect(),
     };
     class_of(rules, &motion)

@@ -95,6 +95,7 @@ fn engine(rules: &RuleSet) -> String {
             poses,
             bends: Vec::new(),
             work: vec![0.5; body.actuators.len()],
+            commands: None,
             placements: placements.into(),
         };
         let recording = Recording::nominal(&drive, &second, &motion);

@@ -40,6 +40,7 @@ mod rods;
 mod saved_designs;
 mod scenarios;
 mod search;
+mod sensors;
 mod study;
 mod support;
 mod tutorial;

@@ -6,11 +6,11 @@
 use std::collections::BTreeSet;
 
 use grammar_lang::eval::{EvalError, Reference, Scope, Value, evaluate, evaluate_number};
-use grammar_lang::ir::{Attribute, ElementAttribute, ExprKind, Group, MotionWord, Sensor, Track, Ty, Word};
+use grammar_lang::ir::{Attribute, ElementAttribute, ExprKind, Group, MotionWord, Sensor, Track, Word};
 
+use super::Drive;
 use super::conditions::Conditions;
 use super::hardware::Limit;
-use super::Drive;
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, DesignScope};
 use crate::design::PartId;
@@ -84,9 +84,10 @@ struct Feedback<'r> {
 
 impl<'r> Feedback<'r> {
     fn new(drive: &Drive<'r>, parameters: &[f64], conditions: &Conditions) -> Result<Self, EvalError> {
-        let begun = drive.actuators.iter().map(|driven| {
-            drive.reacts(driven).then(|| drive.lets(driven, parameters)).transpose()
-        });
+        let begun = drive
+            .actuators
+            .iter()
+            .map(|driven| drive.reacts(driven).then(|| drive.lets(driven, parameters)).transpose());
         Ok(Self {
             begun: begun.collect::<Result<_, _>>()?,
             sensors: fitted(drive),
@@ -179,7 +180,7 @@ struct Running<'a> {
     /// By sensor.
     noise: Vec<Stream>,
     /// By sensor, what it measured at each control moment so far.
-    readings: Vec<Vec<Value>>,
+    readings: Vec<Vec<Option<Value>>>,
     /// By actuator: the locals of the moment, up to the values that do not change.
     locals: Vec<Option<Vec<Value>>>,
     /// By actuator, what its hardware makes of what it is asked for.
@@ -197,7 +198,7 @@ impl Running<'_> {
     }
 
     /// Reads all sensors.
-    fn measure(&mut self, measured: &Measured<'_>) -> Result<(), EvalError> {
+    fn measure(&mut self, measured: &Measured<'_>) {
         let drive = &self.feedback.drive;
         let scope = FeltScope {
             design: DesignScope::new(drive.candidate.rules, &drive.candidate.derivation),
@@ -208,20 +209,20 @@ impl Running<'_> {
             self.feedback.sensors.iter().zip(&mut self.noise).zip(&mut self.readings)
         {
             let part = fitted.of.map(|part| Value::Reference(Reference::Part(part)));
-            let exact = evaluate(&fitted.sensor.value, &scope, &mut part.into_iter().collect())?;
+            // What has no value here matters only where it is read: the angle of a wheel.
+            let exact = evaluate(&fitted.sensor.value, &scope, &mut part.into_iter().collect()).ok();
             let scatter = fitted.sensor.noise;
             readings.push(match exact {
-                Value::Bool(yes) if fitted.sensor.ty == Ty::Bool => Value::Bool(yes != (noise.unit() < scatter)),
-                Value::Number(x) if scatter > 0.0 => Value::Number(noise.normal(x, scatter)),
+                Some(Value::Bool(yes)) => Some(Value::Bool(yes != (noise.unit() < scatter))),
+                Some(Value::Number(x)) if scatter > 0.0 => Some(Value::Number(noise.normal(x, scatter))),
                 exact => exact,
             });
         }
-        Ok(())
     }
 
     /// Reads all sensors, and finds what each actuator is asked for.
     fn moment(&mut self, measured: &Measured<'_>) -> Result<(), EvalError> {
-        self.measure(measured)?;
+        self.measure(measured);
         self.decide()?;
         self.moment += 1;
         Ok(())
@@ -238,7 +239,7 @@ impl Running<'_> {
             .filter_map(|(fitted, readings)| {
                 let now = readings.len().checked_sub(1)?;
                 let late = self.moments(fitted.sensor.delay);
-                Some((fitted.name, fitted.of, readings.get(now.saturating_sub(late))?.clone()))
+                Some((fitted.name, fitted.of, readings.get(now.saturating_sub(late))?.clone()?))
             })
             .collect();
         let mut scope = drive.scope();
@@ -261,7 +262,8 @@ impl Running<'_> {
             for (slot, value) in locals.iter_mut().skip(first).zip(next?) {
                 *slot = value;
             }
-            if let (Some(limit), Some(commands)) = (self.limits.get_mut(place), self.commands.get_mut(place)) {
+            if let (Some(limit), Some(commands)) = (self.limits.get_mut(place), self.commands.get_mut(place))
+            {
                 commands.push(limit.reach(asked));
             }
         }

@@ -378,7 +378,11 @@ impl<'r> Drive<'r> {
     /// # Errors
     ///
     /// [`EvalError`] when an expression of the actuation has no value.
-    pub fn control_law_under(&self, parameters: &[f64], conditions: &Conditions) -> Result<ControlLaw<'r>, EvalError> {
+    pub fn control_law_under(
+        &self,
+        parameters: &[f64],
+        conditions: &Conditions,
+    ) -> Result<ControlLaw<'r>, EvalError> {
         ControlLaw::new(self, parameters, conditions)
     }
 

@@ -114,7 +114,7 @@ mod tests {
         let pins = |name: &str| vec![name.to_owned()];
         let (inflate, vent) = (pins("D3"), pins("D4"));
         let backend = Backend::Pneumatic(Pneumatic { inflate, vent, shortest, vents: true, supply });
-        Target { backend, kind: "finger".to_owned(), speed: None, span: Span::default() }
+        Target { backend, kind: "finger".to_owned(), speed: None, sensors: Vec::new(), span: Span::default() }
     }
 
     #[test]

@@ -351,7 +351,10 @@ pub(super) fn replay_task(
     }
     // What reacts was asked for what its motion says.
     let commands = motion.as_ref().ok().and_then(|motion| motion.commands.clone());
-    let (name, targets) = (saved.name.clone(), commands.map_or_else(|| Ok(driven.control_law()?.targets), Ok::<_, DesignError>)?);
+    let (name, targets) = (
+        saved.name.clone(),
+        commands.map_or_else(|| Ok(driven.control_law()?.targets), Ok::<_, DesignError>)?,
+    );
     Ok(ReplayedTask { name, motion, targets, score: scored, each, nominal, lost, speed })
 }
 
@@ -374,7 +377,8 @@ impl Setup<'_> {
     pub fn motion(&self, solver: &str) -> Result<Motion, DesignError> {
         let model = simulate::model(solver).ok_or_else(|| DesignError::NoSolver(solver.to_owned()))?;
         let mut simulation = model.prepare(&self.body.assembly, &self.settings)?;
-        let motions = simulation.run_cases(Stop::NEVER, &[self.law.case(&World::NOMINAL)]).unwrap_or_default();
+        let motions =
+            simulation.run_cases(Stop::NEVER, &[self.law.case(&World::NOMINAL)]).unwrap_or_default();
         Ok(motions.into_iter().next().unwrap_or(Err(Invalid::NotFinite))?)
     }
 }

@@ -295,7 +295,9 @@ impl Scope for MotionScope<'_> {
                 Value::Vector([p.x, p.y, p.z])
             }
             Track::Rotation => {
-                let r = (motion.pose(element, time)?.rotation * self.recording.drive.candidate().lies(element)?.inverse()).into_inner();
+                let r = (motion.pose(element, time)?.rotation
+                    * self.recording.drive.candidate().lies(element)?.inverse())
+                .into_inner();
                 Value::Rotation([r.w, r.i, r.j, r.k])
             }
             // Only sensors read these.

@@ -295,7 +295,8 @@ impl<S: Stepper> Run<S> {
             let measured = Measured { time, known: &known, placements: &self.driven.placements };
             lane.failure = feedback.own.answer(&measured, &mut feedback.commands).err();
             if let Some(told) = &mut lane.motion.commands {
-                let asked = |(actuator, command): (usize, &f64)| match feedback.controller.commands(actuator) {
+                let asked = |(actuator, command): (usize, &f64)| match feedback.controller.commands(actuator)
+                {
                     true => *command,
                     false => lane.drive.asked(actuator, time),
                 };

@@ -122,7 +122,7 @@ mod tests {
             poses: (0..=60).map(|frame| pose(f64::from(frame) * interval)).collect(),
             bends: Vec::new(),
             work: Vec::new(),
-        commands: None,
+            commands: None,
             placements: Arc::new([Placement { body: 0, local: Isometry3::identity(), shape }]),
         };
         motion.sliding()[0]

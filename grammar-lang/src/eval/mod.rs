@@ -253,7 +253,12 @@ impl Evaluation<'_> {
                 let of = of.as_ref().map(|of| self.value(of)).transpose()?;
                 match self.scope.sensed(name, of.as_ref()) {
                     Some(reading) => reading,
-                    None if of.is_some() => return fail(expr, format!("this part has no sensor `{name}`")),
+                    None if of.is_some() => {
+                        return fail(
+                            expr,
+                            format!("this part has no sensor `{name}`, or nothing that it could read"),
+                        );
+                    }
                     None => return Err(missing(expr)),
                 }
             }

@@ -121,7 +121,8 @@ impl Actuation {
     /// Whether it reacts to what is measured, or remembers something: what it asks for is not known ahead.
     #[must_use]
     pub fn is_closed_loop(&self) -> bool {
-        !self.states.is_empty() || self.values().any(|value| value.any(&mut |e| matches!(e.kind, ExprKind::Sensor(..))))
+        !self.states.is_empty()
+            || self.values().any(|value| value.any(&mut |e| matches!(e.kind, ExprKind::Sensor(..))))
     }
 
     /// The first slot of its values.

@@ -317,7 +317,10 @@ impl Attribute {
         let track = |t: &Track| (Self::Track(*t), t.ty());
         let moving = [Track::Position, Track::Rotation];
         let felt = |of_actuators: bool| {
-            Track::ALL.iter().filter(move |t| t.is_felt() && (of_actuators || !t.is_of_actuators())).map(track)
+            Track::ALL
+                .iter()
+                .filter(move |t| t.is_felt() && (of_actuators || !t.is_of_actuators()))
+                .map(track)
         };
         match thing {
             Ty::Part => {
@@ -327,7 +330,12 @@ impl Attribute {
             Ty::Actuator => {
                 let (of_motion, of_design): (Vec<_>, Vec<_>) =
                     PartAttribute::ALL.iter().map(part).partition(|(a, _)| a.is_of_motion());
-                of_design.into_iter().chain(moving.iter().map(track)).chain(of_motion).chain(felt(true)).collect()
+                of_design
+                    .into_iter()
+                    .chain(moving.iter().map(track))
+                    .chain(of_motion)
+                    .chain(felt(true))
+                    .collect()
             }
             Ty::Cell => {
                 let all = CellAttribute::ALL.iter().map(|a| (Self::Cell(*a), a.ty()));
@@ -451,10 +459,7 @@ impl Track {
     /// Whether only actuators have it.
     #[must_use]
     pub fn is_of_actuators(self) -> bool {
-        matches!(
-            self,
-            Self::Angle | Self::AngleRate | Self::Distance | Self::DistanceRate | Self::Speed
-        )
+        matches!(self, Self::Angle | Self::AngleRate | Self::Distance | Self::DistanceRate | Self::Speed)
     }
 
     /// Whether an actuator with this joint has it.

@@ -134,6 +134,7 @@ pub(super) fn walker() -> Scene {
         poses: times.clone().flat_map(stand).collect(),
         bends: times.flat_map(|t| [bend(0, t - 0.12), bend(1, t - 0.12)]).collect(),
         work: Vec::new(),
+        commands: None,
         placements: placed(&elements, places),
     };
     let elements_of_making = elements.clone();

@@ -16,12 +16,11 @@ use super::cache::{self, Cache, Key, Subject};
 use super::crew::Crew;
 use super::tally::Missing;
 use crate::derive::Candidate;
-use crate::drive::{Drive, Parameters, ControlLaw};
+use crate::drive::{ControlLaw, Drive, Parameters};
 use crate::score::ceiling::{self, Underway};
 use crate::score::{self, Observed, Recording};
 use crate::simulate::{
-    self, Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Unfit, Watch,
-    World,
+    self, Case, Invalid, Model, Motion, Settings, Simulation, SolverName, Stop, Unfit, Watch, World,
 };
 use worlds::Worlds;
 pub(super) use worlds::WorstCase;

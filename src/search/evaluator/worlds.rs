@@ -8,7 +8,7 @@ use super::super::evaluated::{Evaluated, Valued};
 use super::super::tally::Missing;
 use super::{Evaluator, valued};
 use crate::derive::Candidate;
-use crate::drive::{Parameters, ControlLaw};
+use crate::drive::{ControlLaw, Parameters};
 use crate::scenarios::{self, Scenario};
 use crate::score::{self, Recording};
 use crate::simulate::{Case, Invalid, Motion, Stop, World};

@@ -114,9 +114,8 @@ impl<S: Scalar> Stepper for Solver<S> {
 
     fn velocity(&self, lane: usize, body: usize) -> Option<(Vector3<f64>, Vector3<f64>)> {
         let frame = &self.frames[body];
-        let along = |vector: &V3<S>, scale: f64| {
-            Vector3::from_fn(|axis, _| vector[axis].lane(lane) / scale + 0.0)
-        };
+        let along =
+            |vector: &V3<S>, scale: f64| Vector3::from_fn(|axis, _| vector[axis].lane(lane) / scale + 0.0);
         Some((along(&frame.velocity, LENGTH), along(&frame.spin, 1.0)))
     }
 

@@ -2,6 +2,8 @@
 
 use std::sync::Mutex;
 
+use nalgebra::Vector3;
+
 use super::HINGED;
 use super::bodies::{fork, gait, m4};
 use super::truth::{during, run};
@@ -221,5 +223,116 @@ fn feedback_without_an_answer_ends_its_run() {
         assert_eq!(motions[0].as_ref().unwrap_err(), &Invalid::NoCommand, "{name}");
         assert!(bits(motions[1].as_ref().unwrap()) == want, "{name}");
         assert_eq!(motions[2].as_ref().unwrap_err(), &Invalid::NotFinite, "{name}");
+    }
+}
+
+/// What is measured of a moment: the load of each element, the velocity of each, and the position and rate of each actuator.
+type Felt = (f64, Vec<f64>, Vec<Vector3<f64>>, Vec<Vector3<f64>>, Vec<(f64, f64)>);
+
+/// Plays targets, and keeps all that can be measured.
+#[derive(Debug)]
+struct Probe<'a> {
+    drive: &'a Targets,
+    interval: f64,
+    elements: usize,
+    felt: Mutex<Vec<Felt>>,
+}
+
+impl Controller for Probe<'_> {
+    fn interval(&self) -> f64 {
+        self.interval
+    }
+
+    fn commands(&self, _: usize) -> bool {
+        true
+    }
+
+    fn begin(&self) -> Box<dyn ControlLoop + '_> {
+        Box::new(Probing(self))
+    }
+}
+
+struct Probing<'a>(&'a Probe<'a>);
+
+impl ControlLoop for Probing<'_> {
+    fn answer(&mut self, measured: &Measured<'_>, commands: &mut [f64]) -> Result<(), Invalid> {
+        let Probe { drive, elements, ref felt, .. } = *self.0;
+        for (actuator, command) in commands.iter_mut().enumerate() {
+            *command = drive.at(actuator, measured.time);
+        }
+        let all = 0..elements;
+        let actuators = 0..drive.actuators;
+        felt.lock().unwrap().push((
+            measured.time,
+            all.clone().map(|element| measured.load(element).unwrap()).collect(),
+            all.clone().map(|element| measured.velocity(element).unwrap().0).collect(),
+            all.map(|element| measured.pose(element).unwrap().translation.vector).collect(),
+            actuators.map(|a| (measured.position(a).unwrap(), measured.rate(a).unwrap())).collect(),
+        ));
+        Ok(())
+    }
+}
+
+fn felt(name: &str, body: &Assembly, settings: &Settings, drive: &Targets, world: &World) -> Vec<Felt> {
+    let interval = settings.step;
+    let probe = Probe { drive, interval, elements: body.elements.len(), felt: Mutex::default() };
+    let none = nothing(body.actuators);
+    let case = Case { controller: Some(&probe), ..Case::new(&none, world) };
+    driven(name, body, settings, &[case]).remove(0).unwrap();
+    probe.felt.into_inner().unwrap()
+}
+
+/// The ground carries what a resting body weighs, on a slope the part of it that presses on the ground; in free fall nothing.
+#[test]
+fn the_ground_carries_the_weight() {
+    let (body, settings) = (m4(), during(1.5));
+    let mass: f64 = body.elements.iter().map(|element| element.mass).sum();
+    for name in HINGED {
+        for slope in [0.0, 0.3] {
+            let world = World { slope, ..World::NOMINAL };
+            let moments = felt(name, &body, &settings, &nothing(body.actuators), &world);
+            let last = &moments[moments.len() - 60..];
+            let carried: f64 =
+                last.iter().map(|(_, loads, ..)| loads.iter().sum::<f64>()).sum::<f64>() / last.len() as f64;
+            let weight = mass * settings.gravity * libm::cos(slope);
+            assert!((carried / weight - 1.0).abs() < 0.01, "{name}, {slope}: {carried} of {weight}");
+        }
+        let weightless = Settings { gravity: 0.0, ..settings.clone() };
+        let moments = felt(name, &body, &weightless, &nothing(body.actuators), &World::NOMINAL);
+        let most = moments.iter().flat_map(|(_, loads, ..)| loads).fold(0.0, |a: f64, b| a.max(*b));
+        assert!(most < 1e-3 * mass * 9.81, "{name}: {most}");
+    }
+}
+
+/// Velocities and rates are those with which places and positions change.
+#[test]
+fn velocities_are_those_of_the_motion() {
+    let (body, settings) = (m4(), during(1.0));
+    let drive = gait(body.actuators, 4, false);
+    for name in HINGED {
+        let moments = felt(name, &body, &settings, &drive, &World::NOMINAL);
+        let (mut off, mut whole) = (0.0, 0.0);
+        let (mut rate_off, mut rates) = (0.0, 0.0);
+        for pair in moments.windows(3) {
+            let [before, now, after] = pair else { unreachable!() };
+            let took = after.0 - before.0;
+            for element in 0..body.elements.len() {
+                let moved = (after.3[element] - before.3[element]) / took;
+                // The fast solver knows the velocity in the middle of the last step.
+                let known = (now.2[element] + after.2[element]) / 2.0;
+                let known = if name == "articulated" { known } else { now.2[element] };
+                off += (moved - known).norm_squared();
+                whole += moved.norm_squared();
+            }
+            for actuator in 0..body.actuators {
+                let moved = (after.4[actuator].0 - before.4[actuator].0) / took;
+                let known = (now.4[actuator].1 + after.4[actuator].1) / 2.0;
+                let known = if name == "articulated" { known } else { now.4[actuator].1 };
+                rate_off += (moved - known) * (moved - known);
+                rates += moved * moved;
+            }
+        }
+        let (off, rate_off) = (libm::sqrt(off / whole), libm::sqrt(rate_off / rates));
+        assert!(off < 0.02 && rate_off < 0.05, "{name}: {off}, {rate_off}");
     }
 }

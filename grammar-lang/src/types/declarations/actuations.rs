@@ -172,13 +172,18 @@ impl Declarations<'_> {
         let mut states = Vec::new();
         for clause in clauses {
             let ActuationClause::State(state) = clause else { continue };
-            let ty = self.expressions.type_named(&state.ty);
+            let mut ty = self.expressions.type_named(&state.ty);
             if !matches!(ty, Ty::Quantity(_) | Ty::Count | Ty::Bool | Ty::Unknown) {
                 self.report(
-                    Diagnostic::new(Code::WRONG_TYPE, state.ty.span, "a state is a quantity, a Count or a Bool")
-                        .label("not one of these")
-                        .help("declare one for each number that is to be remembered"),
+                    Diagnostic::new(
+                        Code::WRONG_TYPE,
+                        state.ty.span,
+                        "a state is a quantity, a Count or a Bool",
+                    )
+                    .label("not one of these")
+                    .help("declare one for each number that is to be remembered"),
                 );
+                ty = Ty::Unknown;
             }
             // The actuator and the variables are known; what is measured is not yet.
             let mut before = Context { stage: Stage::Derivation, ..cx.clone() };
@@ -331,7 +336,10 @@ impl Declarations<'_> {
         }
         let mut time = None;
         valves.any(&mut |e| {
-            if matches!(e.kind, ExprKind::Word(ir::Word::Time | ir::Word::ControlInterval) | ExprKind::Sensor(..)) {
+            if matches!(
+                e.kind,
+                ExprKind::Word(ir::Word::Time | ir::Word::ControlInterval) | ExprKind::Sensor(..)
+            ) {
                 time = Some(e.span);
             }
             false
@@ -339,9 +347,13 @@ impl Declarations<'_> {
         if let Some(span) = time {
             let what = self.environment.sources.slice(span).to_owned();
             self.report(
-                Diagnostic::new(Code::WRONG_STAGE, span, format!("`{what}` cannot be read in a schedule of valves"))
-                    .label("the same cycle repeats")
-                    .help("use the period, the shares and the phase to say when valves open"),
+                Diagnostic::new(
+                    Code::WRONG_STAGE,
+                    span,
+                    format!("`{what}` cannot be read in a schedule of valves"),
+                )
+                .label("the same cycle repeats")
+                .help("use the period, the shares and the phase to say when valves open"),
             );
         }
     }

@@ -91,9 +91,13 @@ impl Declarations<'_> {
             return Some(value);
         }
         self.report(
-            Diagnostic::new(Code::OUT_OF_DOMAIN, delay.span, "the delay of a sensor must lie within 0 s .. 10 s")
-                .label(format!("this is {}", units::shown(value, Dimension::TIME)))
-                .help("write for example `delay 20 ms`"),
+            Diagnostic::new(
+                Code::OUT_OF_DOMAIN,
+                delay.span,
+                "the delay of a sensor must lie within 0 s .. 10 s",
+            )
+            .label(format!("this is {}", units::shown(value, Dimension::TIME)))
+            .help("write for example `delay 20 ms`"),
         );
         None
     }
@@ -169,7 +173,9 @@ impl Declarations<'_> {
             if task.model.method == ir::Method::Hinges {
                 continue;
             }
-            let closed = actuated.values().find(|(with, _)| actuations.get(with).is_some_and(ir::Actuation::is_closed_loop));
+            let closed = actuated
+                .values()
+                .find(|(with, _)| actuations.get(with).is_some_and(ir::Actuation::is_closed_loop));
             if let Some((with, place)) = closed {
                 self.report(
                     Diagnostic::new(

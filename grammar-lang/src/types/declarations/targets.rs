@@ -16,8 +16,10 @@ use crate::types::expressions::context::Context;
 use crate::types::expressions::stage::Stage;
 use crate::units::{self, Dimension};
 
-const PNEUMATIC: Fields<'static> =
-    Fields { all: &["inflate", "vent", "shortest", "safe", "supply", "speed", "sensors"], blocks: &["supply"] };
+const PNEUMATIC: Fields<'static> = Fields {
+    all: &["inflate", "vent", "shortest", "safe", "supply", "speed", "sensors"],
+    blocks: &["supply"],
+};
 const SUPPLY: Fields<'static> = Fields::values(&["pressure", "full", "line", "valve"]);
 const TENDON: Fields<'static> = Fields::values(&[
     "servo",

@@ -122,19 +122,23 @@ impl Expressions<'_> {
         let wanted = usize::from(sense.of.is_some());
         if arguments.len() != wanted || arguments.iter().any(|a| a.name.is_some()) {
             self.report(
-                Diagnostic::new(Code::WRONG_ARGUMENTS, span, format!("the sensor `{name}` is read as `{usage}`"))
-                    .label(given(arguments))
-                    .also(sense.name.span, "declared here")
-                    .help(match wanted {
-                        0 => "the robot has one of it: write its name alone",
-                        _ => "each part of its kind has one: say of which part, as in `(a)`",
-                    }),
+                Diagnostic::new(
+                    Code::WRONG_ARGUMENTS,
+                    span,
+                    format!("the sensor `{name}` is read as `{usage}`"),
+                )
+                .label(given(arguments))
+                .also(sense.name.span, "declared here")
+                .help(match wanted {
+                    0 => "the robot has one of it: write its name alone",
+                    _ => "each part of its kind has one: say of which part, as in `(a)`",
+                }),
             );
             return unknown;
         }
-        let of = arguments.first().map(|argument| {
-            self.expect(&argument.value, cx, &Ty::Part, &format!("whose `{name}` is read"))
-        });
+        let of = arguments
+            .first()
+            .map(|argument| self.expect(&argument.value, cx, &Ty::Part, &format!("whose `{name}` is read")));
         if of.as_ref().is_some_and(|of| of.ty == Ty::Unknown) || ty == Ty::Unknown {
             return unknown;
         }

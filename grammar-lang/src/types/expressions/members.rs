@@ -155,7 +155,8 @@ impl Expressions<'_> {
             if stage.sees_attribute(&attribute) {
                 return make(of, attribute, ty);
             }
-            let example = format!("sensors, as in `sense {0}(a : actuator) : TYPE = a.{0} at now`", name.text);
+            let example =
+                format!("sensors, as in `sense {0}(a : actuator) : TYPE = a.{0} at now`", name.text);
             return self.stage_error(name.span, &name.text, stage, &example);
         }
         let candidates = self.members_of(ty, stage);

@@ -1,7 +1,8 @@
 //! Stages: when an expression is evaluated, and so what it may read.
 
 use crate::ir::{
-    Attribute, DesignFunction, DesignWord, ElementAttribute, Function, MotionWord, PartAttribute, SearchWord, Word,
+    Attribute, DesignFunction, DesignWord, ElementAttribute, Function, MotionWord, PartAttribute, SearchWord,
+    Word,
 };
 
 /// When an expression is evaluated.
@@ -100,8 +101,12 @@ impl Stage {
             }
             Self::Schedule if name == "t" => "; a schedule reads `iteration`",
             Self::Pattern if name == "t" => "; a pattern reads `cycle`, which goes from 0 to 1",
-            Self::Drive => "; a drive reads `t`, its actuator, what the actuation varies, and sensors (`sense`)",
-            Self::Sense if name == "t" || is_of_motion => "; a sensor reads what is so now, as in `core.rotation at now`",
+            Self::Drive => {
+                "; a drive reads `t`, its actuator, what the actuation varies, and sensors (`sense`)"
+            }
+            Self::Sense if name == "t" || is_of_motion => {
+                "; a sensor reads what is so now, as in `core.rotation at now`"
+            }
             Self::Declaration if is_of_design => {
                 "; the fields of a part cannot read the design: for a number that may differ, declare a `param` of the grammar or of the part"
             }

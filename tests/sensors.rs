@@ -1,0 +1,186 @@
+//! Actuations that react: what sensors read, how late and how noisily, what states remember, and that all of it is repeatable.
+
+use grammar_lang::ir::RuleSet;
+use sgc::derive::{Candidate, Derivation};
+use sgc::drive::{Conditions, Drive};
+use sgc::search::settings;
+use sgc::simulate::{Motion, Stop, World, model};
+
+use crate::joints::compiled;
+
+/// Two feet on bending legs, with an actuation and what it reads.
+fn walker(sensors: &str, actuation: &str) -> String {
+    format!(
+        "grammar feeling
+        use std.blocks     {{ cube, ball }}
+        use std.models     {{ hinge_model }}
+        use std.actuators  {{ bender }}
+        use std.objectives {{ travel }}
+        use std.search     {{ recommended }}
+        symmetry mirror xy
+        begin {{
+          place core : cube
+          place leg  : bender(segments = 3) to core.left
+          place foot : ball to leg.tip
+        }}
+        rule grow {{ match p : block with free port q  attach cube to q }}
+        {sensors}
+        actuation act for a : bender {{ {actuation} }}
+        actuate bender with act
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search recommended"
+    )
+}
+
+fn moved_in(rules: &RuleSet, conditions: &Conditions) -> Motion {
+    let candidate = Candidate::new(rules, Derivation::begin(rules).into());
+    let task = rules.first_task().unwrap();
+    let drive = Drive::new(&candidate, task).unwrap();
+    let law = drive.control_law_under(&[], conditions).unwrap();
+    assert!(law.is_closed_loop());
+    let mut simulation =
+        model("articulated").unwrap().prepare(&candidate.body.assembly, &settings(&task.model)).unwrap();
+    simulation.run_cases(Stop::NEVER, &[law.case(&World::NOMINAL)]).unwrap().remove(0).unwrap()
+}
+
+fn world(name: &str) -> Conditions {
+    Conditions { world: name.to_owned(), ..Conditions::NOMINAL }
+}
+
+/// What the first actuator was asked for at each control moment, in degrees.
+fn commands(text: &str, conditions: &Conditions) -> Vec<f64> {
+    let motion = moved_in(&compiled(text), conditions);
+    let told = motion.commands.unwrap();
+    told.angles.chunks(told.actuators).map(|row| row[0].to_degrees()).collect()
+}
+
+/// A state begins where it says, and then is what its `next` said a moment before.
+#[test]
+fn states_remember() {
+    let text = walker(
+        "",
+        "state count : Count from 3 next count + 1
+         state sum   : Angle from 0 deg next sum + count * 0.1 deg
+         drive angle = sum",
+    );
+    let asked = commands(&text, &world("nominal"));
+    let mut sum = 0.0;
+    for (moment, angle) in asked.iter().enumerate().take(20) {
+        assert!((angle - sum).abs() < 1e-9, "{moment}: {angle}");
+        sum += 0.1 * (3.0 + moment as f64);
+    }
+    let interval = moved_in(&compiled(&text), &world("nominal")).commands.unwrap().interval;
+    assert_eq!(asked.len(), (2.0 / interval).round() as usize);
+}
+
+/// What a sensor reads late is what it read before.
+#[test]
+fn a_late_sensor_reads_what_was() {
+    let with = |delay: &str| {
+        walker(
+            &format!("sense bent(a : bender) : Angle = a.angle at now{delay}"),
+            // One actuator shows the reading of the other, which swings by the clock.
+            "state phase : Number from 0 next phase + control_interval / 1 s
+             drive angle = if a.image == 0 then bent(a.twin) + 20 deg else 40 deg * sin(phase * 360 deg)",
+        )
+    };
+    let (now, late) =
+        (commands(&with(""), &world("nominal")), commands(&with(" delay 50 ms"), &world("nominal")));
+    // Three control moments of a sixtieth of a second.
+    let moments = 3;
+    assert_eq!(late[0], late[moments]);
+    // The one that shows it moves the body a little, and so what the other does.
+    for moment in 0..60 {
+        assert!((late[moment + moments] - now[moment]).abs() < 2.0, "{moment}");
+    }
+    assert!(now.iter().zip(&late).any(|(now, late)| (now - late).abs() > 5.0));
+}
+
+/// Noise scatters as it says, is the same in a world whatever else the grammar says, and another in another world.
+#[test]
+fn noise_is_that_of_the_world() {
+    let still = |noise: &str| {
+        walker(
+            &format!("sense level : Angle = 30 deg{noise}"),
+            "state seen : Angle from 0 deg next level  drive angle = if a.image == 0 then level else 0 deg",
+        )
+    };
+    let (one, again) =
+        (commands(&still(" noise 2 deg"), &world("a")), commands(&still(" noise 2 deg"), &world("a")));
+    assert_eq!(one, again);
+    assert_ne!(one, commands(&still(" noise 2 deg"), &world("b")));
+    let mean = one.iter().sum::<f64>() / one.len() as f64;
+    let deviation = (one.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / one.len() as f64).sqrt();
+    assert!((mean - 30.0).abs() < 0.6 && (deviation - 2.0).abs() < 0.4, "{mean}, {deviation}");
+    assert!(commands(&still(""), &world("a")).iter().all(|x| (x - 30.0).abs() < 1e-9));
+    // Of a Bool the noise is how often it is wrong.
+    let wrong = walker(
+        "sense on : Bool = true noise 10 %",
+        "state seen : Bool from true next on  drive angle = if on then 0 deg else 10 deg",
+    );
+    let wrong = commands(&wrong, &world("a"));
+    let share = wrong.iter().filter(|x| **x > 5.0).count() as f64 / wrong.len() as f64;
+    assert!((0.02..0.2).contains(&share), "{share}");
+}
+
+/// An actuator that is late does later what it is asked for, and its hardware limits it as one that does not react.
+#[test]
+fn late_actuators_react_late() {
+    let text = walker(
+        "",
+        "state count : Count from 0 next count + 1
+         drive angle = count * 0.5 deg",
+    );
+    let prompt = commands(&text, &world("nominal"));
+    let late = commands(&text, &Conditions { late: vec![0.1, 0.1], ..world("nominal") });
+    assert_eq!(late[..6], [0.0; 6]);
+    assert_eq!(late[6..], prompt[..prompt.len() - 6]);
+}
+
+/// The load of a part is that of all its elements; a whole robot at rest weighs what it weighs.
+#[test]
+fn loads_add_up() {
+    let text = walker(
+        "sense carried(p : part) : Force = p.load at now
+         sense whole : Force = sum over e in elements of e.load at now",
+        "state on : Bool from false next whole > 0 N
+         drive angle = (carried(core) + sum over p in part where p is not core of carried(p) - whole) / 1 N * 1 deg",
+    );
+    assert!(commands(&text, &world("nominal")).iter().all(|x| x.abs() < 1e-9));
+}
+
+/// A search for a gait that reacts gives the same bits for one thread and for two, and evaluates to what it says.
+#[test]
+fn reacting_gaits_are_repeatable() {
+    let folder = tempfile::tempdir().unwrap();
+    let grammar = folder.path().join("own.sgr");
+    std::fs::write(
+        &grammar,
+        walker(
+            "sense bent(a : bender) : Angle = a.angle at now noise 1 deg delay 20 ms
+             sense foot(a : bender) : Bool = a.load at now > 0.02 N",
+            "vary size : Angle in 10 deg .. 60 deg mutate 0.5 by normal(0 deg, 20 deg)
+             vary gain : Number in -1 .. 1 mutate 0.5 by normal(0, 0.3)
+             state phase : Number from 0.5 * a.image next if foot(a) then fraction(phase + 0.02) else fraction(phase + 0.01)
+             drive angle = size * sin(phase * 360 deg) + gain * bent(a)",
+        ),
+    )
+    .unwrap();
+    let run = |name: &str, jobs: &str| {
+        let out = folder.path().join(name);
+        let (file, to) = (grammar.to_string_lossy(), out.to_string_lossy());
+        let command = ["run", &file, "--max-evals", "60", "--jobs", jobs, "--quiet", "--out", &to];
+        let output = crate::command_line::sgc(&command);
+        assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+        std::fs::read(out.join("evals.csv")).unwrap()
+    };
+    assert_eq!(run("one", "1"), run("two", "2"));
+    let one = folder.path().join("one");
+    let again = crate::command_line::sgc(&["eval", &one.to_string_lossy()]);
+    assert!(String::from_utf8_lossy(&again.stderr).contains("exactly the saved value"));
+    // Its commands can be exported, but no board plays them.
+    let drive = crate::command_line::sgc(&["export", &one.to_string_lossy(), "--to", "drive"]);
+    assert_eq!(drive.status.code(), Some(0));
+    assert!(String::from_utf8_lossy(&drive.stderr).contains("reacts to what it feels"));
+}
