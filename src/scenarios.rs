@@ -196,7 +196,10 @@ mod tests {
         assert_eq!(worlds.len(), set(13).count());
         assert_eq!(
             (worlds[0].world(), worlds[0].conditions(3)),
-            (World::NOMINAL, Conditions { late: vec![0.0; 3], ..Conditions::NOMINAL })
+            (
+                World::NOMINAL,
+                Conditions { late: vec![0.0; 3], world: "nominal".to_owned(), ..Conditions::NOMINAL }
+            )
         );
         assert_eq!((worlds[1].name.as_str(), worlds[1].world().ground_friction), ("ice", Some(0.2)));
         assert_eq!(worlds[14].name, "drawn 13");

@@ -321,3 +321,48 @@ fn names_that_a_file_gives_are_each_of_one_part() {
         assert!(said.to_string().contains(says), "{said}");
     }
 }
+
+/// A repeated effect attaches a part for each value, in one step that is taken back as a whole.
+#[test]
+fn an_effect_can_attach_several_parts() {
+    let rules = crate::joints::compiled(
+        "grammar ring
+        use std.blocks     { ball }
+        use std.actuators  { bender }
+        use std.actuation  { bezier_pac }
+        use std.models     { hinge_model }
+        use std.objectives { travel }
+        use std.search     { recommended }
+        part hub {
+          shape = disk(4 cm, 1 cm)  density = 1 g/cm^3  friction = 0.8
+          port site[i in 0 .. 5] at vector(4 cm * cos(i * 60 deg), 0 cm, 4 cm * sin(i * 60 deg))
+            facing vector(cos(i * 60 deg), 0, sin(i * 60 deg))
+        }
+        begin { place core : hub }
+        rule legs {
+          match  nothing
+          choose step in 1 .. 3
+          attach bender(segments = 2 + i) to core.site[i * step] for i in 0 .. 1
+          attach ball to core.site[5] as nose
+          attach ball to nose.front
+        }
+        rule undo { match s : step  revert s }
+        actuate bender with bezier_pac
+        simulate hinge_model for 2 s
+        maximize travel in cm
+        search recommended",
+    );
+    let begun = Derivation::begin(&rules);
+    let made = apply(&rules, &begun, "legs", &[Value::Number(2.0)]).unwrap();
+    let kinds: Vec<&str> = made.design.parts.values().map(|part| part.kind.as_str()).collect();
+    assert_eq!(kinds, ["hub", "bender", "bender", "ball", "ball"]);
+    let long = made.design.parts.values().filter(|part| part.kind == "bender");
+    let long: Vec<f64> = long.map(|part| part.params["segments"].as_number().unwrap()).collect();
+    assert_eq!(long, [2.0, 3.0]);
+    // The same steps make the same body, and are taken back at once.
+    let again = Derivation::replay(&rules, &made.steps).unwrap();
+    assert_eq!(again.design.canonical_hash(), made.design.canonical_hash());
+    let step = made.steps[0].id;
+    let undone = apply(&rules, &made, "undo", &[Value::Reference(Reference::Step(step))]).unwrap();
+    assert_eq!(undone.design.parts.len(), 1);
+}

@@ -181,7 +181,18 @@ impl Derivation {
             let made = next.design.clone();
             let scope = DesignScope::new(rules, self).with_made(&made);
             let made = match effect {
-                Effect::Attach { what, on } => {
+                Effect::Attach { what, on, over } if !over.is_empty() => {
+                    repeated::each::<Blocked>(over, &scope, &mut locals, &mut |locals| {
+                        if let Some(refusal) = no_such_port(&on.port, &scope, locals)? {
+                            return Err(refusal.into());
+                        }
+                        let attachment = attachment(what, on, &scope, locals)?;
+                        next.design.attach(rules, &attachment, step)?;
+                        Ok(())
+                    })?;
+                    None
+                }
+                Effect::Attach { what, on, .. } => {
                     if let Some(refusal) = no_such_port(&on.port, &scope, &mut locals)? {
                         return Err(refusal.into());
                     }

@@ -43,7 +43,9 @@ fn exprs(rule: &Rule) -> impl Iterator<Item = &Expr> {
     let guards = rule.guards.iter().map(|g| &g.condition);
     let domains = rule.choices.iter().map(|c| &c.domain);
     let effects = rule.effects.iter().flat_map(|effect| match effect {
-        Effect::Attach { what, on } => vec![what, &on.port].into_iter().chain(on.turned.as_ref()).collect(),
+        Effect::Attach { what, on, .. } => {
+            vec![what, &on.port].into_iter().chain(on.turned.as_ref()).collect()
+        }
         Effect::Replace { part, with, .. } => vec![part, with],
         Effect::Set { part, value, .. } => vec![part, value],
         Effect::Remove(e) | Effect::Revert(e) => vec![e],
@@ -55,7 +57,7 @@ fn exprs(rule: &Rule) -> impl Iterator<Item = &Expr> {
 /// Whether what a rule can do is the same whatever other rules have done: it attaches to what `begin`
 /// places, and reads nothing else of the design.
 fn is_bound(rule: &Rule, made: &BTreeSet<String>) -> bool {
-    let attaches = rule.effects.iter().all(|e| matches!(e, Effect::Attach { .. }));
+    let attaches = rule.effects.iter().all(|e| matches!(e, Effect::Attach { over, .. } if over.is_empty()));
     let placed = rule.matches.iter().all(|m| match &m.what {
         Matched::Part { kind: Group::Kind(kind), joined_to: None, .. } => !made.contains(kind.as_str()),
         Matched::Port { of } => of.is_some(),

@@ -34,6 +34,9 @@ pub fn locals_of(facts: &Facts<'_>, rule: &Rule) -> Vec<Abstract> {
         reasoning.locals.push(item);
     }
     for effect in &rule.effects {
+        if matches!(effect, Effect::Attach { over, .. } if !over.is_empty()) {
+            continue;
+        }
         let made = reasoning.made_by(effect).map(Abstract::Part);
         reasoning.locals.extend(made);
     }

@@ -150,10 +150,13 @@ pub struct Guard {
 pub enum Effect {
     /// Attaches a part to a port.
     Attach {
-        /// What: a kind, or a kind with parameters. It takes the next local slot.
+        /// What: a kind, or a kind with parameters. It takes the next local slot, unless it is repeated.
         what: Expr,
         /// Where and how.
         on: Holding,
+        /// What it is repeated for; then it takes no slot.
+        #[serde(default, skip_serializing_if = "Vec::is_empty")]
+        over: Vec<Binder>,
     },
     /// Takes a part away, with all that hangs on it.
     Remove(Expr),
@@ -280,10 +283,14 @@ impl Writer<'_> {
         for effect in &rule.effects {
             let made = format!("made {}", names.len() - rule.locals.len() + 1);
             let text = match effect {
-                Effect::Attach { what, on } => {
+                Effect::Attach { what, on, over } if over.is_empty() => {
                     let text = format!("attach {}{}", self.expr(what, &names), self.holding(on, &names));
                     names.push(made);
                     text
+                }
+                Effect::Attach { what, on, over } => {
+                    let (names, over) = self.repeated(over, &names);
+                    format!("attach {}{}{over}", self.expr(what, &names), self.holding(on, &names))
                 }
                 Effect::Replace { part, with, between } => {
                     let between = between.as_ref().map_or(String::new(), |(a, b)| {

@@ -65,7 +65,10 @@ fn in_rule(rule: &Rule) -> Vec<&Expr> {
     }
     for effect in &rule.effects {
         match effect {
-            Effect::Attach { what, on } => exprs.extend([what, &on.port].into_iter().chain(&on.turned)),
+            Effect::Attach { what, on, over } => {
+                exprs.extend(over.iter().map(|binder| &binder.over));
+                exprs.extend([what, &on.port].into_iter().chain(&on.turned));
+            }
             Effect::Replace { part, with, .. } => exprs.extend([part, with]),
             Effect::Set { part, value, .. } => exprs.extend([part, value]),
             Effect::Revert(e) | Effect::Remove(e) => exprs.push(e),

@@ -496,6 +496,8 @@ pub enum RuleClauseKind {
         alone: bool,
         /// What later effects of the rule call it.
         product: Option<Name>,
+        /// What it is repeated for.
+        over: Vec<Binder>,
     },
     /// `set TARGET = VALUE for p in GROUP`
     Set {

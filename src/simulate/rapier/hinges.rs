@@ -303,9 +303,9 @@ impl Stepper for Hinges {
     fn load(&self, _: usize, element: usize) -> Option<f64> {
         let ground = *self.colliders.first()?;
         let pair = self.world.contact_pair(ground, *self.colliders.get(element + 1)?);
-        // rapier tells the impulse of the last substep only.
+        // Of contacts rapier tells the impulse of the whole step, other than of motors.
         let impulse = pair.map_or(0.0, |pair| f64::from(pair.total_impulse_magnitude()));
-        Some(impulse * self.substeps as f64 / self.settings.step / (MASS * LENGTH))
+        Some(impulse / self.settings.step / (MASS * LENGTH))
     }
 }
 

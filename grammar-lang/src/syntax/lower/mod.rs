@@ -278,6 +278,10 @@ impl<'a> Lowering<'a> {
         for node in nodes {
             let rule = node.as_rule();
             out.alone |= rule == Rule::alone_part;
+            if rule == Rule::for_part {
+                out.over = parts(node).filter_map(|n| self.binder(n)).collect();
+                continue;
+            }
             let Some(inner) = parts(node).next().filter(|_| rule != Rule::alone_part) else { continue };
             match rule {
                 Rule::to_part => out.to = self.expr(inner),
@@ -400,8 +404,8 @@ impl<'a> Lowering<'a> {
             Rule::unless_clause => RuleClauseKind::Guard(false, self.expr(inner.next()?)?),
             Rule::attach_clause => {
                 let what = self.expr(inner.next()?)?;
-                let Attachment { to, turned, by, alone, product } = self.attachment(inner);
-                RuleClauseKind::Attach { what, port: to?, turned, by, alone, product }
+                let Attachment { to, turned, by, alone, product, over } = self.attachment(inner);
+                RuleClauseKind::Attach { what, port: to?, turned, by, alone, product, over }
             }
             Rule::remove_clause => RuleClauseKind::Remove(self.expr(inner.next()?)?),
             Rule::replace_clause => {
@@ -501,6 +505,7 @@ struct Attachment {
     by: Option<Name>,
     alone: bool,
     product: Option<Name>,
+    over: Vec<super::ast::Binder>,
 }
 
 fn unquote(node: &Node<'_>) -> String {

@@ -128,7 +128,9 @@ impl Declarations<'_> {
         let Some((_, ast::Item { kind: ItemKind::Rule(_, clauses), .. })) = declared else {
             return Vec::new();
         };
-        let made = clauses.iter().filter_map(|clause| match &clause.kind {
+        // How many parts a repeated effect makes depends on its values: what stands below it cannot be named.
+        let is_single = |clause: &&ast::RuleClause| !matches!(&clause.kind, ast::RuleClauseKind::Attach { over, .. } if !over.is_empty());
+        let made = clauses.iter().take_while(is_single).filter_map(|clause| match &clause.kind {
             ast::RuleClauseKind::Attach { what, product, .. } => Some((what, product)),
             ast::RuleClauseKind::Replace { with, product, .. } => Some((with, product)),
             _ => None,

@@ -244,12 +244,29 @@ impl Declarations<'_> {
 
     fn effect(&mut self, clause: &RuleClauseKind, cx: &mut Context) -> Option<ir::Effect> {
         match clause {
-            RuleClauseKind::Attach { what, port, turned, by, alone, product } => {
+            RuleClauseKind::Attach { what, port, turned, by, alone, product, over } => {
+                let depth = cx.locals.len();
+                let over = self.expressions.binders(over, cx);
                 let what = self.expressions.expect(what, cx, &Ty::Kind, "what is attached");
                 let on = self.holding(&what, port, turned.as_ref(), by.as_ref(), cx);
                 let on = ir::Holding { alone: *alone, ..on };
-                self.product(product.as_ref(), &what, cx);
-                Some(ir::Effect::Attach { what, on })
+                if over.is_empty() {
+                    self.product(product.as_ref(), &what, cx);
+                    return Some(ir::Effect::Attach { what, on, over });
+                }
+                cx.locals.truncate(depth);
+                if let Some(name) = product {
+                    self.report(
+                        Diagnostic::new(
+                            Code::DUPLICATE,
+                            name.span,
+                            format!("`{}` would be the name of several parts", name.text),
+                        )
+                        .label("one name for what is attached several times")
+                        .help("take `as` out, or write an `attach` for each part"),
+                    );
+                }
+                Some(ir::Effect::Attach { what, on, over })
             }
             RuleClauseKind::Set { target, value, over } => {
                 let depth = cx.locals.len();
