@@ -779,6 +779,34 @@ fn a_search_begins_with_a_saved_design() {
     let judged = sgc(&["eval", &small, "--grammar", &heavier.to_string_lossy(), "-p", "max_parts=3"]);
     assert!(errors(&judged).contains("declares the parts of"), "{}", errors(&judged));
     assert!(!errors(&same).contains("declares the parts of"), "{}", errors(&same));
+    // What is another quantity now is not taken over.
+    let amplitude = text
+        .replace("use std.actuation  { bezier_pac }", "")
+        .replace("bender with bezier_pac", "bender with wave");
+    let wave = |ty: &str, unit: &str, turned: &str| {
+        format!(
+            "{amplitude}\nactuation wave for a : actuator {{\n  vary size : {ty} in 0{unit} .. 90{unit} mutate 0.5 by normal(0{unit}, 9{unit})\n  drive angle = {turned} * sin(t / 2 s * 360 deg)\n}}\n"
+        )
+    };
+    let (angles, numbers) = (folder.path().join("angles.sgr"), folder.path().join("numbers.sgr"));
+    std::fs::write(&angles, wave("Angle", " deg", "size")).unwrap();
+    std::fs::write(&numbers, wave("Number", ".0", "size * 1 deg")).unwrap();
+    let swung = folder.path().join("swung").to_string_lossy().into_owned();
+    let output = sgc(&[
+        "run",
+        &angles.to_string_lossy(),
+        "--seed",
+        "8",
+        "--max-evals",
+        "30",
+        "--quiet",
+        "--out",
+        &swung,
+    ]);
+    assert_eq!(code(&output), 0, "{}", errors(&output));
+    let judged = sgc(&["eval", &swung, "--grammar", &numbers.to_string_lossy()]);
+    assert_eq!(code(&judged), 1);
+    assert!(errors(&judged).contains("`size` is of type Angle where it was made"), "{}", errors(&judged));
     let less = sgc(&["eval", &small, "--grammar", &grammar]);
     assert!(errors(&less).contains("was made with max_parts = 3"), "{}", errors(&less));
     let shorter =

@@ -656,3 +656,29 @@ fn a_population_shrinks_as_evaluations_are_spent() {
     let bodies: std::collections::BTreeSet<u64> = late.iter().filter_map(|row| parent(row)).collect();
     assert!(bodies.len() > 1, "{bodies:?}");
 }
+
+/// A constant in the objective hides no loss: what a value must keep is a share of what it is beyond the constant.
+#[test]
+fn a_constant_in_the_objective_hides_no_loss() {
+    let with = |objective: &str| {
+        let text = crate::support::read("grammars/codesign.sgr");
+        let own = "maximize min over w in workshop of travel - fall in cm";
+        assert!(text.contains(own));
+        crate::joints::compiled(&text.replace(own, objective))
+    };
+    for (objective, offset) in [
+        ("maximize travel - fall in cm", 0.0),
+        ("maximize travel + 10 m in cm", 1000.0),
+        ("maximize 3 * (min over w in workshop of travel - 10 m in cm)", 0.0),
+        ("maximize min over w in workshop of travel - 10 m in cm", -1000.0),
+        ("minimize 90 cm - travel in cm", 90.0),
+    ] {
+        let rules = with(objective);
+        let task = rules.first_task().unwrap();
+        assert!((task.objective.offset(&rules) - offset).abs() < 1e-9, "{objective}");
+        let sign = task.objective.direction.fitness(1.0);
+        let keeps =
+            |share: f64| sgc::search::keeps(&rules, task, offset + sign * 20.0, offset + sign * 20.0 * share);
+        assert!(keeps(0.9) && keeps(1.5) && !keeps(0.5), "{objective}");
+    }
+}

@@ -2,7 +2,7 @@
 
 use crate::results::place;
 use crate::results::run_files;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 
 use grammar_lang::ir::{RuleSet, Ty};
@@ -101,9 +101,36 @@ pub(super) fn open_by(
     let design = read(path)?;
     let (rules, sources) = load::grammar(file, params, variant)?;
     check_enumerations(path, &design, &rules)?;
+    if let Some(other) = other_quantity(&design, &rules) {
+        return Err(Fault::input(format!(
+            "{}: {other}: its saved number would mean something else; let the variable have its type, or another name",
+            path.display()
+        )));
+    }
     tell_other_parameters(path, &design, &rules, params);
     tell_other_body(path, &design, &rules);
     Ok(Opened { design, rules, sources })
+}
+
+/// A variable that is another quantity in a grammar than where a design was made: its saved number would mean something else.
+pub(super) fn other_quantity(design: &SavedDesign, rules: &RuleSet) -> Option<String> {
+    let theirs = design.grammar.compile(&design.sgc).ok()?;
+    let variables = |rules: &RuleSet, task: &str| -> BTreeMap<String, Ty> {
+        let actuated = rules.tasks.get(task).into_iter().flat_map(|task| task.actuated.values());
+        let actuations = actuated.filter_map(|name| rules.actuations.get(name));
+        actuations.flat_map(|one| one.variables.iter().map(|v| (v.name.clone(), v.ty.clone()))).collect()
+    };
+    rules.tasks.keys().find_map(|task| {
+        let (now, before) = (variables(rules, task), variables(&theirs, task));
+        let differs = |(name, ty): (&String, &Ty)| {
+            let before = before.get(name).filter(|before| *before != ty)?;
+            Some(format!(
+                "`{name}` is of type {before} where it was made, and of type {ty} in `{}`",
+                rules.name
+            ))
+        };
+        now.iter().find_map(differs)
+    })
 }
 
 /// Refuses a design whose values of enumerations mean others in a grammar: they are saved by their place.

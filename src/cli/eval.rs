@@ -224,6 +224,15 @@ impl Eval {
         let judged = design.task(task).ok().and_then(|saved| rules.tasks.get(&saved.name));
         let unit = judged.map_or("", |task| task.objective.unit.as_str());
         output::data(&format!("value {}\n", describe::quantity(score.value, unit)))?;
+        if let Some(model) = judged.map(|task| &task.model) {
+            let (rows, recorded) = (text.lines().count().saturating_sub(1), model.duration / model.record);
+            if (rows as f64) < recorded / 2.0 {
+                output::note(&format!(
+                    "the motion has {rows} rows, and the model records {recorded:.0}: terms that follow an element on its way, such as \
+                     `e.path`, `e.slid` and `e.touching`, and what is observed of these, are less than they were"
+                ));
+            }
+        }
         if design.task(task).is_ok_and(|saved| saved.nominal.is_some()) {
             output::note(
                 "this is one motion, and counts as that of the nominal world; the design's own value is over all of its worlds",

@@ -67,12 +67,19 @@ impl Novelty {
             let file = design::file(path);
             std::fs::canonicalize(&file).unwrap_or(file)
         };
+        // A copy is the same design, too.
+        let texts: Vec<Option<Vec<u8>>> =
+            designs.iter().map(|path| std::fs::read(design::file(path)).ok()).collect();
         let twice = |(number, path): &(usize, &PathBuf)| {
-            designs.iter().take(*number).any(|other| place(other) == place(path))
+            let own = texts.get(*number);
+            let mut before = designs.iter().zip(&texts).take(*number);
+            before.any(|(other, text)| place(other) == place(path) || text.is_some() && own == Some(text))
         };
         if let Some((_, path)) = designs.iter().enumerate().find(twice) {
             let name = path.display();
-            return Err(Fault::usage(format!("{name} is named twice: name each design once")));
+            return Err(Fault::usage(format!(
+                "{name} is named twice, or is a copy of another one: name each design once"
+            )));
         }
         // The set is that of the grammar that is named, or of the first design.
         let mut found: Option<(RuleSet, ir::Novelty)> = match &grammar {

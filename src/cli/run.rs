@@ -189,7 +189,8 @@ fn begun_with(path: &Path, rules: &RuleSet, params: &[(String, String)]) -> Resu
     }
     design::tell_other_body(&file, &saved, rules);
     let candidate = Candidate::new(rules, Arc::new(derivation.clone()));
-    let curves = curves_of(&candidate, &saved);
+    let other = design::other_quantity(&saved, rules);
+    let curves = if other.is_some() { Vec::new() } else { curves_of(&candidate, &saved) };
     if curves.is_empty() {
         output::note(&format!(
             "the curves of {} do not fit the actuation of `{}`: the search begins with its body and draws curves anew",

@@ -35,6 +35,8 @@ pub(super) enum Order {
     Declared,
     /// By their names; and a part that was turned onto itself is another, as its ports have changed places.
     Turned,
+    /// As [`Order::Turned`]; and which part is the original and which the image counts, too.
+    Driven,
 }
 
 /// What makes a part this part, apart from its joints.
@@ -44,7 +46,9 @@ fn describe(part: &Part, order: Order) -> String {
     // With ports of its own a part has a front and a back wherever they are, and with a joint it moves about an axis of its own.
     let plain = match part.made.as_deref() {
         Some(Made::Block(block))
-            if block.ports.is_empty() && block.joint.is_none() && order != Order::Turned =>
+            if block.ports.is_empty()
+                && block.joint.is_none()
+                && !matches!(order, Order::Turned | Order::Driven) =>
         {
             Some(block.form.shape)
         }
@@ -75,8 +79,15 @@ fn describe(part: &Part, order: Order) -> String {
         })
         .collect();
     let hand = if part.is_seen_in_mirror() { " mirrored" } else { "" };
-    let alone = if part.alone && order == Order::Turned { " alone" } else { "" };
-    format!("{} {:?} {turned} {params:?}{hand}{alone}", part.kind, [snap(p.x), snap(p.y), snap(p.z)])
+    let alone = if part.alone && matches!(order, Order::Turned | Order::Driven) { " alone" } else { "" };
+    let driven = match order {
+        Order::Driven => {
+            let port = part.held_by.map_or(0, |(_, port)| port);
+            format!(" image {} turn {} at {port}", part.image, snap(part.turn))
+        }
+        _ => String::new(),
+    };
+    format!("{} {:?} {turned} {params:?}{hand}{alone}{driven}", part.kind, [snap(p.x), snap(p.y), snap(p.z)])
 }
 
 /// The parts of a design, each with its place and with what holds it, in order: two designs

@@ -364,6 +364,13 @@ impl Design {
         canonical::hash(self, canonical::Order::Turned)
     }
 
+    /// A hash of what a drive can read of this design: bodies that look alike differ in it where another part is the original, or where a
+    /// part is turned otherwise or hangs on another port.
+    #[must_use]
+    pub fn driven_hash(&self) -> String {
+        canonical::hash(self, canonical::Order::Driven)
+    }
+
     /// A hash of the body that this design is: parts, places and joints, whatever
     /// the order in which they came to be. 64 hexadecimal digits.
     #[must_use]

@@ -206,7 +206,9 @@ pub(crate) fn accepts(current: f64, candidate: f64, temperature: f64, drawn: f64
 #[must_use]
 pub fn keeps(rules: &RuleSet, task: &Task, value: f64, other: f64) -> bool {
     let direction = task.objective.direction;
-    direction.fitness(other) >= direction.fitness(value) - (1.0 - rules.search.keep) * value.abs()
+    // A constant that is added to all values is no part of what a motion is worth.
+    let worth = (value - task.objective.offset(rules)).abs();
+    direction.fitness(other) >= direction.fitness(value) - (1.0 - rules.search.keep) * worth
 }
 
 #[cfg(test)]

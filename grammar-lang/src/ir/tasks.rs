@@ -4,7 +4,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 
 use super::text::{Names, Writer};
-use super::{Expr, ExprKind, Gather, RuleSet};
+use super::{Expr, ExprKind, Gather, Operator, RuleSet};
 use crate::source::Span;
 use crate::syntax::Direction;
 use crate::units::{self, Dimension};
@@ -219,6 +219,14 @@ impl Objective {
         value
     }
 
+    /// What is added to it whatever the motion is, in its unit: `90` in `90 deg - turning in deg`. What a motion is worth lies
+    /// beyond that.
+    #[must_use]
+    pub fn offset(&self, rules: &RuleSet) -> f64 {
+        let (fixed, varies) = addends(&self.value, rules);
+        if varies { fixed } else { 0.0 }
+    }
+
     /// How it gathers a quantity over all worlds, if it does nothing else.
     fn gathered_over_worlds(&self) -> Option<Gather> {
         let value = self.quantity();
@@ -230,6 +238,34 @@ impl Objective {
     /// Whether it depends on other worlds than the nominal one.
     fn runs_over_worlds(&self) -> bool {
         self.value.any(&mut |e| matches!(e.kind, ExprKind::Scenarios(_)))
+    }
+}
+
+/// The constant part of a sum, and whether there is another.
+fn addends(value: &Expr, rules: &RuleSet) -> (f64, bool) {
+    let of = |e: &Expr| addends(e, rules);
+    match &value.kind {
+        ExprKind::Number(x) => (*x, false),
+        ExprKind::Param(name) => (rules.params.get(name).map_or(0.0, |param| param.value), false),
+        ExprKind::Negate(x) => {
+            let (fixed, varies) = of(x);
+            (-fixed, varies)
+        }
+        ExprKind::Convert(x, unit) => {
+            let (fixed, varies) = of(x);
+            (fixed / unit, varies)
+        }
+        ExprKind::Binary(a, operator @ (Operator::Add | Operator::Subtract), b) => {
+            let ((a, one), (b, other)) = (of(a), of(b));
+            (if *operator == Operator::Add { a + b } else { a - b }, one || other)
+        }
+        ExprKind::Aggregate {
+            how: Gather::Min | Gather::Max | Gather::Mean | Gather::Quantile,
+            body: Some(body),
+            ..
+        } => of(body),
+        ExprKind::Bind { body, .. } => of(body),
+        _ => (0.0, true),
     }
 }
 

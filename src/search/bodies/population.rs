@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use grammar_lang::ir::{Direction, Schedule, Selection};
+use grammar_lang::ir::{Direction, RuleSet, Schedule, Selection, Task};
 
 use super::super::Failure;
 use super::super::aim::Aim;
@@ -14,6 +14,19 @@ use super::Bodies;
 use crate::derive::random::Stream;
 use crate::derive::{Candidate, Derivation};
 use crate::drive::Drive;
+
+/// What designs share of which one is kept: the body. Where no curves are tuned also all that a drive can read of how it came to
+/// be, which part is the original for one: tuned curves make up for that.
+fn identity(rules: &RuleSet, derivation: &Derivation) -> String {
+    let varies = |task: &Task| {
+        let mut actuations = task.actuated.values().filter_map(|name| rules.actuations.get(name));
+        actuations.any(|actuation| !actuation.variables.is_empty())
+    };
+    match rules.search.curves.is_some() && rules.tasks.values().any(varies) {
+        true => derivation.design.canonical_hash(),
+        false => derivation.design.driven_hash(),
+    }
+}
 
 /// How a move chooses the design that it begins with.
 pub(super) struct Tournament<'a> {
@@ -106,11 +119,10 @@ impl Bodies<'_> {
 
     /// Whether a move could begin with this body.
     pub(super) fn is_member(&self, derivation: &Derivation) -> bool {
-        let hash = |derivation: &Derivation| derivation.design.canonical_hash();
         let members = self.parents();
         !members.is_empty() && {
-            let own = hash(derivation);
-            members.iter().any(|member| hash(&member.best.derivation) == own)
+            let own = identity(self.rules, derivation);
+            members.iter().any(|member| identity(self.rules, &member.best.derivation) == own)
         }
     }
 
@@ -158,11 +170,11 @@ impl Bodies<'_> {
             return Ok(false);
         };
         let Incumbent { number, derivation, tunes, .. } = place;
-        let hash = |derivation: &Derivation| derivation.design.canonical_hash();
-        let own = hash(&derivation);
+        let own = identity(rules, &derivation);
         let best = Best { derivation, tasks: tunes, value, beside: Vec::new(), found_at: number };
         let fitness = |member: &Member<_>| direction.fitness(member.best.value);
-        if let Some(same) = members.iter_mut().find(|member| hash(&member.best.derivation) == own) {
+        if let Some(same) = members.iter_mut().find(|member| identity(rules, &member.best.derivation) == own)
+        {
             let is_better = direction.fitness(value) > fitness(same);
             let same = Arc::make_mut(same);
             if is_better {

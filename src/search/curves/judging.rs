@@ -435,7 +435,9 @@ impl Tuner<'_> {
     /// Whether a best of this fitness could lose something: where more is better, a value that is not positive has
     /// nothing to lose.
     fn can_lose(&self, fitness: f64) -> bool {
-        let has_something = fitness > 0.0 || self.task().objective.direction == Direction::Minimize;
+        let objective = &self.task().objective;
+        let nothing = objective.direction.fitness(objective.offset(self.candidate().rules));
+        let has_something = fitness > nothing || self.task().objective.direction == Direction::Minimize;
         self.is_actuated() && (has_something || self.evaluator.aim.is_some())
     }
 
