@@ -76,7 +76,7 @@ fn designs_belong_to_the_set() {
     let folder = tempfile::tempdir().unwrap();
     let grammar = literature(folder.path(), "novel", "");
     let one = run(&grammar, &folder.path().join("one"), "20");
-    let same = run(&grammar, &folder.path().join("same"), "20");
+    let same = run(&grammar, &folder.path().join("same"), "21");
     let document = json(&[&one, &same]);
     assert_eq!(document["size"], 17);
     let designs = document["designs"].as_array().unwrap();
