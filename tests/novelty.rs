@@ -76,7 +76,11 @@ fn designs_belong_to_the_set() {
     let folder = tempfile::tempdir().unwrap();
     let grammar = literature(folder.path(), "novel", "");
     let one = run(&grammar, &folder.path().join("one"), "20");
-    let same = run(&grammar, &folder.path().join("same"), "21");
+    // The same design in another layout: a copy would be refused.
+    let same = folder.path().join("same.design.json");
+    let text = std::fs::read_to_string(folder.path().join("one/best.design.json")).unwrap();
+    std::fs::write(&same, format!("{text}\n\n")).unwrap();
+    let same = same.to_string_lossy().into_owned();
     let document = json(&[&one, &same]);
     assert_eq!(document["size"], 17);
     let designs = document["designs"].as_array().unwrap();
