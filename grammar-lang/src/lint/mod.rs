@@ -52,6 +52,7 @@ mod periods;
 mod places;
 mod pointless;
 mod said_twice;
+mod says_nothing;
 mod still_drive;
 mod stops_at_once;
 mod twice_in_set;
@@ -141,7 +142,7 @@ const DOUBTFUL: &[Lint] = &[
 /// What says nothing. A text that several grammars share may say in one of them
 /// what it does not say in another: only the text that declares the grammar is told.
 const POINTLESS: &[Lint] =
-    &[pointless::check, constant_if::check, excludes_nothing::check, always_zero::check];
+    &[pointless::check, constant_if::check, excludes_nothing::check, always_zero::check, says_nothing::check];
 
 /// Whose a rule set is.
 #[derive(Clone, Copy)]

@@ -104,6 +104,20 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     &format!("each move takes `{}` to an end of its domain", variable.name),
                 ));
             }
+        } else if let Kernel::Uniform(low, high) = &variable.mutation.kernel {
+            let (least, most) = (reasoning.numbers(low), reasoning.numbers(high));
+            if least.low >= 0.0 || most.high <= 0.0 {
+                let way = if least.low >= 0.0 { "larger" } else { "smaller" };
+                findings.push(
+                    Diagnostic::new(
+                        Code::NO_SPREAD,
+                        low.span.join(high.span),
+                        format!("each move makes `{}` {way}, or leaves it as it is", variable.name),
+                    )
+                    .label("never the other way")
+                    .help("what is drawn is added to the value: write both signs, such as `uniform(-10 deg, 10 deg)`"),
+                );
+            }
         }
     }
 }

@@ -1,0 +1,126 @@
+//! Clauses that do nothing: empty examples and reasons, a part that is replaced by its like, curves of one point, what is observed or
+//! compared though it is the same for every design.
+
+use crate::diagnostics::{Code, Diagnostic};
+use crate::ir::{Effect, Expr, ExprKind, Function, Group, Matched, Objective, Rule};
+use crate::source::Span;
+use crate::units::Dimension;
+
+use super::known::Known;
+use super::places::places;
+
+/// An objective in such a unit of length, m, or a larger one, leaves values near zero.
+const LARGE: f64 = 100.0;
+
+pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let mut told = |place: Span, message: &str, label: &str, help: &str| {
+        findings.push(Diagnostic::new(Code::POINTLESS, place, message).label(label).help(help));
+    };
+    let rules = known.ruleset;
+    for (name, example) in &rules.examples {
+        if example.clauses.is_empty() {
+            told(
+                example.span,
+                &format!("the example `{name}` does and expects nothing"),
+                "empty",
+                "write `step a = RULE(...)` and `expect CONDITION`, or take it out",
+            );
+        }
+    }
+    let required = rules.requirements.iter().map(|r| (&r.because, r.condition.span));
+    for (because, place) in required.chain(rules.preferences.iter().map(|p| (&p.because, p.condition.span))) {
+        if because.as_ref().is_some_and(|text| text.trim().is_empty()) {
+            told(place, "this reason is empty", "`because` gives none", "say why, or leave `because` out");
+        }
+    }
+    for rule in &rules.rules {
+        if let Some((place, kind)) = replaced_by_its_like(rule) {
+            told(
+                place,
+                &format!("the rule `{}` replaces a `{kind}` by a `{kind}`", rule.name),
+                "the same kind",
+                "replace it by another kind, or set its parameters: `set p.PARAMETER = ...`",
+            );
+        }
+    }
+    for scoped in places(known) {
+        for expr in scoped.exprs {
+            expr.any(&mut |e| {
+                if let ExprKind::Call(Function::Bezier, points) = &e.kind
+                    && let [Expr { kind: ExprKind::List(points), .. }] = points.as_slice()
+                    && points.len() == 1
+                {
+                    told(
+                        e.span,
+                        "a Bezier curve of one point is the same everywhere",
+                        "one control point",
+                        "give it at least two points",
+                    );
+                }
+                false
+            });
+        }
+    }
+    for name in &rules.observed {
+        let Some(term) = rules.terms.get(name) else { continue };
+        if known.numbers(&term.value).single().is_some() {
+            told(
+                term.span,
+                &format!("`{name}` is observed, and has the same value for every design"),
+                "a constant",
+                "let it read the motion or the design, or do not observe it",
+            );
+        }
+    }
+    for novelty in rules.novelties.values() {
+        for (name, feature) in &novelty.features {
+            if known.numbers(&feature.value).single().is_some() {
+                told(
+                    feature.value.span,
+                    &format!("the feature `{name}` has the same value for every design"),
+                    "a constant",
+                    "let it read the design or its motion: what is always the same tells no design from another",
+                );
+            }
+        }
+    }
+    for objective in rules.tasks.values().flat_map(|task| task.objectives()) {
+        if is_in_large_unit(objective) {
+            told(
+                objective.value.span,
+                &format!("an objective in {} leaves values near zero", objective.unit),
+                "robots of this size go some metres at most",
+                "write `in cm`: temperatures of searches are on the scale of the objective, and results are printed in its unit",
+            );
+        }
+    }
+}
+
+/// A rule that matches a part of one kind and puts the same kind in its place, with no other parameters.
+fn replaced_by_its_like(rule: &Rule) -> Option<(Span, &str)> {
+    // The slots that are filled by a part of one kind.
+    let mut kinds: Vec<Option<&str>> = Vec::new();
+    for matched in &rule.matches {
+        match &matched.what {
+            Matched::Part { kind, port, .. } => {
+                kinds.push(if let Group::Kind(kind) = kind { Some(kind) } else { None });
+                kinds.extend(port.then_some(None));
+            }
+            Matched::Port { .. } | Matched::Joint | Matched::Step => kinds.push(None),
+        }
+    }
+    rule.effects.iter().find_map(|effect| {
+        let Effect::Replace { part, with, .. } = effect else { return None };
+        let (ExprKind::Local(slot), ExprKind::Kind(with_kind, params)) = (&part.kind, &with.kind) else {
+            return None;
+        };
+        let own = (*kinds.get(*slot)?)?;
+        (params.is_empty() && own == with_kind).then_some((with.span, own))
+    })
+}
+
+/// Whether an objective is a length in a unit that is far too large for a robot.
+fn is_in_large_unit(objective: &Objective) -> bool {
+    let ExprKind::Convert(value, unit) = &objective.value.kind else { return false };
+    value.ty.dimension() == Some(Dimension::LENGTH) && *unit >= LARGE
+}
