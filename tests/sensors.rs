@@ -179,3 +179,12 @@ fn reacting_gaits_are_repeatable() {
     assert_eq!(drive.status.code(), Some(0));
     assert!(String::from_utf8_lossy(&drive.stderr).contains("reacts to what it feels"));
 }
+
+/// What is exported as the drive of a gait that reacts holds each command from its moment on, as the simulation did.
+#[test]
+fn held_commands_begin_at_their_moment() {
+    let commands = sgc::simulate::Targets { interval: 0.1, actuators: 1, angles: vec![1.0, 2.0, 3.0] };
+    let held = commands.held(0.04, 0.3);
+    // The steps begin at 0, 0.04, 0.08, 0.12, 0.16, 0.2, 0.24 and 0.28 s; the first row is the state at rest.
+    assert_eq!(held.angles, [1.0, 1.0, 1.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0]);
+}

@@ -93,12 +93,16 @@ impl Export {
         let text = match self.to {
             Format::Mjcf => export::mjcf(assembly, &setup.settings, &self.title(&design), &names),
             Format::Drive if setup.law.is_closed_loop() => {
-                let motion = setup.motion(&design.solver).map_err(fault)?;
+                let solver = self.solver.as_deref().unwrap_or(&design.solver);
+                let motion = setup.motion(solver).map_err(fault)?;
                 output::note(
                     "this design reacts to what it feels: these are the commands of its motion in the nominal world",
                 );
-                let commands = motion.commands.unwrap_or_else(|| setup.law.targets.clone());
-                export::drive(assembly, &setup.settings, &commands, &names)
+                let settings = &setup.settings;
+                let commands =
+                    motion.commands.map(|commands| commands.held(settings.step, settings.duration));
+                let commands = commands.unwrap_or_else(|| setup.law.targets.clone());
+                export::drive(assembly, settings, &commands, &names)
             }
             Format::Drive => export::drive(assembly, &setup.settings, &setup.law.targets, &names),
             // Written already.

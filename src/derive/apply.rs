@@ -386,7 +386,8 @@ fn no_such_port(
         None => None,
     };
     let found = scope.port(&part, name, number);
-    Ok(found.is_none().then(|| Refusal::NoPort(name.clone())))
+    let called = number.map_or_else(|| name.clone(), |number| format!("{name}[{number}]"));
+    Ok(found.is_none().then_some(Refusal::NoPort(called)))
 }
 
 /// What is attached, where and how, with values.

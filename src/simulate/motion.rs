@@ -55,6 +55,20 @@ impl Targets {
         of(low) + (of(high) - of(low)) * part
     }
 
+    /// Commands that hold from one moment to the next, as targets at the steps of a solver: each step has the command that holds where
+    /// it begins.
+    #[must_use]
+    pub fn held(&self, step: f64, duration: f64) -> Self {
+        let samples = libm::ceil(duration / step - 1e-9).max(0.0) as usize + 1;
+        let last = self.samples().saturating_sub(1);
+        let at = |sample: usize| {
+            let begun = sample.saturating_sub(1) as f64 * step;
+            let moment = (libm::floor(begun / self.interval + 1e-9) as usize).min(last);
+            self.angles.iter().skip(moment * self.actuators).take(self.actuators).copied()
+        };
+        Self { interval: step, actuators: self.actuators, angles: (0..samples).flat_map(at).collect() }
+    }
+
     /// The same, and 0 for an actuator that there is no target of.
     #[must_use]
     pub(super) fn asked(&self, actuator: usize, t: f64) -> f64 {

@@ -164,9 +164,14 @@ impl Lane<'_> {
     }
 }
 
+/// So many steps at rest tell what the ground carries before a motion begins: the first one has not its whole weight yet.
+const AT_REST: usize = 4;
+
 /// What is known of a lane between two steps.
 struct Now<'a, S> {
     stepper: &'a S,
+    /// What the ground carries before the first step.
+    at_rest: Option<&'a [Option<f64>]>,
     driven: &'a Driven,
     lane: usize,
     positions: OnceCell<Vec<f64>>,
@@ -200,7 +205,10 @@ impl<S: Stepper> Known for Now<'_, S> {
     }
 
     fn load(&self, element: usize) -> Option<f64> {
-        self.stepper.load(self.lane, element)
+        match self.at_rest {
+            Some(loads) => loads.get(element).copied().flatten(),
+            None => self.stepper.load(self.lane, element),
+        }
     }
 }
 
@@ -275,7 +283,7 @@ impl<S: Stepper> Run<S> {
     }
 
     /// Asks the controllers whose moment has come, before a step from this time on.
-    fn control(&self, lanes: &mut [Lane], time: f64) {
+    fn control(&self, lanes: &mut [Lane], time: f64, at_rest: &[Vec<Option<f64>>]) {
         for (number, lane) in lanes.iter_mut().enumerate() {
             let Some(feedback) = lane.feedback.as_mut().filter(|own| own.is_due(time)) else { continue };
             // A step that is longer than the interval passes several moments at once.
@@ -287,6 +295,7 @@ impl<S: Stepper> Run<S> {
             }
             let known = Now {
                 stepper: &self.stepper,
+                at_rest: at_rest.get(number).filter(|_| time <= 0.0).map(Vec::as_slice),
                 driven: &self.driven,
                 lane: number,
                 positions: OnceCell::new(),
@@ -305,8 +314,23 @@ impl<S: Stepper> Run<S> {
         }
     }
 
-    fn step(&mut self, lanes: &mut [Lane], t: f64) {
-        self.control(lanes, t - self.schedule.step);
+    /// What the ground carries of each element in each lane while the body is at rest; nothing where no controller asks.
+    fn loads_at_rest(&mut self, lanes: &[Lane]) -> Vec<Vec<Option<f64>>> {
+        if lanes.iter().all(|lane| lane.feedback.is_none()) {
+            return Vec::new();
+        }
+        self.stepper.reset();
+        for (place, servo) in self.driven.servos.iter().enumerate() {
+            (0..S::LANES).for_each(|lane| self.stepper.aim(lane, place, servo.target));
+        }
+        (0..AT_REST).for_each(|_| self.stepper.step());
+        let elements = 0..self.driven.placements.len();
+        let of = |lane: usize| elements.clone().map(|element| self.stepper.load(lane, element)).collect();
+        (0..lanes.len()).map(of).collect()
+    }
+
+    fn step(&mut self, lanes: &mut [Lane], t: f64, at_rest: &[Vec<Option<f64>>]) {
+        self.control(lanes, t - self.schedule.step, at_rest);
         let last = lanes.len() - 1;
         for (number, lane) in lanes.iter_mut().enumerate() {
             let end = if number == last { S::LANES } else { number + 1 };
@@ -364,6 +388,7 @@ impl<S: Stepper> Row for Run<S> {
     ) -> Option<Vec<Result<Motion, Invalid>>> {
         let mut lanes: Vec<Lane> =
             cases.iter().enumerate().map(|(number, case)| self.lane(number, case)).collect();
+        let at_rest = self.loads_at_rest(&lanes);
         self.stepper.reset();
         let mut frame = 0;
         for now in 0..=self.schedule.steps {
@@ -377,7 +402,7 @@ impl<S: Stepper> Row for Run<S> {
                 if step == now && share < 1.0 {
                     before.extend((0..lanes.len()).map(|lane| self.state(lane)));
                 }
-                self.step(&mut lanes, now as f64 * self.schedule.step);
+                self.step(&mut lanes, now as f64 * self.schedule.step, &at_rest);
             }
             if lanes.iter().all(|lane| lane.failure.is_some()) {
                 break;

@@ -383,10 +383,13 @@ fn form(text: &str, place: usize) -> Option<String> {
                 .to_owned(),
         );
     }
-    if after.starts_with("for ") && matches!(first, "attach" | "place" | "remove" | "replace") {
+    if after.starts_with("for ") && matches!(first, "remove" | "replace") {
         return Some(format!(
             "`{first}` does not repeat: write one for each, or let the rule be applied again"
         ));
+    }
+    if after.starts_with("for ") && first == "place" {
+        return Some("`place` does not repeat: write one for each part".to_owned());
     }
     let open = |sign: char| before.rsplit('\n').next().is_some_and(|line| line.contains(sign));
     if after.starts_with("for ") && (open('(') || open('[')) {

@@ -291,6 +291,10 @@ fn the_ground_carries_the_weight() {
         for slope in [0.0, 0.3] {
             let world = World { slope, ..World::NOMINAL };
             let moments = felt(name, &body, &settings, &nothing(body.actuators), &world);
+            // Also before anything moves.
+            let first: f64 = moments[0].1.iter().sum();
+            let whole = mass * settings.gravity * libm::cos(slope);
+            assert!((first / whole - 1.0).abs() < 0.05, "{name}, {slope}: {first} of {whole}");
             let last = &moments[moments.len() - 60..];
             let carried: f64 =
                 last.iter().map(|(_, loads, ..)| loads.iter().sum::<f64>()).sum::<f64>() / last.len() as f64;

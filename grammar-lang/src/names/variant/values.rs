@@ -1,5 +1,7 @@
 //! Values within declarations that a variant sets or narrows: by a path, such as `bender.bend`.
 
+use std::cell::Cell;
+
 use super::super::Loading;
 use super::change::Change;
 use super::{find, scenarios};
@@ -10,6 +12,28 @@ use crate::syntax::ast::{
 };
 use crate::syntax::declarations::BlockKind;
 use crate::syntax::earlier;
+
+/// Sets what a path names, and tells where it is what it was before.
+pub(super) fn set(loading: &mut Loading<'_>, module: usize, path: &[Name], value: &Expr) {
+    let replaced = Cell::new(None);
+    change(loading, module, path, Change::Set(value, &replaced));
+    let words = |span: Span| loading.sources.slice(span).split_whitespace().collect::<Vec<_>>().join(" ");
+    if let Some(before) =
+        replaced.get().filter(|before| *before != value.span && words(*before) == words(value.span))
+    {
+        let whole: Vec<&str> = path.iter().map(|name| name.text.as_str()).collect();
+        loading.errors.push(
+            Diagnostic::new(
+                Code::POINTLESS,
+                value.span,
+                format!("`{}` has this value already", whole.join(".")),
+            )
+            .label("changes nothing")
+            .also(before, "the same here")
+            .help("set another value, or take it out"),
+        );
+    }
+}
 
 /// Sets or narrows what a path names.
 pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], change: Change<'_>) {
@@ -124,7 +148,10 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
     match (&mut item.kind, rest) {
         (ItemKind::Param(param), []) => {
             match change {
-                Change::Set(value) => param.default = Some((*value).clone()),
+                Change::Set(value, replaced) => {
+                    replaced.set(param.default.as_ref().map(|old| old.span));
+                    param.default = Some((*value).clone());
+                }
                 Change::Narrow(value) => {
                     param.domain =
                         Some(param.domain.as_ref().map_or((*value).clone(), |old| change.make(old)));
@@ -248,7 +275,7 @@ fn change_rule(clauses: &mut Vec<RuleClause>, field: &Name, change: &Change<'_>)
         match &mut clause.kind {
             RuleClauseKind::Choose(name, domain, _) if name.text == field.text => {
                 *domain = match change {
-                    Change::Set(new) => Expr {
+                    Change::Set(new, _) => Expr {
                         span: new.span,
                         kind: ExprKind::Exchanged(Box::new((*new).clone()), Box::new(domain.clone())),
                     },
@@ -302,7 +329,10 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
             }
             Field::Param(param) if param.name.text == field.text && rest.is_empty() => {
                 match change {
-                    Change::Set(value) => param.default = Some((*value).clone()),
+                    Change::Set(value, replaced) => {
+                        replaced.set(param.default.as_ref().map(|old| old.span));
+                        param.default = Some((*value).clone());
+                    }
                     Change::Narrow(value) => {
                         param.domain =
                             Some(param.domain.as_ref().map_or((*value).clone(), |old| change.make(old)));
@@ -313,7 +343,7 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
             _ => {}
         }
     }
-    if let (JOINT, Change::Set(value), []) = (field.text.as_str(), change, rest) {
+    if let (JOINT, Change::Set(value, _), []) = (field.text.as_str(), change, rest) {
         replace_joint(block, Field::Value(field.clone(), (*value).clone()));
         return Ok(());
     }
@@ -327,12 +357,13 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
         Field::Value(name, _) => Some(name.text.as_str()) == other,
         _ => false,
     });
-    if let (Some(place), Change::Set(value), []) = (stands, change, rest) {
+    if let (Some(place), Change::Set(value, _), []) = (stands, change, rest) {
         block.fields.remove(place);
         block.fields.push(Field::Value(field.clone(), (*value).clone()));
         return Ok(());
     }
-    if let (true, Change::Set(value), []) = (MAY_BE_LEFT_OUT.contains(&field.text.as_str()), change, rest) {
+    if let (true, Change::Set(value, _), []) = (MAY_BE_LEFT_OUT.contains(&field.text.as_str()), change, rest)
+    {
         block.fields.push(Field::Value(field.clone(), (*value).clone()));
         return Ok(());
     }

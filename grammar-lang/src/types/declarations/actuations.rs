@@ -11,6 +11,9 @@ use crate::types::expressions::context::{Context, Local};
 use crate::types::expressions::stage::Stage;
 use crate::units::Dimension;
 
+/// More states than this, no actuator needs.
+const MOST_STATES: usize = 100;
+
 impl Declarations<'_> {
     pub(in crate::types) fn actuation(
         &mut self,
@@ -172,6 +175,18 @@ impl Declarations<'_> {
         let mut states = Vec::new();
         for clause in clauses {
             let ActuationClause::State(state) = clause else { continue };
+            if states.len() == MOST_STATES {
+                self.report(
+                    Diagnostic::new(
+                        Code::OUT_OF_DOMAIN,
+                        state.name.span,
+                        format!("an actuation has at most {MOST_STATES} states"),
+                    )
+                    .label("one too many")
+                    .help("let actuations of several kinds of actuators remember for themselves"),
+                );
+                break;
+            }
             let mut ty = self.expressions.type_named(&state.ty);
             if !matches!(ty, Ty::Quantity(_) | Ty::Count | Ty::Bool | Ty::Unknown) {
                 self.report(

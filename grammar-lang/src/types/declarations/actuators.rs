@@ -227,8 +227,19 @@ impl Declarations<'_> {
         let mut params = IndexMap::new();
         for field in &block.fields {
             let ast::Field::Param(param) = field else { continue };
-            if is_taken(&param.name.text) {
+            let name = param.name.text.as_str();
+            if is_taken(name) || ir::BLOCK_PORTS.contains(&name) || ir::ACTUATOR_PORTS.contains(&name) {
                 self.report(built_in(&param.name));
+            } else if self.environment.ports.contains(name) {
+                self.report(
+                    Diagnostic::new(
+                        Code::DUPLICATE,
+                        param.name.span,
+                        format!("`{name}` is the name of a port of a part"),
+                    )
+                    .label(format!("`p.{name}` would be the port"))
+                    .help("give the parameter another name"),
+                );
             }
             let mut cx = Context::new(Stage::Declaration, damaged);
             let ty = self.expressions.type_named(&param.ty);

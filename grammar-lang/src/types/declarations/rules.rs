@@ -389,7 +389,17 @@ impl Declarations<'_> {
                 _ => continue,
             };
             let text: String = self.environment.sources.slice(target.span).split_whitespace().collect();
-            if let Some(first) = seen.get(&(verb, text.clone())).copied() {
+            // What is repeated over another kind is another part, whatever it is called.
+            let over = match &clause.kind {
+                RuleClauseKind::Set { over, .. } => over.first().zip(over.last()),
+                _ => None,
+            };
+            let over: String = over.map_or(String::new(), |(first, last)| {
+                let span = first.over.span.join(last.over.span);
+                self.environment.sources.slice(span).split_whitespace().collect()
+            });
+            let key = (verb, format!("{text} {over}"));
+            if let Some(first) = seen.get(&key).copied() {
                 self.report(
                     Diagnostic::new(
                         Code::DUPLICATE,
@@ -401,7 +411,7 @@ impl Declarations<'_> {
                     .help("keep one of them"),
                 );
             } else {
-                seen.insert((verb, text), target.span);
+                seen.insert(key, target.span);
             }
         }
     }
