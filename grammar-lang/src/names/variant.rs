@@ -311,7 +311,7 @@ fn apply(loading: &mut Loading<'_>, module: usize, variant: &Variant) {
         }
         note(loading, module, variant, edit, span);
         match &edit.kind {
-            EditKind::Set(path, value) => values::set(loading, module, path, value),
+            EditKind::Set(path, value) => values::change(loading, module, path, Change::Set(value)),
             EditKind::SetJoint(path, joint) => values::set_joint(loading, module, path, joint),
             EditKind::Narrow(path, value) => values::change(loading, module, path, Change::Narrow(value)),
             EditKind::Drop(path) => dropped.extend(drop_path(loading, module, path)),

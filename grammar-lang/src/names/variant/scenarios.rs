@@ -42,7 +42,7 @@ fn change_field(fields: &mut Vec<Field>, field: &Name, change: &Change<'_>) -> R
         }
     }
     match change {
-        Change::Set(value, _) => {
+        Change::Set(value) => {
             fields.push(Field::Value(field.clone(), (*value).clone()));
             Ok(())
         }

@@ -1,7 +1,5 @@
 //! Values within declarations that a variant sets or narrows: by a path, such as `bender.bend`.
 
-use std::cell::Cell;
-
 use super::super::Loading;
 use super::change::Change;
 use super::{find, scenarios};
@@ -12,28 +10,6 @@ use crate::syntax::ast::{
 };
 use crate::syntax::declarations::BlockKind;
 use crate::syntax::earlier;
-
-/// Sets what a path names, and tells where it is what it was before.
-pub(super) fn set(loading: &mut Loading<'_>, module: usize, path: &[Name], value: &Expr) {
-    let replaced = Cell::new(None);
-    change(loading, module, path, Change::Set(value, &replaced));
-    let words = |span: Span| loading.sources.slice(span).split_whitespace().collect::<Vec<_>>().join(" ");
-    if let Some(before) =
-        replaced.get().filter(|before| *before != value.span && words(*before) == words(value.span))
-    {
-        let whole: Vec<&str> = path.iter().map(|name| name.text.as_str()).collect();
-        loading.errors.push(
-            Diagnostic::new(
-                Code::POINTLESS,
-                value.span,
-                format!("`{}` has this value already", whole.join(".")),
-            )
-            .label("changes nothing")
-            .also(before, "the same here")
-            .help("set another value, or take it out"),
-        );
-    }
-}
 
 /// Sets or narrows what a path names.
 pub(super) fn change(loading: &mut Loading<'_>, module: usize, path: &[Name], change: Change<'_>) {
@@ -148,10 +124,7 @@ fn change_item(item: &mut Item, rest: &[Name], change: &Change<'_>) -> Result<()
     match (&mut item.kind, rest) {
         (ItemKind::Param(param), []) => {
             match change {
-                Change::Set(value, replaced) => {
-                    replaced.set(param.default.as_ref().map(|old| old.span));
-                    param.default = Some((*value).clone());
-                }
+                Change::Set(value) => param.default = Some((*value).clone()),
                 Change::Narrow(value) => {
                     param.domain =
                         Some(param.domain.as_ref().map_or((*value).clone(), |old| change.make(old)));
@@ -275,7 +248,7 @@ fn change_rule(clauses: &mut Vec<RuleClause>, field: &Name, change: &Change<'_>)
         match &mut clause.kind {
             RuleClauseKind::Choose(name, domain, _) if name.text == field.text => {
                 *domain = match change {
-                    Change::Set(new, _) => Expr {
+                    Change::Set(new) => Expr {
                         span: new.span,
                         kind: ExprKind::Exchanged(Box::new((*new).clone()), Box::new(domain.clone())),
                     },
@@ -329,10 +302,7 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
             }
             Field::Param(param) if param.name.text == field.text && rest.is_empty() => {
                 match change {
-                    Change::Set(value, replaced) => {
-                        replaced.set(param.default.as_ref().map(|old| old.span));
-                        param.default = Some((*value).clone());
-                    }
+                    Change::Set(value) => param.default = Some((*value).clone()),
                     Change::Narrow(value) => {
                         param.domain =
                             Some(param.domain.as_ref().map_or((*value).clone(), |old| change.make(old)));
@@ -343,7 +313,7 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
             _ => {}
         }
     }
-    if let (JOINT, Change::Set(value, _), []) = (field.text.as_str(), change, rest) {
+    if let (JOINT, Change::Set(value), []) = (field.text.as_str(), change, rest) {
         replace_joint(block, Field::Value(field.clone(), (*value).clone()));
         return Ok(());
     }
@@ -357,13 +327,12 @@ fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result
         Field::Value(name, _) => Some(name.text.as_str()) == other,
         _ => false,
     });
-    if let (Some(place), Change::Set(value, _), []) = (stands, change, rest) {
+    if let (Some(place), Change::Set(value), []) = (stands, change, rest) {
         block.fields.remove(place);
         block.fields.push(Field::Value(field.clone(), (*value).clone()));
         return Ok(());
     }
-    if let (true, Change::Set(value, _), []) = (MAY_BE_LEFT_OUT.contains(&field.text.as_str()), change, rest)
-    {
+    if let (true, Change::Set(value), []) = (MAY_BE_LEFT_OUT.contains(&field.text.as_str()), change, rest) {
         block.fields.push(Field::Value(field.clone(), (*value).clone()));
         return Ok(());
     }
