@@ -21,7 +21,7 @@ use crate::simulate::{AtRest, Case, ControlLoop, Controller, Invalid, Measured, 
 pub struct ControlLaw<'r> {
     /// What the actuators are asked for; zero for those whose actuation reacts.
     pub targets: Targets,
-    feedback: Option<Feedback<'r>>,
+    feedback: Option<Reaction<'r>>,
 }
 
 impl<'r> ControlLaw<'r> {
@@ -37,7 +37,7 @@ impl<'r> ControlLaw<'r> {
     ) -> Result<Self, EvalError> {
         let targets = drive.targets_under(parameters, conditions)?;
         let reacts = drive.actuators.iter().any(|driven| drive.reacts(driven));
-        let feedback = reacts.then(|| Feedback::new(drive, parameters, conditions)).transpose()?;
+        let feedback = reacts.then(|| Reaction::new(drive, parameters, conditions)).transpose()?;
         Ok(Self { targets, feedback })
     }
 
@@ -72,9 +72,9 @@ struct Fitted<'r> {
     of: Option<PartId>,
 }
 
-/// The feedback controller of a body.
+/// The feedback controller of a body: what its actuations make of what its sensors read.
 #[derive(Clone, Debug)]
-struct Feedback<'r> {
+struct Reaction<'r> {
     drive: Drive<'r>,
     conditions: Conditions,
     sensors: Vec<Fitted<'r>>,
@@ -82,7 +82,7 @@ struct Feedback<'r> {
     begun: Vec<Option<Vec<Value>>>,
 }
 
-impl<'r> Feedback<'r> {
+impl<'r> Reaction<'r> {
     fn new(drive: &Drive<'r>, parameters: &[f64], conditions: &Conditions) -> Result<Self, EvalError> {
         let begun = drive
             .actuators
@@ -138,7 +138,7 @@ fn parts_of(drive: &Drive<'_>, group: &Group) -> Vec<PartId> {
     parts
 }
 
-impl Controller for Feedback<'_> {
+impl Controller for Reaction<'_> {
     fn interval(&self) -> f64 {
         self.drive.task.model.control
     }
@@ -152,7 +152,7 @@ impl Controller for Feedback<'_> {
     }
 }
 
-impl Feedback<'_> {
+impl Reaction<'_> {
     /// A run from rest.
     fn run(&self) -> Running<'_> {
         // Named by what they are of, so that all candidates hear the same noise in a world.
@@ -176,7 +176,7 @@ impl Feedback<'_> {
 
 /// The controller in one run.
 struct Running<'a> {
-    feedback: &'a Feedback<'a>,
+    feedback: &'a Reaction<'a>,
     /// By sensor.
     noise: Vec<Stream>,
     /// By sensor, what it measured at each control moment so far.

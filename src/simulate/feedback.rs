@@ -37,7 +37,7 @@ pub trait ControlLoop {
 }
 
 /// What a solver knows of one run at one moment.
-pub(super) trait Known {
+pub(super) trait Observable {
     /// The pose of a body in the world, m.
     fn pose(&self, body: usize) -> Isometry3<f64>;
     /// The velocity of a body's origin, m/s, and its angular velocity, rad/s, in the axes of the world.
@@ -81,7 +81,7 @@ impl AtRest {
     }
 }
 
-impl Known for AtRest {
+impl Observable for AtRest {
     fn pose(&self, body: usize) -> Isometry3<f64> {
         self.poses.get(body).copied().unwrap_or_else(Isometry3::identity)
     }
@@ -108,7 +108,7 @@ impl Known for AtRest {
 pub struct Measured<'a> {
     /// When, s.
     pub time: f64,
-    pub(super) known: &'a dyn Known,
+    pub(super) known: &'a dyn Observable,
     pub(super) placements: &'a [Placement],
 }
 

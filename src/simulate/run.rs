@@ -6,7 +6,7 @@ use std::cell::OnceCell;
 
 use nalgebra::{Isometry3, Vector3};
 
-use super::feedback::{ControlLoop, Controller, Known, Measured};
+use super::feedback::{ControlLoop, Controller, Measured, Observable};
 use super::motion::Placement;
 use super::schedule::Schedule;
 use super::servo::{Bends, Servo};
@@ -178,7 +178,7 @@ struct Now<'a, S> {
     rates: OnceCell<Vec<f64>>,
 }
 
-impl<S: Stepper> Known for Now<'_, S> {
+impl<S: Stepper> Observable for Now<'_, S> {
     fn pose(&self, body: usize) -> Isometry3<f64> {
         self.stepper.pose(self.lane, body)
     }
