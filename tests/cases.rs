@@ -48,6 +48,7 @@ const DECLARATIONS: &[(&str, &str)] = &[
     ("choose", "choose"),
     ("guard", "when, unless"),
     ("attach", "attach"),
+    ("for", "for"),
     ("set", "set"),
     ("remove", "remove"),
     ("replace", "replace"),

@@ -346,6 +346,14 @@ fn an_effect_can_attach_several_parts() {
           attach ball to core.site[5] as nose
           attach ball to nose.front
         }
+        rule far_legs {
+          match  nothing
+          for i in 3 .. 4, j in 0 .. 0 {
+            attach bender(segments = i) to core.site[i + j] as shin
+            attach ball to shin.tip as toe
+            set    toe.turn = 10 deg * i
+          }
+        }
         rule undo { match s : step  revert s }
         actuate bender with bezier_pac
         simulate hinge_model for 2 s
@@ -365,4 +373,21 @@ fn an_effect_can_attach_several_parts() {
     let step = made.steps[0].id;
     let undone = apply(&rules, &made, "undo", &[Value::Reference(Reference::Step(step))]).unwrap();
     assert_eq!(undone.design.parts.len(), 1);
+
+    // What a block makes can be named in it: each ball hangs on its own bender.
+    let made = apply(&rules, &made, "far_legs", &[]).unwrap();
+    let balls: Vec<_> = made.design.parts.iter().filter(|(_, part)| part.kind == "ball").skip(2).collect();
+    let turns: Vec<f64> = balls.iter().map(|(_, ball)| ball.turn.to_degrees().round()).collect();
+    assert_eq!(turns, [30.0, 40.0]);
+    for (_, ball) in &balls {
+        let shin = &made.design.parts[&ball.held_by.unwrap().0];
+        assert_eq!(shin.params["segments"].as_number().unwrap() * 10.0, ball.turn.to_degrees().round());
+    }
+    // A port that is taken refuses the whole step.
+    assert!(apply(&rules, &made, "far_legs", &[]).is_none());
+    let again = Derivation::replay(&rules, &made.steps).unwrap();
+    assert_eq!(again.design.canonical_hash(), made.design.canonical_hash());
+    let step = made.steps[1].id;
+    let undone = apply(&rules, &made, "undo", &[Value::Reference(Reference::Step(step))]).unwrap();
+    assert_eq!(undone.design.parts.len(), 5);
 }

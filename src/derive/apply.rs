@@ -176,75 +176,89 @@ impl Derivation {
         locals: &[Value],
         step: u64,
     ) -> Result<(), Blocked> {
-        let mut locals = locals.to_vec();
+        self.carry_out_each(next, rules, effects, &mut locals.to_vec(), step)
+    }
+
+    /// The same; the parts that effects make follow the locals.
+    fn carry_out_each(
+        &self,
+        next: &mut Self,
+        rules: &RuleSet,
+        effects: &[Effect],
+        locals: &mut Vec<Value>,
+        step: u64,
+    ) -> Result<(), Blocked> {
         for effect in effects {
             let made = next.design.clone();
             let scope = DesignScope::new(rules, self).with_made(&made);
-            let made = match effect {
-                Effect::Attach { what, on, over } if !over.is_empty() => {
-                    repeated::each::<Blocked>(over, &scope, &mut locals, &mut |locals| {
-                        if let Some(refusal) = no_such_port(&on.port, &scope, locals)? {
-                            return Err(refusal.into());
-                        }
-                        let attachment = attachment(what, on, &scope, locals)?;
-                        next.design.attach(rules, &attachment, step)?;
-                        Ok(())
-                    })?;
-                    None
-                }
-                Effect::Attach { what, on, .. } => {
-                    if let Some(refusal) = no_such_port(&on.port, &scope, &mut locals)? {
-                        return Err(refusal.into());
-                    }
-                    let attachment = attachment(what, on, &scope, &mut locals)?;
-                    Some(next.design.attach(rules, &attachment, step)?)
-                }
-                Effect::Replace { part, with, between } => {
-                    let id = part_in(part, &scope, &mut locals)?;
-                    let Value::Kind(kind) = evaluate(with, &scope, &mut locals)? else {
-                        return Err(missing(with).into());
-                    };
-                    let between = match between {
-                        Some((a, b)) => {
-                            Some((part_in(a, &scope, &mut locals)?, part_in(b, &scope, &mut locals)?))
-                        }
-                        None => None,
-                    };
-                    Some(next.design.replace(rules, id, &kind, between, step)?)
-                }
-                Effect::Set { part, attribute, value, over } => {
-                    repeated::each::<Blocked>(over, &scope, &mut locals, &mut |locals| {
-                        let id = part_in(part, &scope, locals)?;
-                        let value = evaluate(value, &scope, locals)?;
-                        next.design.set(rules, id, attribute, &value)?;
-                        Ok(())
-                    })?;
-                    None
-                }
-                Effect::Remove(part) => {
-                    let id = part_in(part, &scope, &mut locals)?;
-                    next.design.remove(id)?;
-                    None
-                }
-                Effect::Revert(reverted) => {
-                    let Value::Reference(Reference::Step(id)) = evaluate(reverted, &scope, &mut locals)?
-                    else {
-                        return Err(missing(reverted).into());
-                    };
-                    next.revert(rules, id)?;
-                    None
-                }
-                Effect::Cells(cells) => {
-                    let painter = Painter { rules, scope: &scope, cells, step };
-                    repeated::each::<Blocked>(&cells.over, &scope, &mut locals, &mut |locals| {
-                        painter.paint(&mut next.design, locals)
-                    })?;
-                    None
-                }
-            };
+            let made = self.carry_out_one(next, effect, &scope, locals, step)?;
             locals.extend(made.map(|made| Value::Reference(Reference::Part(made))));
         }
         Ok(())
+    }
+
+    /// Carries out an effect that reads what `scope` shows; gives the part that it makes.
+    fn carry_out_one(
+        &self,
+        next: &mut Self,
+        effect: &Effect,
+        scope: &DesignScope<'_>,
+        locals: &mut Vec<Value>,
+        step: u64,
+    ) -> Result<Option<PartId>, Blocked> {
+        let rules = scope.rules();
+        Ok(match effect {
+            Effect::Attach { what, on } => {
+                if let Some(refusal) = no_such_port(&on.port, scope, locals)? {
+                    return Err(refusal.into());
+                }
+                let attachment = attachment(what, on, scope, locals)?;
+                Some(next.design.attach(rules, &attachment, step)?)
+            }
+            Effect::Replace { part, with, between } => {
+                let id = part_in(part, scope, locals)?;
+                let Value::Kind(kind) = evaluate(with, scope, locals)? else {
+                    return Err(missing(with).into());
+                };
+                let between = match between {
+                    Some((a, b)) => Some((part_in(a, scope, locals)?, part_in(b, scope, locals)?)),
+                    None => None,
+                };
+                Some(next.design.replace(rules, id, &kind, between, step)?)
+            }
+            Effect::Set { part, attribute, value } => {
+                let id = part_in(part, scope, locals)?;
+                let value = evaluate(value, scope, locals)?;
+                next.design.set(rules, id, attribute, &value)?;
+                None
+            }
+            Effect::Remove(part) => {
+                let id = part_in(part, scope, locals)?;
+                next.design.remove(id)?;
+                None
+            }
+            Effect::Revert(reverted) => {
+                let Value::Reference(Reference::Step(id)) = evaluate(reverted, scope, locals)? else {
+                    return Err(missing(reverted).into());
+                };
+                next.revert(rules, id)?;
+                None
+            }
+            Effect::Cells(cells) => {
+                Painter { rules, scope, cells, step }.paint(&mut next.design, locals)?;
+                None
+            }
+            Effect::Repeat { over, effects } => {
+                repeated::each::<Blocked>(over, scope, locals, &mut |locals| {
+                    // One that stands alone reads nothing that its repetitions make.
+                    if let [effect] = effects.as_slice() {
+                        return self.carry_out_one(next, effect, scope, locals, step).map(drop);
+                    }
+                    self.carry_out_each(next, rules, effects, locals, step)
+                })?;
+                None
+            }
+        })
     }
 
     /// Takes a step back: all others are repeated with their recorded choices.
@@ -263,7 +277,7 @@ impl Derivation {
             let gone = old.locals.iter().any(|local| local.refers(&there_no_more));
             if gone {
                 let builds = |e: &Effect| matches!(e, Effect::Attach { .. } | Effect::Replace { .. });
-                let attaches = rules.rule(&old.rule).is_none_or(|r| r.effects.iter().any(builds));
+                let attaches = rules.rule(&old.rule).is_none_or(|r| Effect::single(&r.effects).any(builds));
                 if attaches {
                     return Err(Blocked::Needed);
                 }

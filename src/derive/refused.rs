@@ -15,7 +15,12 @@ const MOST: usize = 1000;
 /// Reports the rules that can only be applied to what `begin` places, and never can.
 pub(super) fn check(rules: &RuleSet, begun: &Derivation) -> Vec<Diagnostic> {
     // What is turned may fit later.
-    if rules.rules.iter().flat_map(|rule| &rule.effects).any(|e| matches!(e, Effect::Set { .. })) {
+    if rules
+        .rules
+        .iter()
+        .flat_map(|rule| Effect::single(&rule.effects))
+        .any(|e| matches!(e, Effect::Set { .. }))
+    {
         return Vec::new();
     }
     let made = made(rules);
@@ -42,22 +47,14 @@ fn exprs(rule: &Rule) -> impl Iterator<Item = &Expr> {
     let conditions = rule.matches.iter().filter_map(|m| m.condition.as_ref());
     let guards = rule.guards.iter().map(|g| &g.condition);
     let domains = rule.choices.iter().map(|c| &c.domain);
-    let effects = rule.effects.iter().flat_map(|effect| match effect {
-        Effect::Attach { what, on, .. } => {
-            vec![what, &on.port].into_iter().chain(on.turned.as_ref()).collect()
-        }
-        Effect::Replace { part, with, .. } => vec![part, with],
-        Effect::Set { part, value, .. } => vec![part, value],
-        Effect::Remove(e) | Effect::Revert(e) => vec![e],
-        Effect::Cells(cells) => [&cells.region].into_iter().chain(&cells.with).collect(),
-    });
+    let effects = rule.effects.iter().flat_map(Effect::exprs);
     conditions.chain(guards).chain(domains).chain(effects)
 }
 
 /// Whether what a rule can do is the same whatever other rules have done: it attaches to what `begin`
 /// places, and reads nothing else of the design.
 fn is_bound(rule: &Rule, made: &BTreeSet<String>) -> bool {
-    let attaches = rule.effects.iter().all(|e| matches!(e, Effect::Attach { over, .. } if over.is_empty()));
+    let attaches = Effect::single(&rule.effects).all(|e| matches!(e, Effect::Attach { .. }));
     let placed = rule.matches.iter().all(|m| match &m.what {
         Matched::Part { kind: Group::Kind(kind), joined_to: None, .. } => !made.contains(kind.as_str()),
         Matched::Port { of } => of.is_some(),

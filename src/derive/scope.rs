@@ -39,6 +39,11 @@ impl<'a> DesignScope<'a> {
         self
     }
 
+    pub(super) fn rules(&self) -> &'a RuleSet {
+        self.rules
+    }
+
+    /// The design before the step.
     pub(super) fn design(&self) -> &Design {
         &self.derivation.design
     }

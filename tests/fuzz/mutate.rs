@@ -38,7 +38,7 @@ const WORDS: &str = "\
     replace remove target step refuse expect add from about facing per as free port block core joint \
     elements count sum mean min max temperature iteration best idle gain cycle t pi start end duration \
     period connected no_overlap neighbours images bezier each repeat first last normal uniform clamp floor \
-    sqrt exp ln vector box sphere disk cylinder x p q a segments turn twin holder image depth mass density \
+    sqrt exp ln sense state next noise delay now velocity load angle_rate sensors vector box sphere disk cylinder x p q a segments turn twin holder image depth mass density \
     shape friction cube ball bender travel fall Count Length Angle Bool Number Text Pattern radial mirror \
     none xy cm deg g s N*m/rad %";
 const SIGNS: &str = "{ } ( ) [ ] , : = == != <= >= < > .. . + - * / -> \" # ## \\ ; @ %";

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::{Abstract, Facts, Interval, Kinds, Reasoning, Truth};
 use crate::ir::{Actuation, Effect, Expr, ExprKind, Group, Matched, Operator, Rule, Ty};
 
-/// What is known of everything that a rule matches, chooses and makes, by slot.
+/// What is known of everything that a rule matches and chooses, by slot.
 #[must_use]
 pub fn locals_of(facts: &Facts<'_>, rule: &Rule) -> Vec<Abstract> {
     let mut reasoning = Reasoning::new(facts, Vec::new());
@@ -32,13 +32,6 @@ pub fn locals_of(facts: &Facts<'_>, rule: &Rule) -> Vec<Abstract> {
     for choice in &rule.choices {
         let item = reasoning.value(&choice.domain).item();
         reasoning.locals.push(item);
-    }
-    for effect in &rule.effects {
-        if matches!(effect, Effect::Attach { over, .. } if !over.is_empty()) {
-            continue;
-        }
-        let made = reasoning.made_by(effect).map(Abstract::Part);
-        reasoning.locals.extend(made);
     }
     reasoning.locals
 }
@@ -136,6 +129,26 @@ pub fn conjuncts(condition: &Expr) -> Vec<&Expr> {
 }
 
 impl Reasoning<'_> {
+    /// Looks at effects in their order, each with what is known of the locals that it reads: those of the rule, what earlier effects
+    /// have made, and what it is repeated for. What is repeated is looked at once.
+    pub fn through_effects<'e>(
+        &mut self,
+        effects: &'e [Effect],
+        look: &mut dyn FnMut(&mut Self, &'e Effect),
+    ) {
+        for effect in effects {
+            look(self, effect);
+            if let Effect::Repeat { over, effects } = effect {
+                let depth = self.locals.len();
+                self.run_over(over);
+                self.through_effects(effects, look);
+                self.locals.truncate(depth);
+            }
+            let made = self.made_by(effect).map(Abstract::Part);
+            self.locals.extend(made);
+        }
+    }
+
     /// The kinds of parts that an effect may make; `None` if it makes nothing.
     pub fn made_by(&mut self, effect: &Effect) -> Option<Kinds> {
         let (Effect::Attach { what, .. } | Effect::Replace { with: what, .. }) = effect else { return None };

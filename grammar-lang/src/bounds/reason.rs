@@ -353,7 +353,7 @@ impl<'f> Reasoning<'f> {
     }
 
     /// Fills the slots of binders; gives how many combinations there are.
-    fn run_over(&mut self, binders: &[Binder]) -> Interval {
+    pub(super) fn run_over(&mut self, binders: &[Binder]) -> Interval {
         let mut count = Interval::point(1.0);
         for binder in binders {
             let over = self.value(&binder.over);

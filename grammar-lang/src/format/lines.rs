@@ -48,7 +48,8 @@ pub(super) fn lines(tree: &Tree<'_>) -> Vec<Line> {
             indent: owner.map_or(0, |o| STEP * o.level),
             head: owner.is_none_or(|o| o.first == first),
             whole: owner.filter(|o| (o.first, o.end) == (first, end)).map(|o| o.node),
-            keyword: owner.filter(|o| o.first == first).map_or(0, |o| o.keyword),
+            // The first line of a block stands for itself.
+            keyword: owner.filter(|o| (o.first, o.end) == (first, end)).map_or(0, |o| o.keyword),
         });
         first = end;
     }

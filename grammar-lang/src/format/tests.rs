@@ -59,7 +59,7 @@ rule nothing_else { match nothing when true weight 2 * temperature }
 rule all {
   match s : part with free port f where not s is core and s.turn != -3 deg
   choose n in { 1, 2 } + [3] unless exists b in part, c in neighbours(b) where b is not c: c is block
-  attach q(x = rest) to f turned 90 deg set s.turn = -s.turn revert s
+  attach q(x = rest) to f turned 90 deg set s.turn = -s.turn for i in 0 .. 2, j in 0 .. i { attach q to s.front[i] as m set m.turn = 1 deg } revert s
 }
 actuation w for a : actuator {
   shared p : Time in 1 s .. 2 s mutate 0.5 by normal(0 s, 1 s) bound clamp

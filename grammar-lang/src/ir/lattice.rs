@@ -71,8 +71,6 @@ pub struct Cells {
     pub region: Expr,
     /// What their cells are like: a kind with parameters.
     pub with: Option<Expr>,
-    /// What this is repeated for; each takes a local slot while it is.
-    pub over: Vec<Binder>,
 }
 
 /// While a condition holds, one rule alone is drawn.
@@ -111,12 +109,11 @@ impl Writer<'_> {
     }
 
     pub(super) fn cells(&self, cells: &Cells, names: &Names) -> String {
-        let (names, over) = self.repeated(&cells.over, names);
-        let with = cells.with.as_ref().map_or(String::new(), |w| format!(" with {}", self.expr(w, &names)));
-        format!("{} {}{with}{over}", cells.how.word(), self.expr(&cells.region, &names))
+        let with = cells.with.as_ref().map_or(String::new(), |w| format!(" with {}", self.expr(w, names)));
+        format!("{} {}{with}", cells.how.word(), self.expr(&cells.region, names))
     }
 
-    /// What an effect is repeated for, and the names of the locals inside.
+    /// What effects are repeated for, and the names of the locals inside.
     pub(super) fn repeated(&self, over: &[Binder], names: &Names) -> (Names, String) {
         let mut names = names.clone();
         let mut text = Vec::new();
@@ -126,7 +123,6 @@ impl Writer<'_> {
             names.push(format!("x{}", binder.slot));
             text.push(format!("x{} in {what}", binder.slot));
         }
-        let text = if text.is_empty() { String::new() } else { format!(" for {}", text.join(", ")) };
-        (names, text)
+        (names, text.join(", "))
     }
 }

@@ -150,13 +150,10 @@ pub struct Guard {
 pub enum Effect {
     /// Attaches a part to a port.
     Attach {
-        /// What: a kind, or a kind with parameters. It takes the next local slot, unless it is repeated.
+        /// What: a kind, or a kind with parameters. It takes the next local slot.
         what: Expr,
         /// Where and how.
         on: Holding,
-        /// What it is repeated for; then it takes no slot.
-        #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        over: Vec<Binder>,
     },
     /// Takes a part away, with all that hangs on it.
     Remove(Expr),
@@ -177,14 +174,47 @@ pub enum Effect {
         attribute: Settable,
         /// Its new value.
         value: Expr,
-        /// What this is repeated for.
-        #[serde(default, skip_serializing_if = "Vec::is_empty")]
-        over: Vec<Binder>,
     },
     /// Takes back a step.
     Revert(Expr),
     /// Fills, paints or clears places of the lattice.
     Cells(Cells),
+    /// Does the same for each of several things.
+    Repeat {
+        /// For what; each takes a local slot while it lasts.
+        over: Vec<Binder>,
+        /// What is done. The parts that it makes take slots until it is done again.
+        effects: Vec<Effect>,
+    },
+}
+
+impl Effect {
+    /// Effects with those that are repeated in the place of their repetition.
+    pub fn single(effects: &[Self]) -> Box<dyn Iterator<Item = &Self> + '_> {
+        Box::new(effects.iter().flat_map(|effect| match effect {
+            Self::Repeat { effects, .. } => Self::single(effects),
+            other => Box::new(std::iter::once(other)),
+        }))
+    }
+
+    /// The expressions that it reads, those of what it repeats among them.
+    #[must_use]
+    pub fn exprs(&self) -> Vec<&Expr> {
+        match self {
+            Self::Attach { what, on } => [what, &on.port].into_iter().chain(&on.turned).collect(),
+            Self::Replace { part, with, between } => {
+                let ends = between.iter().flat_map(|(a, b)| [a, b]);
+                [part, with].into_iter().chain(ends).collect()
+            }
+            Self::Set { part, value, .. } => vec![part, value],
+            Self::Remove(e) | Self::Revert(e) => vec![e],
+            Self::Cells(cells) => [&cells.region].into_iter().chain(&cells.with).collect(),
+            Self::Repeat { over, effects } => {
+                let over = over.iter().map(|binder| &binder.over);
+                over.chain(effects.iter().flat_map(Self::exprs)).collect()
+            }
+        }
+    }
 }
 
 /// What a rule can set of a part.
@@ -280,46 +310,60 @@ impl Writer<'_> {
         for guard in &rule.guards {
             self.line(1, format!("when {}", self.expr(&guard.condition, &names)));
         }
-        for effect in &rule.effects {
-            let made = format!("made {}", names.len() - rule.locals.len() + 1);
-            let text = match effect {
-                Effect::Attach { what, on, over } if over.is_empty() => {
-                    let text = format!("attach {}{}", self.expr(what, &names), self.holding(on, &names));
-                    names.push(made);
-                    text
-                }
-                Effect::Attach { what, on, over } => {
-                    let (names, over) = self.repeated(over, &names);
-                    format!("attach {}{}{over}", self.expr(what, &names), self.holding(on, &names))
-                }
-                Effect::Replace { part, with, between } => {
-                    let between = between.as_ref().map_or(String::new(), |(a, b)| {
-                        format!(" from {} to {}", self.expr(a, &names), self.expr(b, &names))
-                    });
-                    let text = format!(
-                        "replace {} with {}{between}",
-                        self.expr(part, &names),
-                        self.expr(with, &names)
-                    );
-                    names.push(made);
-                    text
-                }
-                Effect::Remove(part) => format!("remove {}", self.expr(part, &names)),
-                Effect::Set { part, attribute, value, over } => {
-                    let (names, over) = self.repeated(over, &names);
-                    let (part, value) = (self.expr(part, &names), self.expr(value, &names));
-                    format!("set {part}.{} = {value}{over}", attribute.text())
-                }
-                Effect::Revert(step) => format!("revert {}", self.expr(step, &names)),
-                Effect::Cells(cells) => self.cells(cells, &names),
-            };
-            self.line(1, text);
-        }
+        self.effects(1, &rule.effects, &mut names, rule.locals.len());
         let weight = self.expr(&rule.weight, &Names::new());
         if weight != "1" {
             self.line(1, format!("weight {weight}"));
         }
         self.line(0, "}");
+    }
+
+    /// Effects, a line each; the parts that they make are called by their number among what follows the `bound` locals of the rule.
+    fn effects(&mut self, depth: usize, effects: &[Effect], names: &mut Names, bound: usize) {
+        for effect in effects {
+            let made = format!("made {}", names.len() - bound + 1);
+            if let Some(text) = self.effect(effect, names) {
+                self.line(depth, text);
+            }
+            match effect {
+                Effect::Attach { .. } | Effect::Replace { .. } => names.push(made),
+                Effect::Repeat { over, effects } => {
+                    let (mut names, over) = self.repeated(over, names);
+                    let alone = if let [one] = effects.as_slice() { self.effect(one, &names) } else { None };
+                    if let Some(text) = alone {
+                        self.line(depth, format!("{text} for {over}"));
+                    } else {
+                        self.line(depth, format!("for {over} {{"));
+                        self.effects(depth + 1, effects, &mut names, bound);
+                        self.line(depth, "}");
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// An effect on a line, unless it repeats others.
+    fn effect(&self, effect: &Effect, names: &Names) -> Option<String> {
+        Some(match effect {
+            Effect::Attach { what, on } => {
+                format!("attach {}{}", self.expr(what, names), self.holding(on, names))
+            }
+            Effect::Replace { part, with, between } => {
+                let between = between.as_ref().map_or(String::new(), |(a, b)| {
+                    format!(" from {} to {}", self.expr(a, names), self.expr(b, names))
+                });
+                format!("replace {} with {}{between}", self.expr(part, names), self.expr(with, names))
+            }
+            Effect::Remove(part) => format!("remove {}", self.expr(part, names)),
+            Effect::Set { part, attribute, value } => {
+                let (part, value) = (self.expr(part, names), self.expr(value, names));
+                format!("set {part}.{} = {value}", attribute.text())
+            }
+            Effect::Revert(step) => format!("revert {}", self.expr(step, names)),
+            Effect::Cells(cells) => self.cells(cells, names),
+            Effect::Repeat { .. } => return None,
+        })
     }
 
     pub(super) fn holding(&self, on: &Holding, names: &Names) -> String {
@@ -349,12 +393,8 @@ impl Writer<'_> {
             self.line(0, format!("lattice {x} x {y} x {z} of {}", lattice.kind));
         }
         self.line(0, "begin {");
-        for effect in rules.lattice.iter().flat_map(|lattice| &lattice.begin) {
-            if let Effect::Cells(cells) = effect {
-                let text = self.cells(cells, &Names::new());
-                self.line(1, text);
-            }
-        }
+        let filled = rules.lattice.as_ref().map_or(&[][..], |lattice| &lattice.begin);
+        self.effects(1, filled, &mut Names::new(), 0);
         for placed in &rules.begin {
             let what = self.expr(&placed.what, &Names::new());
             let on = placed.on.as_ref().map_or(String::new(), |on| self.holding(on, &Names::new()));

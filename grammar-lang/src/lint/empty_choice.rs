@@ -28,8 +28,9 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 );
             }
         }
-        for effect in &rule.effects {
-            match effect {
+        known.reasoning(&locals.narrowed).through_effects(
+            &rule.effects,
+            &mut |reasoning, effect| match effect {
                 Effect::Attach { what, .. } | Effect::Replace { with: what, .. } => {
                     what.any(&mut |e| {
                         if let ExprKind::Kind(kind, params) = &e.kind {
@@ -39,10 +40,8 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                         false
                     });
                 }
-                Effect::Set { part, attribute: Settable::Param(name), value, .. } => {
-                    let Abstract::Part(kinds) = known.reasoning(&locals.narrowed).value(part) else {
-                        continue;
-                    };
+                Effect::Set { part, attribute: Settable::Param(name), value } => {
+                    let Abstract::Part(kinds) = reasoning.value(part) else { return };
                     let kinds = known.facts.names(&kinds);
                     let has = |kind: &&str| ruleset.params_of(kind).is_some_and(|p| p.contains_key(name));
                     // A value that is beyond one actuator's domain may be meant for the others.
@@ -51,16 +50,18 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                     let beyond: Option<Vec<Diagnostic>> = beyond.collect();
                     findings.extend(beyond.into_iter().flatten().next());
                 }
-                Effect::Set { attribute: Settable::Turn, .. } => {}
                 Effect::Cells(cells) => {
                     if let Some(ExprKind::Kind(kind, params)) = cells.with.as_ref().map(|with| &with.kind) {
                         let all = params.iter();
                         findings.extend(all.filter_map(|(n, v)| out_of_domain(known, rule, kind, n, v)));
                     }
                 }
-                Effect::Remove(_) | Effect::Revert(_) => {}
-            }
-        }
+                Effect::Set { attribute: Settable::Turn, .. }
+                | Effect::Remove(_)
+                | Effect::Revert(_)
+                | Effect::Repeat { .. } => {}
+            },
+        );
     }
 }
 

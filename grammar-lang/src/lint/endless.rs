@@ -23,7 +23,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     }
     let ruleset = known.ruleset;
     let shrinks = |e: &Effect| matches!(e, Effect::Remove(_) | Effect::Revert(_) | Effect::Replace { .. });
-    if ruleset.rules.iter().flat_map(|r| &r.effects).any(shrinks) {
+    if ruleset.rules.iter().flat_map(|r| Effect::single(&r.effects)).any(shrinks) {
         return;
     }
     let Some((counts, rows)) = said(known) else { return };
@@ -83,13 +83,16 @@ fn growth<'r>(known: &Known<'r>, rule: &'r Rule, locals: &Locals) -> Vec<Growth<
         // It may stop by itself.
         return Vec::new();
     }
-    let mut reasoning = known.reasoning(&locals.narrowed);
-    let attach = |effect: &Effect| {
-        let Effect::Attach { on, .. } = effect else { return None };
-        let Abstract::Port(holders) = reasoning.value(&on.port) else { return None };
-        Some(Growth { rule, holders, made: reasoning.made_by(effect)? })
-    };
-    rule.effects.iter().filter_map(attach).collect()
+    let mut all = Vec::new();
+    known.reasoning(&locals.narrowed).through_effects(&rule.effects, &mut |reasoning, effect| {
+        if let Effect::Attach { on, .. } = effect
+            && let Abstract::Port(holders) = reasoning.value(&on.port)
+            && let Some(made) = reasoning.made_by(effect)
+        {
+            all.push(Growth { rule, holders, made });
+        }
+    });
+    all
 }
 
 /// Whether a condition asks only what kind of part or port something is.

@@ -112,7 +112,7 @@ fn cells_of(effect: &Effect) -> Option<&Cells> {
 fn placed(facts: &Facts<'_>) -> BTreeSet<Group> {
     let mut placed = BTreeSet::new();
     facts.rules.begin.iter().for_each(|p| gather(facts, &p.what, &mut placed));
-    let begun = facts.rules.lattice.iter().flat_map(|lattice| &lattice.begin);
+    let begun = facts.rules.lattice.iter().flat_map(|lattice| Effect::single(&lattice.begin));
     for cells in begun.filter_map(cells_of) {
         cells.with.iter().for_each(|with| gather(facts, with, &mut placed));
     }
@@ -123,11 +123,11 @@ fn placed(facts: &Facts<'_>) -> BTreeSet<Group> {
 fn made(facts: &Facts<'_>) -> BTreeSet<Group> {
     let mut made = BTreeSet::new();
     for rule in &facts.rules.rules {
-        for cells in rule.effects.iter().filter_map(cells_of) {
+        for cells in Effect::single(&rule.effects).filter_map(cells_of) {
             cells.with.iter().for_each(|with| gather(facts, with, &mut made));
         }
         let mut makes = false;
-        for effect in &rule.effects {
+        for effect in Effect::single(&rule.effects) {
             if let Effect::Attach { what, .. } | Effect::Replace { with: what, .. } = effect {
                 makes = true;
                 gather(facts, what, &mut made);

@@ -10,11 +10,10 @@ use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let (ruleset, possible) = (known.ruleset, &known.possible);
-    let grows = ruleset
-        .rules
-        .iter()
-        .any(|r| r.effects.iter().any(|e| matches!(e, Effect::Attach { .. } | Effect::Cells(_))))
-        || ruleset.begin.len() > 1;
+    let grows =
+        ruleset.rules.iter().any(|r| {
+            Effect::single(&r.effects).any(|e| matches!(e, Effect::Attach { .. } | Effect::Cells(_)))
+        }) || ruleset.begin.len() > 1;
     let name = |group: &Group| match group {
         Group::Part => "part".to_owned(),
         Group::Block => "block".to_owned(),

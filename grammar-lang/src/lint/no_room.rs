@@ -17,7 +17,7 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let ruleset = known.ruleset;
     let attaches = |e: &Effect| matches!(e, Effect::Attach { .. });
     let attaching: Vec<(&Rule, &Locals)> =
-        known.rules().filter(|(rule, _)| rule.effects.iter().any(attaches)).collect();
+        known.rules().filter(|(rule, _)| Effect::single(&rule.effects).any(attaches)).collect();
     let Some((first, _)) = attaching.first() else { return };
     let mut counts = Counts::new(known);
     let all: Vec<(&Requirement, Vec<Row>)> =
@@ -36,10 +36,12 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
         return;
     }
     for (rule, locals) in attaching {
-        let mut reasoning = known.reasoning(&locals.narrowed);
-        let vain = rule.effects.iter().filter(|e| attaches(e)).find_map(|effect| {
-            let made = reasoning.made_by(effect)?;
-            let kinds = known.facts.names(&made);
+        let mut attached = Vec::new();
+        known.reasoning(&locals.narrowed).through_effects(&rule.effects, &mut |reasoning, effect| {
+            attached.extend(reasoning.made_by(effect).filter(|_| attaches(effect)));
+        });
+        let vain = attached.iter().find_map(|made| {
+            let kinds = known.facts.names(made);
             let stops = kinds.iter().all(|kind| full.contains_key(kind));
             let (kind, number) = full.get_key_value(*kinds.first().filter(|_| stops)?)?;
             Some((*kind, all.get(*number)?.0))

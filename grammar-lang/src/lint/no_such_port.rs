@@ -1,8 +1,8 @@
 //! A port is asked for that no part there can have.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
-use crate::bounds::{Abstract, Asked, Facts, Interval, Truth, conjuncts};
+use crate::bounds::{Abstract, Asked, Facts, Interval, Reasoning, Truth, conjuncts};
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
 use crate::ir::{ACTUATOR_PORTS, BLOCK_PORTS, Effect, Expr, ExprKind, Operator, Rule};
 use crate::source::Span;
@@ -15,20 +15,29 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     for (rule, locals) in known.rules() {
         let mut reasoning = known.reasoning(&locals.narrowed);
         for (at, of, name) in asked(rule) {
-            let (Abstract::Port(kinds) | Abstract::Part(kinds)) = reasoning.value(of) else { continue };
-            if facts.are_ports(&kinds, name) == Truth::Never {
-                let ports = facts.ports(&kinds).into_iter().collect::<Vec<_>>();
-                let kinds = facts.names(&kinds).into_iter().collect::<Vec<_>>();
-                findings.push(report(&of_rule(rule, name), at.span, name, &kinds, &ports));
-            } else if let ExprKind::Port(_, _, Some(number)) = &at.kind {
-                let numbers = facts.port_numbers(&kinds, name);
-                let asked = reasoning.numbers(number);
-                let beyond = numbers.is_some_and(|there| asked.low > there.high || asked.high < there.low);
-                if let (Some(there), true) = (numbers, beyond) {
-                    findings.push(no_such_number(&of_rule(rule, name), number.span, name, there));
+            findings.extend(not_there(facts, &mut reasoning, rule, at, of, name, &Taken::new()));
+        }
+        let mut taken = Taken::new();
+        reasoning.through_effects(&rule.effects, &mut |reasoning, effect| match effect {
+            Effect::Repeat { over, .. } => {
+                for binder in over {
+                    let ends = match &binder.over.kind {
+                        ExprKind::Range(low, high) => {
+                            reasoning.numbers(low).single().zip(reasoning.numbers(high).single())
+                        }
+                        _ => None,
+                    };
+                    taken.remove(&binder.slot);
+                    taken.extend(ends.map(|(low, high)| (binder.slot, Interval::new(low, high))));
                 }
             }
-        }
+            Effect::Attach { on, .. } => {
+                if let ExprKind::Port(of, name, _) = &on.port.kind {
+                    findings.extend(not_there(facts, reasoning, rule, &on.port, of, name, &taken));
+                }
+            }
+            _ => {}
+        });
     }
     // Whatever else is worked out: requirements, preferences, terms, guards, actuations.
     let mut told: BTreeSet<_> =
@@ -46,6 +55,39 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             }
         }
     }
+}
+
+/// The numbers that effects are repeated for, each of them, by slot.
+type Taken = BTreeMap<usize, Interval>;
+
+/// What is wrong with a port that a rule must find, if it cannot.
+fn not_there(
+    facts: &Facts<'_>,
+    reasoning: &mut Reasoning<'_>,
+    rule: &Rule,
+    at: &Expr,
+    of: &Expr,
+    name: &str,
+    taken: &Taken,
+) -> Option<Diagnostic> {
+    let (Abstract::Port(kinds) | Abstract::Part(kinds)) = reasoning.value(of) else { return None };
+    if facts.are_ports(&kinds, name) == Truth::Never {
+        let ports = facts.ports(&kinds).into_iter().collect::<Vec<_>>();
+        let kinds = facts.names(&kinds).into_iter().collect::<Vec<_>>();
+        return Some(report(&of_rule(rule, name), at.span, name, &kinds, &ports));
+    }
+    let ExprKind::Port(_, _, Some(number)) = &at.kind else { return None };
+    let there = facts.port_numbers(&kinds, name)?;
+    let asked = reasoning.numbers(number);
+    if asked.low > there.high || asked.high < there.low {
+        return Some(no_such_number(&of_rule(rule, name), number.span, name, there));
+    }
+    // What is repeated asks for each of its numbers.
+    let ExprKind::Local(slot) = number.kind else { return None };
+    let each = taken.get(&slot).filter(|each| each.low <= each.high)?;
+    let lacking = [each.low, each.high].into_iter().find(|n| *n < there.low || *n > there.high)?;
+    let finding = no_such_number(&of_rule(rule, name), number.span, name, there);
+    Some(finding.label(format!("one of the numbers is {lacking}")))
 }
 
 /// What is wrong with a port that is asked for, if it is never there.
@@ -76,7 +118,7 @@ fn no_such_number(what: &str, place: Span, name: &str, there: Interval) -> Diagn
         .help(format!("the ports `{name}` are numbered {} .. {}", there.low, there.high))
 }
 
-/// Ports that a rule must find: where each is named, the port or part that it is asked of, its name.
+/// Ports that the conditions of a rule ask for: where each is named, the port or part that it is asked of, its name.
 fn asked(rule: &Rule) -> Vec<(&Expr, &Expr, &str)> {
     let mut found = Vec::new();
     for condition in conditions(rule).flat_map(conjuncts) {
@@ -84,13 +126,6 @@ fn asked(rule: &Rule) -> Vec<(&Expr, &Expr, &str)> {
             && let ExprKind::PortName(text) = &name.kind
         {
             found.push((&**name, &**port, text.as_str()));
-        }
-    }
-    for effect in &rule.effects {
-        if let Effect::Attach { on, .. } = effect
-            && let ExprKind::Port(of, name, _) = &on.port.kind
-        {
-            found.push((&on.port, &**of, name.as_str()));
         }
     }
     found

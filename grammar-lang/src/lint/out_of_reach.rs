@@ -147,9 +147,12 @@ impl<'k, 'r> Reach<'k, 'r> {
     /// A rule comes within reach; gives the rules that waited for what it makes.
     fn after(&mut self, rule: &Rule, locals: &Locals) -> Vec<usize> {
         let known = self.known;
-        let mut reasoning = known.reasoning(&locals.narrowed);
+        let mut made = Vec::new();
+        known.reasoning(&locals.narrowed).through_effects(&rule.effects, &mut |reasoning, effect| {
+            made.extend(reasoning.made_by(effect));
+        });
         let mut woken = Vec::new();
-        for made in rule.effects.iter().filter_map(|effect| reasoning.made_by(effect)) {
+        for made in made {
             for group in made.groups() {
                 if self.made.insert(group.clone()) {
                     for kind in known.facts.names(&Kinds::of(group.clone())) {

@@ -8,10 +8,6 @@ use super::known::Known;
 
 pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
     let Some(lattice) = &known.ruleset.lattice else { return };
-    let regions = |effect: &Effect| match effect {
-        Effect::Cells(cells) => Some(cells.region.clone()),
-        _ => None,
-    };
     let mut look = |region: &Expr, numbers: &dyn Fn(&Expr) -> Interval| {
         region.any(&mut |e| {
             if let ExprKind::Call(Function::Design(DesignFunction::Region), arguments) = &e.kind {
@@ -22,13 +18,14 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
             false
         });
     };
-    for region in lattice.begin.iter().filter_map(regions) {
-        look(&region, &|e| known.numbers(e));
-    }
-    for (rule, locals) in known.rules() {
-        for region in rule.effects.iter().filter_map(regions) {
-            look(&region, &|e| known.reasoning(&locals.narrowed).numbers(e));
-        }
+    let rules = known.rules().map(|(rule, locals)| (&rule.effects, locals.narrowed.as_slice()));
+    for (effects, locals) in rules.chain([(&lattice.begin, &[][..])]) {
+        known.reasoning(locals).through_effects(effects, &mut |reasoning, effect| {
+            if let Effect::Cells(cells) = effect {
+                let locals = reasoning.locals.clone();
+                look(&cells.region, &|e| known.reasoning(&locals).numbers(e));
+            }
+        });
     }
 }
 

@@ -23,7 +23,15 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
     let mut all = Vec::new();
     let mut add = |exprs: Vec<&'r Expr>, locals: Vec<Abstract>| all.push(Scoped { exprs, locals });
     for (rule, locals) in known.rules() {
-        add(in_rule(rule), locals.narrowed.clone());
+        add(before_effects(rule), locals.narrowed.clone());
+        known.reasoning(&locals.narrowed).through_effects(&rule.effects, &mut |reasoning, effect| {
+            let exprs = match effect {
+                // What is repeated comes next, with what is known of it.
+                Effect::Repeat { over, .. } => over.iter().map(|binder| &binder.over).collect(),
+                one => one.exprs(),
+            };
+            add(exprs, reasoning.locals.clone());
+        });
         add(vec![&rule.weight], Vec::new());
     }
     add(ruleset.requirements.iter().map(|r| &r.condition).collect(), Vec::new());
@@ -52,8 +60,8 @@ pub(super) fn places<'r>(known: &Known<'r>) -> Vec<Scoped<'r>> {
     all
 }
 
-/// What a rule asks, chooses from and does.
-fn in_rule(rule: &Rule) -> Vec<&Expr> {
+/// What a rule asks and chooses from.
+fn before_effects(rule: &Rule) -> Vec<&Expr> {
     let mut exprs: Vec<&Expr> = conditions(rule).collect();
     for choice in &rule.choices {
         exprs.push(&choice.domain);
@@ -61,18 +69,6 @@ fn in_rule(rule: &Rule) -> Vec<&Expr> {
             Spread::Normal(a, b) | Spread::Uniform(a, b) => exprs.extend([a, b]),
             Spread::Weights(weights) => exprs.push(weights),
             Spread::Even | Spread::Fixed => {}
-        }
-    }
-    for effect in &rule.effects {
-        match effect {
-            Effect::Attach { what, on, over } => {
-                exprs.extend(over.iter().map(|binder| &binder.over));
-                exprs.extend([what, &on.port].into_iter().chain(&on.turned));
-            }
-            Effect::Replace { part, with, .. } => exprs.extend([part, with]),
-            Effect::Set { part, value, .. } => exprs.extend([part, value]),
-            Effect::Revert(e) | Effect::Remove(e) => exprs.push(e),
-            Effect::Cells(cells) => exprs.extend([&cells.region].into_iter().chain(&cells.with)),
         }
     }
     exprs

@@ -109,7 +109,7 @@ fn replaced_by_its_like(rule: &Rule) -> Option<(Span, &str)> {
             Matched::Port { .. } | Matched::Joint | Matched::Step => kinds.push(None),
         }
     }
-    rule.effects.iter().find_map(|effect| {
+    Effect::single(&rule.effects).find_map(|effect| {
         let Effect::Replace { part, with, .. } = effect else { return None };
         let (ExprKind::Local(slot), ExprKind::Kind(with_kind, params)) = (&part.kind, &with.kind) else {
             return None;

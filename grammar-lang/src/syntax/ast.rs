@@ -496,17 +496,13 @@ pub enum RuleClauseKind {
         alone: bool,
         /// What later effects of the rule call it.
         product: Option<Name>,
-        /// What it is repeated for.
-        over: Vec<Binder>,
     },
-    /// `set TARGET = VALUE for p in GROUP`
+    /// `set TARGET = VALUE`
     Set {
         /// What is set.
         target: Expr,
         /// To what.
         value: Expr,
-        /// What this is repeated for.
-        over: Vec<Binder>,
     },
     /// `remove PART`
     Remove(Expr),
@@ -523,7 +519,7 @@ pub enum RuleClauseKind {
     },
     /// `revert STEP`
     Revert(Expr),
-    /// `fill REGION with CELL for i in RANGE`, and so `paint` and `clear`.
+    /// `fill REGION with CELL`, and so `paint` and `clear`.
     Cells {
         /// What is done with the places.
         how: Painting,
@@ -531,8 +527,13 @@ pub enum RuleClauseKind {
         region: Expr,
         /// What their cells are like; nothing where they are cleared.
         with: Option<Expr>,
-        /// What this is repeated for.
+    },
+    /// `for i in RANGE { ... }`, or one clause with `for i in RANGE` behind it.
+    Repeat {
+        /// What it is repeated for.
         over: Vec<Binder>,
+        /// What is repeated.
+        clauses: Vec<RuleClause>,
     },
     /// `weight EXPR`
     Weight(Expr),

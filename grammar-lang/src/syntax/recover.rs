@@ -17,8 +17,10 @@ use crate::source::{FileId, Span};
 
 const RULE_CLAUSES: &[&str] = &[
     "match", "choose", "let", "when", "unless", "attach", "set", "remove", "replace", "revert", "fill",
-    "paint", "clear", "weight", "allow",
+    "paint", "clear", "for", "weight", "allow",
 ];
+/// The clauses that a line `for i in RANGE` may follow.
+const REPEATABLE: &[&str] = &["attach", "set", "fill", "paint", "clear"];
 const TASK_CLAUSES: &[&str] = &["actuate", "simulate", "maximize", "minimize", "allow"];
 const EXAMPLE_CLAUSES: &[&str] = &["step", "refuse", "expect", "allow"];
 const EDITS: &[&str] = &["set", "narrow", "drop", "replace", "add", "allow"];
@@ -281,6 +283,9 @@ fn clause_error(clause: Stretch<'_>, entry: Rule, words: &[&str], block: &str, f
     if !words.is_empty() && !words.contains(&first) && !first.is_empty() {
         return no_clause(first, clause.start, words, block, file);
     }
+    if let Some(error) = error_in_block(clause, entry, words, file) {
+        return error;
+    }
     let error = explain(clause, entry, file);
     // A clause that could end stopped at a line of its own: that line is what cannot be read.
     let stop = clause.part(error.span().start as usize, clause.end);
@@ -290,6 +295,21 @@ fn clause_error(clause: Stretch<'_>, entry: Rule, words: &[&str], block: &str, f
         return no_clause(word, stop.start, words, block, file);
     }
     error
+}
+
+/// Says what is wrong with the first clause that cannot be read of a block that is repeated.
+fn error_in_block(clause: Stretch<'_>, entry: Rule, words: &[&str], file: FileId) -> Option<Diagnostic> {
+    if clause.first_word() != "for" || !words.contains(&"for") {
+        return None;
+    }
+    let open = opening(clause)?;
+    let close = matching_close(clause.part(open.start, clause.end))?;
+    // What is repeated must be readable itself.
+    let header = format!("{}{{}}", clause.part(clause.start, open.start).text());
+    SgrParser::parse(entry, &header).ok()?;
+    let all = clauses(clause.part(open.end(), close.start), words);
+    let wrong = all.into_iter().find(|inner| SgrParser::parse(entry, inner.text()).is_err())?;
+    Some(clause_error(wrong, entry, words, "rule", file))
 }
 
 /// Says that a word opens no clause of a block.
@@ -314,8 +334,23 @@ fn no_clause(word: &str, start: usize, words: &[&str], block: &str, file: FileId
 fn clauses<'a>(inside: Stretch<'a>, words: &[&str]) -> Vec<Stretch<'a>> {
     let mut starts: Vec<usize> = Vec::new();
     let mut depth = 0;
+    // The end of a block that is repeated: its clauses belong to it.
+    let mut block_end = inside.start;
     for line in inside.lines().filter(|line| line.first().is_some()) {
+        if line.start < block_end {
+            continue;
+        }
         let word = line.first_word();
+        if word == "for" && words.contains(&word) {
+            let open = line.tokens().find(|token| token.text == "{");
+            let close = open.and_then(|open| matching_close(inside.part(open.start, inside.end)));
+            let before = starts.last().map_or("", |start| inside.part(*start, line.start).first_word());
+            if open.is_some() || !REPEATABLE.contains(&before) {
+                starts.push(line.start);
+            }
+            block_end = close.map_or(block_end, Token::end);
+            continue;
+        }
         let opens = if words.is_empty() {
             depth == 0 && opens_field(line, !starts.is_empty())
         } else {

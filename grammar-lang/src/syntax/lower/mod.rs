@@ -279,7 +279,7 @@ impl<'a> Lowering<'a> {
             let rule = node.as_rule();
             out.alone |= rule == Rule::alone_part;
             if rule == Rule::for_part {
-                out.over = parts(node).filter_map(|n| self.binder(n)).collect();
+                out.over = self.binders(node);
                 continue;
             }
             let Some(inner) = parts(node).next().filter(|_| rule != Rule::alone_part) else { continue };
@@ -291,6 +291,11 @@ impl<'a> Lowering<'a> {
             }
         }
         out
+    }
+
+    /// `for i in 0 .. 3, j in 0 .. 3`
+    fn binders(&mut self, for_part: Node<'_>) -> Vec<super::ast::Binder> {
+        parts(for_part).filter_map(|node| self.binder(node)).collect()
     }
 
     fn link(&mut self, node: Node<'_>) -> Option<Link> {
@@ -366,9 +371,8 @@ impl<'a> Lowering<'a> {
         let mut inner = parts(node).peekable();
         let region = self.expr(inner.next()?)?;
         let with = inner.next_if(|n| n.as_rule() == Rule::expr).and_then(|n| self.expr(n));
-        let binders = inner.next().into_iter().flat_map(parts);
-        let over = binders.filter_map(|n| self.binder(n)).collect();
-        Some(RuleClause { kind: RuleClauseKind::Cells { how, region, with, over }, span })
+        let over = inner.next().map_or_else(Vec::new, |part| self.binders(part));
+        Some(repeated(RuleClauseKind::Cells { how, region, with }, over, span))
     }
 
     pub(super) fn rule_clause(&mut self, node: Node<'a>) -> Option<RuleClause> {
@@ -405,7 +409,8 @@ impl<'a> Lowering<'a> {
             Rule::attach_clause => {
                 let what = self.expr(inner.next()?)?;
                 let Attachment { to, turned, by, alone, product, over } = self.attachment(inner);
-                RuleClauseKind::Attach { what, port: to?, turned, by, alone, product, over }
+                let attach = RuleClauseKind::Attach { what, port: to?, turned, by, alone, product };
+                return Some(repeated(attach, over, span));
             }
             Rule::remove_clause => RuleClauseKind::Remove(self.expr(inner.next()?)?),
             Rule::replace_clause => {
@@ -424,10 +429,15 @@ impl<'a> Lowering<'a> {
             }
             Rule::set_clause => {
                 let (target, value) = (self.expr(inner.next()?)?, self.expr(inner.next()?)?);
-                let over =
-                    inner.next().and_then(|node| (node.as_rule() == Rule::for_part).then(|| parts(node)));
-                let over = over.into_iter().flatten().filter_map(|n| self.binder(n)).collect();
-                RuleClauseKind::Set { target, value, over }
+                let over = inner.next().map_or_else(Vec::new, |part| self.binders(part));
+                return Some(repeated(RuleClauseKind::Set { target, value }, over, span));
+            }
+            Rule::repeat_clause => {
+                let (binders, clauses): (Vec<_>, Vec<_>) =
+                    inner.partition(|node| node.as_rule() == Rule::binder);
+                let over = binders.into_iter().filter_map(|n| self.binder(n)).collect();
+                let clauses = clauses.into_iter().filter_map(|n| self.rule_clause(n)).collect();
+                RuleClauseKind::Repeat { over, clauses }
             }
             Rule::revert_clause => RuleClauseKind::Revert(self.expr(inner.next()?)?),
             Rule::fill_clause | Rule::paint_clause | Rule::clear_clause => return self.cells(node),
@@ -506,6 +516,15 @@ struct Attachment {
     alone: bool,
     product: Option<Name>,
     over: Vec<super::ast::Binder>,
+}
+
+/// A clause that may be repeated.
+fn repeated(kind: RuleClauseKind, over: Vec<super::ast::Binder>, span: Span) -> RuleClause {
+    let clause = RuleClause { kind, span };
+    if over.is_empty() {
+        return clause;
+    }
+    RuleClause { kind: RuleClauseKind::Repeat { over, clauses: vec![clause] }, span }
 }
 
 fn unquote(node: &Node<'_>) -> String {

@@ -129,11 +129,12 @@ impl Declarations<'_> {
             return Vec::new();
         };
         // How many parts a repeated effect makes depends on its values: what stands below it cannot be named.
-        let is_single = |clause: &&ast::RuleClause| !matches!(&clause.kind, ast::RuleClauseKind::Attach { over, .. } if !over.is_empty());
-        let made = clauses.iter().take_while(is_single).filter_map(|clause| match &clause.kind {
-            ast::RuleClauseKind::Attach { what, product, .. } => Some((what, product)),
-            ast::RuleClauseKind::Replace { with, product, .. } => Some((with, product)),
-            _ => None,
+        let made = clauses.iter().take_while(|clause| !repeats_making(clause)).filter_map(|clause| {
+            match &clause.kind {
+                ast::RuleClauseKind::Attach { what, product, .. } => Some((what, product)),
+                ast::RuleClauseKind::Replace { with, product, .. } => Some((with, product)),
+                _ => None,
+            }
         });
         let named = made.enumerate().filter_map(|(place, (what, product))| {
             let kind = match &what.kind {
@@ -293,7 +294,7 @@ impl Declarations<'_> {
 
     /// The type of the first part that a rule makes with these values.
     fn made(&self, rule: &ir::Rule, values: &[Option<Expr>]) -> Ty {
-        let what = rule.effects.iter().find_map(|e| match e {
+        let what = Effect::single(&rule.effects).find_map(|e| match e {
             Effect::Attach { what, .. } => Some(what),
             Effect::Replace { with, .. } => Some(with),
             _ => None,
@@ -306,5 +307,15 @@ impl Declarations<'_> {
             Some((ExprKind::Kind(kind, _), span)) if self.expressions.is_actuator(kind, span) => Ty::Actuator,
             _ => Ty::Part,
         }
+    }
+}
+
+/// Whether a clause makes parts again and again.
+fn repeats_making(clause: &ast::RuleClause) -> bool {
+    use ast::RuleClauseKind as Kind;
+    let makes = |inner: &ast::RuleClause| matches!(inner.kind, Kind::Attach { .. } | Kind::Replace { .. });
+    match &clause.kind {
+        Kind::Repeat { clauses, .. } => clauses.iter().any(|inner| makes(inner) || repeats_making(inner)),
+        _ => false,
     }
 }

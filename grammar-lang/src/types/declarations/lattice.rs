@@ -169,14 +169,18 @@ impl Declarations<'_> {
     /// What `begin` fills.
     pub(super) fn begin_cells(&mut self, fills: &[RuleClause], damaged: bool) -> Vec<Effect> {
         let mut cx = Context::new(Stage::Derivation, damaged);
-        fills.iter().filter_map(|clause| self.cells(&clause.kind, clause.span, &mut cx)).collect()
+        fills
+            .iter()
+            .filter_map(|clause| match &clause.kind {
+                RuleClauseKind::Repeat { over, clauses } => self.repeat(over, clauses, &mut cx),
+                kind => self.cells(kind, clause.span, &mut cx),
+            })
+            .collect()
     }
 
     /// `fill`, `paint` or `clear`.
     pub(super) fn cells(&mut self, clause: &RuleClauseKind, span: Span, cx: &mut Context) -> Option<Effect> {
-        let RuleClauseKind::Cells { how, region, with, over } = clause else { return None };
-        let depth = cx.locals.len();
-        let over = self.expressions.binders(over, cx);
+        let RuleClauseKind::Cells { how, region, with } = clause else { return None };
         let places = Ty::List(Box::new(Ty::Cell));
         let region = self.expressions.infer(region, cx);
         let region = if region.ty == Ty::Cell {
@@ -186,8 +190,7 @@ impl Declarations<'_> {
             self.expressions.fit(region, &places, &format!("what follows `{}`", how.word()))
         };
         let with = with.as_ref().map(|with| self.filling(*how, with, span, cx));
-        cx.locals.truncate(depth);
-        Some(Effect::Cells(ir::Cells { how: *how, region, with, over }))
+        Some(Effect::Cells(ir::Cells { how: *how, region, with }))
     }
 
     /// What cells become.
@@ -226,6 +229,10 @@ impl Declarations<'_> {
             return;
         }
         for clause in clauses {
+            if let RuleClauseKind::Repeat { clauses, .. } = &clause.kind {
+                self.check_space(clauses);
+                continue;
+            }
             let of_parts = match &clause.kind {
                 RuleClauseKind::Attach { .. }
                 | RuleClauseKind::Set { .. }

@@ -1,6 +1,7 @@
 //! Checks rules.
 
 use std::collections::BTreeMap;
+use std::slice::from_ref;
 
 use super::Declarations;
 use crate::diagnostics::{Code, Diagnostic, did_you_mean};
@@ -68,7 +69,7 @@ impl Declarations<'_> {
                 kind => {
                     let known = self.expressions.errors.len();
                     effects.extend(self.effect(kind, &mut cx));
-                    self.tell_of_later(known, &clauses[place + 1..]);
+                    self.tell_of_makers(known, clauses, place);
                 }
             }
         }
@@ -86,7 +87,7 @@ impl Declarations<'_> {
                 clauses.iter().filter_map(|c| bound_by(&c.kind)),
                 "use it in this rule, or take it out",
             );
-            self.products.extend(clauses.iter().filter_map(|c| product_of(&c.kind)).cloned());
+            self.products.extend(products_of(clauses).into_iter().cloned());
         }
         if damaged || self.expressions.errors.iter().skip(found).any(Diagnostic::is_error) {
             self.faulty.insert(name.span);
@@ -223,19 +224,28 @@ impl Declarations<'_> {
         }
     }
 
-    /// Says of names that an effect reads which of them a later line makes.
-    fn tell_of_later(&mut self, known: usize, later: &[RuleClause]) {
-        let made = |clause: &RuleClause| match &clause.kind {
-            RuleClauseKind::Attach { product, .. } | RuleClauseKind::Replace { product, .. } => {
-                product.as_ref().map(|name| name.text.clone())
-            }
-            _ => None,
-        };
-        let made: Vec<String> = later.iter().filter_map(made).collect();
+    /// Says of names that the clause at `place` reads and does not know which of them a line makes that stands below it, or in a block
+    /// above it.
+    fn tell_of_makers(&mut self, known: usize, clauses: &[RuleClause], place: usize) {
+        let (above, below) = clauses.split_at(place + 1);
+        let is_block = |clause: &&RuleClause| matches!(clause.kind, RuleClauseKind::Repeat { .. });
+        let in_blocks: Vec<&Name> =
+            above.iter().filter(is_block).flat_map(|b| products_of(from_ref(b))).collect();
+        let below = products_of(below);
         for mut error in self.expressions.errors.split_off(known) {
-            let name = made.iter().find(|name| error.message == format!("unknown name `{name}`"));
-            if let Some(name) = name.filter(|_| error.code == Code::UNKNOWN_NAME) {
-                error.help = Some(format!("a line below makes it: move `... as {name}` above this line"));
+            let is_meant = |name: &&&Name| {
+                error.code == Code::UNKNOWN_NAME && error.message == format!("unknown name `{}`", name.text)
+            };
+            let help = if let Some(name) = below.iter().find(is_meant) {
+                Some(format!("a line below makes it: move `... as {}` above this line", name.text))
+            } else {
+                in_blocks.iter().find(is_meant).map(|name| {
+                    let name = &name.text;
+                    format!("`{name}` is made again and again by `for`: only what stands in that block can name it")
+                })
+            };
+            if help.is_some() {
+                error.help = help;
                 error.fix = None;
             }
             self.expressions.errors.add(error);
@@ -244,37 +254,14 @@ impl Declarations<'_> {
 
     fn effect(&mut self, clause: &RuleClauseKind, cx: &mut Context) -> Option<ir::Effect> {
         match clause {
-            RuleClauseKind::Attach { what, port, turned, by, alone, product, over } => {
-                let depth = cx.locals.len();
-                let over = self.expressions.binders(over, cx);
+            RuleClauseKind::Attach { what, port, turned, by, alone, product } => {
                 let what = self.expressions.expect(what, cx, &Ty::Kind, "what is attached");
                 let on = self.holding(&what, port, turned.as_ref(), by.as_ref(), cx);
                 let on = ir::Holding { alone: *alone, ..on };
-                if over.is_empty() {
-                    self.product(product.as_ref(), &what, cx);
-                    return Some(ir::Effect::Attach { what, on, over });
-                }
-                cx.locals.truncate(depth);
-                if let Some(name) = product {
-                    self.report(
-                        Diagnostic::new(
-                            Code::DUPLICATE,
-                            name.span,
-                            format!("`{}` would be the name of several parts", name.text),
-                        )
-                        .label("one name for what is attached several times")
-                        .help("take `as` out, or write an `attach` for each part"),
-                    );
-                }
-                Some(ir::Effect::Attach { what, on, over })
+                self.product(product.as_ref(), &what, cx);
+                Some(ir::Effect::Attach { what, on })
             }
-            RuleClauseKind::Set { target, value, over } => {
-                let depth = cx.locals.len();
-                let over = self.expressions.binders(over, cx);
-                let set = self.set(target, value, over, cx);
-                cx.locals.truncate(depth);
-                set
-            }
+            RuleClauseKind::Set { target, value } => self.set(target, value, cx),
             RuleClauseKind::Remove(part) => {
                 let part = self.expressions.expect(part, cx, &Ty::Part, "what is removed");
                 self.check_removable(&part, "remove");
@@ -296,8 +283,86 @@ impl Declarations<'_> {
                 Some(ir::Effect::Revert(step))
             }
             RuleClauseKind::Cells { region, .. } => self.cells(clause, region.span, cx),
+            RuleClauseKind::Repeat { over, clauses } => self.repeat(over, clauses, cx),
             _ => None,
         }
+    }
+
+    /// What a rule does for each of several things.
+    pub(super) fn repeat(
+        &mut self,
+        over: &[ast::Binder],
+        clauses: &[RuleClause],
+        cx: &mut Context,
+    ) -> Option<ir::Effect> {
+        let depth = cx.locals.len();
+        let over = self.expressions.binders(over, cx);
+        let mut effects = Vec::new();
+        for (place, clause) in clauses.iter().enumerate() {
+            self.check_repeatable(clause, cx);
+            let known = self.expressions.errors.len();
+            effects.extend(self.effect(&clause.kind, cx));
+            self.tell_of_makers(known, clauses, place);
+        }
+        cx.locals.truncate(depth);
+        if let [RuleClause { kind: RuleClauseKind::Attach { product: Some(name), .. }, .. }] = clauses {
+            self.report(
+                Diagnostic::new(
+                    Code::DUPLICATE,
+                    name.span,
+                    format!("`{}` would be the name of several parts", name.text),
+                )
+                .label("one name for what is attached several times")
+                .help(format!(
+                    "take `as` out, or put what needs the name into the same block: `for i in 0 .. 3 {{ attach ... as {0}  attach ... to {0}.tip }}`",
+                    name.text
+                )),
+            );
+        }
+        if clauses.is_empty()
+            && let Some(first) = over.first()
+        {
+            self.report(
+                Diagnostic::new(Code::NO_EFFECT, first.over.span, "nothing is repeated")
+                    .label("an empty block follows")
+                    .help("say what is done each time: `for i in 0 .. 3 { attach ... to core.side[i] }`"),
+            );
+        }
+        Some(ir::Effect::Repeat { over, effects })
+    }
+
+    /// Reports clauses that say something of the whole rule and stand in a block that is repeated.
+    fn check_repeatable(&mut self, clause: &RuleClause, cx: &mut Context) {
+        let word = match &clause.kind {
+            RuleClauseKind::Match { .. } | RuleClauseKind::MatchNothing => "match",
+            RuleClauseKind::Choose(..) => "choose",
+            RuleClauseKind::Let(..) => "let",
+            RuleClauseKind::Guard(true, _) => "when",
+            RuleClauseKind::Guard(false, _) => "unless",
+            RuleClauseKind::Weight(_) => "weight",
+            RuleClauseKind::Revert(_) => "revert",
+            _ => return,
+        };
+        // What reads its names is not wrong.
+        let names: Vec<&Name> = match &clause.kind {
+            RuleClauseKind::Match { links, .. } => {
+                links.iter().flat_map(|l| [Some(&l.name), l.port.as_ref()]).flatten().collect()
+            }
+            kind => bound_by(kind).into_iter().collect(),
+        };
+        names.into_iter().for_each(|name| self.expressions.bind(name, Ty::Unknown, cx));
+        let help = match word {
+            "choose" => "move it above the block: all repetitions then have the same value",
+            "let" => {
+                "move it above the block, or write the value where it is read: a `let` of a rule does not see what the block repeats"
+            }
+            _ => "move it out of the block",
+        };
+        self.report(
+            Diagnostic::new(Code::BAD_VALUE, clause.span, format!("`{word}` cannot be repeated"))
+                .label("it is about the whole rule")
+                .help(help),
+        );
     }
 
     /// Where and how something is held.
@@ -377,27 +442,34 @@ impl Declarations<'_> {
         }
     }
 
-    /// Reports an effect that changes what an earlier one of the same rule has changed.
+    /// Reports an effect that changes what an earlier one of the same rule, or of the same block, has changed.
     fn check_twice(&mut self, clauses: &[RuleClause]) {
-        let mut seen: BTreeMap<(&str, String), Span> = BTreeMap::new();
+        self.check_twice_within(clauses, "", &mut BTreeMap::new());
+    }
+
+    /// The same for the clauses of a block, repeated over what is written as `over`: over another kind it is another part, whatever
+    /// it is called.
+    fn check_twice_within<'c>(
+        &mut self,
+        clauses: &'c [RuleClause],
+        over: &str,
+        seen: &mut BTreeMap<(&'static str, String), Span>,
+    ) {
         for clause in clauses {
-            let (verb, target) = match &clause.kind {
+            let (verb, target): (&'static str, &'c ast::Expr) = match &clause.kind {
                 RuleClauseKind::Set { target, .. } => ("set", target),
                 RuleClauseKind::Remove(part) => ("remove", part),
                 RuleClauseKind::Replace { part, .. } => ("replace", part),
                 RuleClauseKind::Revert(step) => ("revert", step),
+                RuleClauseKind::Repeat { over: binders, clauses } => {
+                    let (Some(first), Some(last)) = (binders.first(), binders.last()) else { continue };
+                    let inner = self.written(first.over.span.join(last.over.span));
+                    self.check_twice_within(clauses, &format!("{over} {inner}"), seen);
+                    continue;
+                }
                 _ => continue,
             };
-            let text: String = self.environment.sources.slice(target.span).split_whitespace().collect();
-            // What is repeated over another kind is another part, whatever it is called.
-            let over = match &clause.kind {
-                RuleClauseKind::Set { over, .. } => over.first().zip(over.last()),
-                _ => None,
-            };
-            let over: String = over.map_or(String::new(), |(first, last)| {
-                let span = first.over.span.join(last.over.span);
-                self.environment.sources.slice(span).split_whitespace().collect()
-            });
+            let text = self.written(target.span);
             let key = (verb, format!("{text} {over}"));
             if let Some(first) = seen.get(&key).copied() {
                 self.report(
@@ -414,6 +486,11 @@ impl Declarations<'_> {
                 seen.insert(key, target.span);
             }
         }
+    }
+
+    /// What stands at a place, without its spaces.
+    fn written(&self, span: Span) -> String {
+        self.environment.sources.slice(span).split_whitespace().collect()
     }
 
     /// Warns of names that a rule or actuation of the first text binds and never reads.
@@ -554,13 +631,7 @@ impl Declarations<'_> {
         slot
     }
 
-    fn set(
-        &mut self,
-        target: &ast::Expr,
-        value: &ast::Expr,
-        over: Vec<ir::Binder>,
-        cx: &mut Context,
-    ) -> Option<ir::Effect> {
+    fn set(&mut self, target: &ast::Expr, value: &ast::Expr, cx: &mut Context) -> Option<ir::Effect> {
         let ast::ExprKind::Member(of, attribute) = &target.kind else {
             self.report(
                 Diagnostic::new(Code::WRONG_TYPE, target.span, "only an attribute of a part can be set")
@@ -593,7 +664,7 @@ impl Declarations<'_> {
         let part = self.expressions.infer(of, cx);
         let value = self.expressions.expect(value, cx, &whole.ty, &format!("`{}`", attribute.text));
         self.check_set_domain(of, &attribute.text, &value, cx);
-        Some(ir::Effect::Set { part, attribute: settable, value, over })
+        Some(ir::Effect::Set { part, attribute: settable, value })
     }
 
     /// Where it is known which kind a part is, what its parameter is set to must lie in the domain: where the kind was matched, or
@@ -623,12 +694,16 @@ fn bound_by(clause: &RuleClauseKind) -> Option<&Name> {
     }
 }
 
-/// What a clause of a rule calls the part that it makes.
-fn product_of(clause: &RuleClauseKind) -> Option<&Name> {
-    match clause {
-        RuleClauseKind::Attach { product, .. } | RuleClauseKind::Replace { product, .. } => product.as_ref(),
-        _ => None,
-    }
+/// What the clauses of a rule call the parts that they make.
+fn products_of(clauses: &[RuleClause]) -> Vec<&Name> {
+    let named = clauses.iter().flat_map(|clause| match &clause.kind {
+        RuleClauseKind::Attach { product, .. } | RuleClauseKind::Replace { product, .. } => {
+            product.iter().collect()
+        }
+        RuleClauseKind::Repeat { clauses, .. } => products_of(clauses),
+        _ => Vec::new(),
+    });
+    named.collect()
 }
 
 /// How many of the first `bound` locals must have a value before an expression has one.
