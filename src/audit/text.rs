@@ -113,6 +113,7 @@ fn depths(out: &mut String, depths: &[Depth]) {
     for depth in depths {
         let how = match depth.counted {
             Counted::All => "all there are",
+            Counted::AtLeast if depth.designs == 0 => "none found before the tries were spent",
             Counted::AtLeast => "at least",
             Counted::Walks => "seen in the walks",
         };

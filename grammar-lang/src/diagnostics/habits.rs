@@ -154,7 +154,7 @@ const HABITS: &[(&str, Told, &str)] = &[
     (
         "for",
         OPENING,
-        "there are no loops: `match` says what a rule is applied to. To add up over many parts, write `sum over p in part of ...`",
+        "`for` repeats what a rule does: it stands within `rule NAME { ... }`. To add up over many parts, write `sum over p in part of ...`",
     ),
     (
         "while",

@@ -1,9 +1,10 @@
-//! Actuations that ask their actuators for what joints of another kind have: a slide has no bend.
+//! Actuations and sensors that ask actuators for what joints of another kind have: a slide has no bend, and nothing measures how far
+//! a passive row has turned.
 
 use std::collections::BTreeSet;
 
 use crate::diagnostics::{Code, Diagnostic};
-use crate::ir::{Attribute, Expr, ExprKind, JointKind, PartAttribute};
+use crate::ir::{Attribute, Expr, ExprKind, JointKind, PartAttribute, Track};
 
 use super::known::{Actuated, Known};
 
@@ -31,6 +32,57 @@ pub(super) fn check(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
                 false
             });
         }
+    }
+    sensors(known, findings);
+}
+
+/// Sensors of actuators of which none has what is measured.
+fn sensors(known: &Known<'_>, findings: &mut Vec<Diagnostic>) {
+    let ruleset = known.ruleset;
+    for (name, sensor) in &ruleset.sensors {
+        let Some(of) = &sensor.of else { continue };
+        let kinds = || ruleset.actuators.iter().filter(|(kind, _)| known.facts.belongs(kind, of));
+        let Some((kind, first)) = kinds().next() else { continue };
+        sensor.value.any(&mut |asked| {
+            let Some(track) = track(asked) else { return false };
+            if kinds().any(|(_, actuator)| actuator.motor.is_some() && track.is_of(actuator.joint.kind)) {
+                return false;
+            }
+            let (joint, track) = (first.joint.kind, track.text());
+            let (message, help) = if first.motor.is_none() {
+                (
+                    format!("nothing drives `{kind}`: no actuator measures its `{track}`"),
+                    "read how fast its parts turn, as in `(x.angular_velocity at now).y`".to_owned(),
+                )
+            } else {
+                let have = match joint {
+                    JointKind::Bend | JointKind::Twist | JointKind::Socket => "`angle` and `angle_rate`",
+                    JointKind::Slide => "`distance` and `distance_rate`",
+                    JointKind::Spin => "`speed`",
+                };
+                let does = joint.does();
+                (format!("`{kind}` {does} and has no `{track}`"), format!("what {does} has {have}"))
+            };
+            findings.push(
+                Diagnostic::new(Code::NO_VALUE, asked.span, message)
+                    .label(format!("`{name}` never has a value"))
+                    .also(first.span, "this actuator")
+                    .help(help),
+            );
+            true
+        });
+    }
+}
+
+/// What a sensor asks of the actuator itself that only some joints have.
+fn track(expr: &Expr) -> Option<Track> {
+    match &expr.kind {
+        ExprKind::Attribute(of, Attribute::Track(track))
+            if matches!(of.kind, ExprKind::Local(0)) && track.is_of_actuators() =>
+        {
+            Some(*track)
+        }
+        _ => None,
     }
 }
 

@@ -286,6 +286,9 @@ const MAY_BE_LEFT_OUT: &[&str] = &[
     "judge",
     "checks",
     "pace_limit",
+    "sensors",
+    "neutral",
+    "pivot",
 ];
 
 fn change_block(block: &mut Block, rest: &[Name], change: &Change<'_>) -> Result<(), Vec<String>> {
